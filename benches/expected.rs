@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     measure("counts: set-up and one scan", || {
         let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
         let second = SecondMoments::new(&response)?;
-        Ok::<_, MeanResponseError>(CountSampler::of(&model, &second).scan(1, 0))
+        Ok::<_, MeanResponseError>(CountSampler::of(&model, &second)?.scan(1, 0))
     });
     for tier in [CountingTier::Events, CountingTier::Sampled] {
         println!("{tier:?}, {} phase steps", scene.scan.steps);

@@ -11,6 +11,7 @@ use crate::cosim::window::Window;
 use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
+use crate::estimate::{ImpossibleScan, possible_scan};
 use crate::grade::{Bounds, Grade, GradeRequest, GradeStimulus, Graded, not_graded};
 use crate::photons::StepCount;
 use crate::rtl::blocks::ScanRegisters;
@@ -320,13 +321,8 @@ pub enum EstimateError {
         known: String,
     },
     /// The counts are not those of a scan.
-    #[error("{found} phase steps were counted, and a scan of this scene has {steps}")]
-    WrongNumberOfCounts {
-        /// How many there are.
-        found: usize,
-        /// How many there should be.
-        steps: u64,
-    },
+    #[error(transparent)]
+    Impossible(#[from] ImpossibleScan),
 }
 
 /// Turns the counts of a scan, one of each phase step in their order, into a distance,
@@ -354,7 +350,8 @@ pub enum EstimateError {
 /// ```
 ///
 /// # Errors
-/// When the scene has no such detector, or its scan another number of steps.
+/// When the scene has no such detector, its scan another number of steps, or its hardware
+/// cannot have counted that.
 pub fn estimate(
     scene: &Scene,
     options: &EstimateOptions,
@@ -368,11 +365,9 @@ pub fn estimate(
             scene.detectors.iter().map(|detector| format!("\"{}\"", detector.name)).collect();
         return Err(EstimateError::NoDetector { name: name.clone(), known: known.join(", ") });
     };
-    if counts.len() as u64 != scene.scan.steps {
-        return Err(EstimateError::WrongNumberOfCounts {
-            found: counts.len(),
-            steps: scene.scan.steps,
-        });
-    }
-    Ok(estimate_scan(&Sensor::new(scene), detector, counts))
+    // Hardware that sends no total counts leaves them all 0.
+    let has_totals = counts.iter().any(|count| count.total != 0);
+    let told = |count: &StepCount| (count.signed, has_totals.then_some(count.total));
+    let counts = possible_scan(scene, &counts.iter().map(told).collect::<Vec<_>>())?;
+    Ok(estimate_scan(&Sensor::new(scene), detector, &counts))
 }

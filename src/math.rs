@@ -2,10 +2,13 @@
 
 use std::f64::consts::SQRT_2;
 
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::{DMatrix, SymmetricEigen};
 #[cfg(feature = "plots")]
 use statrs::distribution::{Beta, ContinuousCDF};
 use statrs::distribution::{Continuous, Normal};
+
+/// Iterations after which eigenvalues are given up; some per row are usual.
+const EIGEN_ITERATIONS: usize = 100_000;
 
 /// Two-sided 95 % quantile of the standard normal distribution.
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
@@ -59,22 +62,39 @@ pub fn binomial_interval(successes: u64, trials: u64) -> [f64; 2] {
     ]
 }
 
-/// Rows of the lower triangle L with L L^T = `covariance`, whose lower triangle is
-/// read: L z has that covariance if z is of independent standard normal numbers.
+/// Rows of the lower triangle L with L L^T = `covariance`, whose lower triangle is read,
+/// less `rounding_variance` in every direction, or what a direction has if that is
+/// less: L z has that covariance if z is of independent standard normal numbers.
 ///
-/// A number that the ones before it determine has nothing of its own; where rounding
-/// leaves it less than nothing, it gets 10^-12 of the largest variance.
-pub fn correlating(covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
+/// Numbers that determine one another have directions in which nothing varies; rounding
+/// and approximations leave these a variance about zero, of either sign, which is taken for
+/// none. `None` if an entry is no finite number.
+pub fn correlating(covariance: &[Vec<f64>], rounding_variance: f64) -> Option<Vec<Vec<f64>>> {
     let n = covariance.len();
-    let largest = (0..n).map(|i| covariance[i][i]).fold(0.0, f64::max);
     let lower = |row: usize, column: usize| covariance[row.max(column)][row.min(column)];
-    let factor = Cholesky::new_with_substitute(DMatrix::from_fn(n, n, lower), 1e-12 * largest);
-    let entry = |row: usize, column: usize| match &factor {
-        Some(factor) => factor.l_dirty()[(row, column)],
-        // Nothing varies.
-        None => 0.0,
-    };
-    (0..n).map(|row| (0..=row).map(|column| entry(row, column)).collect()).collect()
+    let matrix = DMatrix::from_fn(n, n, lower);
+    if !matrix.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let SymmetricEigen { eigenvectors, eigenvalues } =
+        SymmetricEigen::try_new(matrix, f64::EPSILON, EIGEN_ITERATIONS)?;
+    let null = null_variance(eigenvalues.as_slice());
+    let scales = eigenvalues.map(|variance| match variance > null {
+        true => (variance - rounding_variance).max(0.0).sqrt(),
+        false => 0.0,
+    });
+    // With B = V D^(1/2) the covariance is B B^T, and of B^T = Q R it is R^T R.
+    let transposed = DMatrix::from_diagonal(&scales) * eigenvectors.transpose();
+    let upper = transposed.qr().r();
+    // R's rows are known up to their signs.
+    let entry = |row, column| upper[(column, row)] * upper[(column, column)].signum();
+    Some((0..n).map(|row| (0..=row).map(|column| entry(row, column)).collect()).collect())
+}
+
+/// Variances up to this are rounding beside the others of the same matrix.
+fn null_variance(variances: &[f64]) -> f64 {
+    let largest = variances.iter().fold(0.0, |most: f64, variance| most.max(variance.abs()));
+    1e-13 * variances.len() as f64 * largest
 }
 
 #[cfg(test)]
@@ -119,14 +139,52 @@ mod tests {
         // A number, its double, and one that half follows them; then nothing at all.
         let dependent = vec![vec![4.0], vec![8.0, 16.0], vec![2.0, 4.0, 3.0]];
         for covariance in [dependent, vec![vec![0.0], vec![0.0, 0.0]]] {
-            let factor = correlating(&covariance);
+            let found = product(&correlating(&covariance, 0.0).expect("finite numbers"));
             for (i, row) in covariance.iter().enumerate() {
                 for (j, expected) in row.iter().enumerate() {
-                    let pairs = factor[i].iter().zip(&factor[j]);
-                    let found: f64 = pairs.map(|(a, b)| a * b).sum();
-                    assert!((found - expected).abs() < 1e-9, "{i} {j}: {found}");
+                    assert!((found[i][j] - expected).abs() < 1e-9, "{i} {j}: {found:?}");
                 }
             }
         }
+    }
+
+    fn product(factor: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let entry = |a: &Vec<f64>, b: &Vec<f64>| a.iter().zip(b).map(|(a, b)| a * b).sum();
+        factor.iter().map(|a| factor.iter().map(|b| entry(a, b)).collect()).collect()
+    }
+
+    /// Steps that count the same Poisson numbers with signs of their own: where there
+    /// are more steps than numbers, most directions are null.
+    #[test]
+    fn null_directions_of_many_steps_stay_null() {
+        let numbers = [1000.0, 30.0, 0.02];
+        let sign = |step: usize, number: usize| f64::from(u8::from(step >> number & 1 == 1));
+        let steps = 40;
+        let covariance_of = |taken: f64| -> Vec<Vec<f64>> {
+            let entry = |a: usize, b: usize| -> f64 {
+                (0..3).map(|n| (numbers[n] - taken) * sign(a, n) * sign(b, n)).sum()
+            };
+            (0..steps).map(|a| (0..=a).map(|b| entry(a, b)).collect()).collect()
+        };
+        // Approximate covariances: off by a millionth of the largest, as integrals are.
+        let mut covariance = covariance_of(0.0);
+        for (number, row) in covariance.iter_mut().enumerate() {
+            row[number] += 1e-3 * (number as f64).sin();
+        }
+        let found = product(&correlating(&covariance, 1.0 / 12.0).expect("finite numbers"));
+        for (i, row) in covariance.iter().enumerate() {
+            assert!((found[i][i] - row[i]).abs() < 0.2, "{i}: {} {}", found[i][i], row[i]);
+            for (j, expected) in row.iter().enumerate() {
+                assert!((found[i][j] - expected).abs() < 0.2, "{i} {j}: {}", found[i][j]);
+            }
+        }
+    }
+
+    #[test]
+    fn rounding_is_taken_off_where_there_is_as_much() {
+        let found = product(&correlating(&[vec![2.0], vec![0.0, 0.05]], 0.1).expect("finite"));
+        assert!((found[0][0] - 1.9).abs() < 1e-12, "{found:?}");
+        assert!(found[1][1].abs() < 1e-12 && found[0][1].abs() < 1e-12, "{found:?}");
+        assert_eq!(correlating(&[vec![f64::NAN]], 0.0), None);
     }
 }

@@ -56,6 +56,16 @@ pub fn printable_path(path: &Path) -> String {
     shown
 }
 
+/// A word as a shell reads it back: in quotation marks where it would be taken apart.
+#[cfg(feature = "cli")]
+pub fn shell_word(word: &str) -> Cow<'_, str> {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./=:,@%+".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => Cow::Borrowed(word),
+        false => Cow::Owned(format!("'{}'", word.replace('\'', "'\\''"))),
+    }
+}
+
 /// A line of which every character keeps its place: one that cannot be seen has a
 /// picture in its stead. Tabs stay.
 pub fn pictured(line: &str) -> String {
@@ -131,6 +141,15 @@ mod tests {
         assert_eq!(printable_lines("\u{9b}2J\u{202e}"), "\\u{9b}2J\\u{202e}");
         assert_eq!(printable_ascii("größe"), "gr\\u{f6}\\u{df}e");
         assert_eq!(pictured("a\u{1b}b\u{85}"), "a\u{241b}b\u{fffd}");
+    }
+
+    #[cfg(feature = "cli")]
+    #[test]
+    fn a_word_is_what_a_shell_reads_back() {
+        assert_eq!(shell_word("--out"), "--out");
+        assert_eq!(shell_word("path.distance=5 m"), "'path.distance=5 m'");
+        assert_eq!(shell_word("it's"), r"'it'\''s'");
+        assert_eq!(shell_word(""), "''");
     }
 
     #[test]

@@ -5,19 +5,23 @@
 // The shared file holds words of a block's inputs, and room for those of its
 // outputs.
 //
-// A clock is: inputs set, rising edge, outputs read, falling edge. goldtof_clock.h has what
-// the falling edge takes: an evaluation, or a note that the clock was low.
+// A clock begins low: inputs set, outputs of the clock before looked at once more, which is
+// what a receiver takes with the rising edge; rising edge, outputs read. goldtof_low.h says
+// whether anything can move in the low half, and how the clock falls.
 
 #include "goldtof_ports.h"
 
-#include "goldtof_clock.h"
+#include "goldtof_low.h"
 #include "process.h"
+#include "verilated_save.h"
+
+bool goldtof_is_opposite = false;
 
 namespace {
 
-// What the caller asks for; goldtof's verilated.rs has the same. Arguments: number
-// of clocks, first word of the inputs in the shared file, first word of the outputs,
-// first word of the skips, number of skips.
+// What the caller asks for; goldtof's verilated.rs has the same. Arguments: number of
+// clocks, first word of the block's place in the shared file, number of skips, whether the
+// state after the block is asked for.
 enum What : uint64_t { RUN = 0, RUN_BARE = 1, FINISH = 2 };
 
 // Between two clocks the scan's counters are moved on; the rest is as it was.
@@ -27,13 +31,57 @@ struct Skip {
     uint64_t groups;  // into that of groups
 };
 
+// A block in the shared file.
+struct Place {
+    uint64_t looks_again;  // whether `low` holds anything
+    uint64_t state;        // a hash of all that the model holds after the block
+    uint64_t in[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_IN_WORDS];
+    uint64_t out[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_OUT_WORDS];  // after each rising edge
+    uint64_t low[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_OUT_WORDS];  // before each rising edge
+    Skip skips[GOLDTOF_MOST_SKIPS];
+};
+
 // Registers start with pseudo-random values, so that one that no reset reaches is
 // seen as a mismatch. The seed is any fixed number.
 constexpr int SEED = 1;
 
-void run(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t* out, uint64_t clocks) {
+// FNV-1a of what Verilator would save of a model.
+class StateHash final : public VerilatedSerialize {
+public:
+    uint64_t value = 0xcbf29ce484222325;
+    void flush() override {
+        for (const uint8_t* byte = m_bufp; byte != m_cp; ++byte) {
+            value = (value ^ *byte) * 0x100000001b3;
+        }
+        m_cp = m_bufp;
+    }
+};
+
+uint64_t state_of(GOLDTOF_MODEL* top) {
+    StateHash hash;
+    hash << *top;
+    hash.flush();
+    return hash.value;
+}
+
+void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_skips,
+         bool wants_state) {
+    const uint64_t* in = place.in;
+    uint64_t* out = place.out;
+    uint64_t* low = place.low;
+    const Skip* skip = place.skips;
+    const Skip* const last_skip = skip + number_of_skips;
+    place.looks_again = GOLDTOF_LOOKS_AGAIN;
     for (uint64_t clock = 0; clock < clocks; ++clock) {
         goldtof_apply(top, in);
+        if (GOLDTOF_LOOKS_AGAIN) {
+            top->eval();
+            goldtof_sample(top, low);
+            low += GOLDTOF_OUT_WORDS;
+        }
+        for (; skip != last_skip && skip->clock == clock; ++skip) {
+            goldtof_skip(top, skip->chips, skip->groups);
+        }
         top->GOLDTOF_CLOCK = 1;
         top->eval();
         goldtof_sample(top, out);
@@ -41,21 +89,7 @@ void run(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t* out, uint64_t clocks)
         in += GOLDTOF_IN_WORDS;
         out += GOLDTOF_OUT_WORDS;
     }
-}
-
-void run_block(GOLDTOF_MODEL* top, uint64_t* words, const uint64_t* arguments) {
-    const uint64_t clocks = arguments[0], number_of_skips = arguments[4];
-    const uint64_t* in = words + arguments[1];
-    uint64_t* out = words + arguments[2];
-    const Skip* skips = reinterpret_cast<const Skip*>(words + arguments[3]);
-    uint64_t done = 0;
-    for (uint64_t number = 0; number <= number_of_skips; ++number) {
-        const bool is_last = number == number_of_skips;
-        const uint64_t end = is_last ? clocks : skips[number].clock;
-        run(top, in + done * GOLDTOF_IN_WORDS, out + done * GOLDTOF_OUT_WORDS, end - done);
-        if (!is_last) goldtof_skip(top, skips[number].chips, skips[number].groups);
-        done = end;
-    }
+    if (wants_state) place.state = state_of(top);
 }
 
 // The same model and clocks with constant inputs and nothing read, as anybody would write
@@ -72,8 +106,10 @@ void run_bare(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t clocks) {
 
 }  // namespace
 
-static void serve(uint64_t* words) {
-    VerilatedContext context;
+static void serve(uint64_t* words, bool is_opposite) {
+    goldtof_is_opposite = is_opposite;
+    // Nothing between its members differs from process to process.
+    static VerilatedContext context;
     context.randReset(2);
     context.randSeed(SEED);
     // Never deleted: the process ends instead, and nothing of it is wanted then.
@@ -83,10 +119,11 @@ static void serve(uint64_t* words) {
     answer(OK, "");
     Request request;
     while (next(request)) {
-        const uint64_t* const arguments = request.arguments;
+        const uint64_t clocks = request.arguments[0], skips = request.arguments[2];
+        Place& place = *reinterpret_cast<Place*>(words + request.arguments[1]);
         switch (request.what) {
-        case RUN: run_block(top, words, arguments); break;
-        case RUN_BARE: run_bare(top, words + arguments[1], arguments[0]); break;
+        case RUN: run(top, place, clocks, skips, request.arguments[3] != 0); break;
+        case RUN_BARE: run_bare(top, place.in, clocks); break;
         case FINISH: top->final(); break;
         default: ::_exit(1);
         }

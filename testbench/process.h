@@ -27,8 +27,9 @@
 
 #include "verilated.h"
 
-// Answers requests until there are no more; `words` is the shared file.
-static void serve(uint64_t* words);
+// Answers requests until there are no more; `words` is the shared file. The opposite process
+// takes the opposite of every bit that Verilog leaves undefined.
+static void serve(uint64_t* words, bool is_opposite);
 
 namespace {
 
@@ -135,7 +136,7 @@ void vl_fatal(const char* file, int number, const char* /*hierarchy*/, const cha
     halt_at("fatal error", file, number, message);
 }
 
-int main() {
+int main(int arguments, char**) {
     caller = ::getppid();
     const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
     line = move_away(STDIN_FILENO, nothing);
@@ -144,7 +145,7 @@ int main() {
     std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
     watch_caller();
     try {
-        serve(words);
+        serve(words, arguments > 1);
     } catch (const std::exception& thrown) {
         halt(std::string("a C++ exception: ") + thrown.what());
     } catch (...) {

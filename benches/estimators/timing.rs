@@ -36,7 +36,7 @@ pub fn timing(scene: &Scene) -> Outcome {
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let response = MeanResponse::of_tier(&model, TIER)?;
         let second = SecondMoments::new(&response)?;
-        let sampler = CountSampler::of(&model, &second);
+        let sampler = CountSampler::of(&model, &second).expect("finite moments");
         let solve = milliseconds(20, || {
             MeanResponse::of_tier(&model, TIER)?;
             Ok(())

@@ -60,7 +60,7 @@ impl Told {
         let model = DetectorModel::new(&sensor, DetectorIndex(0));
         let response = MeanResponse::of_tier(&model, TIER)?;
         let second = SecondMoments::new(&response)?;
-        let sampler = CountSampler::of(&model, &second);
+        let sampler = CountSampler::of(&model, &second).expect("finite moments");
         Told::of_scans(scene, other, scans, |scan| sampler.scan(7, scan))
     }
 

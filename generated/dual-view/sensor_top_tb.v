@@ -1,7 +1,7 @@
 // sensor_top_tb: self-checking testbench of sensor_top
 //
-// Drives recorded inputs and compares every output port, after every rising edge of i_clk, with
-// what goldtof's reference model gives. The model takes chips from the code's table and hits from
+// Drives recorded inputs and compares every output port, after every rising edge of i_clk and
+// before the next one, with what goldtof's reference model gives. The model takes chips from the code's table and hits from
 // the list of pulses: no part of the design has a share in the expected values.
 //
 // Inputs   hostile, with an aim: 37 resets, a receiver that stalls, every kind of hit
@@ -160,6 +160,43 @@ module sensor_top_tb;
         skip_controller_chip_count_r
     } = skips_value;
 
+    // Of a clock; its expected values stand from its rising edge to the next one.
+    task compare;
+        input integer at;
+        begin
+            if (o_laser !== expected_o_laser) begin
+                $display("FAIL clock %0d: o_laser expected %h got %h", at,
+                         expected_o_laser, o_laser);
+                failed = 1'b1;
+            end
+            if (o_epoch !== expected_o_epoch) begin
+                $display("FAIL clock %0d: o_epoch expected %h got %h", at,
+                         expected_o_epoch, o_epoch);
+                failed = 1'b1;
+            end
+            if (expected_m_axis_tvalid && m_axis_tdata !== expected_m_axis_tdata) begin
+                $display("FAIL clock %0d: m_axis_tdata expected %h got %h", at,
+                         expected_m_axis_tdata, m_axis_tdata);
+                failed = 1'b1;
+            end
+            if (m_axis_tvalid !== expected_m_axis_tvalid) begin
+                $display("FAIL clock %0d: m_axis_tvalid expected %h got %h", at,
+                         expected_m_axis_tvalid, m_axis_tvalid);
+                failed = 1'b1;
+            end
+            if (expected_m_axis_tvalid && m_axis_tlast !== expected_m_axis_tlast) begin
+                $display("FAIL clock %0d: m_axis_tlast expected %h got %h", at,
+                         expected_m_axis_tlast, m_axis_tlast);
+                failed = 1'b1;
+            end
+            if (o_overrun !== expected_o_overrun) begin
+                $display("FAIL clock %0d: o_overrun expected %h got %h", at,
+                         expected_o_overrun, o_overrun);
+                failed = 1'b1;
+            end
+        end
+    endtask
+
     // Inputs, outputs and expected values all change with the rising edge.
     initial begin
         if ($test$plusargs("vcd")) begin
@@ -182,7 +219,13 @@ module sensor_top_tb;
             dut.controller.step_count_r <= dut.controller.step_count_r ^ skip_controller_step_count_r;
             /* verilator lint_on INITIALDLY */
 `endif
-            #LOW i_clk = 1'b1;
+            #LOW;
+            if (clock != 0 && !(|skips_value)) compare(clock - 1);
+            if (failed) begin
+                $display("     it was as expected after that clock's rising edge, and moved before the next");
+                $fatal;
+            end
+            i_clk = 1'b1;
             #HIGH;
             if (^inputs_value === 1'bx || (clock == 0 && !i_rst)) begin
                 $display("FAIL clock %0d: sensor_top_tb_inputs.hex is missing or short", clock);
@@ -200,36 +243,7 @@ module sensor_top_tb;
                 $display("FAIL clock %0d: sensor_top_tb_skips.hex is missing or short", clock);
                 failed = 1'b1;
             end
-            if (o_laser !== expected_o_laser) begin
-                $display("FAIL clock %0d: o_laser expected %h got %h", clock,
-                         expected_o_laser, o_laser);
-                failed = 1'b1;
-            end
-            if (o_epoch !== expected_o_epoch) begin
-                $display("FAIL clock %0d: o_epoch expected %h got %h", clock,
-                         expected_o_epoch, o_epoch);
-                failed = 1'b1;
-            end
-            if (expected_m_axis_tvalid && m_axis_tdata !== expected_m_axis_tdata) begin
-                $display("FAIL clock %0d: m_axis_tdata expected %h got %h", clock,
-                         expected_m_axis_tdata, m_axis_tdata);
-                failed = 1'b1;
-            end
-            if (m_axis_tvalid !== expected_m_axis_tvalid) begin
-                $display("FAIL clock %0d: m_axis_tvalid expected %h got %h", clock,
-                         expected_m_axis_tvalid, m_axis_tvalid);
-                failed = 1'b1;
-            end
-            if (expected_m_axis_tvalid && m_axis_tlast !== expected_m_axis_tlast) begin
-                $display("FAIL clock %0d: m_axis_tlast expected %h got %h", clock,
-                         expected_m_axis_tlast, m_axis_tlast);
-                failed = 1'b1;
-            end
-            if (o_overrun !== expected_o_overrun) begin
-                $display("FAIL clock %0d: o_overrun expected %h got %h", clock,
-                         expected_o_overrun, o_overrun);
-                failed = 1'b1;
-            end
+            compare(clock);
             if (failed) $fatal;
             // What stands here is taken with the next rising edge.
             if (m_axis_tvalid && !i_rst) begin

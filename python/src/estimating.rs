@@ -1,7 +1,6 @@
 //! From recorded counts to distances.
 
 use goldtof::histogram::Histogram;
-use goldtof::photons::StepCount;
 use goldtof::recorded::{Assessment, RecordedHistogram, RecordedScan, assess, assess_histogram};
 use goldtof::scene::{DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
@@ -43,26 +42,10 @@ pub(crate) fn estimate<'py>(
             ));
         }
     };
-    let found = counts.as_array().len();
-    let of_totals = total.as_ref().map_or(found, |total| total.as_array().len());
-    if found as u64 != scene.scan.steps || of_totals != found {
-        let found = if of_totals == found { found } else { of_totals };
-        return Err(bad_argument(goldtof::EstimateError::WrongNumberOfCounts {
-            found,
-            steps: scene.scan.steps,
-        }));
-    }
-    let has_totals = total.is_some();
-    let totals: Vec<u64> = match &total {
-        Some(total) => total.as_array().iter().copied().collect(),
-        None => vec![0; found],
-    };
-    let pairs = counts.as_array().iter().copied().zip(totals).collect::<Vec<_>>();
-    let scan = RecordedScan {
-        detector,
-        counts: pairs.into_iter().map(|(signed, total)| StepCount { signed, total }).collect(),
-        has_totals,
-    };
+    let signed: Vec<i64> = counts.as_array().iter().copied().collect();
+    let totals: Option<Vec<u64>> = total.map(|total| total.as_array().iter().copied().collect());
+    let scan = RecordedScan::new(&scene, detector, &signed, totals.as_deref());
+    let scan = scan.map_err(bad_argument)?;
     let assessment = wait_for(python, None, move |_| Ok(assess(&Sensor::new(&scene), &scan)))?;
     with_arrays(python, &assessment)
 }

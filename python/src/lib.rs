@@ -8,6 +8,7 @@
 mod arguments;
 mod errors;
 mod estimating;
+mod guarded;
 mod hardware;
 mod model;
 mod scene;
@@ -21,6 +22,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _goldtof(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let python = module.py();
+    waiting::remember_process();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("SPEED_OF_LIGHT_M_PER_S", goldtof::SPEED_OF_LIGHT_M_PER_S)?;
     module.add("GoldtofError", python.get_type::<errors::GoldtofError>())?;

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::{bad_argument, failed};
+use crate::guarded::Guarded;
 use crate::scene::PyScene;
 
 /// Clocks whose records stay in a core's cache.
@@ -32,8 +33,13 @@ const BLOCKS_BETWEEN_SIGNALS: usize = 256;
 /// >>> results = model.take_results()
 /// >>> results["total"], results["clock"]
 /// (array([1250, 1250], dtype=uint64), array([2508, 5008], dtype=uint64))
-#[pyclass(name = "ReferenceModel", module = "goldtof")]
-pub(crate) struct PyModel {
+///
+/// Threads may share a model: calls wait for each other.
+#[pyclass(name = "ReferenceModel", module = "goldtof", frozen)]
+pub(crate) struct PyModel(Guarded<OpenModel>);
+
+/// A model, and results that were not taken yet.
+struct OpenModel {
     model: Model,
     records: Vec<u64>,
     results: Vec<StepResult>,
@@ -136,7 +142,7 @@ impl<'py> Filling<'py> {
     }
 }
 
-impl PyModel {
+impl OpenModel {
     /// Clocks the model through all samples, block by block, and copies every port.
     fn run<W: Copy + Into<u64> + Sync>(
         &mut self,
@@ -195,11 +201,11 @@ impl PyModel {
     ) -> PyResult<PyModel> {
         let sensor = batch::held_to(&scene.sensor(), result_latency_clocks, peak_latency_clocks)
             .map_err(bad_argument)?;
-        Ok(PyModel {
+        Ok(PyModel(Guarded::new(OpenModel {
             model: Model::new(&sensor).map_err(failed)?,
             records: Vec::new(),
             results: Vec::new(),
-        })
+        })))
     }
 
     /// Clocks the model through a batch.
@@ -212,13 +218,15 @@ impl PyModel {
     /// the call between two clocks, which ``clocks`` tells; the outputs are lost.
     #[pyo3(signature = (samples, reset=None, ready=None))]
     fn clock<'py>(
-        &mut self,
+        &self,
         python: Python<'py>,
         samples: &Bound<'py, PyAny>,
         reset: Option<&Bound<'py, PyAny>>,
         ready: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let samples = Samples::of(samples, self.model.interface().reference_codes.len())?;
+        let mut open = self.0.lock(python);
+        let open = &mut *open;
+        let samples = Samples::of(samples, open.model.interface().reference_codes.len())?;
         let (reset, ready) = (levels(reset, "reset")?, levels(ready, "ready")?);
         let clocks = match &samples {
             Samples::U8(words) => words.as_array().shape()[0],
@@ -228,7 +236,7 @@ impl PyModel {
         };
         let outputs = PyDict::new(python);
         let mut filling = Vec::new();
-        for field in &self.model.layout().outputs.fields {
+        for field in &open.model.layout().outputs.fields {
             let (array, seen) = Filling::new(python, clocks, field.port.width);
             outputs.set_item(&field.port.name, seen)?;
             filling.push(array);
@@ -236,10 +244,10 @@ impl PyModel {
         let mut ports = filling.iter_mut().map(Filling::values).collect::<PyResult<Vec<_>>>()?;
         let levels = [&reset[..], &ready[..]];
         match &samples {
-            Samples::U8(words) => self.run(python, words.as_slice()?, levels, &mut ports),
-            Samples::U16(words) => self.run(python, words.as_slice()?, levels, &mut ports),
-            Samples::U32(words) => self.run(python, words.as_slice()?, levels, &mut ports),
-            Samples::U64(words) => self.run(python, words.as_slice()?, levels, &mut ports),
+            Samples::U8(words) => open.run(python, words.as_slice()?, levels, &mut ports),
+            Samples::U16(words) => open.run(python, words.as_slice()?, levels, &mut ports),
+            Samples::U32(words) => open.run(python, words.as_slice()?, levels, &mut ports),
+            Samples::U64(words) => open.run(python, words.as_slice()?, levels, &mut ports),
         }?;
         Ok(outputs)
     }
@@ -248,8 +256,8 @@ impl PyModel {
     /// arrays of ``clock`` (after whose rising edge the step's group comes to the stream,
     /// if nothing stands there any more), ``scan`` since the last reset, ``detector``,
     /// ``step``, ``count`` and ``total``.
-    fn take_results<'py>(&mut self, python: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let results = std::mem::take(&mut self.results);
+    fn take_results<'py>(&self, python: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let results = std::mem::take(&mut self.0.lock(python).results);
         let taken = PyDict::new(python);
         let numbers = |of: fn(&StepResult) -> u64| {
             PyArray1::from_iter(python, results.iter().map(of).collect::<Vec<_>>())
@@ -266,7 +274,7 @@ impl PyModel {
 
     /// Clocks so far, which is the number of the next one.
     #[getter]
-    fn clocks(&self) -> u64 {
-        self.model.clocks()
+    fn clocks(&self, python: Python<'_>) -> u64 {
+        self.0.lock(python).model.clocks()
     }
 }

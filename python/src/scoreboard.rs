@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::bad_argument;
+use crate::guarded::Guarded;
 use crate::scene::PyScene;
 use crate::values::to_python;
 
@@ -13,10 +14,10 @@ use crate::values::to_python;
 ///
 /// ``ports`` are names and bits of what a clock's record holds, the first at bit 0, one
 /// behind the other, in words of 64 bits.
-#[pyclass(name = "Scoreboard", module = "goldtof")]
-pub(crate) struct PyScoreboard {
-    scoreboard: Scoreboard,
-}
+///
+/// Threads may share a scoreboard: calls wait for each other.
+#[pyclass(name = "Scoreboard", module = "goldtof", frozen)]
+pub(crate) struct PyScoreboard(Guarded<Scoreboard>);
 
 #[pymethods]
 impl PyScoreboard {
@@ -43,29 +44,30 @@ impl PyScoreboard {
             batch_clocks,
         };
         let scoreboard = Scoreboard::new(&scene.sensor(), &ports, options).map_err(bad_argument)?;
-        Ok(PyScoreboard { scoreboard })
+        Ok(PyScoreboard(Guarded::new(scoreboard)))
     }
 
     /// Words of 64 bits of a clock's record.
     #[getter]
-    fn words(&self) -> usize {
-        self.scoreboard.words()
+    fn words(&self, python: Python<'_>) -> usize {
+        self.0.lock(python).words()
     }
 
     /// Takes the words of records, uint64, as many as there are. True while no port was
     /// found to differ.
-    fn push(&mut self, python: Python<'_>, words: PyReadonlyArray1<'_, u64>) -> PyResult<bool> {
+    fn push(&self, python: Python<'_>, words: PyReadonlyArray1<'_, u64>) -> PyResult<bool> {
         let words = words.as_slice()?;
-        let scoreboard = &mut self.scoreboard;
+        let mut scoreboard = self.0.lock(python);
+        let scoreboard = &mut *scoreboard;
         python.detach(|| scoreboard.push(words));
-        Ok(self.scoreboard.first_mismatch().is_none())
+        Ok(scoreboard.first_mismatch().is_none())
     }
 
     /// What all clocks so far say: ``verdict`` (match, mismatch or inconclusive),
     /// ``clocks``, ``mismatches``, ``first_mismatch``, ``exercised``, ``missing`` and
     /// ``text``, all of that in words.
-    fn summary<'py>(&mut self, python: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let summary = self.scoreboard.summary();
+    fn summary<'py>(&self, python: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let summary = self.0.lock(python).summary();
         let told = PyDict::new(python);
         told.set_item("verdict", summary.verdict.to_string())?;
         told.set_item("clocks", summary.clocks)?;

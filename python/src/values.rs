@@ -1,5 +1,6 @@
 //! JSON as Python's own types, and Python's as TOML.
 
+use goldtof::scene::MOST_KEY_PARTS;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde::Serialize;
@@ -45,6 +46,17 @@ fn of_json<'py>(python: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny
 
 /// A value of a scene; `place` is the key that it is for.
 pub(crate) fn to_toml(value: &Bound<'_, PyAny>, place: &str) -> PyResult<toml::Value> {
+    to_toml_within(value, place, MOST_KEY_PARTS)
+}
+
+/// The same, of a value that may have so many more lists and dicts within each other: one
+/// that holds itself has no end.
+fn to_toml_within(value: &Bound<'_, PyAny>, place: &str, levels: usize) -> PyResult<toml::Value> {
+    let levels = levels.checked_sub(1).ok_or_else(|| {
+        bad_argument(format!(
+            "{place}: more than {MOST_KEY_PARTS} lists and dicts within each other are no scene"
+        ))
+    })?;
     if let Ok(value) = value.cast::<PyBool>() {
         return Ok(toml::Value::Boolean(value.is_true()));
     }
@@ -66,14 +78,14 @@ pub(crate) fn to_toml(value: &Bound<'_, PyAny>, place: &str) -> PyResult<toml::V
                 "" => key.clone(),
                 _ => format!("{place}.{key}"),
             };
-            table.insert(key, to_toml(&value, &place)?);
+            table.insert(key, to_toml_within(&value, &place, levels)?);
         }
         return Ok(toml::Value::Table(table));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         let mut array = Vec::new();
         for value in value.try_iter()? {
-            array.push(to_toml(&value?, place)?);
+            array.push(to_toml_within(&value?, place, levels)?);
         }
         return Ok(toml::Value::Array(array));
     }

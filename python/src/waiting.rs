@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
@@ -35,6 +35,24 @@ impl Watch {
     }
 }
 
+/// The process whose threads the computing ones are.
+static PROCESS: AtomicU32 = AtomicU32::new(0);
+
+/// Keeps which process loaded the package. A child of `fork` has none of its parent's
+/// threads, and would wait for ever for those that compute.
+pub(crate) fn remember_process() {
+    PROCESS.store(std::process::id(), Ordering::Relaxed);
+}
+
+/// Does a job, in a child of `fork` with computing threads of its own.
+fn in_living_threads<T: Send>(job: impl FnOnce() -> PyResult<T> + Send) -> PyResult<T> {
+    if PROCESS.load(Ordering::Relaxed) == std::process::id() {
+        return job();
+    }
+    let threads = rayon::ThreadPoolBuilder::new().build();
+    threads.map_err(|error| failed(format!("no threads to compute with: {error}")))?.install(job)
+}
+
 /// Runs a job without Python's lock, and tells `on_progress(done, all)` how far it has
 /// come. With Ctrl-C, or when the callback raises, the call ends at once, and the job at
 /// its next progress.
@@ -49,7 +67,7 @@ pub(crate) fn wait_for<T: Send + 'static>(
     std::thread::Builder::new()
         .name("goldtof".to_owned())
         .spawn(move || {
-            let ended = catch_unwind(AssertUnwindSafe(|| job(&watched)));
+            let ended = catch_unwind(AssertUnwindSafe(|| in_living_threads(|| job(&watched))));
             // Nobody may be left to hear it.
             let _ = to_us.send(ended);
         })

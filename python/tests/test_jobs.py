@@ -1,5 +1,6 @@
 """The jobs, against the command line's numbers where it has them and theory where not."""
 
+import multiprocessing
 import signal
 import threading
 import time
@@ -168,3 +169,39 @@ def test_sweeps_are_frames_and_datasets(quick):
     quick["path.distance"] = "2 m"
     alone = goldtof.simulate(quick)["estimates"][0]["bias_m"]
     assert float(point.squeeze()) == alone
+
+
+def test_counts_that_no_hardware_has_are_refused(quick):
+    """As the command line refuses them; else a sine of any amplitude is a distance."""
+    steps = quick.phase_steps
+    sine = (9e18 * np.sin(2 * np.pi * np.arange(steps) / steps)).astype(np.int64)
+    with pytest.raises(ValueError, match="hold at most"):
+        goldtof.estimate(quick, sine)
+    counts, totals = np.full(steps, 2), np.full(steps, 4, np.uint64)
+    totals[7] = 1
+    with pytest.raises(ValueError, match="phase step 7: total_count is 1; with count 2"):
+        goldtof.estimate(quick, counts, total=totals)
+    totals[7] = 5
+    with pytest.raises(ValueError, match="phase step 7: .* both even or both odd"):
+        goldtof.estimate(quick, counts, total=totals)
+    with pytest.raises(ValueError, match="247 phase steps were counted"):
+        goldtof.estimate(quick, counts, total=totals[1:])
+
+
+def _simulated(answers):
+    scene = goldtof.Scene.load(ROOT / "scenes/quick.toml")
+    answers.put(goldtof.simulate(scene, fidelity="counts", repetitions=50)["estimates"][0]["std_m"])
+
+
+def test_a_child_of_fork_computes(quick):
+    """The parent's threads are not there, and nobody may wait for them."""
+    here = goldtof.simulate(quick, fidelity="counts", repetitions=50)["estimates"][0]["std_m"]
+    fork = multiprocessing.get_context("fork")
+    answers = fork.SimpleQueue()
+    child = fork.Process(target=_simulated, args=(answers,))
+    child.start()
+    child.join(60)
+    is_over = child.exitcode is not None
+    child.kill()
+    assert is_over and child.exitcode == 0
+    assert answers.get() == here

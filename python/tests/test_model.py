@@ -1,5 +1,7 @@
 """The reference model in batches, against the definition of the counts."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import goldtof
 import numpy as np
 import pytest
@@ -91,3 +93,18 @@ def test_inputs_that_are_not_meant_are_refused(quick):
     assert model.clocks == 0
     every_other = model.clock(np.zeros(10, np.uint8)[::2])
     assert len(every_other["o_laser"]) == 5
+
+
+def test_threads_share_a_model_and_a_scoreboard(quick):
+    """Calls of several threads wait for each other, and no clock is lost."""
+    model = goldtof.ReferenceModel(quick)
+    board = goldtof.Scoreboard(quick, [(name, width) for name, width in quick.ports])
+    samples, reset = np.zeros(200_000, np.uint8), np.zeros(200_000, bool)
+    words = np.zeros(board.words * 50_000, np.uint64)
+    with ThreadPoolExecutor(4) as threads:
+        clocked = [threads.submit(model.clock, samples, reset) for _ in range(8)]
+        pushed = [threads.submit(board.push, words) for _ in range(8)]
+        for done in clocked + pushed:
+            done.result()
+    assert model.clocks == 8 * len(samples)
+    assert board.summary()["verdict"] == "inconclusive"

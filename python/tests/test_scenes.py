@@ -50,3 +50,19 @@ def test_errors_have_file_line_and_column(tmp_path):
         goldtof.Scene.load(tmp_path / "nothing.toml")
     with pytest.raises(ValueError, match="clock.chip_period: a scene has no bytes"):
         goldtof.Scene.from_dict({"clock": {"chip_period": b"8 ns"}})
+
+
+def test_values_within_values_have_an_end(quick):
+    endless = []
+    endless.append(endless)
+    deep = {}
+    for _ in range(10_000):
+        deep = {"a": deep}
+    for value in (endless, deep):
+        with pytest.raises(ValueError, match="more than 16 lists and dicts within each other"):
+            quick["scan.steps"] = value
+        with pytest.raises(ValueError, match="more than 16 lists and dicts within each other"):
+            goldtof.Scene.from_dict({"scan": value})
+    with pytest.raises(ValueError, match="a key of more than 16 parts"):
+        quick["a" + ".a" * 30_000] = 1
+    assert quick.phase_steps == 248

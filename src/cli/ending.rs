@@ -10,3 +10,11 @@ pub(super) enum Ending {
     /// Exit status 4: a score is below what was asked for.
     BelowThreshold,
 }
+
+impl Ending {
+    /// That of a command with `--check`, or without it, whose scans bear their expectations out
+    /// or do not.
+    pub fn of_check(check: bool, holds: bool) -> Ending {
+        if check && !holds { Ending::DoesNotHold } else { Ending::Done }
+    }
+}

@@ -41,5 +41,6 @@ pub(super) fn run(
         output.note(&format!("refused: {refusal}"));
         return Ok(Ending::DoesNotHold);
     }
-    Ok(Ending::Done)
+    let holds = report.reference.expectation_holds != Some(false);
+    Ok(Ending::of_check(arguments.check.check, holds))
 }

@@ -7,7 +7,6 @@ use super::emit::rtl;
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::shards::at_once;
 use crate::document::Document;
 use crate::door::{GradeOptions, grade, grade_some};
 use crate::grade::{Bounds, Grade, GradeStimulus, Score};
@@ -71,7 +70,7 @@ fn some_variants(
         let choose = |count| shard::variants(order.part, count);
         let graded = grade_some(scene, options, choose, |stage| progress.stage(stage));
         progress.end();
-        Ok(at_once(Results::Grade(graded?)))
+        Ok(Results::Grade(graded?))
     })
 }
 

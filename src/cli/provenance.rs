@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime};
 
 use anyhow::Context as _;
 
-use crate::printable::printable_path;
+use crate::printable::{printable_path, shell_word};
 use crate::report::provenance::Provenance;
 use crate::version::VERSION;
 
@@ -45,27 +45,7 @@ pub(super) fn provenance(scene_text: String) -> anyhow::Result<Provenance> {
 /// The command as it was typed; words that a shell would take apart are in quotation marks.
 pub(super) fn typed_command() -> String {
     let words = std::env::args_os().skip(1);
-    let words = words.map(|word| quoted(&printable_path(Path::new(&word))));
+    let words = words.map(|word| shell_word(&printable_path(Path::new(&word))).into_owned());
     let all = std::iter::once("goldtof".to_owned()).chain(words);
     all.collect::<Vec<_>>().join(" ")
-}
-
-/// A word as a shell reads it back.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_./=:,@%+".contains(c);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn a_word_is_what_a_shell_reads_back() {
-        assert_eq!(super::quoted("--out"), "--out");
-        assert_eq!(super::quoted("path.distance=5 m"), "'path.distance=5 m'");
-        assert_eq!(super::quoted("it's"), r"'it'\''s'");
-        assert_eq!(super::quoted(""), "''");
-    }
 }

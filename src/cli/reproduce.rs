@@ -7,7 +7,6 @@ use super::arguments::{Order, ReproduceArguments};
 use super::ending::Ending;
 use super::forecast::Forecast;
 use super::output::Output;
-use super::shards::at_once;
 use crate::shard::{self, Job, Part, ReproduceJob, Results};
 use crate::study::reproduce::{FigureId, MadeFigure, Options, Reproduction, reproduce};
 
@@ -55,7 +54,7 @@ fn some_figures(options: &Options, order: &Order, output: &Output) -> anyhow::Re
             output.note(&format!("{} ({:.1} s)", figure.title, figure.run_time_s));
             kept.push(figure.kept());
         }
-        Ok(at_once(Results::Reproduce(kept)))
+        Ok(Results::Reproduce(kept))
     })
 }
 

@@ -10,6 +10,7 @@ use crate::document::{Body, Document};
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::shard::{Folder, Job, Results, SceneText, Shard};
+use crate::study::sweep::Store;
 
 /// The JSON of a command with `--shard`.
 #[derive(Serialize)]
@@ -31,29 +32,26 @@ impl Body for ShardDone {
 
 impl Order<'_> {
     /// Does a part of a job with `work`, unless it is done already. `work` may keep what it
-    /// has finished in a folder of the shard's own, and tidies that up in the end.
+    /// has finished in a folder of the shard's own, which is gone in the end.
     pub fn fulfil(
         &self,
         job: Job,
         output: &Output,
-        work: impl FnOnce(&OutputFolder) -> anyhow::Result<(Results, TidyUp)>,
+        work: impl FnOnce(&OutputFolder) -> anyhow::Result<Results>,
     ) -> anyhow::Result<Ending> {
         let folder = Folder::make(self.out)?;
         let scene = job.scene().map(SceneText::reference);
         let mut done_before = folder.has(self.part, &job)?;
-        if !done_before {
+        // A run that was killed behind its shard's file leaves its workplace.
+        if !done_before || folder.has_workplace(self.part) {
             // Of two runs of one shard the second waits, and finds it done.
             let workplace = folder.workplace(self.part, |path| output.waits(path))?;
             done_before = folder.has(self.part, &job)?;
             if !done_before {
-                let (results, tidy_up) = work(&workplace)?;
-                let shard = Document {
-                    scene: scene.clone(),
-                    ..Document::new(Shard::new(self.part, job, results), typed_command(), None)
-                };
-                folder.keep(self.part, &shard)?;
-                tidy_up(&workplace)?;
+                let results = work(&workplace)?;
+                folder.keep(self.part, &Shard::sealed(self.part, job, results, typed_command()))?;
             }
+            Store::clear(&workplace)?;
             workplace.discard();
         }
         let file = printable_path(&folder.path_of(self.part));
@@ -65,12 +63,4 @@ impl Order<'_> {
         output.answer_document(&document, &text)?;
         Ok(Ending::Done)
     }
-}
-
-/// Removes what was kept on the way to a shard's file, once that is there.
-pub(super) type TidyUp = Box<dyn FnOnce(&OutputFolder) -> anyhow::Result<()>>;
-
-/// What work that keeps nothing on the way gives.
-pub(super) fn at_once(results: Results) -> (Results, TidyUp) {
-    (results, Box::new(|_| Ok(())))
 }

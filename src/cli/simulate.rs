@@ -5,7 +5,6 @@ use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::shards::at_once;
 use super::warnings::warn_of_far_paths;
 use crate::document::Document;
 use crate::files;
@@ -44,7 +43,7 @@ pub(super) fn run(
     }
     let simulation =
         simulate_with(&sensor, arguments.fidelity, arguments.engine, seed, arguments.repeat)?;
-    tell(reference, &simulation, output)
+    tell(reference, &simulation, arguments.check.check, output)
 }
 
 /// Some of the scans.
@@ -69,13 +68,14 @@ fn part(
         engine: arguments.engine,
         estimator: arguments.estimator,
         seed,
+        check: arguments.check.check,
     });
     order.fulfil(job, output, |_| {
         let simulated = Simulated::new(sensor, tier)?;
         let scans = order.part.stretch(repetitions);
         let prepared = Prepared::with_engine(sensor, tier, arguments.engine)?;
         let gathered = simulated.gather(&prepared, seed, scans, &mut |_, _| ())?;
-        Ok(at_once(Results::Simulate(gathered)))
+        Ok(Results::Simulate(gathered))
     })
 }
 
@@ -89,15 +89,20 @@ pub(super) fn merge(
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     let simulation = shard::simulation(job, &sensor, shards)?;
-    tell(job.scene.reference(), &simulation, output)
+    tell(job.scene.reference(), &simulation, job.check, output)
 }
 
-fn tell(scene: SceneReference, simulation: &Simulation, output: &Output) -> anyhow::Result<Ending> {
+fn tell(
+    scene: SceneReference,
+    simulation: &Simulation,
+    check: bool,
+    output: &Output,
+) -> anyhow::Result<Ending> {
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));
     }
     let document =
         Document { scene: Some(scene), ..Document::new(simulation, typed_command(), None) };
     output.answer_document(&document, &simulation.to_text())?;
-    Ok(Ending::Done)
+    Ok(Ending::of_check(check, simulation.is_as_expected()))
 }

@@ -8,7 +8,6 @@ use super::arguments::{Order, StressArguments};
 use super::ending::Ending;
 use super::forecast::Forecast;
 use super::output::Output;
-use super::shards::at_once;
 use crate::document::Body;
 use crate::shard::{self, Job, Part, Results, StressJob};
 use crate::study::stress::{Case, CaseReport, Group, StressReport, cases, run as run_cases};
@@ -91,7 +90,7 @@ fn some_cases(
         let some: Vec<Case> = numbers.map(|number| chosen[number as usize]).collect();
         let report = watched(&some, seed, output)?;
         let kept = report.cases.iter().map(CaseReport::kept).collect();
-        Ok(at_once(Results::Stress(kept)))
+        Ok(Results::Stress(kept))
     })
 }
 

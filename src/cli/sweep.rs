@@ -8,7 +8,6 @@ use super::arguments::{Order, SweepArguments};
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
-use super::shards::TidyUp;
 use super::warnings::warn_of_far_paths;
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
@@ -61,7 +60,7 @@ pub(super) fn run(
         let own = part.every(sweep.len() as u64);
         check(&sweep, own.map(|number| number as usize), output)?;
         let out = &arguments.out;
-        return some_points(&sweep, &Order { part, out }, output);
+        return some_points(&sweep, &Order { part, out }, arguments.check.check, output);
     }
     check(&sweep, 0..sweep.len(), output)?;
     let folder = output.folder(&arguments.out)?;
@@ -74,7 +73,8 @@ pub(super) fn run(
     let bar = output.points(sweep.len());
     let table = sweep::run(&sweep, &store, |done| bar.set_position(done as u64))?;
     bar.finish_and_clear();
-    tell(&sweep, &table, done_before, &folder, output)
+    tell(&sweep, &table, done_before, &folder, output)?;
+    Ok(Ending::of_check(arguments.check.check, table.is_as_expected()))
 }
 
 /// Whether some points are scenes, before the first is simulated, and what is to be said of
@@ -94,14 +94,18 @@ fn check(
 }
 
 fn open_store(sweep: &Sweep, folder: &OutputFolder, output: &Output) -> anyhow::Result<Store> {
-    let points = folder.subfolder("points", |path| output.waits(path))?;
     let definition = Definition::of(sweep, &typed_command());
-    Ok(Store::open(folder, points, &definition)?)
+    Ok(Store::open(folder, &definition, |path| output.waits(path))?)
 }
 
 /// A part of the points. They are kept in a folder of the shard's own until all are done,
 /// so that a part that was cut off goes on.
-fn some_points(sweep: &Sweep, order: &Order, output: &Output) -> anyhow::Result<Ending> {
+fn some_points(
+    sweep: &Sweep,
+    order: &Order,
+    check: bool,
+    output: &Output,
+) -> anyhow::Result<Ending> {
     let job = Job::Sweep(SweepJob {
         scene: SceneText::new(&sweep.file, sweep.text.clone(), &sweep.settings),
         over: sweep.axes.iter().map(|axis| axis.text.clone()).collect(),
@@ -109,6 +113,7 @@ fn some_points(sweep: &Sweep, order: &Order, output: &Output) -> anyhow::Result<
         fidelity: sweep.fidelity,
         estimator: sweep.estimator,
         seed: sweep.seed,
+        check,
     });
     let part = order.part;
     order.fulfil(job, output, |folder| {
@@ -119,9 +124,7 @@ fn some_points(sweep: &Sweep, order: &Order, output: &Output) -> anyhow::Result<
             bar.set_position(done as u64);
         })?;
         bar.finish_and_clear();
-        let rows = shard::rows(part, sweep, &store)?;
-        let tidy_up: TidyUp = Box::new(|folder| Ok(store.clear(folder)?));
-        Ok((Results::Sweep(rows), tidy_up))
+        Ok(Results::Sweep(shard::rows(part, sweep, &store)?))
     })
 }
 
@@ -135,7 +138,8 @@ pub(super) fn merge(
     let sweep = job.sweep()?;
     sweep.check_axes()?;
     let table = shard::table(&sweep, shards)?;
-    tell(&sweep, &table, sweep.len(), &output.folder(out)?, output)
+    tell(&sweep, &table, sweep.len(), &output.folder(out)?, output)?;
+    Ok(Ending::of_check(job.check, table.is_as_expected()))
 }
 
 /// Writes both tables and the plot, all three or none.
@@ -145,7 +149,7 @@ fn tell(
     done_before: usize,
     folder: &OutputFolder,
     output: &Output,
-) -> anyhow::Result<Ending> {
+) -> anyhow::Result<()> {
     let name = sweep.point(0)?.sensor.scene().name.clone();
     let (plot, left_out) = table.plot(&name, &sweep.axes)?;
     if left_out > 0 {
@@ -173,5 +177,13 @@ fn tell(
     let document =
         Document { scene: Some(sweep.scene()), ..Document::new(report, typed_command(), None) };
     output.answer_document(&document, &text)?;
-    Ok(Ending::Done)
+    let untrue = table.contradicted();
+    if untrue > 0 {
+        let rows = table.rows.len();
+        output.note(&format!(
+            "warning: in {untrue} of {rows} rows the scans contradict what is expected of them \
+             (expectation_holds)"
+        ));
+    }
+    Ok(())
 }

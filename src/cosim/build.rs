@@ -10,11 +10,12 @@ use std::sync::Arc;
 
 pub use super::cache::{cache_dir, set_cache_dir};
 use super::cache::{hash, once, write};
+use super::drivers;
 use super::error::CosimError;
-use super::falling_edge;
 use super::image::Image;
+use super::low_half;
 use super::ports;
-use super::rejected::{in_build, rejection};
+use super::rejected::{in_build, in_users_terms, rejection};
 use super::source::{RTL, SourceFile, is_users};
 use super::tools::Tools;
 use crate::rtl::blocks::ScanRegisters;
@@ -28,18 +29,24 @@ const PROGRAM: &str = "sensor";
 const RUNTIME_OBJECT: &str = "runtime.o";
 /// The one unit that the compiler gets.
 const UNIT: &str = "all.cc";
+/// The elaborated design, as Verilator writes it.
+const ELABORATED: &str = "elaborated.xml";
 /// What Verilator is told of the scan's counters.
 const CONFIGURATION: &str = "counters.vlt";
+/// Name of the header that the compiler includes before all others.
+const UNDEFINED_HEADER: &str = "undefined.h";
+const UNDEFINED: &str = include_str!("../../testbench/undefined.h");
 /// `--x-initial unique` starts registers at random, so that a missing reset is
-/// a mismatch and not luck. Lint is the emitter's own tests' business; a user's
+/// a mismatch and not luck, and `--x-assign unique` does so with every x. Lint is the emitter's own tests' business; a user's
 /// RTL is judged by what it does. But what fails when it is elaborated has failed,
-/// and of two modules with one name nobody knows which was meant.
+/// and of two modules with one name, or two drivers of a net, nobody knows which was
+/// meant.
 pub(super) const VERILATOR_FLAGS: &[&str] = &[
     "--cc",
     "-O3",
     "--no-timing",
     "--x-assign",
-    "fast",
+    "unique",
     "--x-initial",
     "unique",
     "-Wno-fatal",
@@ -48,10 +55,13 @@ pub(super) const VERILATOR_FLAGS: &[&str] = &[
     "-Werror-USERFATAL",
     "-Werror-USERERROR",
     "-Werror-MODDUP",
+    "-Werror-MULTIDRIVEN",
 ];
+/// What lock-step needs beside: a model that tells its state.
+const SAVABLE: &str = "--savable";
 
 /// Parts of Verilator's run-time library that a single-threaded model needs.
-const RUNTIME: &[&str] = &["verilated.cpp", "verilated_threads.cpp"];
+const RUNTIME: &[&str] = &["verilated.cpp", "verilated_save.cpp", "verilated_threads.cpp"];
 
 /// A built model, ready to be started.
 #[derive(Debug, Clone)]
@@ -93,9 +103,9 @@ pub fn build_with(
 ) -> Result<Built, CosimError> {
     let tools = Tools::find()?;
     let header = ports::header(top, &Layout::of(interface), registers);
-    let mut parts =
-        vec![tools.versions.as_str(), TESTBENCH, PROCESS, &header, top, env!("CARGO_PKG_VERSION")];
-    let clock = falling_edge::identity(top, Layout::CLOCK);
+    let mut parts = vec![tools.versions.as_str(), TESTBENCH, PROCESS, UNDEFINED, &header, top];
+    parts.extend([SAVABLE, env!("CARGO_PKG_VERSION")]);
+    let clock = low_half::identity(top);
     parts.extend(clock.iter().map(String::as_str));
     parts.extend(VERILATOR_FLAGS);
     parts.extend(tools.compiler_flags.iter().map(String::as_str));
@@ -107,10 +117,12 @@ pub fn build_with(
         let runtime = runtime(&tools, cache)?;
         verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
-        falling_edge::write_header(folder, top, Layout::CLOCK)?;
+        low_half::write_header(folder, top, interface)?;
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("cosim.cpp"), TESTBENCH)?;
-        link(&tools, folder, &runtime).map_err(|error| rejection(error, sources))
+        write(&folder.join(UNDEFINED_HEADER), UNDEFINED)?;
+        link(&tools, folder, &["-include", UNDEFINED_HEADER], &runtime)
+            .map_err(|error| rejection(error, sources))
     })?;
     let path = cache.join(name).join(PROGRAM);
     let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
@@ -163,7 +175,7 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
         write(&folder.join(unit.header.0), unit.header.1)?;
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("lanes.cpp"), unit.testbench)?;
-        link(&tools, folder, &runtime)
+        link(&tools, folder, &[], &runtime)
     })?;
     let path = cache.join(name).join(PROGRAM);
     let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
@@ -181,6 +193,7 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
 /// most of the compiler's work.
 fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
     let mut parts = vec![tools.versions.as_str(), "runtime"];
+    parts.extend(RUNTIME);
     parts.extend(tools.compiler_flags.iter().map(String::as_str));
     once(cache, &format!("runtime-{}", hash(&parts)), RUNTIME_OBJECT, |folder| {
         let all: String = RUNTIME.iter().map(|name| format!("#include \"{name}\"\n")).collect();
@@ -222,7 +235,7 @@ fn verilate(
         command
             .current_dir(folder)
             .args(VERILATOR_FLAGS)
-            .args(["--top-module", top, "--Mdir", "."])
+            .args([SAVABLE, "--top-module", top, "--Mdir", "."])
             .arg(format!("-I{RTL}"))
             .args(registers.map(|_| CONFIGURATION))
             // Headers are there to be included.
@@ -232,16 +245,45 @@ fn verilate(
     let header = folder.join(format!("V{top}.h"));
     let text = fs::read_to_string(&header).map_err(CosimError::cache(&header))?;
     let differences = ports::differences(&interface.ports(), &ports::verilated_ports(&text));
-    if differences.is_empty() {
-        Ok(())
-    } else {
-        Err(CosimError::Ports { top: top.to_owned(), differences })
+    if !differences.is_empty() {
+        return Err(CosimError::Ports { top: top.to_owned(), differences });
     }
+    if is_users(sources) { check_drivers(tools, top, sources, folder) } else { Ok(()) }
+}
+
+/// Refuses nets of several drivers.
+fn check_drivers(
+    tools: &Tools,
+    top: &str,
+    sources: &[SourceFile],
+    folder: &Path,
+) -> Result<(), CosimError> {
+    let written = tools.verilator.run(|command| {
+        command
+            .current_dir(folder)
+            .args(VERILATOR_FLAGS.iter().filter(|&&flag| flag != "--cc"))
+            .args(["--xml-only", "--xml-output", ELABORATED, "--top-module", top, "--Mdir", "."])
+            .arg(format!("-I{RTL}"))
+            .args(sources.iter().filter(|s| s.is_compiled()).map(in_build))
+    });
+    // Versions that do not write it see two drivers themselves.
+    let Ok(xml) = written.and_then(|_| {
+        let path = folder.join(ELABORATED);
+        fs::read_to_string(&path).map_err(CosimError::cache(&path))
+    }) else {
+        return Ok(());
+    };
+    let faults = drivers::faults(&xml);
+    if faults.is_empty() {
+        return Ok(());
+    }
+    let output = in_users_terms(&faults.join("\n"), sources);
+    Err(CosimError::Rejected { tool: "goldtof", output })
 }
 
 /// Compiles the model and the testbench as one unit, so that the compiler sees
 /// through the calls between them.
-fn link(tools: &Tools, folder: &Path, runtime: &[u8]) -> Result<(), CosimError> {
+fn link(tools: &Tools, folder: &Path, flags: &[&str], runtime: &[u8]) -> Result<(), CosimError> {
     let mut units: Vec<String> = fs::read_dir(folder)
         .map_err(CosimError::cache(folder))?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
@@ -260,6 +302,7 @@ fn link(tools: &Tools, folder: &Path, runtime: &[u8]) -> Result<(), CosimError> 
             .args(&tools.compiler_flags)
             .args(["-I", "."])
             .args(include)
+            .args(flags)
             .args([UNIT, RUNTIME_OBJECT, "-o", PROGRAM, "-pthread"])
     })?;
     Ok(())

@@ -1,6 +1,6 @@
 //! Which outputs of the two sides have to be equal at a clock.
 
-use crate::sensor::layout::Layout;
+use crate::sensor::layout::{Field, Layout};
 
 /// How outputs are compared.
 #[derive(Debug, Clone, Copy)]
@@ -13,16 +13,27 @@ pub(crate) struct Comparison<'a> {
 
 impl Comparison<'_> {
     /// The ports that differ and are not free to, by their numbers in
-    /// [`Layout::outputs`].
-    pub(crate) fn differing(&self, expected: &[u64], got: &[u64]) -> impl Iterator<Item = usize> {
+    /// [`Layout::outputs`]. An undefined bit is never what it should be; `undefined` may be
+    /// empty.
+    pub(crate) fn differing<'s>(
+        &self,
+        expected: &'s [u64],
+        (got, undefined): (&'s [u64], &'s [u64]),
+    ) -> impl Iterator<Item = usize> + use<'_, 's> {
         let outputs = &self.layout.outputs;
         let is_idle =
             self.ignores_idle_payload && outputs.field("m_axis_tvalid").low_word(expected) == 0;
         let fields = outputs.fields.iter().enumerate();
         fields.filter_map(move |(number, field)| {
             let is_payload = matches!(field.port.name.as_str(), "m_axis_tdata" | "m_axis_tlast");
-            let differs = !(is_idle && is_payload) && field.read(expected) != field.read(got);
-            differs.then_some(number)
+            let differs =
+                field.read(expected) != field.read(got) || is_any_undefined(field, undefined);
+            (differs && !(is_idle && is_payload)).then_some(number)
         })
     }
+}
+
+/// Whether a bit of a port is undefined, as `undefined` says of all ports.
+fn is_any_undefined(field: &Field, undefined: &[u64]) -> bool {
+    !undefined.is_empty() && field.read(undefined).iter().any(|&bits| bits != 0)
 }

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use super::comparison::Comparison;
 use super::error::{CosimError, When};
+use super::mismatch::{Mismatch, MismatchKind};
 use super::sent::{SentCount, SentReader};
 use super::verilated::{BLOCKS_AT_ONCE, Verilated};
 use super::window::{Kept, Shown, Window};
@@ -22,20 +23,6 @@ use crate::sensor::layout::Layout;
 
 /// Blocks on their way: one being clocked, one waiting, one being made.
 const BLOCKS: usize = 3;
-
-/// The first difference.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mismatch {
-    /// Clock, counted from the start of the run; outputs are compared after its
-    /// rising edge.
-    pub clock: u64,
-    /// Index of the port in [`Layout::outputs`].
-    pub field: usize,
-    /// The reference model's value, least significant word first.
-    pub expected: Vec<u64>,
-    /// The Verilog's value.
-    pub got: Vec<u64>,
-}
 
 /// What came of a run.
 #[derive(Debug, Clone)]
@@ -169,7 +156,7 @@ fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSend
             return;
         };
         if block.halted.is_none() {
-            block.halted = model.collect(&mut block.records.got).err();
+            block.halted = model.collect(&mut block.records).err();
         }
         let is_over = block.halted.is_some();
         if done.send(block).is_err() || is_over {
@@ -178,11 +165,25 @@ fn clock_blocks(model: &mut Verilated, blocks: &Receiver<Block>, done: &SyncSend
     }
 }
 
+/// Whether all outputs are defined, as expected, and still so before the next rising edge; `last`
+/// is what was expected of the clock before these, if any.
+fn is_as_expected(records: &Records, last: &[u64], words: usize) -> bool {
+    let Records { expected, got, low, .. } = records;
+    let is_still = low.values.split_at_checked(words).is_none_or(|(first, rest)| {
+        rest == &expected[..rest.len()] && (last.is_empty() || first == last)
+    });
+    *expected == got.values && is_still && got.undefined.is_empty() && low.undefined.is_empty()
+}
+
 /// Compares blocks, and keeps what waveforms are made of.
 struct Judge<'a> {
     comparison: Comparison<'a>,
     clocks: u64,
     mismatches: u64,
+    /// The last of them.
+    last_different: Option<u64>,
+    /// What was expected of the last clock.
+    last_expected: Vec<u64>,
     first: Option<Mismatch>,
     kept: Kept<'a>,
     exercise: Exercise,
@@ -195,6 +196,8 @@ impl<'a> Judge<'a> {
             comparison: Comparison { layout, ignores_idle_payload },
             clocks: 0,
             mismatches: 0,
+            last_different: None,
+            last_expected: Vec::new(),
             first: None,
             kept: Kept::new(layout, window),
             exercise: Exercise::default(),
@@ -206,40 +209,59 @@ impl<'a> Judge<'a> {
     fn judge(&mut self, mut block: Block) -> Option<Block> {
         self.clocks = block.clocks.end;
         self.exercise.clone_from(&block.exercise);
-        let last_record = block.records.got.len() - self.comparison.layout.outputs.words;
+        let got = &block.records.got.values;
+        let last_record = got.len() - self.comparison.layout.outputs.words;
         self.last_outputs.clear();
-        self.last_outputs.extend_from_slice(&block.records.got[last_record..]);
+        self.last_outputs.extend_from_slice(&got[last_record..]);
         let known = self.first.is_some();
-        if block.records.expected != block.records.got {
-            self.find(&block.records);
-        }
+        self.find(&block.records);
+        self.last_expected.clear();
+        self.last_expected.extend_from_slice(&block.records.expected[last_record..]);
         let found = self.first.as_ref().filter(|_| !known);
         let mismatch = found.map(|first| first.clock);
         block.records = self.kept.take(block.records, mismatch);
         (!known).then_some(block)
     }
 
+    /// Looks for differences, in the order in which they show.
     fn find(&mut self, records: &Records) {
-        let outputs = &self.comparison.layout.outputs;
-        let pairs = records
-            .expected
-            .chunks_exact(outputs.words)
-            .zip(records.got.chunks_exact(outputs.words));
-        for (i, (expected, got)) in pairs.enumerate() {
-            if expected == got {
-                continue;
-            }
-            let Some(field) = self.comparison.differing(expected, got).next() else {
-                continue;
-            };
-            self.mismatches += 1;
-            self.first.get_or_insert_with(|| Mismatch {
-                clock: records.first_clock + i as u64,
-                field,
-                expected: outputs.fields[field].read(expected),
-                got: outputs.fields[field].read(got),
-            });
+        let words = self.comparison.layout.outputs.words;
+        let last = self.last_expected.clone();
+        if is_as_expected(records, &last, words) {
+            return;
         }
+        let mut low = records.low.records(words);
+        let mut before = last.as_slice();
+        let sides = records.expected.chunks_exact(words).zip(records.got.records(words));
+        for (clock, (expected, got)) in (records.first_clock..).zip(sides) {
+            if let Some(low) = low.next().filter(|_| !before.is_empty()) {
+                self.compare(clock - 1, MismatchKind::Moved, before, low);
+            }
+            self.compare(clock, MismatchKind::Value, expected, got);
+            before = expected;
+        }
+    }
+
+    fn compare(&mut self, clock: u64, kind: MismatchKind, expected: &[u64], got: (&[u64], &[u64])) {
+        let Some(number) = self.comparison.differing(expected, got).next() else {
+            return;
+        };
+        if self.last_different.replace(clock) != Some(clock) {
+            self.mismatches += 1;
+        }
+        let field = &self.comparison.layout.outputs.fields[number];
+        self.first.get_or_insert_with(|| {
+            let undefined = if got.1.is_empty() { Vec::new() } else { field.read(got.1) };
+            let is_undefined = undefined.iter().any(|&bits| bits != 0);
+            Mismatch {
+                clock,
+                kind: if is_undefined { MismatchKind::Undefined } else { kind },
+                field: number,
+                expected: field.read(expected),
+                got: field.read(got.0),
+                undefined: if is_undefined { undefined } else { Vec::new() },
+            }
+        });
     }
 
     fn outcome(self, elapsed: Duration) -> Outcome {

@@ -7,6 +7,24 @@ use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Field;
 
+/// A difference as it was found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mismatch {
+    /// Clock, counted from the start of the run; outputs are compared after its
+    /// rising edge, and before the next one.
+    pub clock: u64,
+    /// In what way it differs.
+    pub kind: MismatchKind,
+    /// Index of the port in [`Layout::outputs`](crate::sensor::layout::Layout::outputs).
+    pub field: usize,
+    /// The reference model's value, least significant word first.
+    pub expected: Vec<u64>,
+    /// The Verilog's value.
+    pub got: Vec<u64>,
+    /// Which of its bits are undefined; empty where none is.
+    pub undefined: Vec<u64>,
+}
+
 /// The first difference between Verilog and reference model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -15,14 +33,29 @@ pub struct FirstMismatch {
     pub clock: u64,
     /// Time of that clock's start.
     pub time_ps: f64,
+    /// In what way the port differs.
+    pub kind: MismatchKind,
     /// Port that differs; the first one when several do.
     pub port: String,
     /// The port's bits by the reference model, in hexadecimal digits behind `0x`.
     pub expected: String,
-    /// The Verilog's bits.
+    /// The Verilog's bits; x where four of them hold an undefined one.
     pub got: String,
-    /// The numbers that they hold; empty for ports that hold none.
+    /// The numbers that they hold; empty for ports that hold none, and of undefined bits.
     pub numbers: Vec<PortNumber>,
+}
+
+/// In what way an output is not what the reference model has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum MismatchKind {
+    /// It has another value after the clock's rising edge.
+    Value,
+    /// It has the value after the clock's rising edge, and another one before the next.
+    Moved,
+    /// It rests on what Verilog leaves undefined: a register before a reset, or an x.
+    Undefined,
 }
 
 /// A number that some bits of a port hold.
@@ -60,16 +93,15 @@ impl std::fmt::Display for Number {
 }
 
 impl FirstMismatch {
-    /// `field` differs at `clock`: its own words, by both sides.
-    pub(crate) fn new(
-        sensor: &Sensor,
-        clock: u64,
-        field: &Field,
-        [expected, got]: [&[u64]; 2],
-    ) -> FirstMismatch {
+    /// The first mismatch of an outcome, of the port `field`.
+    pub(crate) fn new(sensor: &Sensor, field: &Field, mismatch: &Mismatch) -> FirstMismatch {
+        let Mismatch { clock, kind, expected, got, undefined, .. } = mismatch;
         // The words begin with the port's first bit.
         let alone = Field { word: 0, shift: 0, ..field.clone() };
-        let numbers = held_by(&field.port.name, sensor.interface());
+        let mut numbers = held_by(&field.port.name, sensor.interface());
+        if !undefined.is_empty() {
+            numbers.clear();
+        }
         let numbers = numbers.into_iter().map(|held| PortNumber {
             name: held.name,
             detector: held.detector.map(|detector| sensor.scene().detectors[detector].name.clone()),
@@ -77,11 +109,12 @@ impl FirstMismatch {
             got: held.read(&alone, got),
         });
         FirstMismatch {
-            clock,
-            time_ps: sensor.clock().ps(clock as f64),
+            clock: *clock,
+            time_ps: sensor.clock().ps(*clock as f64),
+            kind: *kind,
             port: field.port.name.clone(),
-            expected: hexadecimal(expected),
-            got: hexadecimal(got),
+            expected: hexadecimal(expected, &[]),
+            got: hexadecimal(got, undefined),
             numbers: numbers.collect(),
         }
     }
@@ -104,12 +137,20 @@ impl FirstMismatch {
                 false => format!("{bits} ({})", numbers.join(", ")),
             }
         };
-        format!(
-            "port {} should be {} and is {}",
-            self.port,
-            words(&self.expected, |held| held.expected),
-            words(&self.got, |held| held.got),
-        )
+        let expected = words(&self.expected, |held| held.expected);
+        let got = words(&self.got, |held| held.got);
+        let port = &self.port;
+        match self.kind {
+            MismatchKind::Value => format!("port {port} should be {expected} and is {got}"),
+            MismatchKind::Undefined => format!(
+                "port {port} should be {expected} and is {got}: it rests on an x, or on a register \
+                 before its reset"
+            ),
+            MismatchKind::Moved => format!(
+                "port {port} should be {expected} until the next rising edge and is {got} by then: \
+                 it has moved in between"
+            ),
+        }
     }
 }
 
@@ -173,12 +214,19 @@ fn held_by(port: &str, interface: &Interface) -> Vec<Held> {
     }
 }
 
-/// Words of a port, the lowest first, as digits.
-fn hexadecimal(words: &[u64]) -> String {
-    match words {
-        [word] => format!("{word:#x}"),
-        _ => words.iter().rev().fold("0x".to_owned(), |text, word| text + &format!("{word:016x}")),
-    }
+/// Words of a port, the lowest first, as digits: x for one with a bit of `undefined`.
+fn hexadecimal(words: &[u64], undefined: &[u64]) -> String {
+    let digits = |words: &[u64]| match words {
+        [word] => format!("{word:x}"),
+        _ => words.iter().rev().map(|word| format!("{word:016x}")).collect(),
+    };
+    let (digits, undefined) = (digits(words), digits(undefined));
+    let length = digits.len().max(undefined.len());
+    let digits = format!("{digits:0>length$}").into_bytes();
+    let undefined = format!("{undefined:0>length$}").into_bytes();
+    let digits = digits.iter().zip(undefined);
+    let digits = digits.map(|(&digit, undefined)| if undefined == b'0' { digit } else { b'x' });
+    "0x".chars().chain(digits.map(char::from)).collect()
 }
 
 #[cfg(test)]
@@ -202,7 +250,15 @@ mod tests {
         let minus_two = (1u64 << total_at) - 2;
         let expected = [minus_two | 7 << total_at];
         let got = [3 | 7 << total_at];
-        let mismatch = FirstMismatch::new(&sensor, 5, field, [&expected, &got]);
+        let mismatch = Mismatch {
+            clock: 5,
+            kind: MismatchKind::Value,
+            field: 0,
+            expected: expected.to_vec(),
+            got: got.to_vec(),
+            undefined: Vec::new(),
+        };
+        let mismatch = FirstMismatch::new(&sensor, field, &mismatch);
         assert_eq!(mismatch.time_ps, 40_000.0);
         assert_eq!(mismatch.numbers[0].expected, Number::Signed(-2));
         assert_eq!(mismatch.numbers[0].got, Number::Signed(3));
@@ -214,7 +270,15 @@ mod tests {
 
     #[test]
     fn words_beyond_the_first_come_before_it() {
-        assert_eq!(hexadecimal(&[0x1f]), "0x1f");
-        assert_eq!(hexadecimal(&[1, 2]), "0x00000000000000020000000000000001");
+        assert_eq!(hexadecimal(&[0x1f], &[]), "0x1f");
+        assert_eq!(hexadecimal(&[1, 2], &[]), "0x00000000000000020000000000000001");
+    }
+
+    #[test]
+    fn a_digit_with_an_undefined_bit_is_x() {
+        assert_eq!(hexadecimal(&[0], &[1]), "0xx");
+        assert_eq!(hexadecimal(&[0x1f], &[0x400]), "0xx1f");
+        assert_eq!(hexadecimal(&[0x21f], &[0x10]), "0x2xf");
+        assert_eq!(hexadecimal(&[1, 2], &[0, 1]), "0x000000000000000x0000000000000001");
     }
 }

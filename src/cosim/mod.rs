@@ -29,16 +29,17 @@ mod beside_lanes;
 pub mod build;
 pub(crate) mod cache;
 pub(crate) mod comparison;
+mod drivers;
 pub mod engine;
 pub mod error;
 pub mod exercised;
-mod falling_edge;
 pub(crate) mod image;
 #[doc(hidden)]
 pub mod lanes;
 pub mod latency;
 #[doc(hidden)]
 pub mod lockstep;
+mod low_half;
 pub mod mismatch;
 pub mod own;
 #[doc(hidden)]

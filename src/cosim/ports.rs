@@ -5,12 +5,16 @@
 
 use std::fmt::Write as _;
 
+use crate::reference::blocks::BLOCK_CLOCKS;
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
 use crate::sensor::interface::{Direction, Port};
 use crate::sensor::layout::{Field, Layout};
 
 /// Name of the header that `testbench/cosim.cpp` includes.
 pub const HEADER: &str = "goldtof_ports.h";
+
+/// Most skips in a block.
+pub(super) const MOST_SKIPS: usize = BLOCK_CLOCKS as usize / 8;
 
 /// Writes the header for a top module, and its scan's counters if they are to be moved.
 pub fn header(top: &str, layout: &Layout, registers: Option<&ScanRegisters>) -> String {
@@ -19,7 +23,9 @@ pub fn header(top: &str, layout: &Layout, registers: Option<&ScanRegisters>) -> 
          #define GOLDTOF_MODEL V{top}\n\
          #define GOLDTOF_CLOCK {clock}\n\
          #define GOLDTOF_IN_WORDS {inputs}\n\
-         #define GOLDTOF_OUT_WORDS {outputs}\n",
+         #define GOLDTOF_OUT_WORDS {outputs}\n\
+         #define GOLDTOF_BLOCK_CLOCKS {BLOCK_CLOCKS}\n\
+         #define GOLDTOF_MOST_SKIPS {MOST_SKIPS}\n",
         clock = Layout::CLOCK,
         inputs = layout.inputs.words,
         outputs = layout.outputs.words,

@@ -46,15 +46,28 @@ impl Process {
     /// # Errors
     /// When it cannot be started, or ends before its first clock.
     pub(super) fn load(built: &Built, shared_words: u64) -> Result<Process, CosimError> {
+        Process::load_side(built, shared_words, false)
+    }
+
+    /// [`Process::load`], and what it prints is not told: the other process prints the same. It
+    /// takes the opposite of every bit that the Verilog leaves undefined.
+    ///
+    /// # Errors
+    /// As [`Process::load`].
+    pub(super) fn load_opposite(built: &Built, shared_words: u64) -> Result<Process, CosimError> {
+        Process::load_side(built, shared_words, true)
+    }
+
+    fn load_side(built: &Built, shared_words: u64, opposite: bool) -> Result<Process, CosimError> {
         let failed = |source| CosimError::Load { path: built.path.clone(), source };
-        let mut process = Process::start(built, shared_words).map_err(failed)?;
+        let mut process = Process::start(built, shared_words, opposite).map_err(failed)?;
         match process.answer() {
             Ok(()) => Ok(process),
             Err(reason) => Err(CosimError::Halted { when: When::Start, reason }),
         }
     }
 
-    fn start(built: &Built, shared_words: u64) -> io::Result<Process> {
+    fn start(built: &Built, shared_words: u64, is_opposite: bool) -> io::Result<Process> {
         let shared =
             File::from(rustix::fs::memfd_create("goldtof", rustix::fs::MemfdFlags::CLOEXEC)?);
         shared.set_len(shared_words * size_of::<u64>() as u64)?;
@@ -66,11 +79,14 @@ impl Process {
         let program = Program::start(
             Command::new(built.image.path())
                 .arg0(&built.path)
+                .args(is_opposite.then_some("opposite"))
                 .stdin(OwnedFd::from(other_end))
                 .stdout(shared.try_clone()?)
                 .stderr(theirs),
         )?;
-        Ok(Process { program, line, shared, words: pass_on(words) })
+        let words =
+            if is_opposite { pass_on(words, io::sink()) } else { pass_on(words, io::stderr()) };
+        Ok(Process { program, line, shared, words })
     }
 
     /// Writes shared words from word `at` on.
@@ -181,9 +197,12 @@ impl Drop for Process {
     }
 }
 
-/// Passes what the Verilog prints on to standard error, in a thread of its own,
-/// without what would steer a terminal.
-fn pass_on(mut words: impl io::Read + Send + 'static) -> Receiver<()> {
+/// Passes what the Verilog prints on, in a thread of its own, without what would steer a
+/// terminal.
+fn pass_on(
+    mut words: impl io::Read + Send + 'static,
+    mut to: impl io::Write + Send + 'static,
+) -> Receiver<()> {
     let (closed, closing) = channel();
     thread::spawn(move || {
         // Moved in, and so dropped at the end.
@@ -205,7 +224,7 @@ fn pass_on(mut words: impl io::Read + Send + 'static) -> Receiver<()> {
                         }
                     }
                     // Nobody may be there to read it, which is no reason to end.
-                    let _ = io::stderr().write_all(said);
+                    let _ = to.write_all(said);
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(_) => return,

@@ -183,10 +183,10 @@ pub(super) fn report(
         coverage,
         missing,
         mismatches: outcome.mismatches,
-        first_mismatch: outcome.first.as_ref().map(|first| {
-            let words = [&first.expected[..], &first.got[..]];
-            FirstMismatch::new(sensor, first.clock, &fields[first.field], words)
-        }),
+        first_mismatch: outcome
+            .first
+            .as_ref()
+            .map(|first| FirstMismatch::new(sensor, &fields[first.field], first)),
         clocks_per_s: outcome.clocks as f64 / outcome.elapsed.as_secs_f64(),
         peaks: Vec::new(),
         stimulus: request.stimulus,

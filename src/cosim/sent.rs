@@ -101,7 +101,7 @@ impl SentReader {
     /// taken in them.
     pub fn read(&mut self, records: &Records, on_sent: &mut dyn FnMut(SentCount)) {
         let inputs = records.inputs.chunks_exact(self.words.0);
-        for (input, output) in inputs.zip(records.got.chunks_exact(self.words.1)) {
+        for (input, output) in inputs.zip(records.got.values.chunks_exact(self.words.1)) {
             if self.state == State::Lost {
                 return;
             }

@@ -66,7 +66,7 @@ impl Pair {
             let records = side.chunks_exact(layout.outputs.words);
             records.map(|record| field.read(record)).collect()
         };
-        Pair { expected: read(&records.expected), got: read(&records.got) }
+        Pair { expected: read(&records.expected), got: read(&records.got.values) }
     }
 
     /// The smallest shift at which the two sides agree, and do so at a change.

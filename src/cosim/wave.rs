@@ -24,7 +24,8 @@ pub(super) const ANY: &str = "any";
 /// each output whether it differs and may not.
 ///
 /// Time is real time since the start of the run: clock t starts at t chip periods with
-/// its inputs; the clock rises, and the outputs change, half a chip period later.
+/// its inputs, and with what outputs do in the clock's low half; the clock rises, and the
+/// outputs change, half a chip period later.
 ///
 /// # Errors
 /// When `out` takes no more.
@@ -60,7 +61,9 @@ pub(super) fn write(
         .inputs
         .chunks_exact(layout.inputs.words)
         .zip(records.expected.chunks_exact(layout.outputs.words))
-        .zip(records.got.chunks_exact(layout.outputs.words));
+        .zip(records.got.records(layout.outputs.words));
+    let mut low = records.low.records(layout.outputs.words);
+    let mut last_wanted = None;
     for (i, ((input, wanted), seen)) in rows.enumerate() {
         let t = records.first_clock + i as u64;
         writer.timestamp(time.after_halves(2 * t))?;
@@ -68,14 +71,18 @@ pub(super) fn write(
             writer.begin(SimulationCommand::Dumpvars)?;
         }
         writer.change_scalar(clock, false)?;
-        inputs.change(&mut writer, input)?;
+        inputs.change(&mut writer, (input, &[]))?;
         if i == 0 {
             writer.end()?;
+        }
+        if let (Some(low), Some(wanted)) = (low.next(), last_wanted.replace(wanted)) {
+            got.change(&mut writer, low)?;
+            differences.change(&mut writer, comparison.differing(wanted, low))?;
         }
         writer.timestamp(time.after_halves(2 * t + 1))?;
         writer.change_scalar(clock, true)?;
         got.change(&mut writer, seen)?;
-        expected.change(&mut writer, wanted)?;
+        expected.change(&mut writer, (wanted, &[]))?;
         differences.change(&mut writer, comparison.differing(wanted, seen))?;
     }
     // So that the last outputs can be seen.
@@ -89,7 +96,7 @@ fn unit(time: Timescale) -> TimescaleUnit {
 
 /// Ports and their last values.
 struct Side<'a> {
-    ports: Vec<(&'a Field, IdCode, Option<Vec<u64>>)>,
+    ports: Vec<(&'a Field, IdCode, Option<[Vec<u64>; 2]>)>,
 }
 
 impl<'a> Side<'a> {
@@ -112,20 +119,31 @@ impl<'a> Side<'a> {
         Ok(())
     }
 
-    fn change(&mut self, writer: &mut Writer<impl io::Write>, record: &[u64]) -> io::Result<()> {
+    /// A record, and which of its bits are undefined, if any.
+    fn change(
+        &mut self,
+        writer: &mut Writer<impl io::Write>,
+        (record, undefined): (&[u64], &[u64]),
+    ) -> io::Result<()> {
         for (field, id, last) in &mut self.ports {
-            let value = field.read(record);
+            let none = vec![0; field.port.width.div_ceil(64) as usize];
+            let value = [
+                field.read(record),
+                if undefined.is_empty() { none } else { field.read(undefined) },
+            ];
             if last.as_ref() == Some(&value) {
                 continue;
             }
             let width = field.port.width;
+            let is_set = |words: &[u64], bit: u32| words[bit as usize / 64] >> (bit % 64) & 1 == 1;
+            let bit = |bit: u32| match is_set(&value[1], bit) {
+                true => Value::X,
+                false => Value::from(is_set(&value[0], bit)),
+            };
             if width == 1 {
-                writer.change_scalar(*id, value[0] == 1)?;
+                writer.change_scalar(*id, bit(0))?;
             } else {
-                let bits = (0..width)
-                    .rev()
-                    .map(|bit| Value::from(value[bit as usize / 64] >> (bit % 64) & 1 == 1));
-                writer.change_vector(*id, bits)?;
+                writer.change_vector(*id, (0..width).rev().map(bit))?;
             }
             *last = Some(value);
         }

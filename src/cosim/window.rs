@@ -100,7 +100,7 @@ impl<'a> Kept<'a> {
 
     /// What surrounds what was found, and what was asked for, as far as the run went.
     pub(super) fn into_shown(self) -> (Shown, Option<Shown>) {
-        let asked = (!self.asked.got.is_empty()).then(|| {
+        let asked = (!self.asked.got.values.is_empty()).then(|| {
             let clocks = self.asked.clocks(self.layout);
             let centres = [&self.mismatch, &self.result].into_iter().flatten();
             let shown = centres.map(|around| around.centre).find(|at| clocks.contains(at));
@@ -129,7 +129,7 @@ fn append(kept: &mut Records, records: &Records, window: &Range<u64>, layout: &L
     if from >= to {
         return;
     }
-    if kept.got.is_empty() {
+    if kept.got.values.is_empty() {
         kept.first_clock = from;
     }
     let part = |words: usize| {
@@ -138,5 +138,9 @@ fn append(kept: &mut Records, records: &Records, window: &Range<u64>, layout: &L
     let outputs = part(layout.outputs.words);
     kept.inputs.extend_from_slice(&records.inputs[part(layout.inputs.words)]);
     kept.expected.extend_from_slice(&records.expected[outputs.clone()]);
-    kept.got.extend_from_slice(&records.got[outputs]);
+    kept.got.append(&records.got, outputs.clone());
+    // Of all blocks or of none.
+    if !records.low.values.is_empty() {
+        kept.low.append(&records.low, outputs);
+    }
 }

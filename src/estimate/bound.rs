@@ -6,7 +6,7 @@ use super::expected_counts::ExpectedCounts;
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
 use super::fit::moving;
-use super::fit::parameters::{Parameters, PathParameters};
+use super::fit::parameters::Parameters;
 use super::fit::problem::{Problem, window};
 use super::fit::template::Axis;
 use super::fit::weights::Weights;
@@ -23,9 +23,10 @@ use crate::sensor::Sensor;
 /// are no measure of an estimate's scatter.
 const MOST_UNEVEN: f64 = 1.5;
 
-/// The bound for all light of a detector, from derivatives of the means and the
-/// exact covariance of r and N at each step. What the variances alone would tell
-/// of the delay is left out.
+/// The bound for all light of a detector from all steps of the scan: from derivatives of the
+/// means, and the covariance of r and N at each step, in [long scans](super::fit::long_scan)
+/// that of few steps for all. What the variances alone would tell of the delay is left out.
+/// That of a path that moves is of the 3 S steps round its peak.
 ///
 /// # Errors
 /// When the mean response cannot be had, or the scan does not determine all
@@ -64,22 +65,12 @@ pub(super) fn bound_of(
     if light.paths.is_empty() {
         return Err(FitError::Dark);
     }
-    let parameters = Parameters {
-        paths: light
-            .paths
-            .iter()
-            .map(|path| PathParameters {
-                delay_chips: path.delay_chips,
-                ln_rate: path.rate_per_chip.ln(),
-            })
-            .collect(),
-        constant: light.constant_per_chip,
-    };
+    let parameters = Parameters::of(&light);
     let problem = Problem {
         model,
         tier,
         codes: light.paths.iter().map(|p| Arc::clone(&p.code)).collect(),
-        steps: steps(sensor, detector, counts),
+        steps: Step::all(sensor.timing().scan.steps).collect(),
     };
     let jacobian = problem.central_jacobian(&parameters, counts.response)?;
     let axis = Axis::new(sensor, detector, tier, &problem.steps);
@@ -172,14 +163,40 @@ fn check_even(
     Ok(())
 }
 
-/// The steps that the model estimator would use for the scene's light.
-fn steps(sensor: &Sensor, detector: DetectorIndex, counts: &ExpectedCounts) -> Vec<Step> {
-    let own = sensor.scene().detectors[detector].reference;
-    let mut sources =
-        counts.model().modulated_paths().map(|path| sensor.scene().paths[path].source);
-    if sources.next() != Some(own) || sources.next().is_some() {
-        return Step::all(sensor.timing().scan.steps).collect();
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::load;
+
+    /// Against exact moments of each of the 16,376 steps, also under ten times as much light.
+    #[test]
+    fn few_steps_stand_for_a_long_scan() {
+        for times in [1.0, 10.0] {
+            let mut scene = load(Path::new("scenes/paper-single.toml")).expect("it is valid");
+            for source in &mut scene.sources {
+                source.mean_power_w *= times;
+            }
+            let (sensor, tier) = (Sensor::new(&scene), CountingTier::Sampled);
+            let model = DetectorModel::new(&sensor, DetectorIndex(0));
+            let response = MeanResponse::of_tier(&model, tier).expect("there is one");
+            let second = SecondMoments::new(&response).expect("there are some");
+            let counts = ExpectedCounts::new(&response, &second);
+            let bound = bound_of(&sensor, DetectorIndex(0), tier, &counts).expect("there is one");
+            let light = Light::of(&model);
+            let problem = Problem {
+                model: &model,
+                tier,
+                codes: vec![Arc::clone(&model.reference)],
+                steps: Step::all(sensor.timing().scan.steps).collect(),
+            };
+            let jacobian = problem.central_jacobian(&Parameters::of(&light), &response);
+            let exact = Weights::of(&second.of_scan());
+            let exact = exact.information(&jacobian.expect("there is one")).expect("it is regular");
+            let exact_m = distance_m(sensor.clock().ps(exact.standard_deviations()[0]));
+            let ratio = bound.paths[0].bound_m / exact_m;
+            assert!((ratio - 1.0).abs() < 3e-3, "{times}: {ratio}");
+        }
     }
-    let peak = Step::at(first_maximum(&counts.signed()));
-    window(&sensor.timing().scan, sensor.clock().samples_per_chip, peak)
 }

@@ -1,5 +1,7 @@
 //! What theory may take: refused before the work, and not after hours of it.
 
+use super::fit::long_scan::few_steps;
+use super::fit::problem::STEPS_ONE_BY_ONE;
 use crate::photons::DetectorModel;
 use crate::response::{Effort, Light, MeanResponseError};
 use crate::scene::DetectorIndex;
@@ -31,8 +33,6 @@ pub struct TheoryEffort {
     /// Paths with light that fluctuate.
     fluctuating: f64,
     moves: bool,
-    /// Whether the bound takes the steps round one peak.
-    one_path: bool,
     /// Steps that count the same light.
     parallel: f64,
     limit_s: f64,
@@ -51,9 +51,6 @@ impl TheoryEffort {
         let model = DetectorModel::new(&still, detector);
         let light = Light::of(&model);
         let of_detector = || sensor.scene().paths.iter().filter(|p| p.detector == detector);
-        let own = sensor.scene().detectors[detector].reference;
-        let mut modulated = model.modulated_paths();
-        let first = modulated.next().map(|path| sensor.scene().paths[path].source);
         Ok(TheoryEffort {
             effort: Effort::of(&model, &light)?,
             steps: sensor.timing().scan.steps as f64,
@@ -61,7 +58,6 @@ impl TheoryEffort {
             paths: light.paths.len() as f64,
             fluctuating: of_detector().filter(|p| p.delay_std_ps() > 0.0).count() as f64,
             moves: of_detector().any(|p| p.movement.is_some()),
-            one_path: first == Some(own) && modulated.next().is_none(),
             parallel: f64::from(sensor.timing().parallel),
             limit_s: LIMIT_S / sensor.scene().detectors.len() as f64,
         })
@@ -93,11 +89,6 @@ impl TheoryEffort {
         if self.moves {
             return TURNS * self.moving_s() + of.moments_s + self.covariances_s();
         }
-        if self.one_path {
-            let window = 3.0 * self.samples_per_chip;
-            let response_s = of.response_s + window * of.count_s;
-            return TURNS * (unknowns + 1.0) * response_s + of.moments_s + self.covariances_s();
-        }
         TURNS * ((unknowns + 1.0) * (of.response_s + of.counts_s))
             + of.moments_s
             + self.covariances_s()
@@ -110,10 +101,6 @@ impl TheoryEffort {
         if self.moves {
             return self.moving_s() + of.moments_s + self.covariances_s();
         }
-        if self.one_path {
-            let window = 3.0 * self.samples_per_chip;
-            return 6.0 * (of.response_s + window * of.count_s) + self.covariances_s();
-        }
         let unknowns = 2.0 * self.paths + 1.0;
         2.0 * unknowns * (of.response_s + of.counts_s)
             + self.covariances_s()
@@ -124,11 +111,14 @@ impl TheoryEffort {
     fn covariances_s(&self) -> f64 {
         let of = &self.effort;
         let (samples, parallel) = (self.samples_per_chip, self.parallel);
-        let steps = match self.one_path {
-            true => 3.0 * samples,
-            false if parallel <= 1.0 => return of.scan_s,
+        let is_long = self.steps > STEPS_ONE_BY_ONE as f64;
+        let steps = match (is_long, parallel <= 1.0) {
+            _ if self.moves => 3.0 * samples,
+            (false, true) => return of.scan_s,
+            (false, false) => self.steps,
+            (true, true) => few_steps(samples, self.paths).min(self.steps),
             // Groups at the peaks, and those that stand for the rest.
-            false => (2.0 * self.paths * (samples + parallel) + 24_f64.max(2.0 * parallel))
+            (true, false) => (2.0 * self.paths * (samples + parallel) + 24_f64.max(2.0 * parallel))
                 .min(self.steps),
         };
         let pairs = 0.5 * steps * (parallel - 1.0).min(steps);
@@ -208,8 +198,81 @@ mod tests {
     use super::*;
     use crate::estimate::CountingTier;
     use crate::estimate::fit::{Fitter, OtherLight};
+    use crate::estimate::theory;
     use crate::photons::StepCount;
-    use crate::scene::{Scene, load};
+    use crate::scene::{PathIndex, Scene, load, load_with};
+
+    /// A number between two, evenly by its logarithm, from the digits of the golden ratio.
+    fn between(number: &mut u64, [least, most]: [f64; 2]) -> f64 {
+        *number = number.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23).wrapping_add(1);
+        let share = (*number >> 11) as f64 / 2_f64.powi(53);
+        least * (most / least).powf(share)
+    }
+
+    /// Scenes at the ends of every range: what they take is said at once, in finite numbers, and
+    /// what is said to be little ends.
+    #[test]
+    fn theory_of_extreme_scenes_ends() {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/quick.toml");
+        let mut number = 20_261_124;
+        let (mut refused, mut solved) = (0, 0);
+        for scene in 0..200 {
+            let mut log = |range| between(&mut number, range);
+            let mut settings = vec![
+                format!("clock.chip_period={} ns", log([0.5, 1000.0])),
+                format!("clock.samples_per_chip={}", [1, 2, 8][scene % 3]),
+                format!("source.mean_power={} pW", log([1e-3, 1e4])),
+                format!("source.extinction_ratio={}", log([1.001, 1e6])),
+                format!("detector.dead_time={} ns", log([0.03, 1e3])),
+                format!("detector.dark_count_rate={} cps", log([1.0, 1e8])),
+                format!(
+                    "detector.afterpulsing={{ probability = {}, time_constant = \"{} ns\" }}",
+                    1.0 - log([1e-3, 1.0]),
+                    log([0.1, 1e4])
+                ),
+                format!("detector.jitter=[\"{} ns\"]", log([1e-3, 30.0])),
+                format!("path.distance={} m", log([1e-3, 1e8])),
+                format!("scan.integration={} us", log([10.0, 1e6])),
+            ];
+            if scene % 4 == 0 {
+                let tail = format!("share = 0.3, time_constant = \"{} ns\"", log([1e-3, 1e4]));
+                settings.push(format!("detector.jitter_tail={{ {tail} }}"));
+            }
+            let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("a setting")).collect();
+            let Ok(scene) = load_with(&file, &settings) else { continue };
+            let sensor = Sensor::new(&scene);
+            let Ok(effort) = TheoryEffort::of(&sensor, DetectorIndex(0)) else {
+                refused += 1;
+                continue;
+            };
+            let seconds = effort.predictions_s(1) + effort.bound_s();
+            assert!(seconds.is_finite() && effort.effort.bytes.is_finite(), "{settings:?}");
+            if effort.check_predictions(1).is_err() {
+                refused += 1;
+            } else if seconds < 0.05 {
+                solved += 1;
+                let theory =
+                    theory(&sensor, DetectorIndex(0), &[PathIndex(0)], CountingTier::Sampled);
+                for prediction in theory.predictions.iter().flatten() {
+                    assert!(prediction.std_m.is_finite() && prediction.std_m >= 0.0);
+                }
+            }
+        }
+        assert!(refused > 20 && solved > 20, "{refused} {solved}");
+    }
+
+    /// The range of a path's delay does not change what theory takes.
+    #[test]
+    fn far_paths_take_as_long_as_near_ones() {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/quick.toml");
+        let bytes = ["3 m", "20 km", "1e9 m"].map(|distance| {
+            let setting = format!("path.distance={distance}").parse().expect("a setting");
+            let scene = load_with(&file, &[setting]).expect("it is sound");
+            let effort = TheoryEffort::of(&Sensor::new(&scene), DetectorIndex(0));
+            effort.expect("a response").effort.bytes
+        });
+        assert!(bytes.iter().all(|found| (found / bytes[0] - 1.0).abs() < 0.5), "{bytes:?}");
+    }
 
     /// The article's sensor, under so many times its light.
     fn brighter(times: f64) -> Scene {

@@ -7,8 +7,7 @@ use crate::scene::PathIndex;
 pub struct Bound {
     /// One entry per path that carries modulated light, in the scene's order.
     pub paths: Vec<PathBound>,
-    /// Phase steps that take part: 3 S round the peak for one path of the
-    /// detector's own source, the whole scan for other light.
+    /// Phase steps that take part: the whole scan, of a path that moves 3 S round its peak.
     pub steps: usize,
 }
 
@@ -26,6 +25,13 @@ pub struct PathBound {
 }
 
 impl Bound {
+    /// Standard deviation to expect of a fit that says `std_m` of the distance of path `path`:
+    /// it weighs with derivatives and second moments of light near its own, and may be 1 %
+    /// off, but none is better than the bound.
+    pub fn at_least(&self, path: PathIndex, std_m: f64) -> f64 {
+        self.of_path(path).map_or(std_m, |bound_m| bound_m.max(std_m))
+    }
+
     /// The bound of path `path` of the sensor, if it carries modulated light.
     pub fn of_path(&self, path: PathIndex) -> Option<f64> {
         let entry = self.paths.iter().find(|entry| entry.path == path)?;

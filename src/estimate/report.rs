@@ -5,11 +5,12 @@ use std::fmt::Display;
 use serde::Serialize;
 
 use super::bound::bound;
+use super::evidence::{Evidence, Expectation, Family};
 use super::histogram::{self, PhaseOfHistogram};
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
-    CountingTier, Estimate, calibration_offset_ps, check_modulated, delay_error_ps, distance_m,
-    estimate, folded, predict, true_delay,
+    CountingTier, Estimate, Prediction, calibration_offset_ps, check_modulated, delay_error_ps,
+    distance_m, estimate, folded, predict, share_error, tolerance_ps, true_delay,
 };
 use crate::estimate::fit::{
     ALARM_SIGMAS, BinFitter, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
@@ -54,11 +55,15 @@ pub struct EstimateReport {
     /// The estimator's bias on the exact mean counts of this scene (for the
     /// phase: range walk, interference, circular error).
     pub expected_bias_m: Option<f64>,
-    /// Its standard deviation from the counts' variances; of the model estimator the
-    /// bound, where there is one, since it has the same unknowns and steps.
+    /// Its standard deviation from the counts' variances; of the model estimator no less
+    /// than the bound.
     pub expected_std_m: Option<f64>,
     /// (error - expected bias) / expected standard deviation.
     pub deviation_in_std: Option<f64>,
+    /// Whether the estimate is what it is expected to be, with a chance of 1 in 10,000 to be
+    /// accused wrongly ([`crate::estimate::evidence`]); none without an expectation. What
+    /// contradicts it is in `remark`.
+    pub expectation_holds: Option<bool>,
     /// Cramer-Rao bound: the least standard deviation of any unbiased estimate
     /// from these counts ([`crate::estimate::bound`]).
     pub bound_m: Option<f64>,
@@ -213,6 +218,7 @@ impl EstimateReport {
             expected_bias_m: None,
             expected_std_m: None,
             deviation_in_std: None,
+            expectation_holds: None,
             bound_m: None,
             std_over_bound: None,
             bound_remark: None,
@@ -342,27 +348,54 @@ impl EstimateReport {
         self.true_distance_m = Some(distance_m(true_ps));
         self.true_distance_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
-        match bound(sensor, detector, CountingTier::Sampled) {
+        let bound = bound(sensor, detector, CountingTier::Sampled);
+        match &bound {
             Ok(bound) => self.bound_m = bound.of_path(path),
             Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
         }
         match expectation(sensor, detector, path, basis) {
-            Ok((bias_m, fitted_distance_std_m)) => {
-                // The fit weighs with second moments of light near its own; the bound
-                // of the same unknowns and steps has this light's.
-                let of_fit = self.bound_m.filter(|_| self.estimator == EstimatorKind::Model);
-                let std_m = of_fit.unwrap_or(fitted_distance_std_m);
+            Ok(Expected { bias_m, std_m, missed }) => {
+                let std_m = match (self.estimator, &bound) {
+                    (EstimatorKind::Model, Ok(bound)) => bound.at_least(path, std_m),
+                    _ => std_m,
+                };
                 self.expected_bias_m = Some(bias_m);
                 self.expected_std_m = Some(std_m);
                 let range_m = self.unambiguous_range_m;
                 self.deviation_in_std =
                     self.error_m.map(|error_m| fold(error_m - bias_m, range_m) / std_m);
+                let with_error = |share| (share, share_error(sensor, detector, share));
+                let missed = missed.map(with_error);
+                self.take_evidence(sensor, &Expectation { bias_m, std_m, missed });
             }
             Err(reason) => self.add_remark(&format!("no expectation: {reason}")),
         }
         let ratio = self.expected_std_m.zip(self.bound_m);
         self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
         self.folded = folded(sensor, path);
+    }
+
+    /// Holds the one scan against what is expected of it.
+    fn take_evidence(&mut self, sensor: &Sensor, expected: &Expectation) {
+        let Some(error_m) = self.error_m else { return };
+        let chip_ps = sensor.clock().chip_period_ps;
+        let tolerance_m = distance_m(tolerance_ps(chip_ps, sensor.timing().code_period_ps()));
+        let is_missed = error_m.abs() > tolerance_m;
+        // An estimate elsewhere counts for no path, and is no error of this one's.
+        let found = [error_m];
+        let evidence = Evidence {
+            errors_m: if is_missed { &[] } else { &found },
+            scans: 1,
+            missed: u64::from(is_missed),
+            range_m: self.unambiguous_range_m,
+        };
+        let paths = sensor.scene().paths.len();
+        if let Some(told) = Family::of_paths(paths).contradictions(&evidence, expected) {
+            self.expectation_holds = Some(told.is_empty());
+            if !told.is_empty() {
+                self.add_remark(&format!("the expectation does not hold: {}", told.join("; ")));
+            }
+        }
     }
 
     /// Adds to what is remarked on already.
@@ -400,14 +433,21 @@ impl FitReport {
     }
 }
 
-/// Bias and standard deviation, in metres, that the scene's estimator is expected
-/// to have against a path.
+/// What the scene's estimator is expected to say of a path.
+struct Expected {
+    bias_m: f64,
+    std_m: f64,
+    /// Share of scans that miss the path, where it is known.
+    missed: Option<f64>,
+}
+
+/// What the scene's estimator is expected to say of a path.
 fn expectation(
     sensor: &Sensor,
     detector: DetectorIndex,
     path: PathIndex,
     basis: Basis,
-) -> Result<(f64, f64), String> {
+) -> Result<Expected, String> {
     let tier = CountingTier::Sampled;
     let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
     if sensor.scene().estimator == EstimatorKind::Fft {
@@ -418,7 +458,8 @@ fn expectation(
         let expected = expected.map_err(|e| e.to_string())?;
         let range_m = distance_m(sensor.code_period_of_path_ps(path));
         check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
-        return Ok((expected.bias_m, expected.std_m));
+        let Prediction { bias_m, std_m, missed_fraction: missed, .. } = expected;
+        return Ok(Expected { bias_m, std_m, missed });
     }
     let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
     let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
@@ -431,5 +472,6 @@ fn expectation(
         .filter(|fitted| fitted.code.chips == code.chips)
         .min_by(|a, b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
     let nearest = nearest.ok_or("the expected counts do not show the path")?;
-    Ok((distance_m(error_ps(nearest)), distance_m(nearest.delay_std_ps)))
+    let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
+    Ok(Expected { bias_m, std_m, missed: None })
 }

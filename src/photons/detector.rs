@@ -50,6 +50,9 @@ pub struct DetectorModel {
 /// that the reorder buffer is bounded.
 pub(crate) const JITTER_BOUND_SIGMAS: f64 = 10.0;
 
+/// What a pending afterpulse costs at each avalanche, in detections of the plain loop.
+const PENDING_WORK: f64 = 0.02;
+
 impl DetectorModel {
     /// The model of detector `detector` (an index into the scene's detectors).
     ///
@@ -202,13 +205,37 @@ impl DetectorModel {
 
     /// What it remembers under all of its light.
     fn memory(&self) -> Memory {
-        let excess_per_chip: f64 = self.excess.iter().map(|light| light.rate_per_chip).sum();
-        self.memory_under(self.constant_per_chip + excess_per_chip)
+        self.memory_under(self.brightest_per_chip())
     }
 
     /// What it remembers under light of at most `brightest_per_chip` primary detections.
     pub(crate) fn memory_under(&self, brightest_per_chip: f64) -> Memory {
         Memory::new(self.dead_time_chips, self.afterpulsing, brightest_per_chip)
+    }
+
+    /// Bound on the detections per chip: what the brightest light makes with its
+    /// afterpulses, where an avalanche begets less than one, and one in a dead time.
+    pub(crate) fn most_detections_per_chip(&self) -> f64 {
+        let primary = self.brightest_per_chip();
+        let begotten = self.afterpulsing.map_or(0.0, |a| a.mean_per_avalanche);
+        let alone = 1.0 - begotten + primary * self.dead_time_chips;
+        let most = if alone > 0.0 { primary / alone } else { f64::INFINITY };
+        if self.dead_time_chips > 0.0 { most.min(1.0 / self.dead_time_chips) } else { most }
+    }
+
+    /// What a chip costs at most, in detections of the plain loop without afterpulses:
+    /// an avalanche goes over all afterpulses that are pending.
+    pub(crate) fn most_work_per_chip(&self) -> f64 {
+        let detections = self.most_detections_per_chip();
+        let pending = self
+            .afterpulsing
+            .map_or(0.0, |a| detections * a.mean_per_avalanche * a.time_constant_chips);
+        detections * (1.0 + PENDING_WORK * pending)
+    }
+
+    /// Primary rate with every laser on.
+    fn brightest_per_chip(&self) -> f64 {
+        self.constant_per_chip + self.excess.iter().map(|light| light.rate_per_chip).sum::<f64>()
     }
 
     /// When the detector is first ready, in chips after its simulation starts.

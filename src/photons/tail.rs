@@ -8,7 +8,7 @@ use crate::scan::Clock;
 use crate::scene::JitterTail;
 
 /// An exponential delay is cut at so many time constants (probability 10^-13).
-const MOST_TIME_CONSTANTS: f64 = 30.0;
+pub(crate) const MOST_TIME_CONSTANTS: f64 = 30.0;
 
 /// Distribution of that delay, in chips. It is never negative.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,23 +48,6 @@ impl Tail {
                 MOST_TIME_CONSTANTS * time_constant_chips
             }
             Tail::Delays(delays) => delays.last().map_or(0.0, |delay| delay[0]),
-        }
-    }
-
-    /// The delay that no more than `share` of the detections exceed.
-    pub fn exceeded_by(&self, share: f64) -> f64 {
-        match self {
-            Tail::Exponential { share: all, time_constant_chips } => {
-                time_constant_chips * (all / share).ln().max(0.0)
-            }
-            Tail::Delays(delays) => {
-                let mut beyond = 1.0;
-                let found = delays.iter().find(|delay| {
-                    beyond -= delay[1];
-                    beyond <= share
-                });
-                found.map_or_else(|| self.longest_chips(), |delay| delay[0])
-            }
         }
     }
 
@@ -116,7 +99,6 @@ mod tests {
             // Five standard errors of 200,000 draws at most.
             assert!((found - expected).abs() < 0.0052, "{found} {expected}");
         }
-        assert!((tail.exceeded_by(0.3 / 3f64.exp()) - 0.15).abs() < 1e-12);
     }
 
     #[test]
@@ -126,6 +108,5 @@ mod tests {
         for (found, expected) in found.iter().zip([0.5, 0.2, 0.0]) {
             assert!((found - expected).abs() < 0.0057, "{found} {expected}");
         }
-        assert_eq!(tail.exceeded_by(0.25), 0.1);
     }
 }

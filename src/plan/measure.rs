@@ -96,9 +96,7 @@ impl Bench {
     fn new(sensor: &Sensor, detector: DetectorIndex) -> Option<Bench> {
         let model = DetectorModel::new(sensor, detector);
         let light = Light::of(&model);
-        let primary = light.brightest_per_chip();
-        let dead_time_chips = model.dead_time_chips();
-        let per_chip = primary / (1.0 + primary * dead_time_chips) + ITERATIONS_PER_CHIP;
+        let per_chip = model.most_work_per_chip() + ITERATIONS_PER_CHIP;
         let steps = STEPS.min(sensor.timing().scan.steps);
         let short = sensor.with(|scene| {
             scene.scan.steps = steps;
@@ -151,5 +149,41 @@ impl Bench {
                 with_s * 1e3
             ),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::load_with;
+
+    /// 6.9 afterpulses an avalanche, none of them lost in a dead time of a picosecond: the
+    /// detector fires as fast as it can, with millions of them pending.
+    #[test]
+    fn what_cannot_be_counted_soon_is_not_measured() {
+        let bench = |settings: &[&str]| {
+            let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("sound")).collect();
+            let scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("sound");
+            let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+            (Bench::new(&Sensor::new(&scene), DetectorIndex(0)).is_some(), model)
+        };
+        let afterpulsing =
+            "detector.afterpulsing={ probability = 0.999, time_constant = \"1 us\" }";
+        let (measured, model) = bench(&["detector.dead_time=1 ps", afterpulsing]);
+        assert!(!measured);
+        // One in a dead time: 8 ns by 1 ps.
+        assert!((model.most_detections_per_chip() / 8000.0 - 1.0).abs() < 1e-12);
+        assert!(bench(&[]).0);
+        // Half an afterpulse an avalanche doubles the detections.
+        let half =
+            "detector.afterpulsing={ probability = 0.3934693402873666, time_constant = \"5 ns\" }";
+        let (_, without) =
+            bench(&["detector.afterpulsing={ probability = 0, time_constant = \"5 ns\" }"]);
+        let (_, with) = bench(&[half]);
+        let [a, b] = [without, with].map(|model| 1.0 / model.most_detections_per_chip());
+        let primary = 1.0 / (a - 14.0 / 8.0);
+        assert!((b * primary - (0.5 + primary * 14.0 / 8.0)).abs() < 1e-9);
     }
 }

@@ -6,31 +6,47 @@ use goldtof_fft::Planner;
 use rustfft::Fft;
 use rustfft::num_complex::Complex64;
 
+use super::diagnosis::Cause;
 use super::observed::Observed;
 use crate::code::{Code, Generator, GoldSet};
-use crate::photons::StepCount;
+use crate::estimate::{CountingTier, calibration_offset_ps};
+use crate::photons::{DetectorModel, StepCount};
+use crate::response::MeanResponse;
 use crate::scan::Step;
 use crate::scene::Scene;
+use crate::sensor::Sensor;
 
-/// Most codes times chips that are searched: some ten seconds.
-const MOST_WORK: u64 = 1 << 27;
+/// Most codes times phase steps that are searched: some ten seconds.
+const MOST_WORK: u64 = 1 << 26;
+/// Most codes times phase steps of which the exact response is worked out.
+const MOST_EXACT_WORK: u64 = 1 << 20;
+/// Candidates: others in a set may stand as high as the right one, by chance.
+const MOST_CANDIDATES: usize = 5;
 
-/// A code of the light and one of the reference, and where they fit the counts best.
+/// What light and reference may carry in place of the scene's code.
+#[derive(Debug, Clone)]
+pub(super) struct Variation {
+    /// It, in words that follow "if".
+    pub words: String,
+    /// What is wrong then.
+    pub cause: Cause,
+    /// Code of the light.
+    pub light: Arc<Code>,
+    /// Code by which counts go up and down.
+    pub reference: Arc<Code>,
+}
+
+/// A variation, and where it fits the counts best.
 #[derive(Debug, Clone)]
 pub(super) struct Candidate {
-    /// What a person would call the code.
-    pub name: String,
-    pub code: Arc<Code>,
-    /// Whether the reference has it too, or the scene's own.
-    pub of_reference: bool,
+    pub variation: Variation,
     /// Delay of the light's peak, in phase steps.
     pub at_step: u64,
     /// Height of the peak over the noise.
-    pub sigmas: f64,
+    sigmas: f64,
 }
 
-/// The best candidates besides the scene's own code: for the light alone, and for
-/// light and reference both; and how many there were.
+/// The best variations of the scene's own code, the best first, and how many there were.
 ///
 /// # Errors
 /// Why there is no search.
@@ -44,38 +60,135 @@ pub(super) fn search(
     }
     let own = &scene.sources[scene.detectors[observed.detector()].reference].code;
     let others = others(scene, own);
-    if others.len() as u64 * own.len() > MOST_WORK {
+    let work = others.len() as u64 * scene.scan.steps;
+    if work > MOST_WORK {
         return Err(format!(
-            "the code's set has {} codes of {} chips, more than are searched",
+            "the code's set has {} codes for {} phase steps, more than are searched",
             others.len() + 1,
-            own.len()
+            scene.scan.steps
         ));
     }
-    let mut counts = Counts::new(scene, counts);
-    let own_reference = counts.spectrum(&signs(own));
-    // A histogram is kept without a code: the light's alone can be another one.
-    let slots = match observed {
-        Observed::Steps(_) => 2,
-        Observed::Bins(_) => 1,
+    let comparison = Comparison {
+        counts: Counts::new(scene, counts),
+        scene,
+        observed,
+        is_exact: work <= MOST_EXACT_WORK,
     };
-    let mut best: [Option<Candidate>; 2] = [None, None];
+    let mut candidates = comparison.of_polarities(own);
+    let of_own = comparison.spectra(own);
     for (name, code) in &others {
-        let light = counts.spectrum(&levels(code));
-        let its_own = counts.spectrum(&signs(code));
-        for (slot, reference) in [&own_reference, &its_own].into_iter().take(slots).enumerate() {
-            let (at_step, sigmas) = counts.peak(&light, reference);
-            if best[slot].as_ref().is_none_or(|best| sigmas > best.sigmas) {
-                best[slot] = Some(Candidate {
-                    name: name.clone(),
-                    code: Arc::clone(code),
-                    of_reference: slot == 1,
-                    at_step,
-                    sigmas,
-                });
-            }
+        candidates.extend(comparison.of_code(name, code, own, &of_own));
+    }
+    let tried = candidates.len();
+    candidates.sort_by(|a, b| b.sigmas.total_cmp(&a.sigmas));
+    candidates.truncate(MOST_CANDIDATES);
+    Ok((candidates, tried))
+}
+
+/// A code's transforms.
+struct Spectra {
+    /// Of what the detector counts of light that carries it, over a code period.
+    light: Vec<Complex64>,
+    /// Of the signs that it gives as a reference.
+    reference: Vec<Complex64>,
+}
+
+/// Counts, and the codes that they are held against.
+struct Comparison<'c> {
+    counts: Counts,
+    scene: &'c Scene,
+    observed: Observed<'c>,
+    /// Whether what detections hide of later light is taken into account.
+    is_exact: bool,
+}
+
+impl Comparison<'_> {
+    fn spectra(&self, code: &Arc<Code>) -> Spectra {
+        let samples = self.scene.samples_per_chip as usize;
+        let of_samples = |chips: Vec<f64>| -> Vec<f64> {
+            chips.into_iter().flat_map(|chip| std::iter::repeat_n(chip, samples)).collect()
+        };
+        let exact = self.is_exact.then(|| self.response(code)).flatten();
+        let light = exact.unwrap_or_else(|| of_samples(levels(code)));
+        Spectra {
+            light: self.counts.transform(&light),
+            reference: self.counts.transform(&of_samples(signs(code))),
         }
     }
-    Ok((best.into_iter().flatten().collect(), slots * others.len()))
+
+    /// Detections over a code period, of light that carries the code and comes as the scene's
+    /// first path does, from the period's start on.
+    fn response(&self, code: &Arc<Code>) -> Option<Vec<f64>> {
+        let detector = self.observed.detector();
+        let own = self.scene.detectors[detector].reference;
+        let mut scene = self.scene.clone();
+        scene.sources[own].code = Arc::clone(code);
+        let sensor = Sensor::new(&scene);
+        let model = DetectorModel::new(&sensor, detector);
+        let response = MeanResponse::of_tier(&model, CountingTier::Sampled).ok()?;
+        let first = scene.paths.iter().find(|path| path.detector == detector)?;
+        let offset_ps = calibration_offset_ps(&sensor, detector, CountingTier::Sampled);
+        Some(response.delayed(-first.delay_ps - offset_ps).ok()?.mean_bins())
+    }
+
+    /// Another code of the light alone, of the reference alone and of both. A histogram is kept
+    /// without a code: there the light's alone can be another one.
+    fn of_code(
+        &self,
+        name: &str,
+        code: &Arc<Code>,
+        own: &Arc<Code>,
+        of_own: &Spectra,
+    ) -> Vec<Candidate> {
+        let spectra = self.spectra(code);
+        let candidate = |words: String, light, reference, of_light, of_reference| {
+            let variation = Variation {
+                words,
+                cause: Cause::Code,
+                light: Arc::clone(light),
+                reference: Arc::clone(reference),
+            };
+            self.counts.candidate(variation, of_light, of_reference)
+        };
+        let light = format!("the light alone carries {name}");
+        let mut found = vec![candidate(light, code, own, &spectra.light, &of_own.reference)];
+        if let Observed::Steps(_) = self.observed {
+            let reference = format!("the reference alone has {name}");
+            found.push(candidate(reference, own, code, &of_own.light, &spectra.reference));
+            let both = format!("light and reference carry {name}");
+            found.push(candidate(both, code, code, &spectra.light, &spectra.reference));
+        }
+        found
+    }
+
+    /// The own code the other way round, in the light or in the reference.
+    fn of_polarities(&self, own: &Arc<Code>) -> Vec<Candidate> {
+        let Some(opposite) = opposite(own) else {
+            return Vec::new();
+        };
+        let [of_own, of_opposite] = [own, &opposite].map(|code| self.spectra(code));
+        let variation = |words: &str, light, reference| Variation {
+            words: words.to_owned(),
+            cause: Cause::Polarity,
+            light: Arc::clone(light),
+            reference: Arc::clone(reference),
+        };
+        let words = "the light is inverted: the laser is dark where the code's chip is 1";
+        let light = variation(words, &opposite, own);
+        let mut found = vec![self.counts.candidate(light, &of_opposite.light, &of_own.reference)];
+        if let Observed::Steps(_) = self.observed {
+            let words = "up and down are swapped: the counts have the opposite sign";
+            let counts = variation(words, own, &opposite);
+            found.push(self.counts.candidate(counts, &of_own.light, &of_opposite.reference));
+        }
+        found
+    }
+}
+
+/// The code with every chip the other way round.
+fn opposite(code: &Code) -> Option<Arc<Code>> {
+    let chips = code.generator.chips().into_iter().map(|chip| 1 - chip).collect();
+    Code::new(Generator::Chips(chips), code.interleave).ok().map(Arc::new)
 }
 
 /// The codes of the scene's other sources, and of the own code's Gold set.
@@ -116,50 +229,48 @@ fn levels(code: &Code) -> Vec<f64> {
     code.chips.iter().map(|&chip| f64::from(chip)).collect()
 }
 
-/// A scan's signed counts, averaged over each chip, and their transform.
+/// A scan's signed counts in the order of their phase steps, and their transform.
 struct Counts {
     forward: Arc<dyn Fft<f64>>,
     inverse: Arc<dyn Fft<f64>>,
     spectrum: Vec<Complex64>,
-    /// Standard deviation of an averaged count.
+    /// Standard deviation of a count over the scan.
     std: f64,
-    samples_per_chip: usize,
 }
 
 impl Counts {
     fn new(scene: &Scene, counts: &[StepCount]) -> Counts {
-        let samples_per_chip = scene.samples_per_chip as usize;
         let mut by_phase_step = vec![0.0; counts.len()];
         for (j, count) in counts.iter().enumerate() {
             by_phase_step[scene.scan.phase_step(Step::at(j)) as usize] = count.signed as f64;
         }
-        let averages: Vec<f64> = by_phase_step
-            .chunks(samples_per_chip)
-            .map(|chip| chip.iter().sum::<f64>() / chip.len() as f64)
-            .collect();
         let mut planner = Planner::new();
         let mut counts = Counts {
-            forward: planner.forward(averages.len()),
-            inverse: planner.inverse(averages.len()),
+            forward: planner.forward(by_phase_step.len()),
+            inverse: planner.inverse(by_phase_step.len()),
             spectrum: Vec::new(),
-            std: std_of(&by_phase_step) / (samples_per_chip as f64).sqrt(),
-            samples_per_chip,
+            std: std_of(&by_phase_step),
         };
-        counts.spectrum = counts.spectrum(&averages);
+        counts.spectrum = counts.transform(&by_phase_step);
         counts
     }
 
     /// Transform of values less their mean.
-    fn spectrum(&self, values: &[f64]) -> Vec<Complex64> {
+    fn transform(&self, values: &[f64]) -> Vec<Complex64> {
         let mut spectrum: Vec<Complex64> = values.iter().map(|&v| v.into()).collect();
         self.forward.process(&mut spectrum);
         spectrum[0] = Complex64::ZERO;
         spectrum
     }
 
-    /// Where the correlation of a light's and a reference's code lies best in the
-    /// counts (in phase steps), and how many standard deviations high it stands.
-    fn peak(&mut self, light: &[Complex64], reference: &[Complex64]) -> (u64, f64) {
+    /// Where the correlation of a light's and a reference's code lies best in the counts, and
+    /// how many standard deviations high it stands.
+    fn candidate(
+        &self,
+        variation: Variation,
+        light: &[Complex64],
+        reference: &[Complex64],
+    ) -> Candidate {
         let length = self.spectrum.len() as f64;
         let shape = light.iter().zip(reference).map(|(u, chi)| u * chi.conj());
         let shape: Vec<Complex64> = shape.collect();
@@ -170,8 +281,8 @@ impl Counts {
         let heights = match_at.iter().map(|value| value.re / length);
         let highest = heights.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
         let (at, height) = highest.unwrap_or((0, 0.0));
-        let middle = (at * self.samples_per_chip + self.samples_per_chip / 2) as u64;
-        (middle, height / (norm * self.std).max(f64::MIN_POSITIVE))
+        let sigmas = height / (norm * self.std).max(f64::MIN_POSITIVE);
+        Candidate { variation, at_step: at as u64, sigmas }
     }
 }
 

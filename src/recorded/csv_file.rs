@@ -6,7 +6,7 @@ use std::path::Path;
 use csv::StringRecord;
 
 use super::RecordedScan;
-use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
+use crate::estimate::{CountingTier, calibration_offset_ps, distance_m, possible_count};
 use crate::files::read_text;
 use crate::photons::StepCount;
 use crate::printable::{printable, printable_path};
@@ -190,7 +190,7 @@ impl Row {
             .field(record, "total_count")
             .map(|field| whole("total_count", Some(field)))
             .transpose()?;
-        let count = checked_count(signed, total, scene)?;
+        let count = possible_count(scene, signed, total)?;
         Ok(Row { detector, step, count })
     }
 }
@@ -252,36 +252,6 @@ fn check_distance(
          counts are of another scene, or its clock or detector.delay changed; leave the column \
          out if they are of this one"
     ))
-}
-
-/// Counts that the scene's hardware can have counted.
-fn checked_count(signed: i128, total: Option<i128>, scene: &Scene) -> Result<StepCount, String> {
-    let chips = i128::from(scene.scan.integration_chips);
-    // A rising edge takes two samples, and the first may stand alone.
-    let most = (chips * i128::from(scene.samples_per_chip) / 2 + 1).max(chips);
-    if signed.abs() > most {
-        return Err(format!(
-            "count is {signed}; {chips} chips of {} samples hold at most {most} detections",
-            scene.samples_per_chip
-        ));
-    }
-    let Some(total) = total else {
-        return Ok(StepCount { signed: signed as i64, total: 0 });
-    };
-    if !(signed.abs()..=most).contains(&total) {
-        return Err(format!(
-            "total_count is {total}; with count {signed} it is {} to {most}",
-            signed.abs()
-        ));
-    }
-    let saturates = scene.hardware.counter_width.is_some();
-    if !saturates && (total - signed) % 2 != 0 {
-        return Err(format!(
-            "total_count {total} and count {signed} do not belong together: hits up and down, both \
-             together and one less the other, are both even or both odd"
-        ));
-    }
-    Ok(StepCount { signed: signed as i64, total: total as u64 })
 }
 
 /// The rows of a file in the places of their steps.

@@ -1,9 +1,9 @@
 //! What seems wrong with a sensor whose counts are not as its scene says.
 //!
-//! Every statement rests on a test at [`LEVEL`], at most five of them: by design they are
+//! Every statement rests on a test at [`LEVEL`], at most six of them: by design they are
 //! wrong about a right scene in about one scan of a hundred (docs/recorded-counts.md has
 //! what was measured). Only the distance is unknown at first. Whatever of light level,
-//! background and dead time raises the likelihood most is taken in as long as it
+//! background, dead time and chip period raises the likelihood most is taken in as long as it
 //! raises it significantly. Where several do about as well, all of them are named: the
 //! counts do not tell which it is. A cause that is named fits the counts; that another
 //! one, or several together, would fit them too is never ruled out.
@@ -13,10 +13,10 @@ use std::sync::Arc;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::codes::{self, Candidate};
+use super::codes::{self, Candidate, Variation};
 use super::hypothesis::{Change, Fitted, Unknown, fit};
 use super::no_fit::NoFit;
-use super::observed::Observed;
+use super::observed::{Observed, differences};
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
 use crate::scene::{Scene, SourceIndex};
@@ -43,8 +43,12 @@ pub enum Cause {
     DeadTime,
     /// A constant delay: the detector's, a cable's, or another distance.
     Offset,
-    /// The light, or light and reference, carry another code.
+    /// The light, the reference or both carry another code.
     Code,
+    /// The light is inverted, or counts up and down are swapped.
+    Polarity,
+    /// The clock's period.
+    ChipPeriod,
     /// Counts scatter more, or otherwise, than any of these explains.
     Unexplained,
     /// Counts scatter less than photons can.
@@ -95,14 +99,14 @@ pub(super) struct Found {
     pub fitted: Fitted,
 }
 
-/// Tests a scan against its scene. `delay_ps` is where its peak stands, as later than
-/// the scene's.
+/// Tests a scan against its scene. `delays_ps` are where its peak may stand, as later than
+/// the scene's: the tests begin where the scene agrees best.
 pub(super) fn diagnose(
     sensor: &Sensor,
     observed: Observed,
-    delay_ps: Option<f64>,
+    delays_ps: &[f64],
 ) -> Result<Found, NoFit> {
-    let start = Change { delay_ps: delay_ps.unwrap_or(0.0), ..Change::default() };
+    let start = best_delay(sensor, observed, delays_ps)?;
     let mut search = Search {
         sensor,
         scene: sensor.scene(),
@@ -122,11 +126,25 @@ pub(super) fn diagnose(
         return Ok(search.too_few_hits(hits));
     }
     while search.take_in_best() {}
-    let code = match search.is_explained() {
-        true => None,
-        false => search.other_code(),
+    let codes = match search.is_explained() {
+        true => Vec::new(),
+        false => search.other_codes(),
     };
-    Ok(search.conclude(code))
+    Ok(search.conclude(codes))
+}
+
+/// Where, of some delays, the scene agrees best with what was recorded.
+fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Change, NoFit> {
+    let values = observed.values();
+    let mut best = (f64::INFINITY, Change::default());
+    for &delay_ps in delays_ps {
+        let change = Change { delay_ps, ..Change::default() };
+        let deviance = change.expected(sensor, observed)?.judge(&values)?.deviance;
+        if deviance < best.0 {
+            best = (deviance, change);
+        }
+    }
+    Ok(best.1)
 }
 
 struct Search<'s> {
@@ -155,7 +173,7 @@ impl Search<'_> {
     /// Takes in what raises the likelihood most, if significantly.
     fn take_in_best(&mut self) -> bool {
         let has_dead_time = self.scene.detectors[self.observed.detector()].dead_time_ps > 0.0;
-        let mut candidates = vec![Unknown::Light, Unknown::Constant];
+        let mut candidates = vec![Unknown::Light, Unknown::Constant, Unknown::ChipPeriod];
         candidates.extend(has_dead_time.then_some(Unknown::DeadTime));
         candidates.retain(|unknown| !self.unknowns.contains(unknown));
         let mut gains: Vec<(f64, Unknown, Fitted)> = Vec::new();
@@ -224,6 +242,10 @@ impl Search<'_> {
                 let ns = spad.dead_time_ps * 1e-3;
                 (ns, ns + value * 1e-3, std.map(|s| s * 1e-3), "ns")
             }
+            Unknown::ChipPeriod => {
+                let ns = self.scene.chip_period_ps * 1e-3;
+                (ns, ns * value.exp(), std.map(|s| s * ns * value.exp()), "ns")
+            }
             Unknown::Delay => (0.0, value * 1e-3, std.map(|s| s * 1e-3), "ns"),
         };
         TestOutcome {
@@ -242,53 +264,58 @@ impl Search<'_> {
         self.fitted.p_value.is_none_or(|p| p >= LEVEL)
     }
 
-    /// The code that explains the counts better than the scene's, if one does.
-    fn other_code(&mut self) -> Option<(Candidate, Fitted)> {
+    /// The codes that explain the counts better than the scene's, if some do: the best, and
+    /// those that do about as well.
+    fn other_codes(&mut self) -> Vec<(Variation, Fitted)> {
         let found =
             codes::search(self.scene, self.observed, &self.observed.step_counts(self.sensor));
         let (candidates, tried) = match found {
             Ok(found) => found,
             Err(reason) => {
                 self.not_tested.push(format!("code: {reason}"));
-                return None;
+                return Vec::new();
             }
         };
         // As many codes and as many places as were tried.
         let tried = tried as f64 * self.observed.phase_steps() as f64;
         let needed = critical() + 2.0 * tried.ln();
-        let fits = candidates.into_iter().filter_map(|candidate| {
+        let fit = |candidate: Candidate| {
             let fitted = self.with_code(&candidate)?;
-            Some((candidate, fitted))
-        });
-        let best = fits.min_by(|a, b| a.1.agreement.deviance.total_cmp(&b.1.agreement.deviance))?;
-        let gain = self.fitted.agreement.deviance - best.1.agreement.deviance;
+            let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
+            Some((gain, candidate.variation, fitted))
+        };
+        let mut fits: Vec<_> = candidates.into_iter().filter_map(fit).collect();
+        fits.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let Some(best) = fits.first().map(|(gain, ..)| *gain) else {
+            return Vec::new();
+        };
         self.tests.push(TestOutcome {
-            cause: Cause::Code,
-            statistic: gain,
+            cause: fits[0].1.cause,
+            statistic: best,
             p_value: None,
-            rejects: gain > needed,
+            rejects: best > needed,
             scene_value: None,
             fitted_value: None,
             fitted_value_std: None,
             unit: "",
         });
-        (gain > needed).then_some(best)
+        let least = needed.max(best - critical());
+        let as_good = fits.into_iter().take_while(|(gain, ..)| *gain > least || *gain == best);
+        let as_good = as_good.filter(|_| best > needed);
+        as_good.map(|(_, variation, fitted)| (variation, fitted)).collect()
     }
 
-    /// The scene with another code, fitted from several places within a chip on.
+    /// The scene with other codes, fitted from where within a chip its means agree best.
     fn with_code(&self, candidate: &Candidate) -> Option<Fitted> {
         let mut scene = self.scene.clone();
         let own = scene.detectors[self.observed.detector()].reference;
-        if candidate.of_reference {
-            scene.sources[own].code = Arc::clone(&candidate.code);
-        } else {
-            let mut light = scene.sources[own].clone();
-            light.code = Arc::clone(&candidate.code);
-            scene.sources.push(light);
-            let last = scene.sources.len() - 1;
-            for path in scene.paths.iter_mut().filter(|path| path.source == own) {
-                path.source = SourceIndex(last);
-            }
+        let mut light = scene.sources[own].clone();
+        light.code = Arc::clone(&candidate.variation.light);
+        scene.sources[own].code = Arc::clone(&candidate.variation.reference);
+        scene.sources.push(light);
+        let last = SourceIndex(scene.sources.len() - 1);
+        for path in scene.paths.iter_mut().filter(|path| path.source == own) {
+            path.source = last;
         }
         let sensor = Sensor::new(&scene);
         let step_ps = sensor.clock().sample_period_ps();
@@ -296,28 +323,44 @@ impl Search<'_> {
             calibration_offset_ps(&sensor, self.observed.detector(), CountingTier::Sampled);
         let first = scene.paths.iter().find(|path| path.detector == self.observed.detector())?;
         let at_ps = candidate.at_step as f64 * step_ps - offset_ps - first.delay_ps;
-        let unknowns = [Unknown::Delay, Unknown::Light];
-        let starts = [-0.5, 0.0, 0.5].map(|chips| at_ps + sensor.clock().ps(chips));
-        let fits = starts.into_iter().filter_map(|delay_ps| {
+        let agreement = |chips: f64| {
             // What a wrong code made of the light is of no use here.
-            let start = Change { delay_ps, ..Change::default() };
-            fit(&sensor, self.observed, &unknowns, start).ok()
-        });
-        fits.min_by(|a, b| a.agreement.deviance.total_cmp(&b.agreement.deviance))
+            let delay_ps = at_ps + sensor.clock().ps(chips);
+            let means = self.observed.means(&sensor, delay_ps).ok()?;
+            let weights = self.fitted.expected.weights(&means).ok()?;
+            let residuals = differences(&self.observed.values(), &means);
+            let squares = weights.whitened(&residuals).ok()?.into_iter().map(|z| z * z);
+            Some((squares.sum::<f64>(), Change { delay_ps, ..Change::default() }))
+        };
+        let places = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
+        let agreements = places.into_iter().filter_map(agreement);
+        let (_, start) = agreements.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        fit(&sensor, self.observed, &[Unknown::Delay, Unknown::Light], start).ok()
     }
 
-    fn conclude(mut self, code: Option<(Candidate, Fitted)>) -> Found {
+    /// What is said where `codes` explain the counts better than the scene's, the best first.
+    fn conclude(mut self, codes: Vec<(Variation, Fitted)>) -> Found {
         let mut causes = Vec::new();
         let mut says = Vec::new();
-        match code {
-            Some((candidate, fitted)) => {
-                causes.push(Cause::Code);
-                says.push(of_code(&candidate));
-                self.fitted = fitted;
+        let words: Vec<&str> = codes.iter().map(|(code, _)| &*code.words).collect();
+        if !words.is_empty() {
+            let tells = if words.len() == 1 { "" } else { "; they do not tell which" };
+            says.push(format!("the counts fit better if {}{tells}", words.join(", also if ")));
+        }
+        for (code, _) in &codes {
+            if !causes.contains(&code.cause) {
+                causes.push(code.cause);
             }
+        }
+        match codes.into_iter().next() {
+            Some((_, fitted)) => self.fitted = fitted,
             None => {
                 for alike in &self.alike {
-                    causes.extend(alike.iter().map(|unknown| cause_of(*unknown)));
+                    for cause in alike.iter().map(|unknown| cause_of(*unknown)) {
+                        if !causes.contains(&cause) {
+                            causes.push(cause);
+                        }
+                    }
                     says.push(self.of_unknowns(alike));
                 }
                 says.extend(self.offset(&mut causes));
@@ -341,6 +384,7 @@ impl Search<'_> {
 
     /// Whether the peak stands where the scene's path has it.
     fn offset(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
+        self.fitted.tell_times_of_scene(self.scene, self.observed.detector());
         let std_ps = self.fitted.errors.iter().find(|(of, _)| *of == Unknown::Delay)?.1;
         let code =
             &self.scene.sources[self.scene.detectors[self.observed.detector()].reference].code;
@@ -419,6 +463,9 @@ impl Search<'_> {
                     Unknown::DeadTime => {
                         format!("a dead time of {value:.3} +- {std:.3} ns in place of {scene:.3}")
                     }
+                    Unknown::ChipPeriod => {
+                        format!("a chip period of {value:.3} +- {std:.3} ns in place of {scene:.3}")
+                    }
                     Unknown::Delay => return None,
                 })
             })
@@ -431,20 +478,13 @@ impl Search<'_> {
     }
 }
 
-fn of_code(candidate: &Candidate) -> String {
-    let Candidate { name, .. } = candidate;
-    match candidate.of_reference {
-        true => format!("the counts fit better if light and reference carry {name}"),
-        false => format!("the counts fit better if the light alone carries {name}"),
-    }
-}
-
 fn cause_of(unknown: Unknown) -> Cause {
     match unknown {
         Unknown::Delay => Cause::Offset,
         Unknown::Light => Cause::LightLevel,
         Unknown::Constant => Cause::ConstantLight,
         Unknown::DeadTime => Cause::DeadTime,
+        Unknown::ChipPeriod => Cause::ChipPeriod,
     }
 }
 
@@ -454,5 +494,6 @@ fn name_of(unknown: Unknown) -> &'static str {
         Unknown::Light => "light level",
         Unknown::Constant => "background",
         Unknown::DeadTime => "dead time",
+        Unknown::ChipPeriod => "chip period",
     }
 }

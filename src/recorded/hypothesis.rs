@@ -1,7 +1,7 @@
 //! What counts a scene lets one expect if something about it is otherwise, fitted to
 //! counts that were recorded.
 
-use crate::scene::DetectorIndex;
+use crate::scene::{DetectorIndex, Scene};
 use nalgebra::{DMatrix, DVector};
 
 use super::no_fit::NoFit;
@@ -20,16 +20,19 @@ pub(super) enum Unknown {
     Constant,
     /// The dead time is longer.
     DeadTime,
+    /// A chip is longer, and the light stands at the same phase step all the same.
+    ChipPeriod,
 }
 
 /// By how much: delay in ps, logarithm of the brightness, further constant rate in
-/// counts per second, dead time in ps.
+/// counts per second, dead time in ps, logarithm of the chip period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Change {
     pub delay_ps: f64,
     pub ln_light: f64,
     pub constant_cps: f64,
     pub dead_time_ps: f64,
+    pub ln_chip_period: f64,
 }
 
 /// A scene fitted to counts.
@@ -47,6 +50,8 @@ pub(super) struct Fitted {
 const MOST_ITERATIONS: usize = 25;
 /// Light is looked for within this many powers of e of the scene's.
 const MOST_LN_LIGHT: f64 = 7.0;
+/// A chip's period is looked for within this many powers of e of the scene's.
+const MOST_LN_CHIP_PERIOD: f64 = 1.5;
 /// A fit has settled when no unknown moves by more standard deviations.
 const SETTLED_SIGMAS: f64 = 1e-3;
 
@@ -59,6 +64,7 @@ impl Unknown {
             Unknown::Light => change.ln_light = by,
             Unknown::Constant => change.constant_cps = by,
             Unknown::DeadTime => change.dead_time_ps = by,
+            Unknown::ChipPeriod => change.ln_chip_period = by,
         }
         change
     }
@@ -69,6 +75,7 @@ impl Unknown {
             Unknown::Light => change.ln_light,
             Unknown::Constant => change.constant_cps,
             Unknown::DeadTime => change.dead_time_ps,
+            Unknown::ChipPeriod => change.ln_chip_period,
         }
     }
 
@@ -78,6 +85,7 @@ impl Unknown {
         match self {
             Unknown::Delay => [2e-3 * chip_ps, 0.5 * chip_ps],
             Unknown::Light => [5e-3, 1.0],
+            Unknown::ChipPeriod => [2e-3, 0.1],
             Unknown::Constant => {
                 let model = DetectorModel::new(sensor, detector);
                 let brightest = crate::response::Light::of(&model).brightest_per_chip();
@@ -99,7 +107,13 @@ impl Change {
             ln_light: self.ln_light + other.ln_light,
             constant_cps: self.constant_cps + other.constant_cps,
             dead_time_ps: self.dead_time_ps + other.dead_time_ps,
+            ln_chip_period: self.ln_chip_period + other.ln_chip_period,
         }
+    }
+
+    /// How many times the scene's a chip is.
+    fn longer(&self) -> f64 {
+        self.ln_chip_period.clamp(-MOST_LN_CHIP_PERIOD, MOST_LN_CHIP_PERIOD).exp()
     }
 
     /// The sensor with this change, but for the delay.
@@ -118,6 +132,12 @@ impl Change {
             let least_ps = spad.pulse_width_ps.min(spad.dead_time_ps);
             let most_ps = 4.0 * spad.dead_time_ps;
             spad.dead_time_ps = (spad.dead_time_ps + self.dead_time_ps).clamp(least_ps, most_ps);
+            let longer = self.longer();
+            scene.chip_period_ps *= longer;
+            spad.delay_ps *= longer;
+            for path in &mut scene.paths {
+                path.delay_ps *= longer;
+            }
         })
     }
 
@@ -126,9 +146,25 @@ impl Change {
         observed.means(&applied, self.delay_ps)
     }
 
-    fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, NoFit> {
+    pub fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, NoFit> {
         let applied = self.applied(sensor, observed.detector());
         observed.expected(&applied, self.delay_ps)
+    }
+}
+
+impl Fitted {
+    /// Counts the delay from where the scene's own clock has the light, where another one was
+    /// fitted.
+    pub fn tell_times_of_scene(&mut self, scene: &Scene, detector: DetectorIndex) {
+        let own = scene.paths.iter().find(|path| path.detector == detector);
+        let scaled_ps = own.map_or(0.0, |path| path.delay_ps + scene.detectors[detector].delay_ps);
+        let longer = self.change.longer();
+        self.change.delay_ps += (longer - 1.0) * scaled_ps;
+        let of_clock = self.errors.iter().find(|(of, _)| *of == Unknown::ChipPeriod);
+        let of_clock_ps = of_clock.map_or(0.0, |(_, std)| std * longer * scaled_ps);
+        for (_, std) in self.errors.iter_mut().filter(|(of, _)| *of == Unknown::Delay) {
+            *std = std.hypot(of_clock_ps);
+        }
     }
 }
 

@@ -43,9 +43,10 @@ pub use report::{Assessment, BinResidual, StepResidual, assess, assess_histogram
 
 use std::path::Path;
 
+use crate::estimate::{ImpossibleScan, possible_scan};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
-use crate::scene::DetectorIndex;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 /// One scan of one detector, as a file has it.
@@ -57,6 +58,30 @@ pub struct RecordedScan {
     pub counts: Vec<StepCount>,
     /// Whether the file has total counts.
     pub has_totals: bool,
+}
+
+impl RecordedScan {
+    /// The scan whose counts are `signed`, one of each phase step in their order; `totals` are
+    /// the total ones, where the hardware sends them.
+    ///
+    /// # Errors
+    /// If the scene's hardware cannot have counted them.
+    pub fn new(
+        scene: &Scene,
+        detector: DetectorIndex,
+        signed: &[i64],
+        totals: Option<&[u64]>,
+    ) -> Result<RecordedScan, ImpossibleScan> {
+        if let Some(totals) = totals.filter(|totals| totals.len() != signed.len()) {
+            let (found, steps) = (totals.len(), scene.scan.steps);
+            return Err(ImpossibleScan::WrongNumber { found, steps });
+        }
+        let total = |step: usize| totals.map(|totals| totals[step]);
+        let counts: Vec<_> =
+            signed.iter().enumerate().map(|(step, &signed)| (signed, total(step))).collect();
+        let counts = possible_scan(scene, &counts)?;
+        Ok(RecordedScan { detector, counts, has_totals: totals.is_some() })
+    }
 }
 
 /// What a file has of every detector that it names.

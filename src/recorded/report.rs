@@ -110,12 +110,18 @@ pub fn assess_histogram(sensor: &Sensor, recorded: &RecordedHistogram) -> Assess
 
 /// Ranges with the sensor's estimator, and holds against the scene.
 fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
+    let estimate = observed.estimate(sensor);
     let found = check_testable(sensor, observed).and_then(|()| {
-        diagnose(sensor, observed, later_ps(sensor, observed)).map_err(|e| e.to_string())
+        // The phase may take another path's peak for the own one, and a fit an own peak that
+        // is far from the scene's for other light.
+        let by_phase = observed.estimate(&by_phase(sensor));
+        let found_ps = [&estimate, &by_phase].into_iter().filter_map(later_ps);
+        let delays_ps: Vec<f64> = found_ps.chain([0.0]).collect();
+        diagnose(sensor, observed, &delays_ps).map_err(|e| e.to_string())
     });
     let mut assessment = Assessment {
         detector: sensor.scene().detectors[observed.detector()].name.clone(),
-        estimate: observed.estimate(sensor),
+        estimate,
         fitted_distance_m: None,
         fitted_distance_std_m: None,
         chi_square: None,
@@ -157,9 +163,8 @@ fn check_testable(sensor: &Sensor, observed: Observed) -> Result<(), String> {
         .map_err(|reason| NoFit::from(reason).to_string())
 }
 
-/// How much later than the scene's nearest own path the peak stands, by the phase.
-fn later_ps(sensor: &Sensor, observed: Observed) -> Option<f64> {
-    let report = observed.estimate(&by_phase(sensor));
+/// How much later than the scene's nearest own path the peak stands.
+fn later_ps(report: &EstimateReport) -> Option<f64> {
     let bias_m = report.expected_bias_m.unwrap_or(0.0);
     let ps_per_m = 1.0 / distance_m(1.0);
     Some((report.error_m? - bias_m) * ps_per_m)

@@ -9,8 +9,47 @@ use crate::reference::predictor::{Reference, Skip, StepResult};
 use crate::scan::Sample;
 use crate::sensor::layout::Layout;
 
-/// Clocks per block: its three arrays stay in a core's second-level cache.
+/// Clocks per block: its arrays stay in a core's second-level cache.
 pub const BLOCK_CLOCKS: u64 = 16_384;
+
+/// Output records of the Verilog.
+#[derive(Debug, Clone, Default)]
+pub struct Outputs {
+    /// Values.
+    pub values: Vec<u64>,
+    /// Which of their bits are undefined; empty where none is.
+    pub undefined: Vec<u64>,
+}
+
+impl Outputs {
+    /// Marks as undefined what is another value in `others`, as many records of a run with the
+    /// opposite of all that the Verilog leaves undefined.
+    pub fn mark_undefined(&mut self, others: &Outputs) {
+        if self.values != others.values {
+            let pairs = self.values.iter().zip(&others.values);
+            self.undefined = pairs.map(|(value, other)| value ^ other).collect();
+        }
+    }
+
+    /// Records of `words` words, each with its undefined bits, which are empty where none is.
+    pub fn records(&self, words: usize) -> impl Iterator<Item = (&[u64], &[u64])> {
+        let undefined = move |at: usize| self.undefined.get(at * words..(at + 1) * words);
+        let values = self.values.chunks_exact(words).enumerate();
+        values.map(move |(at, values)| (values, undefined(at).unwrap_or_default()))
+    }
+
+    /// Appends some words of others.
+    pub fn append(&mut self, others: &Outputs, words: Range<usize>) {
+        if !(self.undefined.is_empty() && others.undefined.is_empty()) {
+            self.undefined.resize(self.values.len(), 0);
+            match others.undefined.get(words.clone()) {
+                Some(undefined) => self.undefined.extend_from_slice(undefined),
+                None => self.undefined.resize(self.values.len() + words.len(), 0),
+            }
+        }
+        self.values.extend_from_slice(&others.values[words]);
+    }
+}
 
 /// Records of a stretch of clocks, as many of each kind as there are clocks.
 #[derive(Debug, Clone, Default)]
@@ -21,14 +60,18 @@ pub struct Records {
     pub inputs: Vec<u64>,
     /// Output records of the reference model.
     pub expected: Vec<u64>,
-    /// Output records of the Verilog.
-    pub got: Vec<u64>,
+    /// What the Verilog showed after each clock's rising edge.
+    pub got: Outputs,
+    /// What the Verilog showed just before each clock's rising edge, with the clock low and
+    /// its inputs there: what a receiver takes with that edge. Empty where nothing can
+    /// have moved since the edge before.
+    pub low: Outputs,
 }
 
 impl Records {
     /// The clocks of these records.
     pub fn clocks(&self, layout: &Layout) -> Range<u64> {
-        let count = self.got.len() / layout.outputs.words;
+        let count = self.got.values.len() / layout.outputs.words;
         self.first_clock..self.first_clock + count as u64
     }
 }
@@ -110,7 +153,7 @@ impl<'a> BlockMaker<'a> {
         records.first_clock = clocks.start;
         records.inputs.resize(count * self.layout.inputs.words, 0);
         records.expected.resize(count * self.layout.outputs.words, 0);
-        records.got.resize(count * self.layout.outputs.words, 0);
+        records.got.values.resize(count * self.layout.outputs.words, 0);
         self.drive.start(clocks.clone());
         self.stimulus.drive(&mut self.drive);
         self.paint_inputs(&mut records.inputs);

@@ -95,8 +95,10 @@ impl<'a> BothEstimates<'a> {
         }
         match (phase.bound_m, &phase.bound_remark) {
             (Some(bound_m), _) => notes.push(format!(
-                "Cramer-Rao bound: no unbiased estimate from such counts, signed and total, scatters \
+                "Cramer-Rao bound: no unbiased estimate from such counts, signed and total{}, scatters \
                  less than {}",
+                // Of a path that moves.
+                self.own.true_distance_at_s.map_or("", |_| ", of the steps round the peak"),
                 millimetres(bound_m, false)
             )),
             (None, Some(remark)) => notes.push(remark.clone()),

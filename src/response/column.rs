@@ -6,10 +6,12 @@
 //! the smoothed value at one place in the chip is the same few weights for every
 //! chip; they are worked out once.
 
+use std::ops::Range;
+
 use super::forward::{Detections, integrated_basis};
 use super::grid::Grid;
 use crate::math::exponential_normal_density;
-use crate::photons::tail::Tail;
+use crate::photons::tail::{MOST_TIME_CONSTANTS, Tail};
 
 /// The Gaussian is cut here (probability 2e-9), and scaled to make up for it.
 const CUT_SIGMAS: f64 = 6.0;
@@ -21,9 +23,6 @@ const LEGENDRE: [(f64, f64); 4] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
 ];
-
-/// A tail is followed for so many time constants (probability 10^-13).
-const TAIL_TIME_CONSTANTS: f64 = 30.0;
 
 /// The delay of registered times that is not constant.
 #[derive(Debug, Clone, Copy)]
@@ -91,37 +90,15 @@ impl Column {
 
     /// The same where the delay is a Gaussian and an exponential number together.
     fn add_tail(&mut self, grid: &Grid, centre: f64, sigma: f64, constant: f64, weight: f64) {
-        let begin = centre - TAIL_TIME_CONSTANTS * constant - CUT_SIGMAS * sigma;
-        let end = centre + CUT_SIGMAS * sigma;
+        let begin = centre - MOST_TIME_CONSTANTS * constant - CUT_SIGMAS * sigma;
         // Near the instant the density changes as the Gaussian does.
         let near = centre - (CUT_SIGMAS + 2.0) * sigma;
-        let mut nodes = Vec::new();
-        let mut total = 0.0;
-        let mut from = begin;
-        while from < end - 1e-12 {
-            let (chip, cell, _) = grid.locate(from + 1e-12);
-            let cell_end = chip as f64 + grid.edges[cell + 1];
-            let longest = match from + 1e-12 < near {
-                true => constant.min(near - from),
-                false => constant.max(sigma).min(if sigma > 0.0 { 2.0 * sigma } else { constant }),
-            };
-            let to = cell_end.min(from + longest).min(end);
-            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-            for (node, node_weight) in LEGENDRE {
-                for side in [-node, node] {
-                    let time = middle + half * side;
-                    let density = exponential_normal_density(centre - time, constant, sigma);
-                    nodes.push((chip, cell, time, half * node_weight * density));
-                    total += half * node_weight * density;
-                }
-            }
-            from = to;
-        }
-        for (chip, cell, time, node_weight) in nodes {
-            let inside = time - chip as f64 - grid.edges[cell];
-            let position = inside / grid.cells[cell].width;
-            self.add(grid, chip, cell, position, weight * node_weight / total);
-        }
+        let longest = |from: f64| match from < near {
+            true => constant.min(near - from),
+            false => constant.max(sigma).min(if sigma > 0.0 { 2.0 * sigma } else { constant }),
+        };
+        let density = |time: f64| exponential_normal_density(centre - time, constant, sigma);
+        self.add_averaged(grid, begin..centre + CUT_SIGMAS * sigma, longest, density, weight);
     }
 
     fn add_smoothed(&mut self, grid: &Grid, centre: f64, sigma: f64, weight: f64) {
@@ -131,29 +108,53 @@ impl Column {
             return;
         }
         let reach = CUT_SIGMAS * sigma;
+        let density = |time: f64| (-0.5 * ((time - centre) / sigma).powi(2)).exp();
+        self.add_averaged(grid, centre - reach..centre + reach, |_| 2.0 * sigma, density, weight);
+    }
+
+    /// Adds `weight` times the mean of M with a density over a range of times, which need
+    /// not be scaled: by Gauss and Legendre's rule on parts that end where cells do, and
+    /// are no longer than `longest` of their start.
+    fn add_averaged(
+        &mut self,
+        grid: &Grid,
+        range: Range<f64>,
+        longest: impl Fn(f64) -> f64,
+        density: impl Fn(f64) -> f64,
+        weight: f64,
+    ) {
         let mut nodes = Vec::new();
         let mut total = 0.0;
-        let mut from = centre - reach;
-        while from < centre + reach - 1e-12 {
-            // Up to the end of the cell, and no further than the rule is good for.
-            let (chip, cell, _) = grid.locate(from + 1e-12);
+        let mut from = range.start;
+        // Cells are counted, not looked up: far from the origin a cell's end is no nearer to
+        // its place than the last digit of a time.
+        let (mut chip, mut cell, _) = grid.locate(from);
+        while from < range.end {
             let cell_end = chip as f64 + grid.edges[cell + 1];
-            let to = cell_end.min(from + 2.0 * sigma).min(centre + reach);
+            let part_end = from + longest(from);
+            let ends_inside = part_end > from && part_end < cell_end;
+            let to = if ends_inside { part_end } else { cell_end }.min(range.end);
             let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
             for (node, node_weight) in LEGENDRE {
                 for side in [-node, node] {
                     let time = middle + half * side;
-                    let density = (-0.5 * ((time - centre) / sigma).powi(2)).exp();
-                    nodes.push((chip, cell, time, half * node_weight * density));
-                    total += half * node_weight * density;
+                    let share = half * node_weight * density(time);
+                    nodes.push((chip, cell, time, share));
+                    total += share;
+                }
+            }
+            if !ends_inside {
+                cell += 1;
+                if cell == grid.cells.len() {
+                    (chip, cell) = (chip + 1, 0);
                 }
             }
             from = to;
         }
-        for (chip, cell, time, node_weight) in nodes {
+        for (chip, cell, time, share) in nodes {
             let inside = time - chip as f64 - grid.edges[cell];
             let position = inside / grid.cells[cell].width;
-            self.add(grid, chip, cell, position, weight * node_weight / total);
+            self.add(grid, chip, cell, position, weight * share / total);
         }
     }
 
@@ -199,5 +200,43 @@ impl Column {
             }
         }
         sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::grid::{Kinks, Samples};
+    use super::super::light::Light;
+    use super::*;
+    use crate::photons::DetectorModel;
+    use crate::scene::{DetectorIndex, load};
+    use crate::sensor::Sensor;
+
+    /// An instant many kilometres of light away is one near by, so many chips later: a
+    /// double's last digit there is more than any tolerance of a cell's ends.
+    #[test]
+    fn far_instants_have_the_terms_of_near_ones() {
+        let scene = load(Path::new("scenes/quick.toml")).expect("it is sound");
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+        let samples = Samples { origin_chips: 0.0, sampling: None };
+        let grid = Grid::new(&model, &Light::of(&model), Kinks::Later, samples).expect("a grid");
+        let exponential = Tail::Exponential { share: 0.3, time_constant_chips: 0.7 };
+        for (sigma_chips, tail) in [(0.3, None), (1e-3, None), (0.05, Some(&exponential))] {
+            let of = |time: f64| Column::new(&grid, time, Jitter { sigma_chips, tail }, 0.0);
+            let near = of(0.4375);
+            for far in [-300_000, 1 << 33, -(1 << 42)] {
+                let column = of(far as f64 + 0.4375);
+                let all = column.terms.iter();
+                assert!((all.map(|t| t.cumulative).sum::<f64>() - 1.0).abs() < 1e-9);
+                let tolerance = 1e-9 + 10.0 * (far as f64).abs() * f64::EPSILON / sigma_chips;
+                for term in &near.terms {
+                    let place = |t: &&Term| (t.chips - far, t.cell) == (term.chips, term.cell);
+                    let found = column.terms.iter().find(place).map_or(0.0, |t| t.cumulative);
+                    assert!((found - term.cumulative).abs() < tolerance, "{far}: {term:?} {found}");
+                }
+            }
+        }
     }
 }

@@ -3,7 +3,8 @@
 use rand_distr::{Binomial, Distribution, Gamma, Poisson, StandardNormal};
 use rayon::prelude::*;
 
-use super::group_counts::{GroupLaw, NORMAL_FROM_SIGMAS};
+use super::MeanResponseError;
+use super::group_counts::{GroupLaw, MOST_COUNTS, NORMAL_FROM_SIGMAS};
 use super::moments::{CountMoments, SecondMoments};
 use crate::photons::counter::StepCount;
 use crate::photons::detector::DetectorModel;
@@ -72,21 +73,34 @@ enum Single {
 impl<'m> CountSampler<'m> {
     /// A sampler for scans with these moments, one per step of the scan, each
     /// step with light of its own.
-    pub fn new(model: &'m DetectorModel, moments: &[CountMoments]) -> CountSampler<'m> {
-        CountSampler { model, laws: Laws::Steps(moments.iter().map(Law::of).collect()) }
+    ///
+    /// # Errors
+    /// When moments are no finite numbers.
+    pub fn new(
+        model: &'m DetectorModel,
+        moments: &[CountMoments],
+    ) -> Result<CountSampler<'m>, MeanResponseError> {
+        let laws = moments.iter().map(Law::of).collect::<Result<_, _>>()?;
+        Ok(CountSampler { model, laws: Laws::Steps(laws) })
     }
 
     /// A sampler for scans with these moments, whatever the number of phase steps
     /// at once.
-    pub fn of(model: &'m DetectorModel, moments: &SecondMoments) -> CountSampler<'m> {
+    ///
+    /// # Errors
+    /// When moments are no finite numbers.
+    pub fn of(
+        model: &'m DetectorModel,
+        moments: &SecondMoments,
+    ) -> Result<CountSampler<'m>, MeanResponseError> {
         if model.timing.parallel == 1 {
             return CountSampler::new(model, &moments.of_scan());
         }
         let groups = (0..model.timing.groups())
             .into_par_iter()
             .map(|group| GroupLaw::of(&moments.of_group(Group(group))))
-            .collect();
-        CountSampler { model, laws: Laws::Groups(groups) }
+            .collect::<Result<_, _>>()?;
+        Ok(CountSampler { model, laws: Laws::Groups(groups) })
     }
 
     /// Steps whose counts upwards and downwards are so small that their joint
@@ -132,7 +146,13 @@ impl<'m> CountSampler<'m> {
 }
 
 impl Law {
-    fn of(moments: &CountMoments) -> Law {
+    fn of(moments: &CountMoments) -> Result<Law, MeanResponseError> {
+        let CountMoments { total_mean, signed_variance, total_variance, covariance, .. } = *moments;
+        if !(total_mean < MOST_COUNTS
+            && (moments.signed_mean + signed_variance + total_variance + covariance).is_finite())
+        {
+            return Err(MeanResponseError::NotDrawn);
+        }
         let up = 0.5 * (moments.total_mean + moments.signed_mean);
         let down = 0.5 * (moments.total_mean - moments.signed_mean);
         let both = 0.25 * (moments.total_variance + moments.signed_variance);
@@ -145,7 +165,7 @@ impl Law {
             && down > NORMAL_FROM_SIGMAS * down_variance.max(1.0).sqrt()
             && a > 0.0
             && a * b > between * between;
-        if is_normal {
+        Ok(if is_normal {
             let first = a.sqrt();
             let second = between / first;
             Law::Normal { up, down, factor: [first, second, (b - second * second).sqrt()] }
@@ -157,7 +177,7 @@ impl Law {
                 down: Single::of(down - common, down_variance - common),
                 lacks_covariance: between < 0.0,
             }))
-        }
+        })
     }
 
     fn draw(&self, rng: &mut StreamRng) -> (u64, u64) {
@@ -225,7 +245,7 @@ mod tests {
 
     /// Mean, variance and covariance of draws, within five standard errors.
     fn check(moments: CountMoments, is_normal: bool) {
-        let law = Law::of(&moments);
+        let law = Law::of(&moments).expect("a law");
         assert_eq!(matches!(law, Law::Normal { .. }), is_normal);
         let key = StreamKey { seed: 5, detector: 0, group: Group(0), repetition: 0 };
         let mut rng = key.stream(Part::Counts);

@@ -37,6 +37,8 @@ const FFT_S: f64 = 12e-9;
 const STEPS_FOR_FFT: f64 = 200.0;
 /// One cell's part in the covariance of two steps' counts.
 const PAIR_S: f64 = 1.5e-9;
+/// A term or a node of a column.
+const COLUMN_BYTES: f64 = 64.0;
 /// Jitter is followed to so many standard deviations on either side.
 const JITTER_REACH: f64 = 6.0;
 
@@ -105,7 +107,7 @@ impl Effort {
             step_s,
             pair_s: both.cells * both.period * PAIR_S,
             scan_s: scan_s(model, light, &both, step_s),
-            bytes: both.bytes(),
+            bytes: both.bytes() + correlator_bytes(model, &forwards),
         })
     }
 }
@@ -160,17 +162,34 @@ impl Size {
     }
 }
 
-/// The correlator's columns, one for each edge of a sample.
-fn correlator_s(model: &DetectorModel, size: &Size) -> f64 {
+/// What a column of the correlator has: cells that it reaches, and nodes of quadrature.
+fn column_size(model: &DetectorModel, size: &Size) -> [f64; 2] {
     let sigma = model.jitter_chips.unwrap_or(0.0);
     let tail_chips = model.tail.as_ref().map_or(0.0, Tail::longest_chips);
+    let delays = match &model.tail {
+        Some(Tail::Delays(delays)) => delays.len() as f64,
+        Some(Tail::Exponential { .. }) | None => 1.0,
+    };
     let sides = if model.counter.transition_ps > 0.0 { 2.0 } else { 1.0 };
-    let terms = sides * (1.0 + (2.0 * JITTER_REACH * sigma + tail_chips) * size.cells);
-    let nodes = if sigma + tail_chips > 0.0 { 8.0 * terms } else { terms };
+    let gaussian = 1.0 + 2.0 * JITTER_REACH * sigma * size.cells;
+    let terms = sides * (gaussian + tail_chips * size.cells);
+    let nodes = 8.0 * (sides * (delays - 1.0) * gaussian + terms);
+    [terms, if sigma + tail_chips > 0.0 { nodes } else { terms }]
+}
+
+/// The correlator's columns, one for each edge of a sample.
+fn correlator_s(model: &DetectorModel, size: &Size) -> f64 {
+    let [terms, nodes] = column_size(model, size);
     let column_s = nodes * (NODE_S + 0.5 * terms * NODE_TERM_S) + terms * size.period * TERM_S;
     let edges =
         if model.counter.rising_delay_ps == model.counter.falling_delay_ps { 1.0 } else { 2.0 };
     (edges * f64::from(model.timing.clock.samples_per_chip) + 1.0) * column_s
+}
+
+/// Bytes of a column at a time.
+fn correlator_bytes(model: &DetectorModel, size: &Size) -> f64 {
+    let [terms, nodes] = column_size(model, size);
+    COLUMN_BYTES * (terms + nodes)
 }
 
 /// Second moments of all steps: combs of slots, or one step after another.

@@ -2,6 +2,7 @@
 
 use rand_distr::{Distribution, StandardNormal};
 
+use super::MeanResponseError;
 use super::moments::GroupMoments;
 use crate::math::correlating;
 use crate::photons::counter::StepCount;
@@ -11,6 +12,9 @@ use crate::photons::random::StreamRng;
 /// are drawn as a pair of normal values: less than one in a million would have
 /// been negative.
 pub(super) const NORMAL_FROM_SIGMAS: f64 = 5.0;
+
+/// Counts that a double tells from the next: 2^53.
+pub(super) const MOST_COUNTS: f64 = 9_007_199_254_740_992.0;
 
 /// The distribution of the counts of one group: the number of all detections,
 /// and for each step those of them that count upwards, as correlated normal
@@ -26,7 +30,9 @@ pub struct GroupLaw {
 }
 
 impl GroupLaw {
-    pub fn of(moments: &GroupMoments) -> GroupLaw {
+    /// # Errors
+    /// When the moments are no finite numbers, or no counts have them.
+    pub fn of(moments: &GroupMoments) -> Result<GroupLaw, MeanResponseError> {
         let count = moments.signed_means.len();
         let r = &moments.covariance;
         let total = r[count][count];
@@ -50,11 +56,12 @@ impl GroupLaw {
             far(up, covariance[step][step]) && far(down, down_variance)
         });
         means.push(moments.total_mean);
-        // Rounding to whole numbers adds 1/12.
-        for (i, row) in covariance.iter_mut().enumerate() {
-            row[i] -= 1.0 / 12.0;
+        if !means.iter().all(|mean| mean.abs() < MOST_COUNTS) {
+            return Err(MeanResponseError::NotDrawn);
         }
-        GroupLaw { means, factor: correlating(&covariance), is_normal }
+        // Rounding to whole numbers adds 1/12.
+        let factor = correlating(&covariance, 1.0 / 12.0).ok_or(MeanResponseError::NotDrawn)?;
+        Ok(GroupLaw { means, factor, is_normal })
     }
 
     /// Counts of every step of the group.
@@ -67,7 +74,7 @@ impl GroupLaw {
             .map(|(mean, row)| mean + row.iter().zip(&normal).map(|(f, z)| f * z).sum::<f64>())
             .collect();
         let (total, ups) = match values.split_last() {
-            Some((total, ups)) => (total.round().max(0.0), ups),
+            Some((total, ups)) => (total.round().clamp(0.0, MOST_COUNTS), ups),
             None => (0.0, &values[..]),
         };
         ups.iter()
@@ -100,7 +107,8 @@ mod tests {
             signed_means: means[..2].to_vec(),
             total_mean: means[2],
             covariance: covariance.clone(),
-        });
+        })
+        .expect("a law");
         assert!(law.is_normal);
         let key = StreamKey { seed: 8, detector: 0, group: Group(0), repetition: 0 };
         let mut rng = key.stream(Part::Counts);

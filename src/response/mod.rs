@@ -130,6 +130,12 @@ pub enum MeanResponseError {
         /// Why their number is not worked out.
         obstacle: &'static str,
     },
+    /// There are no counts with such moments.
+    #[error(
+        "the counts' means or covariances are no finite numbers below 2^53; the tiers events and \
+         sampled count photon by photon"
+    )]
+    NotDrawn,
     /// A rate is no number from zero on, or a delay none at all.
     #[error("the strength or the delay of the light at the detector is no finite number")]
     NotFinite,

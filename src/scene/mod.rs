@@ -44,7 +44,7 @@ pub use keys::{reference, schema};
 pub use movement::{Fluctuation, Movement};
 pub use origin::{Origin, SceneReference};
 pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};
-pub use setting::Setting;
+pub use setting::{MOST_KEY_PARTS, Setting};
 pub use totals::TotalsMissing;
 pub use waveform::{Curve, JitterTail, LaserResponse};
 

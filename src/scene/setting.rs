@@ -32,6 +32,9 @@ enum Place {
     Name(String),
 }
 
+/// Parts of the longest key that is read: a scene's own have four.
+pub const MOST_KEY_PARTS: usize = 16;
+
 const EXAMPLE: &str = "write for example path.distance=\"5 m\" or source[0].mean_power=\"1 pW\"";
 
 impl FromStr for Setting {
@@ -100,6 +103,8 @@ impl Setting {
 
 /// The places of a key: `a`, `a[0].b`, `a[name].b`.
 fn places(key: &str) -> Result<Vec<Place>, String> {
+    let too_long =
+        || format!("a key of more than {MOST_KEY_PARTS} parts is none of a scene; {EXAMPLE}");
     let mut places = Vec::new();
     let mut rest = key;
     loop {
@@ -109,12 +114,18 @@ fn places(key: &str) -> Result<Vec<Place>, String> {
         if name.is_empty() || !name.chars().all(is_bare) {
             return Err(format!("\"{key}\" is no key; {EXAMPLE}"));
         }
+        if places.len() >= MOST_KEY_PARTS {
+            return Err(too_long());
+        }
         places.push(Place::Key(name.to_owned()));
         rest = after;
         while let Some(inside) = rest.strip_prefix('[') {
             let Some((which, after)) = inside.split_once(']') else {
                 return Err(format!("\"{key}\" has no closing bracket; {EXAMPLE}"));
             };
+            if places.len() >= MOST_KEY_PARTS {
+                return Err(too_long());
+            }
             let which = which.trim().trim_matches('"');
             places.push(match which.parse() {
                 Ok(index) => Place::Index(index),
@@ -315,6 +326,10 @@ mod tests {
             ("clock..x=4 ns", "is no key"),
             ("source[0.x=4 ns", "there is no \"=\""),
             ("clock.chip_period=\u{1b}[2J", "\\u{1b}"),
+            // Thirty thousand parts would be as many calls within each other.
+            (&format!("a{}=1", ".a".repeat(30_000)), "a key of more than 16 parts"),
+            (&format!("a{}=1", "[0]".repeat(30_000)), "a key of more than 16 parts"),
+            (&format!("clock.chip_period={}", "[".repeat(30_000)), "clock.chip_period"),
         ] {
             let error = set(TWO, &[setting]).expect_err(setting);
             assert!(error.contains(told), "{setting}: {error}");

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::ShardError;
-use super::job::{Job, Results};
+use super::job::{Job, Results, SceneText};
 use super::part::Part;
 use crate::document::{Body, Document};
 use crate::files::read_regular;
@@ -27,8 +27,8 @@ pub struct Shard {
     pub job: Job,
     /// What it has of it.
     pub results: Results,
-    /// SHA-256 of all that, in hexadecimal digits: of the JSON array of the four, without
-    /// blanks.
+    /// SHA-256 in hexadecimal digits: of the whole document, without blanks and with this
+    /// field empty.
     pub sha256: String,
 }
 
@@ -37,20 +37,14 @@ impl Body for Shard {
 }
 
 impl Shard {
-    /// A part that is done.
-    pub fn new(part: Part, job: Job, results: Results) -> Shard {
-        let mut shard =
-            Shard { shard: part.number(), shards: part.of(), job, results, sha256: String::new() };
-        shard.sha256 = shard.digest();
-        shard
-    }
-
-    fn digest(&self) -> String {
-        let all = (self.shard, self.shards, &self.job, &self.results);
-        // What was read from JSON, or is to be written, is always JSON.
-        let text = serde_json::to_vec(&all).unwrap_or_default();
-        let digest = Sha256::digest(text);
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    /// The document of a part that is done by `command`.
+    pub fn sealed(part: Part, job: Job, results: Results, command: String) -> Document<Shard> {
+        let scene = job.scene().map(SceneText::reference);
+        let (shard, shards) = (part.number(), part.of());
+        let body = Shard { shard, shards, job, results, sha256: String::new() };
+        let mut document = Document { scene, ..Document::new(body, command, None) };
+        document.body.sha256 = digest(&document);
+        document
     }
 
     /// Which part it is.
@@ -69,18 +63,27 @@ impl Shard {
         let unreadable =
             |reason: String| ShardError::Unreadable { path: printable_path(path), reason };
         let text = read_regular(path, MOST_BYTES).map_err(|error| unreadable(error.to_string()))?;
-        let document: Document<Shard> =
+        let mut document: Document<Shard> =
             serde_json::from_str(&text).map_err(|error| unreadable(error.to_string()))?;
-        let shard = &document.body;
         if document.document != Shard::NAME {
             let found = format!("it is a document \"{}\", and no shard", document.document);
             return Err(unreadable(found));
         }
-        if shard.sha256 != shard.digest() {
+        let told = std::mem::take(&mut document.body.sha256);
+        if told != digest(&document) {
             let changed = "it is not what was written: its SHA-256 is another";
             return Err(unreadable(changed.to_owned()));
         }
-        shard.part().map_err(unreadable)?;
+        document.body.sha256 = told;
+        document.body.part().map_err(unreadable)?;
         Ok(document)
     }
+}
+
+/// What [`Shard::sha256`] is to be, of a document in which it is empty.
+fn digest(document: &Document<Shard>) -> String {
+    // What was read from JSON, or is to be written, is always JSON.
+    let text = serde_json::to_vec(document).unwrap_or_default();
+    let digest = Sha256::digest(text);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }

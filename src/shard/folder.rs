@@ -67,6 +67,11 @@ impl Folder {
         Ok(OutputFolder::open(&self.path.join(part.name()), on_wait)?)
     }
 
+    /// Whether there is one.
+    pub fn has_workplace(&self, part: Part) -> bool {
+        self.path.join(part.name()).is_dir()
+    }
+
     /// Whether a part of a job is done already.
     ///
     /// # Errors

@@ -107,6 +107,8 @@ pub struct SimulateJob {
     pub estimator: Option<EstimatorKind>,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// Whether the exit status says if scans are as expected.
+    pub check: bool,
 }
 
 /// Points of a sweep.
@@ -125,6 +127,8 @@ pub struct SweepJob {
     pub estimator: Option<EstimatorKind>,
     /// Seed of every point.
     pub seed: u64,
+    /// Whether the exit status says if scans are as expected.
+    pub check: bool,
 }
 
 /// Figures and claims of the article.

@@ -151,19 +151,15 @@ impl View<'_> {
     /// samples: if they are less than pulse width and sample period apart.
     fn merged_pulses(&self) -> Option<String> {
         let spad = &self.sensor.scene().detectors[self.detector];
-        let sample_ps = self.sensor.clock().sample_period_ps();
-        let ready_ps = spad.pulse_width_ps + sample_ps - spad.dead_time_ps;
-        if ready_ps <= 0.0 {
-            return None;
-        }
         let share = merged_share(self.model, &Light::of(self.model));
         (share > SHARE).then(|| {
             format!(
-                "pulses of {} ns leave no low sample within {:.3} ns of the end of the dead time: \
-                 up to {:.1} % of the detections merge with the one before in the sampled \
-                 hardware, and are counted here",
+                "pulses of {} ns, {} ns of dead time and a sample every {:.3} ns leave no low sample \
+                 between some detections: up to {:.1} % of them merge with the one before in the \
+                 sampled hardware, and are counted here",
                 spad.pulse_width_ps / 1e3,
-                ready_ps / 1e3,
+                spad.dead_time_ps / 1e3,
+                self.sensor.clock().sample_period_ps() / 1e3,
                 share * 100.0
             )
         })

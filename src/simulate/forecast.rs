@@ -7,7 +7,6 @@ use super::scans::scans;
 use crate::estimate::TheoryEffort;
 use crate::photons::DetectorModel;
 use crate::reference::stimulus::clocks_for_scans;
-use crate::response::Light;
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
@@ -51,8 +50,7 @@ fn scan_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
         return histogram_s(sensor, detector, tier);
     }
     let model = DetectorModel::new(sensor, detector);
-    let primary = Light::of(&model).brightest_per_chip();
-    let per_chip = primary / (1.0 + primary * model.dead_time_chips());
+    let per_chip = model.most_work_per_chip();
     let warm_up = model.warm_up_chips() as f64;
     let groups = model.timing.groups() as f64;
     let chips_of = |groups: f64, integration: f64| groups * (warm_up + integration);
@@ -94,8 +92,7 @@ fn histogram_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f
         return None;
     }
     let model = DetectorModel::new(sensor, detector);
-    let primary = Light::of(&model).brightest_per_chip();
-    let per_chip = primary / (1.0 + primary * model.dead_time_chips());
+    let per_chip = model.most_work_per_chip();
     let chips = model.warm_up_chips() as f64 + sensor.timing().scan.integration_chips as f64;
     Some(chips * per_chip * PLAIN_DETECTION_S)
 }

@@ -57,6 +57,12 @@ pub struct PathStatistics {
     pub expected_bias_m: Option<f64>,
     /// The standard deviation that it gives.
     pub expected_std_m: Option<f64>,
+    /// Whether the scans bear out the three expectations, within what they claim and with a
+    /// chance of 1 in 10,000 to be accused wrongly ([`crate::estimate::evidence`]); none
+    /// without scans, or without an expectation.
+    pub expectation_holds: Option<bool>,
+    /// How the scans contradict them, where they do.
+    pub expectation_remark: Option<String>,
     /// Cramer-Rao bound: the least standard deviation of any unbiased estimate
     /// from these counts ([`crate::estimate::bound`]).
     pub bound_m: Option<f64>,

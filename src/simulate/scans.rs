@@ -304,7 +304,7 @@ fn counts(
 ) -> Result<(), ScansError> {
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
-    let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
+    let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?)?;
     for scan in scans {
         on_scan(&sampler.scan(seed, scan));
     }

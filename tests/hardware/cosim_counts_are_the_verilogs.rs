@@ -172,7 +172,7 @@ fn what_a_receiver_that_stalls_takes_stands_in_its_place() {
                     let place = (step.scan, step.detector, step.step);
                     finished.entry(place).or_insert((step.count, Some(step.total)));
                 }
-                block.records.got.clone_from(&block.records.expected);
+                block.records.got.values.clone_from(&block.records.expected);
                 reader.read(&block.records, &mut |count| sent.push(count));
             }
             for count in &sent {

@@ -29,6 +29,8 @@ mod hdl_snapshots;
 mod hdl_support;
 mod histograms;
 mod json_documents_keep_their_schemas;
+mod outputs_stand_until_the_next_edge;
 mod own_rtl;
+mod own_rtl_is_one_circuit;
 mod reference_model_equals_a_clock_by_clock_model;
 mod schema_takes_scenes;

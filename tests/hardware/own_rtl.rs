@@ -532,7 +532,8 @@ fn a_gated_clock_has_its_falling_edges() {
              wire gated = i_clk & open;\n{rest}"
         )
     };
-    for (opened, status) in [("awake", 0), ("1'b0", 1)] {
+    // Open from the reset's first clock on, or never.
+    for (opened, status) in [("awake | i_rst", 0), ("1'b0", 1)] {
         fs::write(&top, with_latch(opened)).unwrap();
         let (found, report, stderr) =
             cosim(&["--rtl", text(folder.path()), "--engine", "lockstep"]);

@@ -236,6 +236,24 @@ fn emit_names_ports_clock_and_what_it_left_out() {
 }
 
 #[test]
+fn the_command_in_emitted_files_is_one_that_a_shell_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let [scene, out] = ["it's quick; rm x.toml", "out"].map(|name| folder.path().join(name));
+    fs::copy(QUICK, &scene).unwrap();
+    let (scene, out) = (scene.to_str().unwrap(), out.to_str().unwrap());
+    json(&["emit", scene, "--json", "--out", out, "--set", "path.distance=4 m"]);
+    let manifest = fs::read_to_string(format!("{out}/manifest.json")).unwrap();
+    let manifest: Value = serde_json::from_str(&manifest).unwrap();
+    let command = manifest["command"].as_str().unwrap();
+    // A shell says which words it reads.
+    let words = format!("goldtof() {{ printf '%s\\n' \"$@\"; }}; {command}");
+    let said = std::process::Command::new("sh").args(["-c", &words]).output().unwrap();
+    let said = String::from_utf8(said.stdout).unwrap();
+    let words: Vec<&str> = said.lines().collect();
+    assert_eq!(words, ["emit", "it's quick; rm x.toml", "--set", "path.distance=4 m"]);
+}
+
+#[test]
 fn codes_gives_the_first_chips_of_gps_satellite_1() {
     let report = json(&[
         "codes",

@@ -16,6 +16,7 @@ use goldtof::simulate::scans::Prepared;
 use goldtof::study::reproduce::{FigureId, MadeFigure, Options, Reproduction, reproduce};
 use goldtof::study::stress::{self, CaseReport, StressReport};
 use serde_json::{Value, json};
+use sha2::Digest as _;
 
 use crate::program::{self, QUICK, command, goldtof, said};
 
@@ -297,6 +298,9 @@ fn files_that_are_not_what_was_written_are_refused() {
         (format!("{errors}/errors_m/0/0"), json!(0.125)),
         (format!("{errors}/detections"), json!(3)),
         ("/job/simulate/seed".to_owned(), json!(3)),
+        ("/goldtof".to_owned(), json!("0.0.1")),
+        ("/command".to_owned(), json!("goldtof simulate")),
+        ("/scene/name".to_owned(), json!("slow")),
         ("/shards".to_owned(), json!(3)),
     ] {
         changed(&file, &pointer, value);
@@ -352,10 +356,21 @@ fn shards_of_different_jobs_are_refused_with_what_differs() {
     fs::copy(first.join("shards/1-of-2.json"), sweep.path().join("shards/1-of-2.json")).unwrap();
     let told = refused(&["merge", text(sweep.path())]);
     assert!(told.contains("the command is sweep, there simulate"), "{told}");
-    // The version is outside of the digest's four, and compared all the same.
+    // Another version's own shard.
     let again = folder.path().join("again");
     all_shards(&fixed, &again, 2);
-    changed(&again.join("shards/2-of-2.json"), "/goldtof", json!("0.0.1"));
+    let file = again.join("shards/2-of-2.json");
+    let written = fs::read_to_string(&file).unwrap();
+    let shard: Value = serde_json::from_str(&written).unwrap();
+    let [here, sealed] = ["goldtof", "sha256"].map(|key| shard[key].as_str().unwrap());
+    let empty = written.trim_end().replacen(sealed, "", 1);
+    let digest = |text: &str| -> String {
+        sha2::Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+    };
+    assert_eq!(digest(&empty), sealed);
+    let other = empty.replacen(here, "0.0.1", 1);
+    let seal = format!(r#""sha256":"{}""#, digest(&other));
+    fs::write(&file, other.replacen(r#""sha256":"""#, &seal, 1)).unwrap();
     let told = refused(&["merge", text(&again)]);
     assert!(told.contains("the version is 0.0.1, there "), "{told}");
 }
@@ -460,6 +475,14 @@ fn a_killed_worker_loses_no_point_and_none_is_there_twice() {
         assert!((1..=2).contains(&kills), "{kills}");
     }
     assert_eq!(shard_files(&cut).len(), 2, "nothing else is left there");
+    // As a kill leaves it between the shard's file and the end.
+    let left = cut.join("shards/2-of-2");
+    fs::create_dir_all(left.join("points")).unwrap();
+    fs::copy(whole.join("sweep.json"), left.join("sweep.json")).unwrap();
+    fs::copy(whole.join("points/000001.csv"), left.join("points/000001.csv")).unwrap();
+    let again = done(&[&arguments[..], &["--shard", "2/2", "--out", text(&cut)]].concat());
+    assert_eq!(again["done_before"], true);
+    assert!(!left.exists());
     done(&["merge", text(&cut)]);
     assert_eq!(sweep_files(&cut), sweep_files(&whole));
 }

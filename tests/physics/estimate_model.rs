@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use crate::optics_support::{
-    Moments, assert_within_standard_errors, gold_5, gold_11, ideal_scene, table_i_scene,
+    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, m_sequence,
+    table_i_scene,
 };
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
@@ -209,13 +210,18 @@ fn extinction_ratio_and_ambient_light_need_not_be_known_but_the_dead_time_must()
 }
 
 /// Without dead time and jitter, counts upwards and downwards are independent
-/// Poisson numbers whose means are the code's correlation, interpolated.
 #[test]
 fn the_bound_of_poisson_counts_is_that_of_the_textbook() {
     let mut scene = ideal_scene(gold_5(), 20e6, 31 * 50);
     scene.detectors[0].background_rate_cps = 5e6;
     scene.paths[0].delay_ps = 64_300.0;
+    assert_textbook_bound(&scene);
     scan_around(&mut scene, 14);
+    assert_textbook_bound(&scene);
+}
+
+/// Poisson numbers whose means are the code's correlation, interpolated.
+fn assert_textbook_bound(scene: &Scene) {
     let chips = scene.sources[0].code.chips.clone();
     let ones = chips.iter().map(|&c| f64::from(c)).sum::<f64>();
     let on_rate = 20e6 * 31.0 / ones * 8e-9;
@@ -241,9 +247,8 @@ fn the_bound_of_poisson_counts_is_that_of_the_textbook() {
     };
     let delay = 64.3 / 8.0;
     let mut information = [[0.0; 3]; 3];
-    // 24 steps round the peak at step 64.
-    for step in 52..76 {
-        let k = f64::from(step);
+    for step in 0..scene.scan.steps {
+        let k = scene.scan.phase_step(Step(step)) as f64;
         let at = counts(k, delay, on_rate, constant);
         let h = 1e-6;
         let derivative = |shifted: [f64; 2]| [0, 1].map(|side| (shifted[side] - at[side]) / h);
@@ -265,10 +270,41 @@ fn the_bound_of_poisson_counts_is_that_of_the_textbook() {
     let determinant =
         a[0] * minor - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
     let expected_m = distance_m((minor / determinant).sqrt() * 8000.0);
-    let found = bound(&Sensor::new(&scene), DetectorIndex(0), TIER).expect("a bound");
-    assert_eq!(found.steps, 24);
+    let found = bound(&Sensor::new(scene), DetectorIndex(0), TIER).expect("a bound");
+    assert_eq!(found.steps as u64, scene.scan.steps);
     let bound_m = found.of_path(PathIndex(0)).expect("the path is lit");
     assert!((bound_m / expected_m - 1.0).abs() < 1e-3, "{bound_m} {expected_m}");
+}
+
+/// Where all counts scatter alike, what they tell of the delay is the sum of the squared slopes
+/// of the code's autocorrelation: a Gold code's side lobes have as much of it as its peak, an
+/// m-sequence's none.
+#[test]
+fn side_lobes_tell_as_much_as_the_code_says() {
+    for (code, by_hand) in [(gold_11(), 2.0), (code(&m_sequence(11, &[11, 2])), 1.0)] {
+        let signs: Vec<i64> = code.chips.iter().map(|&c| 2 * i64::from(c) - 1).collect();
+        let theta = |lag: usize| -> i64 {
+            (0..signs.len()).map(|i| signs[i] * signs[(i + lag) % signs.len()]).sum()
+        };
+        let thetas: Vec<i64> = (0..=signs.len()).map(|lag| theta(lag % signs.len())).collect();
+        let squares = thetas.windows(2).map(|ends| ((ends[1] - ends[0]) as f64).powi(2));
+        let squares: Vec<f64> = squares.collect();
+        let peak = squares[0] + squares[squares.len() - 1];
+        let ratio = squares.iter().sum::<f64>() / peak;
+        assert!((ratio - by_hand).abs() < 0.1, "{ratio}");
+        let mut scene = ideal_scene(code, 1e5, 2047 * 50);
+        scene.detectors[0].background_rate_cps = 2e7;
+        scene.paths[0].delay_ps = 64_300.0;
+        let bound_m = |scene: &Scene| {
+            let found = bound(&Sensor::new(scene), DetectorIndex(0), TIER).expect("a bound");
+            found.of_path(PathIndex(0)).expect("the path is lit")
+        };
+        let all_m = bound_m(&scene);
+        // Strength and background are not known, which a window of 100 steps hardly feels.
+        scan_around(&mut scene, 50);
+        let gain = (bound_m(&scene) / all_m).powi(2);
+        assert!((gain / ratio - 1.0).abs() < 0.02, "{gain} {ratio}");
+    }
 }
 
 #[test]

@@ -51,7 +51,7 @@ fn fits(scene: &Scene, other: OtherLight, scans: u64) -> Vec<Result<ModelEstimat
     let model = DetectorModel::new(&sensor, DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, TIER).expect("a response");
     let second = SecondMoments::new(&response).expect("second moments");
-    let sampler = CountSampler::of(&model, &second);
+    let sampler = CountSampler::of(&model, &second).expect("finite moments");
     let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, other);
     (0..scans).map(|scan| fitter.fit(&sampler.scan(11, scan))).collect()
 }

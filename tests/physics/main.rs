@@ -32,6 +32,7 @@ mod parts_left_out_change_nothing;
 mod recorded_counts_are_diagnosed;
 mod recorded_histograms_are_diagnosed;
 mod reproduce_makes_figures_and_claims;
+mod search_invents_nothing;
 mod simulate_agrees_with_theory;
 mod sources_with_clocks_of_their_own;
 mod stress_quick_cases_hold;

@@ -142,7 +142,7 @@ fn fits_to_counts_of_exact_moments_scatter_as_the_bound_says() {
     };
     let moments: Vec<CountMoments> = Step::all(scene.scan.steps).map(of_step).collect();
     let model = DetectorModel::new(&sensor, SPAD);
-    let sampler = CountSampler::new(&model, &moments);
+    let sampler = CountSampler::new(&model, &moments).expect("finite moments");
     let fits: Result<Vec<ModelEstimate>, FitError> =
         (0..80).map(|scan| fitter.fit(&sampler.scan(5, scan))).collect();
     check(&scene, &fits.expect("fits"), "exact moments");

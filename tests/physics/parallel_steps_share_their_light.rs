@@ -325,7 +325,7 @@ fn the_fit_meets_the_bound_with_steps_that_share_their_light() {
         let model = DetectorModel::new(&sensor, detector);
         let response = MeanResponse::of_tier(&model, tier).expect("a response");
         let second = SecondMoments::new(&response).expect("second moments");
-        let sampler = CountSampler::of(&model, &second);
+        let sampler = CountSampler::of(&model, &second).expect("finite moments");
         let fitter = Fitter::new(&sensor, detector, tier, OtherLight::Given);
         let fits = (0..150).map(|scan| fitter.fit(&sampler.scan(11, scan)).expect("a fit"));
         let what = format!("moments, parallel {parallel}, {periods} periods");
@@ -346,4 +346,32 @@ fn the_fit_meets_the_bound_in_photons_of_shared_light() {
     })
     .unwrap();
     check_fits(&scene, &fits, "photons, parallel 4");
+}
+
+/// All steps at once count one and the same light: sums of their counts are known, and
+/// their covariance has directions in which nothing varies. Counts that are drawn have the
+/// means and variances of those that photons make.
+#[test]
+fn counts_of_all_steps_at_once_are_drawn_as_photons_make_them() {
+    let mut scene = table_i_scene(gold_5(), 4e6, 31 * 1000);
+    scene.samples_per_chip = 2;
+    scene.scan.steps = 62;
+    for parallel in [62, 14] {
+        scene.hardware.parallel = parallel;
+        let drawn = collect(&scene, Tier::Counts, 600);
+        let photons = collect(&as_sampled(&scene), Tier::Events, 150);
+        let variance = |all: &[Vec<StepCount>]| {
+            step_means(all).iter().map(|(_, v)| v * all.len() as f64).collect::<Vec<_>>()
+        };
+        let means = step_means(&drawn).into_iter().zip(step_means(&photons));
+        for (step, ((drawn, a), (counted, b))) in means.enumerate() {
+            let what = format!("mean of step {step}, {parallel} at once");
+            assert_within_standard_errors((drawn - counted) / (a + b).sqrt(), 5.0, &what);
+        }
+        let error = (2.0 / 600.0 + 2.0 / 150.0_f64).sqrt();
+        for (step, (a, b)) in variance(&drawn).into_iter().zip(variance(&photons)).enumerate() {
+            let what = format!("variance of step {step}, {parallel} at once");
+            assert_within_standard_errors((a / b - 1.0) / error, 5.5, &what);
+        }
+    }
 }

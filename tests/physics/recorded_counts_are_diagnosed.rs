@@ -3,9 +3,11 @@
 //! are of photons one by one; what they are held against is the exact response.
 
 use std::path::Path;
+use std::sync::Arc;
 
+use goldtof::code::{Code, CodeSpec, Family, Generator};
 use goldtof::recorded::{Cause, RecordedScan, assess};
-use goldtof::scene::{self, DetectorIndex, Setting};
+use goldtof::scene::{self, DetectorIndex, Setting, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
@@ -26,11 +28,22 @@ fn scans_or(default: u64) -> u64 {
 /// The causes that are named for each of some scans of the sensor `built`, by somebody
 /// who has the scene `written`.
 fn causes(built: &Sensor, written: &Sensor, has_totals: bool, repetitions: u64) -> Vec<Vec<Cause>> {
+    said(built, written, has_totals, repetitions).into_iter().map(|(causes, _)| causes).collect()
+}
+
+/// The same, each with the sentence.
+fn said(
+    built: &Sensor,
+    written: &Sensor,
+    has_totals: bool,
+    repetitions: u64,
+) -> Vec<(Vec<Cause>, String)> {
     let mut found = Vec::new();
     scans(built, DetectorIndex(0), Tier::Sampled, 11, repetitions, |counts| {
         let scan = RecordedScan { detector: DetectorIndex(0), counts: counts.to_vec(), has_totals };
         let diagnosis = assess(written, &scan).diagnosis;
-        found.push(diagnosis.expect("there are residuals").causes);
+        let diagnosis = diagnosis.expect("there are residuals");
+        found.push((diagnosis.causes, diagnosis.sentence));
     })
     .unwrap();
     found
@@ -93,7 +106,7 @@ fn of_few_hits_nothing_is_said() {
 
 #[test]
 fn what_is_wrong_with_a_sensor_is_named() {
-    use Cause::{Code, ConstantLight, DeadTime, LightLevel, Offset};
+    use Cause::{ChipPeriod, Code, ConstantLight, DeadTime, LightLevel, Offset};
     let mut wrong = Vec::new();
     // Whether no other cause is named with it: small faults of light level, background
     // and dead time look alike.
@@ -106,12 +119,28 @@ fn what_is_wrong_with_a_sensor_is_named() {
         ("dead time 20 ns", "detector.dead_time=20 ns", true, DeadTime, true),
         ("0.5 ns of cable", "detector.delay=2.25 ns", true, Offset, true),
         ("0.5 ns of cable", "detector.delay=2.25 ns", false, Offset, true),
+        // The hardware counts chips, whatever its clock.
+        (
+            "chip period 9 ns",
+            "clock.chip_period=9 ns; scan.integration=22.5 us",
+            true,
+            ChipPeriod,
+            false,
+        ),
+        (
+            "chip period 6 ns",
+            "clock.chip_period=6 ns; scan.integration=15 us",
+            true,
+            ChipPeriod,
+            false,
+        ),
         ("another code", "source.code.index=3", true, Code, true),
         ("another code", "source.code.index=3", false, Code, true),
     ] {
         // Only what is said to differ differs: the pulse's width goes with the dead time.
         let fixed = "detector.pulse_width=7 ns";
-        let built = quick(&[fixed, setting]);
+        let settings: Vec<&str> = std::iter::once(fixed).chain(setting.split("; ")).collect();
+        let built = quick(&settings);
         let found = causes(&built, &quick(&[fixed]), has_totals, scans_or(12));
         let totals = if has_totals { "with" } else { "without" };
         let what = format!("{what}, {totals} totals");
@@ -124,6 +153,104 @@ fn what_is_wrong_with_a_sensor_is_named() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Of the whole Gold set, the two m-sequences of which it is made among them, in the light, the
+/// reference or both. Light and reference with either m-sequence see the same.
+#[test]
+fn another_code_is_named_wherever_it_is() {
+    let gold = |index: i64| {
+        let mut spec = CodeSpec::new(Family::Gold);
+        (spec.degree, spec.index) = (Some(5), Some(index));
+        Arc::new(spec.build().unwrap())
+    };
+    let written = quick(&["source.code.index=3"]);
+    // Ones that a mere correlation of codes misses at this light, and the default.
+    for index in [0, 15, -1] {
+        for place in ["the light alone", "the reference alone", "light and reference"] {
+            let built = written.with(|scene| {
+                let mut light = scene.sources[0].clone();
+                let light_has_it = place != "the reference alone";
+                light.code = if light_has_it { gold(index) } else { gold(3) };
+                scene.sources[0].code =
+                    if place == "the light alone" { gold(3) } else { gold(index) };
+                scene.sources.push(light);
+                scene.paths[0].source = SourceIndex(1);
+            });
+            let name = match index {
+                0.. => format!("the code whose index is {} higher", (index - 3).rem_euclid(31)),
+                _ => format!("the code of index {index}"),
+            };
+            for (causes, sentence) in said(&built, &written, true, 1) {
+                assert_eq!(causes, [Cause::Code], "{index} {place}: {sentence}");
+                assert!(sentence.contains(&name), "{index} {place}: {sentence}");
+                assert!(sentence.contains(place), "{index} {place}: {sentence}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_the_other_way_round_is_told_as_such() {
+    let written = quick(&[]);
+    let opposite = written.with(|scene| {
+        let chips = scene.sources[0].code.chips.iter().map(|chip| 1 - chip).collect();
+        let mut light = scene.sources[0].clone();
+        light.code = Arc::new(Code::new(Generator::Chips(chips), 0).unwrap());
+        scene.sources.push(light);
+        scene.paths[0].source = SourceIndex(1);
+    });
+    for (causes, sentence) in said(&opposite, &written, true, 4) {
+        assert_eq!(causes, [Cause::Polarity], "{sentence}");
+        assert!(sentence.contains("the light is inverted"), "{sentence}");
+    }
+    scans(&written, DetectorIndex(0), Tier::Sampled, 11, 4, |counts| {
+        let mut counts = counts.to_vec();
+        counts.iter_mut().for_each(|count| count.signed = -count.signed);
+        for has_totals in [true, false] {
+            let counts = counts.clone();
+            let scan = RecordedScan { detector: DetectorIndex(0), counts, has_totals };
+            let diagnosis = assess(&written, &scan).diagnosis.unwrap();
+            assert_eq!(diagnosis.causes, [Cause::Polarity], "{}", diagnosis.sentence);
+            assert!(diagnosis.sentence.contains("opposite sign"), "{}", diagnosis.sentence);
+        }
+    })
+    .unwrap();
+}
+
+/// Another source's light is ten times as bright: the phase takes its side lobe for the peak.
+#[test]
+fn a_right_scene_with_brighter_light_of_others_is_not_accused() {
+    let scene = Sensor::new(
+        &scene::parse(
+            "near-far.toml",
+            r#"
+            clock = { chip_period = "8 ns", samples_per_chip = 4 }
+            source = [
+                { name = "a", code = { family = "gold", degree = 7, index = 3 }, mean_power = "1.2 pW", extinction_ratio = 10 },
+                { name = "b", code = { family = "gold", degree = 7, index = 9 }, mean_power = "12 pW", extinction_ratio = 10 },
+            ]
+            path = [
+                { source = "a", detector = "spad", delay = "77.3 ns" },
+                { source = "b", detector = "spad", delay = "501.1 ns" },
+            ]
+            scan = { steps = "all", integration = "100 us" }
+            [[detector]]
+            name = "spad"
+            reference = "a"
+            photon_detection_probability = 0.31
+            dark_count_rate = "71 kcps"
+            dead_time = "14 ns"
+            afterpulsing = { probability = 0.137, time_constant = "5 ns" }
+            delay = "1.75 ns"
+            jitter = ["53.5 ps", "4 ps"]
+            "#,
+        )
+        .unwrap(),
+    );
+    let found = causes(&scene, &scene, true, scans_or(6));
+    let accused = share("near and far", &found, |causes| !causes.is_empty());
+    assert!(accused[0] < 0.01, "{accused:?}");
 }
 
 /// Averages of many scans are no counts: their residuals are too small.

@@ -386,7 +386,7 @@ module prove_counts (
     end
     always @* assert (count_0_0 == exact_0_0);
 `ifdef COVER
-    always @* assume (~((dump & ~i_rst)));
+    always @* assume (~((dumped[1])));
 `endif
 endmodule
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::cli::values::parse_shard;
-use crate::printable::{printable, printable_path};
+use crate::printable::{printable, printable_path, shell_word};
 use crate::scene::{self, Scene, SceneErrors, Setting};
 use crate::shard::Part;
 
@@ -40,11 +40,11 @@ impl SceneArgument {
     /// is left out, so that what is made does not depend on it.
     pub fn shown(&self) -> String {
         let name = self.scene.file_name().unwrap_or_default();
-        let mut shown = printable_path(Path::new(name));
+        let mut shown = shell_word(&printable_path(Path::new(name))).into_owned();
         for setting in &self.settings {
             let origin = printable(setting.origin());
             let (option, set) = origin.split_once(' ').unwrap_or(("", &origin));
-            shown += &format!(" {option} '{}'", set.replace('\'', "'\\''"));
+            shown += &format!(" {option} {}", shell_word(set));
         }
         shown
     }
@@ -56,6 +56,15 @@ pub(in crate::cli) struct Order<'a> {
     pub part: Part,
     /// The folder of the job's shards is in this one.
     pub out: &'a Path,
+}
+
+/// What the exit status says of scans beside what is expected of them.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct CheckArgument {
+    /// End with exit status 1 where scans contradict the bias, standard deviation or share of
+    /// missed peaks that are expected of them
+    #[arg(long)]
+    pub check: bool,
 }
 
 /// A part of the work, of a command that has no folder otherwise.

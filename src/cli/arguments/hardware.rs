@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
 
-use super::common::{SceneArgument, ShardArguments};
+use super::common::{CheckArgument, SceneArgument, ShardArguments};
 use crate::cli::values::{MOST_CLOCKS, parse_latency, parse_share};
 use crate::cosim::StimulusKind;
 use crate::cosim::engine::Engine;
@@ -27,6 +27,8 @@ pub(in crate::cli) struct RunArguments {
     /// How counts become distances [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
+    #[command(flatten)]
+    pub check: CheckArgument,
     /// With one of these waves.vcd is written as well
     #[command(flatten)]
     pub vcd_window: VcdWindow,

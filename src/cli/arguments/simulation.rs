@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::common::{SceneArgument, ShardArguments};
+use super::common::{CheckArgument, SceneArgument, ShardArguments};
 use crate::cli::values::parse_shard;
 use crate::cosim::engine::Engine;
 use crate::scene::EstimatorKind;
@@ -37,6 +37,8 @@ pub(in crate::cli) struct SimulateArguments {
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
     #[command(flatten)]
+    pub check: CheckArgument,
+    #[command(flatten)]
     pub shard: ShardArguments,
 }
 
@@ -66,6 +68,8 @@ pub(in crate::cli) struct SweepArguments {
     /// missing, for example --out out/sweep
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub check: CheckArgument,
     /// Do one of N parts of the points, on this machine or another, for `goldtof merge` to
     /// join: --shard 3/20, or --shard task/20 in a task of an array (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]

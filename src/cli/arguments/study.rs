@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::common::{SceneArgument, ShardArguments};
+use super::common::{CheckArgument, SceneArgument, ShardArguments};
 use crate::cli::values::{parse_error, parse_shard};
 use crate::shard::Part;
 use crate::study::reproduce::FigureId;
@@ -29,6 +29,8 @@ pub(in crate::cli) struct FidelityArguments {
     #[arg(long, value_name = "S", default_value_t = 60,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub budget_s: u64,
+    #[command(flatten)]
+    pub check: CheckArgument,
 }
 
 #[derive(Debug, Args)]

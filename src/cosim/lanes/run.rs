@@ -129,7 +129,7 @@ impl LanesRun<'_> {
         let mut records = Records::default();
         let mut read = |got: Vec<u64>| {
             records.inputs.clone_from(&input);
-            records.got = got;
+            records.got.values = got;
             reader.read(&records, &mut |count| sent.push(count));
         };
         for lane in 0..self.setup.slices.list.len() {

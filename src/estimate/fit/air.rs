@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::descent::Hypothesis;
-use super::hadamard::CodeSet;
+use super::hadamard::{CodeSet, Scales};
 use super::template::{Axis, Matched, Template};
 use crate::code::Code;
 use crate::math::normal_cdf;
@@ -28,15 +28,46 @@ pub struct Candidate {
     pub most: usize,
 }
 
+/// A set of codes that unknown sensors may have.
+#[derive(Debug)]
+pub struct UnknownCodes {
+    pub set: CodeSet,
+    /// Powers of the templates, in the order of the codes' indices from -2 on.
+    powers: Vec<f64>,
+    /// Those of the codes that are not known.
+    scales: Scales,
+}
+
+impl UnknownCodes {
+    /// A set, the powers of its templates, and the indices of codes that are known.
+    pub fn new(set: CodeSet, powers: Vec<f64>, known: &[i64]) -> UnknownCodes {
+        let mut scales = Scales::of_powers(&powers);
+        known.iter().for_each(|&index| scales.leave_out(index));
+        UnknownCodes { set, powers, scales }
+    }
+
+    /// Power of the template of a code.
+    pub fn power(&self, index: i64) -> f64 {
+        self.powers[(index + 2) as usize]
+    }
+
+    /// The scales of the codes that no path has yet.
+    pub fn scales_beside(&self, here: &Hypothesis) -> Scales {
+        let mut scales = self.scales.clone();
+        let found = here.codes.iter().filter_map(|code| self.set.index_of(code));
+        found.for_each(|index| scales.leave_out(index));
+        scales
+    }
+}
+
 /// What may be in the air, prepared for all scans of a detector.
 #[derive(Debug)]
 pub struct Air {
     pub axis: Axis,
     /// Codes that are known, the detector's own first.
     pub known: Vec<Candidate>,
-    /// Sets of codes that unknown sensors may have, each with the power of a template
-    /// and the indices of the codes that are known.
-    pub sets: Vec<(CodeSet, f64, Vec<i64>)>,
+    /// Sets of codes that unknown sensors may have.
+    pub sets: Vec<UnknownCodes>,
     pub sigma_chips: f64,
 }
 
@@ -63,7 +94,7 @@ impl Air {
     pub fn thresholds(&self) -> [f64; 2] {
         let own_chips = self.axis.len() as f64 / self.axis.samples_per_chip;
         let own = PLACES_PER_CHIP * own_chips;
-        let unknown: f64 = self.sets.iter().map(|(set, ..)| set.members() as f64).sum();
+        let unknown: f64 = self.sets.iter().map(|unknown| unknown.set.members() as f64).sum();
         let codes = self.known.len() as f64 + unknown;
         let share = if self.sets.is_empty() { FALSE_PLACE } else { FALSE_LIGHT };
         [threshold(codes * own, share), own_threshold(own_chips)]

@@ -11,7 +11,7 @@ use super::error::FitError;
 use super::gauss_newton::{CONVERGED_SIGMAS, bounded};
 use super::model_estimate::{FittedPath, ModelEstimate};
 use super::normal::Normal;
-use super::parameters::{DELAY_STEP_CHIPS, Parameters, PathParameters};
+use super::parameters::{DELAY_STEP_CHIPS, Parameters};
 use super::problem::Problem;
 use super::start;
 use crate::estimate::dead_time::{dead_time, periods};
@@ -180,19 +180,7 @@ impl<'s> BinFitter<'s> {
     /// When the mean response cannot be had, or the bins do not determine all unknowns.
     pub fn bound(&self) -> Result<Bound, FitError> {
         let problem = self.problem();
-        let light = Light::of(&self.model);
-        let parameters = Parameters {
-            paths: light
-                .paths
-                .iter()
-                .map(|path| PathParameters {
-                    delay_chips: path.delay_chips,
-                    ln_rate: path.rate_per_chip.ln(),
-                })
-                .collect(),
-            constant: light.constant_per_chip,
-        };
-        let place = self.place(&problem, parameters)?;
+        let place = self.place(&problem, Parameters::of(&Light::of(&self.model)))?;
         let [strength, constant] = place.light_columns(&problem)?;
         let delay = place.delay_column(&problem)?;
         let nothing = vec![0.0; place.means.len()];

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::air::{Air, Candidate, MOST_OWN};
+use rayon::prelude::*;
+
+use super::air::{Air, Candidate, MOST_OWN, UnknownCodes};
 use super::error::FitError;
 use super::hadamard::CodeSet;
 use super::problem::Problem;
@@ -88,15 +90,21 @@ pub fn air(
     if other == OtherLight::Search {
         for set in sets_of(sensor, &own)? {
             let excluded: Vec<i64> = set.index_of(&own).into_iter().collect();
-            let free = (0..).find(|index| !excluded.contains(index)).unwrap_or(0);
-            let member = set.code(free).map_err(|_| FitError::NoGoldSet)?;
-            let Some(matched) = matched(&Arc::new(member)) else {
-                continue;
-            };
-            sets.push((set, matched.power(), excluded));
+            let powers = powers(&set, &own, axis.samples_per_chip)?;
+            sets.push(UnknownCodes::new(set, powers, &excluded));
         }
     }
     Ok(Air { axis, known, sets, sigma_chips })
+}
+
+/// Powers of the templates of a set's codes, in the order of their indices.
+fn powers(set: &CodeSet, own: &Code, samples_per_chip: f64) -> Result<Vec<f64>, FitError> {
+    let power = |index: i64| {
+        let code = set.code(index).map_err(|_| FitError::NoGoldSet)?;
+        let template = Template::new(own, &code, 0.0).ok_or(FitError::NoGoldSet)?;
+        Ok(template.power(samples_per_chip))
+    };
+    (-2..set.members() as i64 - 2).into_par_iter().map(power).collect()
 }
 
 /// The own code's set, and those of the scene's other sources.

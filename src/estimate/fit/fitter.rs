@@ -1,4 +1,4 @@
-//! From counts to a fit: of one path in a window, or of all light in a scan.
+//! From counts to a fit: of one path, or of all light.
 
 use std::sync::{Arc, OnceLock};
 
@@ -11,7 +11,9 @@ use super::model_estimate::ModelEstimate;
 use super::moving::{self, Course, MovingPath};
 use super::parameters::Parameters;
 use super::problem::{Problem, window};
+use super::template::Axis;
 use super::{candidates, start};
+use crate::code::Code;
 use crate::estimate::{CountingTier, NoEstimate, TheoryEffort};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::MeanCount;
@@ -19,11 +21,8 @@ use crate::scan::Step;
 use crate::scene::{DetectorIndex, OtherLight};
 use crate::sensor::Sensor;
 
-/// A fit of steps that share their light is tried again from its neighbours if chi-square
-/// is so many standard deviations too large.
-const RETRIED_SIGMAS: f64 = 3.0;
-
-/// Phase steps from a fit to the places it is tried again from.
+/// Phase steps from a fit to the places from which one of steps that share their light is tried
+/// again.
 const NEIGHBOURS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 
 /// Fits the scans of one detector. Second moments that one scan needed are kept for
@@ -110,25 +109,12 @@ impl<'s> Fitter<'s> {
                 steps: sensor.timing().scan.steps,
             });
         }
-        let moment_ps = self.moment_ps()?;
+        // A path that moves in a way that no fit follows.
+        self.moment_ps()?;
         self.check_time()?;
         let own = &sensor.scene().sources[sensor.scene().detectors[detector].reference].code;
         if candidates::is_one_path(sensor, detector, self.other) {
-            let start = start::start(sensor, detector, self.tier, counts)?;
-            let mut problem = Problem {
-                model: &self.model,
-                tier: self.tier,
-                codes: vec![Arc::clone(own)],
-                steps: window(&sensor.timing().scan, sensor.clock().samples_per_chip, start.peak),
-            };
-            if let Some(moment_ps) = moment_ps {
-                problem.steps = moving::in_one_go(&problem.steps, start.peak);
-                return self.fit_moving(&problem, moment_ps, &start.parameters, counts);
-            }
-            let fitted = self.fit_still(&problem, &start.parameters, counts)?;
-            let estimate = fitted.estimate(&problem);
-            self.check_stands_out(&problem, &estimate)?;
-            return Ok(estimate);
+            return self.fit_one_path(own, counts);
         }
         check_not_flat(counts)?;
         let problem = Problem {
@@ -145,6 +131,39 @@ impl<'s> Fitter<'s> {
 }
 
 impl Fitter<'_> {
+    /// The fit of the only path.
+    fn fit_one_path(
+        &self,
+        code: &Arc<Code>,
+        counts: &[MeanCount],
+    ) -> Result<ModelEstimate, FitError> {
+        let (sensor, detector, tier) = (self.sensor, self.detector, self.tier);
+        let scan = &sensor.timing().scan;
+        let start = start::start(sensor, detector, tier, counts)?;
+        let round_peak = window(scan, sensor.clock().samples_per_chip, start.peak);
+        let mut problem = Problem {
+            model: &self.model,
+            tier,
+            codes: vec![Arc::clone(code)],
+            steps: Step::all(scan.steps).collect(),
+        };
+        if let Some(moment_ps) = self.moment_ps()? {
+            problem.steps = moving::in_one_go(&round_peak, start.peak);
+            return self.fit_moving(&problem, moment_ps, &start.parameters, counts);
+        }
+        let has_slipping_light = !self.moments.slipping(&problem)?.is_none();
+        if has_slipping_light {
+            problem.steps = round_peak;
+        }
+        let axis = Axis::new(sensor, detector, tier, &problem.steps);
+        let fitted = self.fit_still(&problem, &axis, &start.parameters, counts)?;
+        let estimate = fitted.estimate(&problem);
+        if has_slipping_light {
+            self.check_stands_out(&problem, &estimate)?;
+        }
+        Ok(estimate)
+    }
+
     /// Refuses own light that does not stand out of what light of other clocks makes of
     /// the counts: wherever that is largest looks like a path.
     fn check_stands_out(
@@ -152,9 +171,6 @@ impl Fitter<'_> {
         problem: &Problem,
         estimate: &ModelEstimate,
     ) -> Result<(), FitError> {
-        if self.moments.slipping(problem)?.is_none() {
-            return Ok(());
-        }
         let chips = self.sensor.timing().scan.steps as f64 / problem.samples_per_chip();
         let (sigmas, needed) = (estimate.paths[0].significance(), own_threshold(chips));
         match sigmas < needed {
@@ -174,16 +190,17 @@ impl Fitter<'_> {
     }
 
     /// The fit of a path that stands still. How precise steps of shared light are depends
-    /// on where between two steps the path is, so that a fit may settle in the wrong place;
-    /// it then fits so badly that it is tried again from the neighbours.
+    /// on where between two steps the path is, so that a fit may settle in the wrong place: the
+    /// likeliest of those from there and from its neighbours is taken.
     fn fit_still(
         &self,
         problem: &Problem,
+        axis: &Axis,
         start: &Parameters,
         counts: &[MeanCount],
     ) -> Result<Fitted, FitError> {
-        let mut best = self.settle(problem, start, counts)?;
-        if !problem.shares_light() || best.excess_sigmas() < RETRIED_SIGMAS {
+        let mut best = self.settle(problem, axis, start, counts)?;
+        if !problem.shares_light() {
             return Ok(best);
         }
         let step_chips = self.sensor.clock().sample_period_chips();
@@ -192,8 +209,8 @@ impl Fitter<'_> {
             let mut there = settled.clone();
             there.paths[0].delay_chips += steps * step_chips;
             // One that does not settle is no better.
-            if let Ok(other) = self.settle(problem, &there, counts)
-                && other.excess_sigmas() < best.excess_sigmas()
+            if let Ok(other) = self.settle(problem, axis, &there, counts)
+                && other.unlikelihood() < best.unlikelihood()
             {
                 best = other;
             }
@@ -204,12 +221,13 @@ impl Fitter<'_> {
     fn settle(
         &self,
         problem: &Problem,
+        axis: &Axis,
         start: &Parameters,
         counts: &[MeanCount],
     ) -> Result<Fitted, FitError> {
-        match Fitted::near_node(problem, &self.moments, start, counts)? {
+        match Fitted::near_node(problem, axis, &self.moments, start, counts)? {
             Some(fitted) => Ok(fitted),
-            None => Fitted::new(problem, &self.moments, start.clone(), counts),
+            None => Fitted::new(problem, axis, &self.moments, start.clone(), counts),
         }
     }
 

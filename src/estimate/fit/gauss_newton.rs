@@ -8,6 +8,7 @@ use super::model_estimate::{FittedPath, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{Column, Parameters};
 use super::problem::Problem;
+use super::template::Axis;
 use super::weights::Weights;
 use crate::estimate::distance_m;
 use crate::response::{MeanCount, MeanResponse, MeanResponseError};
@@ -36,6 +37,7 @@ const MOST_NODES: usize = 4;
 /// From node to node, to that which is nearest to its own fit; `None` if there is none.
 fn approach(
     problem: &Problem,
+    axis: &Axis,
     known: &KnownMoments,
     start: &Parameters,
     measured: &[MeanCount],
@@ -46,7 +48,7 @@ fn approach(
         let Ok(linear) = known.linear(problem, &here) else {
             return Ok(None);
         };
-        let weights = known.weights(problem, &linear.parameters, &linear.means)?;
+        let weights = known.scan_weights(problem, &linear.parameters, &linear.means, axis)?;
         let columns = linear.columns_at(&linear.parameters);
         let Some(normal) = weights.normal(&columns, measured, &linear.means) else {
             return Ok(None);
@@ -150,6 +152,8 @@ pub struct Fitted {
     pub parameters: Parameters,
     normal: Normal,
     chi_square: f64,
+    /// Of the counts' covariance.
+    ln_determinant: f64,
     /// Numbers that the counts are.
     values: usize,
     iterations: usize,
@@ -161,6 +165,7 @@ impl Fitted {
     /// too small to matter. `None` where that does not lead to an end.
     pub fn near_node(
         problem: &Problem,
+        axis: &Axis,
         known: &KnownMoments,
         start: &Parameters,
         counts: &[MeanCount],
@@ -169,14 +174,15 @@ impl Fitted {
             return Ok(None);
         }
         let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s.index()]).collect();
-        let Some((linear, mut parameters)) = approach(problem, known, start, &measured)? else {
+        let Some((linear, mut parameters)) = approach(problem, axis, known, start, &measured)?
+        else {
             return Ok(None);
         };
         for iteration in 1..=MOST_NEAR {
             let Ok(expected) = problem.means(&parameters) else {
                 return Ok(None);
             };
-            let weights = known.weights(problem, &parameters, &expected)?;
+            let weights = known.scan_weights(problem, &parameters, &expected, axis)?;
             let columns = linear.columns_at(&parameters);
             let Some(normal) = weights.normal(&columns, &measured, &expected) else {
                 return Ok(None);
@@ -187,6 +193,7 @@ impl Fitted {
                 return Ok(Some(Fitted {
                     chi_square: weights.chi_square(&measured, &expected),
                     values: weights.values(),
+                    ln_determinant: weights.ln_determinant(),
                     parameters: next,
                     normal,
                     iterations: iteration,
@@ -205,6 +212,7 @@ impl Fitted {
     /// deviation of the end, with those of this detector.
     pub fn new(
         problem: &Problem,
+        axis: &Axis,
         known: &KnownMoments,
         start: Parameters,
         counts: &[MeanCount],
@@ -246,7 +254,7 @@ impl Fitted {
             };
             if is_near_the_end && weighing.is_of_elsewhere(&here.parameters, &normal) {
                 weighing = Weighing {
-                    weights: known.weights(problem, &here.parameters, &here.expected)?,
+                    weights: known.scan_weights(problem, &here.parameters, &here.expected, axis)?,
                     at: Some(here.parameters.clone()),
                     times: weighing.times + 1,
                 };
@@ -257,6 +265,7 @@ impl Fitted {
                     normal,
                     chi_square: here.chi_square,
                     values: weighing.weights.values(),
+                    ln_determinant: weighing.weights.ln_determinant(),
                     iterations: iteration,
                 });
             }
@@ -268,10 +277,10 @@ impl Fitted {
         Err(FitError::NotConverged { steps: MOST_ITERATIONS })
     }
 
-    /// By how many standard deviations chi-square is above what it should be.
-    pub fn excess_sigmas(&self) -> f64 {
-        let degrees = self.degrees_of_freedom().max(1) as f64;
-        (self.chi_square - degrees) / (2.0 * degrees).sqrt()
+    /// How unlikely the counts are, in -2 ln(likelihood): chi-square alone would favour
+    /// places at which counts are taken to scatter more.
+    pub fn unlikelihood(&self) -> f64 {
+        self.chi_square + self.ln_determinant
     }
 
     fn degrees_of_freedom(&self) -> usize {

@@ -31,6 +31,29 @@ pub struct Cell {
     pub chip: usize,
     /// Half the correlation of the values with the code's signs.
     pub product: f64,
+    /// What cells are compared by.
+    score: f32,
+}
+
+/// What a set's correlations are compared by: a factor for each code.
+#[derive(Debug, Clone)]
+pub struct Scales(Vec<f32>);
+
+impl Scales {
+    /// Of the codes -2, -1, 0, .., by their templates' powers: as many standard deviations
+    /// stand out alike.
+    pub fn of_powers(powers: &[f64]) -> Scales {
+        Scales(powers.iter().map(|power| 1.0 / power.sqrt() as f32).collect())
+    }
+
+    /// Leaves a code out.
+    pub fn leave_out(&mut self, index: i64) {
+        self.0[(index + 2) as usize] = 0.0;
+    }
+
+    fn of(&self, index: i64) -> f32 {
+        self.0[(index + 2) as usize]
+    }
 }
 
 impl CodeSet {
@@ -92,9 +115,9 @@ impl CodeSet {
             && (0..length.min(64)).all(|i| chip(i) == code.chips[i << self.interleave])
     }
 
-    /// The largest correlation of `image` (one value per chip) with a code, among
-    /// those of the indices that `allowed` lets through.
-    pub fn best(&self, image: &[f64], allowed: impl Fn(i64) -> bool + Sync) -> Option<Cell> {
+    /// The correlation of `image` (one value per chip) with a code that is largest times its
+    /// code's scale; codes of no scale are left out.
+    pub fn best(&self, image: &[f64], scales: &Scales) -> Option<Cell> {
         let copies = 1_usize << self.interleave;
         let of_first_chip = |first: usize| {
             // An interleaved chip is itself and its opposite in turns (eq. 23).
@@ -103,17 +126,13 @@ impl CodeSet {
                 let signed = (0..copies).map(|s| if s % 2 == 0 { copy(s) } else { -copy(s) });
                 signed.sum::<f64>() as f32
             });
-            let cell = self.best_before_interleaving(&gathered.collect::<Vec<_>>(), &allowed)?;
+            let cell = self.best_before_interleaving(&gathered.collect::<Vec<_>>(), scales)?;
             Some(Cell { chip: cell.chip * copies + first, ..cell })
         };
         (0..copies).filter_map(of_first_chip).reduce(larger)
     }
 
-    fn best_before_interleaving(
-        &self,
-        image: &[f32],
-        allowed: &(impl Fn(i64) -> bool + Sync),
-    ) -> Option<Cell> {
+    fn best_before_interleaving(&self, image: &[f32], scales: &Scales) -> Option<Cell> {
         let length = self.states.len();
         let of_delay = |chip: usize| {
             let mut values = vec![0.0_f32; length + 1];
@@ -124,7 +143,7 @@ impl CodeSet {
             let u_alone = (-2, values[0]);
             let others = self.advances.iter().enumerate();
             let others = others.map(|(index, &advance)| (index as i64, values[advance as usize]));
-            largest(others.chain([u_alone]), chip, allowed)
+            largest(others.chain([u_alone]), chip, scales)
         };
         let found = (0..length).into_par_iter().filter_map(of_delay);
         let of_both = found.reduce_with(larger);
@@ -135,7 +154,7 @@ impl CodeSet {
         transform(&mut values);
         let v_alone = (0..length).filter_map(|chip| {
             let advance = self.advances[(length - chip) % length];
-            largest([(-1, -values[advance as usize])].into_iter(), chip, allowed)
+            largest([(-1, -values[advance as usize])].into_iter(), chip, scales)
         });
         v_alone.chain(of_both).reduce(larger)
     }
@@ -159,21 +178,28 @@ fn advances(v: &Lfsr, length: usize) -> Vec<u32> {
 fn larger(a: Cell, b: Cell) -> Cell {
     // Of equal ones that of the earlier delay, whatever the order of work.
     let is_later = (b.chip, b.index) > (a.chip, a.index);
-    if b.product > a.product || (b.product == a.product && !is_later) { b } else { a }
+    if b.score > a.score || (b.score == a.score && !is_later) { b } else { a }
 }
 
 fn largest(
     products: impl Iterator<Item = (i64, f32)>,
     chip: usize,
-    allowed: &(impl Fn(i64) -> bool + Sync),
+    scales: &Scales,
 ) -> Option<Cell> {
-    let mut best: Option<(i64, f32)> = None;
+    let mut best: Option<(i64, f32, f32)> = None;
     for (index, product) in products {
-        if best.is_none_or(|(_, most)| product > most) && allowed(index) {
-            best = Some((index, product));
+        let scale = scales.of(index);
+        let score = product * scale;
+        if scale > 0.0 && best.is_none_or(|(.., most)| score > most) {
+            best = Some((index, product, score));
         }
     }
-    best.map(|(index, product)| Cell { index, chip, product: 0.5 * f64::from(product) })
+    best.map(|(index, product, score)| Cell {
+        index,
+        chip,
+        product: 0.5 * f64::from(product),
+        score,
+    })
 }
 
 /// Walsh-Hadamard transform, in place.
@@ -224,7 +250,9 @@ mod tests {
                     0.5 * terms.sum::<f64>()
                 });
                 let products: Vec<f64> = products.collect();
-                let cell = set.best(&image, |i| i == index).expect("the only one allowed");
+                let mut scales = Scales::of_powers(&[4.0; 33]);
+                (-2..31).filter(|&i| i != index).for_each(|i| scales.leave_out(i));
+                let cell = set.best(&image, &scales).expect("the only one allowed");
                 let largest = products.iter().copied().fold(f64::MIN, f64::max);
                 assert!((cell.product - largest).abs() < 1e-2, "{index}: {cell:?} {largest}");
                 assert!((products[cell.chip] - largest).abs() < 1e-2, "{index}: {cell:?}");

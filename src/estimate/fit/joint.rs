@@ -20,6 +20,9 @@ use crate::response::MeanCount;
 /// Most paths of one fit: bounds its time.
 const MOST_PATHS: usize = 12;
 
+/// Light that is above none by so many thresholds is there.
+const SURE: f64 = 2.0;
+
 /// All light that a scan shows.
 #[derive(Debug)]
 pub struct Found {
@@ -44,7 +47,7 @@ pub fn all_light(
     measured: &[MeanCount],
 ) -> Result<Found, FitError> {
     let [light, own] = air.thresholds();
-    let (search, mut here) = Search::new(air, problem, known, measured)?;
+    let (mut search, mut here) = Search::new(air, problem, known, measured)?;
     let mut ambiguous: Vec<Split> = Vec::new();
     while here.codes.len() < MOST_PATHS {
         let place = search.strongest(&here, light);
@@ -71,8 +74,41 @@ pub fn all_light(
         here = search.with(&here, &place.code, place.path(search.unit(&here)))?;
     }
     let splits = ambiguous.into_iter();
-    let doubts: Vec<Split> = splits.filter_map(|s| beside_all(&search, &here, s)).collect();
-    finish(search, here, &doubts, known)
+    let mut doubts: Vec<Split> = splits.filter_map(|s| beside_all(&search, &here, s)).collect();
+    loop {
+        let found = finish(&mut search, here, &doubts, known)?;
+        let Some((path, rest)) = find_in_doubt(&search, &found, light)? else {
+            return Ok(found);
+        };
+        doubts = doubts.into_iter().filter_map(|split| split.without(path)).collect();
+        here = rest;
+    }
+}
+
+/// The path of another source that the counts need least, by number, and all light without it,
+/// if that fits nearly as well: light that stood out before all was fitted may be what that
+/// lacked then. A find must lower chi-square as much as it had to stand out.
+fn find_in_doubt(
+    search: &Search,
+    found: &Found,
+    threshold: f64,
+) -> Result<Option<(usize, Hypothesis)>, FitError> {
+    let own = &search.air.known[0].code.chips;
+    let here = &found.hypothesis;
+    let std = found.normal.standard_deviations();
+    let is_sure = |path: usize| std[2 * path + 1] * SURE * threshold < 1.0;
+    let mut least: Option<(f64, usize, Hypothesis)> = None;
+    for path in 0..here.codes.len() {
+        if &here.codes[path].chips == own || is_sure(path) {
+            continue;
+        }
+        let rest = search.without(here, path)?;
+        let gain = rest.chi_square - here.chi_square;
+        if gain < threshold * threshold && least.as_ref().is_none_or(|(least, ..)| gain < *least) {
+            least = Some((gain, path, rest));
+        }
+    }
+    Ok(least.map(|(_, path, rest)| (path, rest)))
 }
 
 /// What a split says now that all light is found: that may leave no room for what was likely
@@ -108,7 +144,7 @@ fn beside_all(search: &Search, here: &Hypothesis, split: Split) -> Option<Split>
 
 /// The last fit, with exact derivatives and weights of the light that was found.
 fn finish(
-    mut search: Search,
+    search: &mut Search,
     here: Hypothesis,
     doubts: &[Split],
     known: &KnownMoments,
@@ -133,7 +169,7 @@ fn finish(
     let [pattern, _] =
         search.descent.gains(&hypothesis.codes, &hypothesis.parameters, &hypothesis.expected);
     Ok(Found {
-        beyond_normal: beyond_normal(&search, &hypothesis, &normal, doubts),
+        beyond_normal: beyond_normal(search, &hypothesis, &normal, doubts),
         unit: pattern * axis.periods,
         hypothesis,
         normal,

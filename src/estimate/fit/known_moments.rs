@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use super::long_scan::{self, PerDetection};
 use super::parameters::{Column, Parameters, PathParameters};
 use super::problem::Problem;
 use super::shared_light;
@@ -24,8 +25,6 @@ use crate::scan::Step;
 struct Spacing {
     delay_chips: f64,
     saturation: f64,
-    /// Most nodes that are kept.
-    kept: usize,
 }
 
 impl Spacing {
@@ -44,25 +43,25 @@ fn octave(parameters: &Parameters, dead_time_chips: f64) -> i32 {
     saturation.ln_1p().div_euclid(std::f64::consts::LN_2) as i32
 }
 
-/// Half a spacing changes moments by less than a per cent: chi-square of some tens
-/// of counts has a spread of 15 %.
-const OF_WINDOWS: Spacing = Spacing { delay_chips: 1.0 / 32.0, saturation: 0.008, kept: 10_000 };
+/// Half a spacing changes moments by less than a per cent: chi-square of a thousand counts
+/// has a spread of 4 %.
+const OF_STEPS: Spacing = Spacing { delay_chips: 1.0 / 32.0, saturation: 0.008 };
 
 /// Steps that count the same light differ by what comes within a phase step of the
 /// reference's edges, where the light changes.
-const OF_SHARED_STEPS: Spacing = Spacing { delay_chips: 1.0 / 128.0, ..OF_WINDOWS };
+const OF_SHARED_STEPS: Spacing = Spacing { delay_chips: 1.0 / 128.0, ..OF_STEPS };
 
 /// For derivatives: a peak's corners are round within some hundredths of a chip.
-const OF_SLOPES: Spacing = Spacing { delay_chips: 1.0 / 64.0, saturation: 0.016, kept: 10_000 };
+const OF_SLOPES: Spacing = Spacing { delay_chips: 1.0 / 64.0, saturation: 0.016 };
 
-/// Chi-square of ten thousands of counts has a spread of under a per cent.
-const OF_SCANS: Spacing = Spacing { delay_chips: 1.0 / 64.0, saturation: 0.002, kept: 100 };
+/// Steps of all nodes together that are kept: bounds the memory, at 64 bytes for each step
+/// of one path.
+const MOST_KEPT_STEPS: usize = 1 << 20;
 
-/// Of few steps that stand for all of a scan.
-const OF_FEW_STEPS: Spacing = Spacing { delay_chips: 1.0 / 8.0, saturation: 0.02, kept: 10_000 };
-
-/// Steps away from all peaks whose moments are taken.
-const STEPS_AWAY: usize = 12;
+/// Most nodes of a problem that are kept.
+fn most_kept(problem: &Problem) -> usize {
+    MOST_KEPT_STEPS / problem.steps.len().max(1)
+}
 
 /// Which node.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -76,15 +75,6 @@ struct Key {
     place: Vec<i64>,
 }
 
-/// Second moments of one step's counts, per expected detection.
-#[derive(Debug, Clone, Copy)]
-struct PerDetection {
-    signed_variance: f64,
-    total_variance: f64,
-    /// Covariance of r and N, less the mean of r.
-    excess_covariance: f64,
-}
-
 impl Key {
     fn new(problem: &Problem, place: Vec<i64>) -> Key {
         Key {
@@ -96,58 +86,6 @@ impl Key {
             place,
         }
     }
-}
-
-impl PerDetection {
-    /// Moments of a step that expects `mean`.
-    fn of(&self, mean: &MeanCount) -> CountMoments {
-        CountMoments {
-            signed_mean: mean.signed,
-            total_mean: mean.total,
-            signed_variance: self.signed_variance * mean.total,
-            total_variance: self.total_variance * mean.total,
-            covariance: mean.signed + self.excess_covariance * mean.total,
-        }
-    }
-
-    fn mean(all: &[PerDetection]) -> PerDetection {
-        let mean =
-            |of: &dyn Fn(&PerDetection) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-        PerDetection {
-            signed_variance: mean(&|m| m.signed_variance),
-            total_variance: mean(&|m| m.total_variance),
-            excess_covariance: mean(&|m| m.excess_covariance),
-        }
-    }
-
-    /// These moments, and those of peaks as far as each reaches here.
-    fn towards<'a>(&self, peaks: impl Iterator<Item = (&'a PerDetection, f64)>) -> PerDetection {
-        let mut here = *self;
-        for (peak, shape) in peaks.filter(|(_, shape)| *shape > 0.0) {
-            here.signed_variance += shape * shape * (peak.signed_variance - self.signed_variance);
-            here.excess_covariance += shape * (peak.excess_covariance - self.excess_covariance);
-        }
-        here.signed_variance = here.signed_variance.max(0.5 * self.signed_variance);
-        here
-    }
-}
-
-/// Steps far from all peaks, spread over the scan, and those of the peaks.
-fn sampled_steps(problem: &Problem, axis: &Axis, peaks: &[f64]) -> Vec<Step> {
-    let steps = problem.steps.len();
-    let is_away = |&index: &usize| {
-        let place = problem.place_of(problem.steps[index], axis);
-        peaks.iter().all(|peak| axis.shape(place - peak) <= 0.0)
-    };
-    let spread = (0..STEPS_AWAY).map(|part| (2 * part + 1) * steps / (2 * STEPS_AWAY));
-    let away = spread.filter_map(|from| (from..steps).find(is_away));
-    let mut chosen: Vec<Step> = away.map(|index| problem.steps[index]).collect();
-    let nearest = |peak: f64| {
-        let off = |step: &&Step| axis.steps_apart(problem.place_of(**step, axis) - peak);
-        problem.steps.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
-    };
-    chosen.extend(peaks.iter().filter_map(|&peak| nearest(peak)));
-    chosen
 }
 
 /// What is expected of a node's light, and its derivatives.
@@ -210,7 +148,7 @@ impl KnownMoments {
             let known = self.nearest_shared(problem, parameters)?;
             return Ok(shared_light::weights_of_all(&known, means));
         }
-        let known = self.nearest(problem, parameters)?;
+        let known = self.nearest_of(problem, parameters, &OF_STEPS)?;
         let moments = means.iter().zip(known.iter());
         let moments: Vec<CountMoments> = moments.map(|(mean, known)| known.of(mean)).collect();
         let slipping = self.slipping(problem)?;
@@ -250,16 +188,13 @@ impl KnownMoments {
             parameters: node,
         });
         let mut known = known();
-        if known.len() < OF_SLOPES.kept {
+        if known.len() < most_kept(problem) {
             known.insert(key, Arc::clone(&linear));
         }
         Ok(linear)
     }
 
-    /// The weights of the counts of many steps at once: second moments of few of them
-    /// stand for all. Away from the own code's peaks those per detection are alike,
-    /// for the reference's signs are as good as random there; towards a peak they
-    /// change with the product of two signs, the square of the peak's shape.
+    /// The same; of [many steps at once](long_scan) second moments of few stand for all.
     pub fn scan_weights(
         &self,
         problem: &Problem,
@@ -275,20 +210,10 @@ impl KnownMoments {
             let known = |few: &Problem| self.nearest_shared(few, parameters);
             return shared_light::weights_of_scan(problem, axis, &own, means, known);
         }
-        let samples = sampled_steps(problem, axis, &own);
-        let few = Problem { steps: samples.clone(), ..problem.clone() };
-        let known = self.nearest_of(&few, parameters, &OF_FEW_STEPS)?;
-        let (away, peaks) = known.split_at(samples.len() - own.len());
-        let away = PerDetection::mean(away);
         // Steps of a long scan are taken for far apart beside what slips between them.
         let slipping = self.slipping(problem)?.variance();
-        let moments = problem.steps.iter().zip(means).map(|(&step, mean)| {
-            let place = problem.place_of(step, axis);
-            let shapes = own.iter().map(|&peak| axis.shape(place - peak));
-            let moments = away.towards(peaks.iter().zip(shapes)).of(mean);
-            CountMoments { signed_variance: moments.signed_variance + slipping, ..moments }
-        });
-        Ok(Weights::of(&moments.collect::<Vec<_>>()))
+        let known = |few: &Problem| self.nearest_of(few, parameters, &OF_STEPS);
+        long_scan::weights_of_scan(problem, axis, &own, means, slipping, known)
     }
 
     fn nearest_shared(
@@ -308,22 +233,10 @@ impl KnownMoments {
         let found: Arc<[SharedSteps]> =
             problem.shared_steps(&SecondMoments::new(&response)?).into();
         let mut nodes = nodes();
-        if nodes.len() < OF_SHARED_STEPS.kept {
+        if nodes.len() < most_kept(problem) {
             nodes.insert(key, Arc::clone(&found));
         }
         Ok(found)
-    }
-
-    fn nearest(
-        &self,
-        problem: &Problem,
-        parameters: &Parameters,
-    ) -> Result<Arc<[PerDetection]>, MeanResponseError> {
-        let spacing = match problem.takes_all_steps() {
-            true => &OF_SCANS,
-            false => &OF_WINDOWS,
-        };
-        self.nearest_of(problem, parameters, spacing)
     }
 
     fn nearest_of(
@@ -340,17 +253,9 @@ impl KnownMoments {
             return Ok(Arc::clone(known));
         }
         let moments = problem.moments(&problem.response(&node)?)?;
-        let found: Arc<[PerDetection]> = moments
-            .iter()
-            .map(|m| (m, m.total_mean.max(f64::MIN_POSITIVE)))
-            .map(|(m, detections)| PerDetection {
-                signed_variance: m.signed_variance / detections,
-                total_variance: m.total_variance / detections,
-                excess_covariance: (m.covariance - m.signed_mean) / detections,
-            })
-            .collect();
+        let found: Arc<[PerDetection]> = moments.iter().map(PerDetection::from_moments).collect();
         let mut nodes = nodes();
-        if nodes.len() < spacing.kept {
+        if nodes.len() < most_kept(problem) {
             nodes.insert(key, Arc::clone(&found));
         }
         Ok(found)
@@ -409,12 +314,12 @@ mod tests {
                 }],
                 constant: 1e-3 * number,
             };
-            let (place, node) = nearest(&parameters, &OF_WINDOWS, 2.0);
+            let (place, node) = nearest(&parameters, &OF_STEPS, 2.0);
             let (path, known) = (parameters.paths[0], node.paths[0]);
             assert!((path.delay_chips - known.delay_chips).abs() <= 0.5001 / 32.0);
             assert!((path.ln_rate.exp() - known.ln_rate.exp()).abs() <= 0.002_001);
             assert!((parameters.constant - node.constant).abs() <= 0.002_001);
-            assert_eq!(nearest(&node, &OF_WINDOWS, 2.0).0, place);
+            assert_eq!(nearest(&node, &OF_STEPS, 2.0).0, place);
         }
     }
 }

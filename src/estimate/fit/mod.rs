@@ -9,10 +9,11 @@
 //! extinction ratio and background harmless at the price of under 2 % of
 //! precision.
 //!
-//! One path is fitted to a window of 3 S steps round the peak. More light is looked
-//! for in all of the scan, one source after another ([`joint`]). Light of other codes
-//! needs a scan over the whole code period: it hardly shows in a window, but over a
-//! scan its cross-correlation is as distinct as the peak.
+//! All steps of the scan take part: the side lobes of a Gold code tell as much of the delay
+//! as its peak. A path that moves, and one under light of another clock, are fitted to 3 S
+//! steps round the peak. More light is looked for one source after another ([`joint`]).
+//! Light of other codes needs a scan over the whole code period: it hardly shows in a
+//! window, but over a scan its cross-correlation is as distinct as the peak.
 
 mod air;
 pub(super) mod bins;
@@ -26,6 +27,7 @@ mod gauss_newton;
 mod hadamard;
 mod joint;
 mod known_moments;
+pub(super) mod long_scan;
 mod model_estimate;
 pub(super) mod moving;
 pub(super) mod normal;

@@ -152,6 +152,13 @@ impl Split {
         Split { alternatives: close.beside(&fitted(close), chi_square), ..self }
     }
 
+    /// The same where a path is gone; `None` of what was said of that.
+    pub fn without(mut self, gone: usize) -> Option<Split> {
+        let is_of_others = !self.paths.contains(&gone);
+        self.paths.iter_mut().filter(|path| **path > gone).for_each(|path| *path -= 1);
+        is_of_others.then_some(self)
+    }
+
     /// How many paths there were when it was taken.
     pub fn paths_when_taken(&self) -> usize {
         self.hypothesis.codes.len() - usize::from(!self.is_pair)

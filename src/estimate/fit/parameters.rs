@@ -1,7 +1,7 @@
 //! The unknowns of a fit, their steps for derivatives, and what these are of counts.
 
 use crate::code::Code;
-use crate::response::MeanCount;
+use crate::response::{Light, LightPath, MeanCount};
 
 /// Steps for derivatives: delay in chips, logarithm of a strength, and constant
 /// light as a share of all light.
@@ -34,6 +34,18 @@ pub struct PathParameters {
 pub type Column = Vec<MeanCount>;
 
 impl Parameters {
+    /// Those of some light.
+    pub fn of(light: &Light) -> Parameters {
+        let path = |path: &LightPath| PathParameters {
+            delay_chips: path.delay_chips,
+            ln_rate: path.rate_per_chip.ln(),
+        };
+        Parameters {
+            paths: light.paths.iter().map(path).collect(),
+            constant: light.constant_per_chip,
+        }
+    }
+
     /// Number of unknowns.
     pub fn len(&self) -> usize {
         2 * self.paths.len() + 1
@@ -74,6 +86,12 @@ impl Parameters {
         let mean = path.ln_rate.exp() * code.weight() as f64 / code.len() as f64;
         self.constant = (self.constant - mean).max(0.1 * self.constant);
         self.paths.push(path);
+    }
+
+    /// Removes a path with a code, whose mean goes to the background.
+    pub fn remove_path(&mut self, path: usize, code: &Code) {
+        let gone = self.paths.remove(path);
+        self.constant += gone.ln_rate.exp() * code.weight() as f64 / code.len() as f64;
     }
 
     /// The combination of the unknowns that is the logarithm of two paths' ratio.

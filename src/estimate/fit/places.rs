@@ -7,6 +7,7 @@ use rustfft::num_complex::Complex64;
 
 use super::air::{Candidate, MOST_OTHERS};
 use super::descent::Hypothesis;
+use super::hadamard::Cell;
 use super::parameters::PathParameters;
 use super::search::Search;
 use crate::code::Code;
@@ -92,22 +93,23 @@ impl Search<'_, '_> {
             .map(|&phase| image(&values, samples, phase, &self.air.known[0].code))
             .collect();
         let mut places = Vec::new();
-        for (set, power, excluded) in &self.air.sets {
-            let found: Vec<i64> = here.codes.iter().filter_map(|code| set.index_of(code)).collect();
+        for unknown in &self.air.sets {
+            let scales = unknown.scales_beside(here);
             let best = images.iter().zip(&sub_phases).filter_map(|(image, &phase)| {
-                let allowed = |index: i64| !excluded.contains(&index) && !found.contains(&index);
-                set.best(image, allowed).map(|cell| (cell, phase))
+                unknown.set.best(image, &scales).map(|cell| (cell, phase))
             });
-            let best = best.max_by(|(a, _), (b, _)| a.product.total_cmp(&b.product));
+            let sigmas =
+                |cell: &Cell| cell.product / (unknown.power(cell.index).sqrt() * self.sigma());
+            let best = best.max_by(|(a, _), (b, _)| sigmas(a).total_cmp(&sigmas(b)));
             let Some((cell, phase)) = best else { continue };
-            let Ok(code) = set.code(cell.index) else {
+            let Ok(code) = unknown.set.code(cell.index) else {
                 continue;
             };
             places.push(Place {
                 code: Arc::new(code),
                 delay_chips: axis.delay_at((cell.chip * samples + phase) as f64),
-                sigmas: cell.product / (power.sqrt() * self.sigma()),
-                height: cell.product / power,
+                sigmas: sigmas(&cell),
+                height: cell.product / unknown.power(cell.index),
             });
         }
         places

@@ -11,7 +11,7 @@ use crate::scan::{Clock, Step};
 use crate::scene::Scan;
 
 /// Scans of more steps are weighed with the second moments of few that stand for all.
-const STEPS_ONE_BY_ONE: usize = 512;
+pub const STEPS_ONE_BY_ONE: usize = 512;
 
 /// A detector, codes, and the steps that take part.
 #[derive(Debug, Clone)]

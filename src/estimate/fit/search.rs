@@ -74,6 +74,16 @@ impl<'a, 'm> Search<'a, 'm> {
         self.descent.roughly(start, &templates)
     }
 
+    /// The same light without a path, fitted.
+    pub fn without(&self, here: &Hypothesis, path: usize) -> Result<Hypothesis, FitError> {
+        let (mut codes, mut parameters) = (here.codes.clone(), here.parameters.clone());
+        parameters.remove_path(path, &codes.remove(path));
+        let templates = self.templates(&codes);
+        let start = self.descent.near_hypothesis(here, codes, parameters)?;
+        let (rest, _) = self.descent.exactly(self.descent.roughly(start, &templates)?)?;
+        Ok(rest)
+    }
+
     /// Two paths in place of one, fitted.
     pub fn with_pair(
         &self,

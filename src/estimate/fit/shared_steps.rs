@@ -13,7 +13,8 @@ pub struct SharedSteps {
 
 impl SharedSteps {
     /// The same steps where they expect other counts: covariances go with the
-    /// detections, and those with the total with the signed counts.
+    /// detections, and those with the total with the signed counts as its variance goes
+    /// with it.
     pub fn expecting(&self, means: &[MeanCount]) -> SharedSteps {
         let there = &self.moments;
         let signed_means: Vec<f64> = self.places.iter().map(|&p| means[p].signed).collect();
@@ -22,8 +23,10 @@ impl SharedSteps {
         let mut covariance = there.covariance.clone();
         covariance.iter_mut().flatten().for_each(|c| *c *= share);
         let total = self.places.len();
+        let total_variance =
+            there.covariance[total][total] / there.total_mean.max(f64::MIN_POSITIVE);
         for (lane, (here, there)) in signed_means.iter().zip(&there.signed_means).enumerate() {
-            let with_total = covariance[lane][total] + here - there * share;
+            let with_total = covariance[lane][total] + total_variance * (here - there * share);
             covariance[lane][total] = with_total;
             covariance[total][lane] = with_total;
         }

@@ -36,6 +36,21 @@ impl Template {
         })
     }
 
+    /// Sum of squares over the steps of a whole code period, less that of their mean, with
+    /// sharp corners.
+    pub fn power(&self, samples_per_chip: f64) -> f64 {
+        let length = self.theta.len();
+        // Shares of the two chips beside a step, squared and multiplied, over a chip's steps.
+        let squares = (2.0 * samples_per_chip + 1.0 / samples_per_chip) / 3.0;
+        let products = (samples_per_chip - 1.0 / samples_per_chip) / 3.0;
+        let mean = self.theta.iter().sum::<f64>() / length as f64;
+        let of_chip = |chip: usize| {
+            let (here, next) = (self.theta[chip] - mean, self.theta[(chip + 1) % length] - mean);
+            squares * here * here + products * here * next
+        };
+        (0..length).map(of_chip).sum()
+    }
+
     /// Value, and slope per chip, where the reference is `lag_chips` behind the code.
     pub fn at(&self, lag_chips: f64) -> [f64; 2] {
         let length = self.theta.len();

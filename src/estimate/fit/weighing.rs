@@ -1,7 +1,9 @@
 //! How much the counts of a problem's steps weigh.
 
 use std::convert::Infallible;
+use std::sync::Arc;
 
+use super::long_scan::{self, PerDetection};
 use super::parameters::Parameters;
 use super::problem::Problem;
 use super::shared_light;
@@ -23,17 +25,21 @@ impl Problem<'_> {
         means: &[MeanCount],
         axis: &Axis,
     ) -> Weights {
-        if self.shares_light() && self.is_long() {
-            let peaks = self.own_peaks(parameters, axis);
-            let of_few = |few: &Problem| Ok::<_, Infallible>(few.shared_steps(second).into());
-            return match shared_light::weights_of_scan(self, axis, &peaks, means, of_few) {
-                Ok(weights) => weights,
-                Err(never) => match never {},
-            };
-        }
-        match self.shares_light() {
-            true => Weights::of_groups(&self.shared_steps(second)),
-            false => Weights::of(&self.moments_of(second)),
+        let peaks = self.own_peaks(parameters, axis);
+        let alone = |few: &Problem| -> Result<Arc<[PerDetection]>, Infallible> {
+            Ok(few.moments_of(second).iter().map(PerDetection::from_moments).collect())
+        };
+        let shared =
+            |few: &Problem| -> Result<_, Infallible> { Ok(few.shared_steps(second).into()) };
+        let weights = match (self.is_long(), self.shares_light()) {
+            (false, false) => Ok(Weights::of(&self.moments_of(second))),
+            (false, true) => Ok(Weights::of_groups(&self.shared_steps(second))),
+            (true, false) => long_scan::weights_of_scan(self, axis, &peaks, means, 0.0, alone),
+            (true, true) => shared_light::weights_of_scan(self, axis, &peaks, means, shared),
+        };
+        match weights {
+            Ok(weights) => weights,
+            Err(never) => match never {},
         }
     }
 

@@ -103,6 +103,19 @@ impl Weights {
         2 * self.factors.len() + of_groups.sum::<usize>()
     }
 
+    /// Logarithm of the determinant of the counts' covariance.
+    pub fn ln_determinant(&self) -> f64 {
+        let of_diagonal = |matrix: &DMatrix<f64>| -> f64 {
+            matrix.diagonal().iter().map(|entry| entry.ln()).sum()
+        };
+        let alone: f64 = match &self.together {
+            Some(together) => of_diagonal(together),
+            None => self.factors.iter().map(|[a, _, c]| a.ln() + c.ln()).sum(),
+        };
+        let groups = self.groups.iter().map(|group| of_diagonal(&group.whitening));
+        -2.0 * (alone + groups.sum::<f64>())
+    }
+
     /// Steps that are weighed.
     fn steps(&self) -> usize {
         let of_groups = self.groups.iter().map(|group| group.places.len());

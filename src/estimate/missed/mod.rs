@@ -55,14 +55,29 @@ pub(super) fn missed_fraction(
     if bound < NEGLIGIBLE && !one_window && target.finds_from(&counts.signed(), peak) {
         return Some(bound);
     }
-    let missed = if is_model || counts.model().timing.parallel > 1 {
-        sampled::missed(counts, &target)
+    let missed = if is_drawn(sensor) {
+        sampled::missed(counts, &target)?
     } else if one_window {
         1.0 - find::of_whole_period(counts, &target)
     } else {
         largest::missed(counts, &target)
     };
     Some(missed.clamp(0.0, 1.0))
+}
+
+/// Whether the share is counted in drawn scans.
+fn is_drawn(sensor: &Sensor) -> bool {
+    sensor.scene().estimator == EstimatorKind::Model || sensor.timing().parallel > 1
+}
+
+/// Error of an expected share of misses, where it is counted in drawn scans: four of its
+/// standard errors, and what none of them shows.
+pub(crate) fn share_error(sensor: &Sensor, detector: DetectorIndex, share: f64) -> f64 {
+    if !is_drawn(sensor) {
+        return 0.0;
+    }
+    let scans = sampled::scans(sensor, detector) as f64;
+    4.0 * (share * (1.0 - share) / scans).sqrt() + 10.0 / scans
 }
 
 /// Phase steps of the fine stage's window.

@@ -22,7 +22,8 @@ use crate::math::correlating;
 use crate::response::GroupMoments;
 use crate::scan;
 use crate::scan::Step;
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind};
+use crate::sensor::Sensor;
 
 /// Counts drawn, about, and the scans that they may make.
 const COUNTS: u64 = 16_000_000;
@@ -45,11 +46,11 @@ struct Drawn {
 }
 
 /// Expected share of scans that miss the target, with a standard error of
-/// sqrt(p (1 - p) / scans).
-pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
-    let groups = groups(counts, target);
+/// sqrt(p (1 - p) / scans); none where the moments are no finite numbers.
+pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
+    let groups = groups(counts, target)?;
     let steps = counts.means.len() as u64;
-    let scans = (COUNTS / (steps * work_per_count(target))).clamp(*SCANS.start(), *SCANS.end());
+    let scans = scans(target.sensor, target.detector);
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let mut values = Vec::with_capacity(steps as usize);
@@ -58,17 +59,22 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
         }
         target.found_in(&values)
     });
-    1.0 - draws.count() as f64 / scans as f64
+    Some(1.0 - draws.count() as f64 / scans as f64)
+}
+
+/// Scans that are drawn.
+pub(super) fn scans(sensor: &Sensor, detector: DetectorIndex) -> u64 {
+    let counts = sensor.timing().scan.steps * work_per_count(sensor, detector);
+    (COUNTS / counts).clamp(*SCANS.start(), *SCANS.end())
 }
 
 /// What a count costs beside drawing it: the model estimator's coarse stage holds a
 /// template against every step, some chips wide.
-fn work_per_count(target: &Target) -> u64 {
-    let sensor = target.sensor;
+fn work_per_count(sensor: &Sensor, detector: DetectorIndex) -> u64 {
     if sensor.scene().estimator != EstimatorKind::Model {
         return 1;
     }
-    let source = sensor.scene().detectors[target.detector].reference;
+    let source = sensor.scene().detectors[detector].reference;
     let chips = (1_u64 << sensor.scene().sources[source].code.interleave) + 1;
     1 + chips * u64::from(sensor.clock().samples_per_chip) / 8
 }
@@ -114,12 +120,12 @@ impl Drawn {
     }
 }
 
-fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
+fn groups(counts: &ExpectedCounts, target: &Target) -> Option<Vec<Group>> {
     let model = counts.model();
     let laws = laws(counts, target);
     if model.timing.parallel == 1 {
         let alone = |law: &CountLaw| Group { laws: vec![Drawn::of(law)], factor: vec![vec![1.0]] };
-        return laws.iter().map(alone).collect();
+        return Some(laws.iter().map(alone).collect());
     }
     let reach_ps = target.sensor.clock().ps(NEAR_CHIPS);
     let is_near = |group: scan::Group| {
@@ -143,15 +149,16 @@ fn groups(counts: &ExpectedCounts, target: &Target) -> Vec<Group> {
         let of_step = |a: usize| -> Vec<f64> {
             (0..steps.len()).map(|b| correlation(moments, a, b)).collect()
         };
-        Group {
-            laws: steps.iter().map(|&step| Drawn::of(&laws[step.index()])).collect(),
-            factor: correlating(&(0..steps.len()).map(of_step).collect::<Vec<_>>()),
-        }
+        let correlations: Vec<Vec<f64>> = (0..steps.len()).map(of_step).collect();
+        let laws = steps.iter().map(|&step| Drawn::of(&laws[step.index()])).collect();
+        Some(Group { laws, factor: correlating(&correlations, 0.0)? })
     };
     (0..model.timing.groups()).into_par_iter().map(group).collect()
 }
 
+/// None where nothing varies.
 fn correlation(group: &GroupMoments, a: usize, b: usize) -> f64 {
     let c = &group.covariance;
-    c[a][b] / (c[a][a] * c[b][b]).sqrt()
+    let variances = c[a][a] * c[b][b];
+    if variances > 0.0 { c[a][b] / variances.sqrt() } else { 0.0 }
 }

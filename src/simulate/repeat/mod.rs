@@ -55,6 +55,13 @@ pub struct Simulation {
     pub run_time_s: f64,
 }
 
+impl Simulation {
+    /// Whether no scans contradict what is expected of them.
+    pub fn is_as_expected(&self) -> bool {
+        self.estimates.iter().all(|path| path.expectation_holds != Some(false))
+    }
+}
+
 impl Body for Simulation {
     const NAME: &'static str = "simulate";
 }

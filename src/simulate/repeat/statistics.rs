@@ -3,17 +3,15 @@
 use super::answers::Ranging;
 use super::moments::{Moments, share_interval};
 use super::tally::Tally;
+use crate::estimate::evidence::{Evidence, Expectation, Family};
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
-use crate::estimate::{Theory, distance_m, folded};
+use crate::estimate::{Theory, distance_m, folded, share_error};
 use crate::scene::{EstimatorKind, PathIndex};
 use crate::simulate::path_statistics::PathStatistics;
 
-/// Bias and standard deviation in metres.
-type Expectation = (f64, f64);
-
-/// What is expected of a path, or why nothing is.
-type Expected = Result<Expectation, String>;
+/// Bias and standard deviation that are expected of a path, in metres, or why none are.
+type Expected = Result<(f64, f64), String>;
 
 /// One entry per path of a detector.
 pub fn statistics(
@@ -42,6 +40,7 @@ pub fn statistics(
             Ok(bound_m) => (Some(bound_m), None),
             Err(reason) => (None, Some(format!("no bound: {reason}"))),
         };
+        let contradictions = contradictions(ranging, tally, place, &expected, theory);
         let unexpected = expected[place].as_ref().err();
         let unexpected = unexpected.map(|reason| format!("no expectation: {reason}"));
         PathStatistics {
@@ -64,6 +63,8 @@ pub fn statistics(
             std_std_error_m: moments.std_std_error,
             expected_bias_m: expected[place].as_ref().ok().map(|(bias_m, _)| *bias_m),
             expected_std_m: expected[place].as_ref().ok().map(|(_, std_m)| *std_m),
+            expectation_holds: contradictions.as_ref().map(Vec::is_empty),
+            expectation_remark: contradictions.filter(|c| !c.is_empty()).map(|c| c.join("; ")),
             bound_m,
             std_over_bound: moments.std.zip(bound_m).map(|(std, bound)| std / bound),
             bound_remark,
@@ -74,6 +75,26 @@ pub fn statistics(
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
+}
+
+/// How a path's scans contradict what is expected of them; none where nothing is.
+fn contradictions(
+    ranging: &Ranging,
+    tally: &Tally,
+    place: usize,
+    expected: &[Expected],
+    theory: &Theory,
+) -> Option<Vec<String>> {
+    let &(bias_m, std_m) = expected[place].as_ref().ok()?;
+    let with_error = |share| (share, share_error(ranging.sensor, ranging.detector, share));
+    let expectation = Expectation { bias_m, std_m, missed: theory.missed[place].map(with_error) };
+    let evidence = Evidence {
+        errors_m: &tally.errors_m[place],
+        scans: tally.scans,
+        missed: tally.scans - tally.found[place],
+        range_m: distance_m(ranging.code_period_ps),
+    };
+    Family::of_paths(ranging.sensor.scene().paths.len()).contradictions(&evidence, &expectation)
 }
 
 /// The bound of a path, in metres, or why there is none.
@@ -98,18 +119,20 @@ fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Expected> {
                 Err(reason) => Err(reason.to_string()),
             })
             .collect(),
-        EstimatorKind::Model => fitted_to_means(ranging)
+        EstimatorKind::Model => fitted_to_means(ranging, theory)
             .unwrap_or_else(|reason| vec![Err(reason.to_string()); ranging.paths.len()]),
     }
 }
 
 /// The fit's answer to the expected counts.
-fn fitted_to_means(ranging: &Ranging) -> Result<Vec<Expected>, FitError> {
+fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<Expected>, FitError> {
     let fitted = expected_fit(ranging.sensor, ranging.detector, ranging.counting)?;
     let unseen = || Err("the expected counts do not show the path".to_owned());
     let mut expected: Vec<Expected> = ranging.paths.iter().map(|_| unseen()).collect();
     for (order, place, bias_m) in ranging.matched(&fitted) {
         let std_m = distance_m(fitted.paths[order].delay_std_ps);
+        let bound = theory.bound.as_ref().ok();
+        let std_m = bound.map_or(std_m, |bound| bound.at_least(ranging.paths[place], std_m));
         expected[place] = Ok((bias_m, std_m));
     }
     Ok(expected)

@@ -71,6 +71,9 @@ impl PathStatistics {
                 percent(self.expected_missed_fraction.map(|missed| 1.0 - missed)),
             );
         }
+        if let Some(remark) = &self.expectation_remark {
+            let _ = writeln!(text, "  the expectation does not hold: {remark}");
+        }
         if self.bound_m.is_some() {
             let _ = write!(
                 text,

@@ -84,6 +84,10 @@ pub struct Reference {
     pub missed_fraction: f64,
     /// Its 95 % confidence interval.
     pub missed_fraction_ci95: [f64; 2],
+    /// Whether these scans bear out what is expected of them; none without an expectation.
+    pub expectation_holds: Option<bool>,
+    /// How they contradict it, where they do.
+    pub expectation_remark: Option<String>,
 }
 
 /// One tier at one number of scans.

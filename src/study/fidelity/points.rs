@@ -129,6 +129,8 @@ pub fn reference(run: Option<&Run>) -> Result<Reference, FidelityError> {
             bias_std_error_m,
             missed_fraction: missed.0,
             missed_fraction_ci95: missed.1,
+            expectation_holds: s.expectation_holds,
+            expectation_remark: s.expectation_remark.clone(),
         }),
         _ => Err(match &s.remark {
             Some(remark) if s.estimates > 1 => FidelityError::NoScatter(remark.clone()),

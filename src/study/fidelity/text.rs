@@ -23,9 +23,11 @@ impl FidelityReport {
 
     fn heading(&self) -> String {
         let r = &self.reference;
+        let remark = r.expectation_remark.as_ref();
+        let remark = remark.map(|told| format!("the expectation does not hold: {told}\n"));
         format!(
             "{}, seed {}; reference: {} with {} scans, standard deviation {:.3} +- {:.3} mm, bias \
-             {:.3} +- {:.3} mm, peak missed in {:.2} % [{:.2}, {:.2}]\n\n",
+             {:.3} +- {:.3} mm, peak missed in {:.2} % [{:.2}, {:.2}]\n{}\n",
             self.scene,
             self.seed,
             r.fidelity,
@@ -37,6 +39,7 @@ impl FidelityReport {
             r.missed_fraction * 100.0,
             r.missed_fraction_ci95[0] * 100.0,
             r.missed_fraction_ci95[1] * 100.0,
+            remark.unwrap_or_default(),
         )
     }
 

@@ -113,7 +113,7 @@ impl Run {
         let sensor = Sensor::new(scene);
         let model = DetectorModel::new(&sensor, DetectorIndex(0));
         let response = MeanResponse::of_tier(&model, tier)?;
-        let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?);
+        let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?)?;
         let fitter = Fitter::new(&sensor, DetectorIndex(0), tier, scene.other_light);
         let period_ps = sensor.timing().code_period_ps();
         let seed = self.next_seed();

@@ -188,7 +188,7 @@ fn overwhelming_background_counts(seed: u64) -> Result<Measured, CaseError> {
         total_variance: variance,
         covariance: mean,
     };
-    let sampler = CountSampler::new(&model, &[moments]);
+    let sampler = CountSampler::new(&model, &[moments])?;
     let scans = 500_000;
     let found = (0..scans).map(|scan| sampler.scan(seed, scan)[0].signed as f64);
     let expected = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts()[0];

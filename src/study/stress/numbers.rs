@@ -183,7 +183,7 @@ fn drawn_totals(seed: u64) -> Result<Measured, CaseError> {
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
     let moments = SecondMoments::new(&response)?.of_step(Step(0));
-    let sampler = CountSampler::new(&model, &[moments]);
+    let sampler = CountSampler::new(&model, &[moments])?;
     let totals = Sample::of((0..20_000).map(|scan| sampler.scan(seed, scan)[0].total as f64));
     Measured::deviation(worst([totals.z(mean), totals.variance_z(mean)]))
 }

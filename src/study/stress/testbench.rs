@@ -145,7 +145,7 @@ impl Testbench {
     /// The Verilog's value of a port at each of a run's first [`PORT_CLOCKS`] clocks.
     pub fn port<'a>(&'a self, run: &'a Run, name: &str) -> impl Iterator<Item = u64> + 'a {
         let field = self.layout.outputs.field(name).clone();
-        let records = run.records.got.chunks_exact(self.layout.outputs.words);
+        let records = run.records.got.values.chunks_exact(self.layout.outputs.words);
         records.map(move |record| field.low_word(record))
     }
 }

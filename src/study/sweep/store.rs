@@ -1,7 +1,7 @@
 //! The folder of a sweep: what it is, and the points that are done.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +10,8 @@ use crate::document::{Body, Document};
 use crate::files::{FileError, OutputFolder, read_regular};
 use crate::printable::printable_path;
 
+/// Its folder of points that are done.
+const POINTS: &str = "points";
 /// What the sweep of a folder is.
 const DEFINITION: &str = "sweep.json";
 /// Largest file that is read back.
@@ -130,16 +132,17 @@ pub struct Store {
 }
 
 impl Store {
-    /// Takes a folder for a sweep: an empty one, or one with its points. `points` is the
-    /// folder in it that the points are in.
+    /// Takes a folder for a sweep: an empty one, or one with its points. `on_wait` is told
+    /// when another run holds them, before this one waits for that run's end.
     ///
     /// # Errors
     /// When it has another sweep's, or a file cannot be read or written.
     pub fn open(
         folder: &OutputFolder,
-        points: OutputFolder,
         definition: &Document<Definition>,
+        on_wait: impl FnOnce(&Path),
     ) -> Result<Store, StoreError> {
+        let points = folder.subfolder(POINTS, on_wait)?;
         let path = folder.join(DEFINITION);
         if path.exists() {
             let text = read(&path)?;
@@ -178,19 +181,21 @@ impl Store {
         Ok(self.points.write(&name(number), text)?)
     }
 
-    /// Removes all that it has in `folder`, the one that it was opened with: the points
-    /// stand elsewhere.
+    /// Removes all that a sweep has in `folder`, if it has anything: the points stand
+    /// elsewhere.
     ///
     /// # Errors
     /// When a file cannot be removed.
     #[cfg(feature = "cli")]
-    pub fn clear(self, folder: &OutputFolder) -> Result<(), StoreError> {
-        for number in numbers(&self.points)? {
-            self.points.remove(&name(number))?;
+    pub fn clear(folder: &OutputFolder) -> Result<(), StoreError> {
+        if folder.join(POINTS).is_dir() {
+            let points = folder.subfolder(POINTS, |_| ())?;
+            for number in numbers(&points)? {
+                points.remove(&name(number))?;
+            }
+            points.discard();
         }
-        folder.remove(DEFINITION)?;
-        self.points.discard();
-        Ok(())
+        Ok(folder.remove(DEFINITION)?)
     }
 
     /// A point that is done.
@@ -219,13 +224,10 @@ fn numbers(points: &OutputFolder) -> Result<BTreeSet<usize>, StoreError> {
     Ok(entries.filter_map(number).collect())
 }
 
-fn read(path: &std::path::Path) -> Result<String, StoreError> {
+fn read(path: &Path) -> Result<String, StoreError> {
     read_regular(path, MOST_BYTES).map_err(|reason| unreadable(path, &reason))
 }
 
-fn unreadable(path: &std::path::Path, reason: &impl ToString) -> StoreError {
-    StoreError::Unreadable {
-        path: printable_path(&PathBuf::from(path)),
-        reason: reason.to_string(),
-    }
+fn unreadable(path: &Path, reason: &impl ToString) -> StoreError {
+    StoreError::Unreadable { path: printable_path(path), reason: reason.to_string() }
 }

@@ -30,7 +30,7 @@ pub struct Column {
 }
 
 /// Columns behind those of the axes.
-const COLUMNS: [(&str, Kind); 19] = [
+const COLUMNS: [(&str, Kind); 20] = [
     ("detector", Kind::Text),
     ("source", Kind::Text),
     ("path", Kind::Integer),
@@ -47,6 +47,7 @@ const COLUMNS: [(&str, Kind); 19] = [
     ("std_std_error_m", Kind::Number),
     ("expected_bias_m", Kind::Number),
     ("expected_std_m", Kind::Number),
+    ("expectation_holds", Kind::Text),
     ("bound_m", Kind::Number),
     ("detected_rate_cps", Kind::Number),
     ("remark", Kind::Text),
@@ -130,9 +131,10 @@ impl Table {
                 number(path.std_std_error_m),
                 number(path.expected_bias_m),
                 number(path.expected_std_m),
+                path.expectation_holds.map_or_else(String::new, |holds| holds.to_string()),
                 number(path.bound_m),
                 path.detected_rate_cps.to_string(),
-                path.remark.clone().unwrap_or_default(),
+                remarks(path),
             ]);
             row
         };
@@ -189,6 +191,18 @@ impl Table {
         self.columns.iter().map(|column| column.name.as_str())
     }
 
+    /// Rows whose scans contradict what is expected of them.
+    pub fn contradicted(&self) -> usize {
+        let place = self.place("expectation_holds");
+        let contradicts = |row: &&Vec<String>| place.is_some_and(|place| row[place] == "false");
+        self.rows.iter().filter(contradicts).count()
+    }
+
+    /// Whether no scans contradict what is expected of them.
+    pub fn is_as_expected(&self) -> bool {
+        self.contradicted() == 0
+    }
+
     /// Place of a column.
     pub fn place(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)
@@ -214,6 +228,14 @@ impl Table {
         };
         self.rows.iter().map(object).collect()
     }
+}
+
+/// What is said of a path's row.
+fn remarks(path: &PathStatistics) -> String {
+    let contradiction = path.expectation_remark.as_ref();
+    let contradiction = contradiction.map(|told| format!("the expectation does not hold: {told}"));
+    let remarks: Vec<String> = contradiction.into_iter().chain(path.remark.clone()).collect();
+    remarks.join("; ")
 }
 
 fn point_fields(point: &Point) -> Vec<String> {

@@ -22,8 +22,8 @@ pub(super) fn header(
         "\
 // {top}: self-checking testbench of {design}
 //
-// Drives recorded inputs and compares every output port, after every rising edge of i_clk, with
-// what goldtof's reference model gives. The model takes chips from the code's table and hits from
+// Drives recorded inputs and compares every output port, after every rising edge of i_clk and
+// before the next one, with what goldtof's reference model gives. The model takes chips from the code's table and hits from
 // the list of pulses: no part of the design has a share in the expected values.
 //
 // Inputs   hostile, with an aim: {resets} resets, a receiver that stalls, every kind of hit

@@ -1,0 +1,286 @@
+//! Nets that another circuit would come of: of several drivers, or of a driver that lets go (z).
+//!
+//! Verilator takes the first driver of a net and a z for 0, mostly without a word; other
+//! simulators show x, and synthesis refuses the net. Its own warning is of continuous
+//! assignments alone, so the elaborated design is read here, from what `--xml-only` writes.
+//! Only what is certain is a fault: of bits that an expression selects nothing is said.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use roxmltree::{Document, Node};
+
+/// What is wrong with the nets of a design, each with its place: `FILE:LINE:COLUMN: ...`. A text
+/// that is not understood, as of another version of Verilator, says nothing.
+pub(super) fn faults(xml: &str) -> Vec<String> {
+    let Ok(document) = Document::parse(xml) else {
+        return Vec::new();
+    };
+    let files = document.descendants().filter(|node| node.has_tag_name("file"));
+    let files: Files = files
+        .filter_map(|file| Some((file.attribute("id")?, file.attribute("filename")?)))
+        .collect();
+    let modules = || document.descendants().filter(|node| node.has_tag_name("module"));
+    let mut faults: Vec<String> = modules()
+        .flat_map(|module| of_several_drivers(module, &files))
+        .chain(modules().flat_map(|module| of_high_impedance(module, &files)))
+        .collect();
+    faults.sort();
+    faults.dedup();
+    faults
+}
+
+/// Names of the files by their short ones.
+type Files<'d> = BTreeMap<&'d str, &'d str>;
+
+/// What drives some bits of a net.
+struct Driver<'a, 'd> {
+    /// The assignment, the block or the port of an instance: what counts as one.
+    by: Node<'a, 'd>,
+    /// Bits, all of them without a selection.
+    bits: Range<u64>,
+}
+
+/// A net: the number of the module, or the block of a generate, that declares it, and its name.
+type Net<'d> = (u32, &'d str);
+
+/// What a module declares.
+struct Declared<'d> {
+    /// All names, and whether they are nets of bits.
+    names: BTreeMap<Net<'d>, bool>,
+    /// Names that count loops, which blocks may share.
+    counters: BTreeSet<&'d str>,
+}
+
+impl<'d> Declared<'d> {
+    fn of(module: Node<'d, '_>) -> Declared<'d> {
+        let declarations = module.descendants().filter(|node| node.has_tag_name("var"));
+        let names = declarations.filter_map(|node| {
+            let net = (node.parent()?.id().get(), node.attribute("name")?);
+            Some((net, node.attribute("vartype") == Some("logic")))
+        });
+        let loops = module.descendants().filter(|node| node.has_tag_name("while"));
+        let assigned = loops.flat_map(|node| node.descendants()).filter_map(|node| {
+            let target = node.last_element_child().filter(|_| node.has_tag_name("assign"))?;
+            target.attribute("name").filter(|_| target.has_tag_name("varref"))
+        });
+        Declared { names: names.collect(), counters: assigned.collect() }
+    }
+
+    /// The net that a reference names, if it is one of bits. Assignments of a generate stand
+    /// beside its blocks: a name that is not declared round its reference is nobody's.
+    fn net(&self, reference: Node<'d, '_>) -> Option<Net<'d>> {
+        let name = reference.attribute("name").filter(|name| !self.counters.contains(name))?;
+        let mut scopes = reference.ancestors().map(|scope| (scope.id().get(), name));
+        let (net, is_of_bits) = scopes.find_map(|net| Some((net, *self.names.get(&net)?)))?;
+        is_of_bits.then_some(net)
+    }
+
+    /// The nets and bits of a target. None of a memory, of a variable that counts loops, and of
+    /// bits that depend on others.
+    fn driven(&self, target: Node<'d, '_>) -> Vec<(Net<'d>, Range<u64>)> {
+        let mut children = target.children().filter(Node::is_element);
+        match target.tag_name().name() {
+            "concat" => children.flat_map(|child| self.driven(child)).collect(),
+            "varref" => self.net(target).map(|net| (net, 0..u64::MAX)).into_iter().collect(),
+            "sel" => {
+                let of = children.next().filter(|of| of.has_tag_name("varref"));
+                let net = of.and_then(|of| self.net(of));
+                let mut next = || children.next().and_then(number);
+                match (net, next(), next()) {
+                    (Some(net), Some(from), Some(width)) => {
+                        vec![(net, from..from.saturating_add(width))]
+                    }
+                    _ => Vec::new(),
+                }
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+fn of_several_drivers(module: Node, files: &Files) -> Vec<String> {
+    let declared = Declared::of(module);
+    let mut nets: BTreeMap<Net, Vec<Driver>> = BTreeMap::new();
+    for by in module.descendants() {
+        for target in targets(by) {
+            for (net, bits) in declared.driven(target) {
+                nets.entry(net).or_default().push(Driver { by, bits });
+            }
+        }
+    }
+    let mut faults = Vec::new();
+    for ((_, name), drivers) in nets {
+        let overlap = |a: &Driver, b: &Driver| {
+            let is_start = |driver: &Driver| driver.by.has_tag_name("initial");
+            let is_register =
+                |driver: &Driver| is_start(driver) || driver.by.has_tag_name("always");
+            // A register may have a value at power-up. Of a net that is a constant Verilator
+            // writes the same.
+            let starts = is_start(a) && is_register(b) || is_start(b) && is_register(a);
+            let share_bits = a.bits.start < b.bits.end && b.bits.start < a.bits.end;
+            a.by != b.by && !starts && share_bits
+        };
+        let pair = drivers.iter().enumerate().find_map(|(at, driver)| {
+            Some((driver, drivers[..at].iter().find(|other| overlap(driver, other))?))
+        });
+        if let Some((driver, other)) = pair {
+            faults.push(format!(
+                "{}: {name} has another driver at {}; a net has one",
+                place(driver.by, files),
+                place(other.by, files)
+            ));
+        }
+    }
+    faults
+}
+
+/// The expressions that an assignment, a block or an instance drives, if that is what a node is.
+fn targets<'a, 'd>(node: Node<'a, 'd>) -> Vec<Node<'a, 'd>> {
+    let assigned = |assignment: Node<'a, 'd>| assignment.last_element_child();
+    match node.tag_name().name() {
+        "contassign" => assigned(node).into_iter().collect(),
+        "port" if node.attribute("direction") == Some("out") => {
+            node.last_element_child().into_iter().collect()
+        }
+        "initial" => {
+            node.descendants().filter(|n| n.has_tag_name("assign")).filter_map(assigned).collect()
+        }
+        "always" => {
+            let is_clocked = node.descendants().any(|n| {
+                n.has_tag_name("senitem") && matches!(n.attribute("edgeType"), Some("POS" | "NEG"))
+            });
+            // What a clocked block assigns at once may be a variable of its own, shared by name.
+            let is_driver =
+                |n: &Node| n.has_tag_name("assigndly") || n.has_tag_name("assign") && !is_clocked;
+            node.descendants().filter(is_driver).filter_map(assigned).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// A number of digits alone: `32'h1f`.
+fn number(node: Node) -> Option<u64> {
+    let (_, digits) = node.attribute("name")?.split_once('\'')?;
+    let digits = digits.strip_prefix('s').unwrap_or(digits).strip_prefix('h')?;
+    u64::from_str_radix(digits, 16).ok()
+}
+
+/// Values of z, not those of a case's or a comparison's pattern.
+fn of_high_impedance(module: Node, files: &Files) -> Vec<String> {
+    let is_z = |node: &Node| {
+        let digits = node.attribute("name").and_then(|name| name.split_once('\''));
+        node.has_tag_name("const") && digits.is_some_and(|(_, digits)| digits.contains('z'))
+    };
+    let is_value = |node: &Node| {
+        let around = node.ancestors().find_map(|n| match n.tag_name().name() {
+            "assign" | "assigndly" | "contassign" | "port" => Some(true),
+            "caseitem" | "eqwild" | "neqwild" | "eqcase" | "neqcase" => Some(false),
+            _ => None,
+        });
+        around == Some(true)
+    };
+    let values = module.descendants().filter(|node| is_z(node) && is_value(node));
+    let fault = |node| {
+        format!(
+            "{}: z is no value of a sensor's net: it has one driver, and that says 0 or 1",
+            place(node, files)
+        )
+    };
+    values.map(fault).collect()
+}
+
+/// `FILE:LINE:COLUMN`.
+fn place(node: Node, files: &Files) -> String {
+    let mut parts = node.attribute("loc").unwrap_or_default().split(',');
+    let file = parts.next().unwrap_or_default();
+    let (line, column) = (parts.next().unwrap_or("1"), parts.next().unwrap_or("1"));
+    format!("{}:{line}:{column}", files.get(file).unwrap_or(&file))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::faults;
+
+    /// What Verilator 5.006 writes, shortened to what is read.
+    fn design(items: &str) -> String {
+        let vars: String = ["a", "b", "clk"]
+            .map(|name| format!("<var loc=\"c,1,1,1,2\" name=\"{name}\" vartype=\"logic\"/>"))
+            .concat();
+        format!(
+            "<verilator_xml><files><file id=\"c\" filename=\"rtl/x.v\"/></files><netlist>\
+             <module loc=\"c,1,1,1,2\" name=\"x\">{vars}<var name=\"i\" vartype=\"integer\"/>{items}\
+             </module></netlist></verilator_xml>"
+        )
+    }
+
+    fn assign(line: u32, to: &str) -> String {
+        let one = "<const name=\"1'h1\"/>";
+        format!("<contassign loc=\"c,{line},5,{line},6\">{one}{to}</contassign>")
+    }
+
+    fn bits(name: &str, from: u32, width: u32) -> String {
+        format!(
+            "<sel><varref name=\"{name}\"/><const name=\"32'h{from:x}\"/>\
+             <const name=\"32'sh{width:x}\"/></sel>"
+        )
+    }
+
+    const WHOLE: &str = "<varref name=\"a\"/>";
+
+    #[test]
+    fn a_net_of_two_drivers_is_named_with_both() {
+        let instance = "<instance name=\"s\"><port loc=\"c,9,7,9,8\" direction=\"out\">\
+                        <varref name=\"a\"/></port></instance>";
+        let clocked = "<always loc=\"c,9,7,9,8\"><sentree><senitem edgeType=\"POS\"/></sentree>\
+                       <assigndly><const name=\"1'h1\"/><varref name=\"a\"/></assigndly></always>";
+        let constant =
+            format!("<initial loc=\"c,4,5,4,6\"><assign><const/>{WHOLE}</assign></initial>");
+        assert_eq!(faults(&design(&(constant.clone() + instance))).len(), 1);
+        assert_eq!(faults(&design(&(constant + clocked))), [""; 0], "a value at power-up");
+        for other in [instance.to_owned(), clocked.to_owned(), assign(9, &bits("a", 3, 2))] {
+            for one in [assign(4, WHOLE), assign(4, &bits("a", 4, 1))] {
+                let found = faults(&design(&(one + &other)));
+                assert_eq!(found.len(), 1, "{other}: {found:?}");
+                let places = ["rtl/x.v:4:5", "rtl/x.v:9:"];
+                assert!(places.iter().all(|place| found[0].contains(place)), "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn other_bits_loops_and_local_names_are_no_second_driver() {
+        let block = |name: &str| {
+            format!(
+                "<always><sentree><senitem edgeType=\"POS\"/></sentree><assign><const name=\"1'h1\"/>\
+                 <varref name=\"{name}\"/></assign></always>"
+            )
+        };
+        let scope = |line| {
+            format!(
+                "<begin name=\"g\"><var name=\"a\" vartype=\"logic\"/>{}</begin>",
+                assign(line, WHOLE)
+            )
+        };
+        for items in [
+            assign(4, &bits("a", 0, 2)) + &assign(5, &bits("a", 2, 2)),
+            block("i") + &block("i"),
+            block("a") + &block("a"),
+            assign(4, WHOLE) + &assign(5, "<varref name=\"b\"/>"),
+            scope(4) + &scope(5),
+        ] {
+            assert_eq!(faults(&design(&items)), [""; 0], "{items}");
+        }
+        assert_eq!(faults("no such text"), [""; 0]);
+    }
+
+    #[test]
+    fn z_is_refused_as_a_value_and_not_as_a_pattern() {
+        let z = "<const loc=\"c,6,2,6,3\" name=\"1'bz\"/>";
+        let value = format!("<contassign><cond>{z}</cond>{WHOLE}</contassign>");
+        let found = faults(&design(&value));
+        assert!(found.len() == 1 && found[0].starts_with("rtl/x.v:6:2: z"), "{found:?}");
+        let pattern = format!("<always><case><caseitem>{z}</caseitem></case></always>");
+        assert_eq!(faults(&design(&pattern)), [""; 0]);
+    }
+}

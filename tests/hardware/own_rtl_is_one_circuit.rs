@@ -1,0 +1,83 @@
+//! What Verilog leaves undefined, and nets of several drivers: other simulators show x, and
+//! synthesis makes another circuit of them.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const QUICK: &str = "scenes/quick.toml";
+/// Its clocks of reset.
+const RESET: u64 = 4;
+
+fn goldtof(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_goldtof")).args(arguments).output().unwrap()
+}
+
+/// Hostile inputs of the emitted sensor with some lines before its first wire and another laser:
+/// exit status, report, stderr.
+fn edited(folder: &Path, lines: &str, laser: &str) -> (Option<i32>, Value, String) {
+    let rtl = folder.to_str().unwrap();
+    assert!(goldtof(&["emit", QUICK, "--quiet", "--out", rtl]).status.success());
+    let path = folder.join("sensor_top.v");
+    let mut top = fs::read_to_string(&path).unwrap();
+    for (from, to) in [(WIRE, format!("    {lines}\n{WIRE}")), (LASER, laser.to_owned())] {
+        assert_eq!(top.matches(from).count(), 1, "{from}");
+        top = top.replace(from, &to);
+    }
+    fs::write(path, top).unwrap();
+    let output = goldtof(&["cosim", QUICK, "--stimulus", "adversarial", "--rtl", rtl, "--json"]);
+    let report = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    (output.status.code(), report, String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+const WIRE: &str = "    wire        transmit_chip;\n";
+const LASER: &str = "o_laser <= transmit_chip;";
+
+#[test]
+fn an_output_that_rests_on_an_x_is_undefined() {
+    let folder = tempfile::tempdir().unwrap();
+    // The register keeps what it had before the reset, which nobody knows. The code's first chip
+    // is 0.
+    let kept = "reg kept_r; always @(posedge i_clk) kept_r <= kept_r;";
+    for (lines, laser) in [
+        ("", "o_laser <= transmit_chip ? 1'b1 : 1'bx;"),
+        (kept, "o_laser <= transmit_chip ^ kept_r;"),
+    ] {
+        let (status, report, stderr) = edited(folder.path(), lines, laser);
+        let mismatch = &report["first_mismatch"];
+        assert_eq!(
+            (status, &mismatch["kind"]),
+            (Some(1), &"undefined".into()),
+            "{report} {stderr}"
+        );
+        assert_eq!((&mismatch["port"], &mismatch["clock"]), (&"o_laser".into(), &RESET.into()));
+        assert_eq!((&mismatch["expected"], &mismatch["got"]), (&"0x0".into(), &"0xx".into()));
+    }
+    // One that is never chosen shows nowhere.
+    let always_1 = "reg is_1_r; always @(posedge i_clk) is_1_r <= 1'b1;";
+    let hidden = "o_laser <= is_1_r ? transmit_chip : 1'bx;";
+    let (status, report, stderr) = edited(folder.path(), always_1, hidden);
+    assert_eq!((status, &report["verdict"]), (Some(0), &"match".into()), "{report} {stderr}");
+}
+
+#[test]
+fn a_net_of_two_drivers_is_refused_with_both_places() {
+    let folder = tempfile::tempdir().unwrap();
+    for (line, told) in [
+        // Beside an instance's output.
+        ("assign m_axis_tlast = 1'b0;", "m_axis_tlast has another driver at "),
+        ("assign m_axis_tvalid = i_rst | m_axis_tlast;", "m_axis_tvalid"),
+        // Beside a block with the clock.
+        ("always @(posedge i_clk) o_epoch <= 1'b0;", "o_epoch has another driver at "),
+        // Two assignments, of which Verilator takes the first.
+        ("assign w = i_rst; assign w = ~i_rst;", "multiple"),
+        ("assign w = i_rst ? 1'b1 : 1'bz;", "z is no value"),
+    ] {
+        let lines = format!("wire w; {line}");
+        let (status, _, stderr) = edited(folder.path(), &lines, "o_laser <= transmit_chip | w;");
+        assert_eq!(status, Some(2), "{line}: {stderr}");
+        assert!(stderr.contains(told) && stderr.contains("sensor_top.v:"), "{line}: {stderr}");
+    }
+}
