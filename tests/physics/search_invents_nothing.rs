@@ -33,7 +33,7 @@ fn finds(scene: &Scene, scans: u64) -> [u64; 2] {
     let tier = CountingTier::Events;
     let response = MeanResponse::of_tier(&model, tier).expect("a response");
     let second = SecondMoments::new(&response).expect("second moments");
-    let sampler = CountSampler::of(&model, &second);
+    let sampler = CountSampler::of(&model, &second).expect("a sampler");
     let fitter = Fitter::new(&sensor, DetectorIndex(0), tier, OtherLight::Search);
     let mut found = [0, 0];
     for scan in 0..scans {
