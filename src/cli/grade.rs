@@ -134,7 +134,10 @@ fn of_kind(name: &str, score: &Score) -> String {
     for survivor in score.survivors.iter().take(SHOWN) {
         let line = format!(
             "  {} {} ({}): {}",
-            survivor.net, survivor.change, survivor.source, survivor.needs
+            survivor.net,
+            survivor.change,
+            survivor.source,
+            survivor.reason()
         );
         let _ = writeln!(text, "{}", printable_lines(&line));
     }

@@ -28,10 +28,16 @@ const FILES: &[&str] = &[
     "/core",
 ];
 /// Where it names those of the folder with the proofs.
-const PROOFS: &[&str] =
-    &["/formal/properties", "/formal/emptied", "/formal/registers", "/formal/script"];
+const PROOFS: &[&str] = &[
+    "/formal/properties",
+    "/formal/emptied",
+    "/formal/registers",
+    "/formal/script",
+    "/formal/abc",
+];
 /// Their endings.
-const ENDINGS: &[&str] = &["v", "vh", "vhd", "sv", "f", "hex", "sdc", "lpf", "xdc", "core", "sby"];
+const ENDINGS: &[&str] =
+    &["v", "vh", "vhd", "sv", "f", "hex", "sdc", "lpf", "xdc", "core", "sby", "sh"];
 /// Largest manifest that is read.
 const MOST_MANIFEST_BYTES: u64 = 16 << 20;
 

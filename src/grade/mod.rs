@@ -42,7 +42,7 @@ use std::thread;
 use serde::{Deserialize, Serialize};
 
 use self::family::Family;
-pub use self::outcome::{Fate, Outcome, Outcomes};
+pub use self::outcome::{Outcome, Outcomes};
 pub use self::proof::Bounds;
 use self::proof::{Answer, prove};
 use self::run::Stream;
@@ -146,31 +146,41 @@ pub struct Score {
     /// Clock by which the last of the caught ones had been.
     pub last_caught_clock: Option<u64>,
     /// Those that are neither caught nor proven equivalent.
-    pub survivors: Vec<Survivor>,
+    pub survivors: Vec<Judged>,
+    /// All of them, in the order of their numbers: the grade can be worked out from these.
+    pub list: Vec<Judged>,
 }
 
-/// A fault or mutant that the stimulus does not show.
+/// A fault or mutant, and its verdict.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Survivor {
+pub struct Judged {
     /// What it is: stuck at 0, stuck at 1, or Yosys's name of what a mutant does.
     pub change: String,
     /// Where: the net with its bit, or the cell and its port.
     pub net: String,
     /// File and lines of the Verilog; empty where Yosys knows none.
     pub source: String,
-    /// Whether inputs exist that show it.
+    /// What is known of it.
     pub verdict: Verdict,
-    /// What would have to happen.
-    pub needs: String,
+    /// If it is caught, the clock of the stimulus at which an output showed it.
+    pub clock: Option<u64>,
+    /// If it is proven equivalent, how.
+    pub proof: Option<String>,
+    /// If it is neither, what would have to happen.
+    pub needs: Option<String>,
 }
 
-/// What is known of a survivor.
+/// What is known of a fault or mutant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Inputs exist that show it.
+    /// An output showed it.
+    Caught,
+    /// No stimulus could show it, as proven.
+    ProvenEquivalent,
+    /// Inputs exist that show it, but not these.
     NotCaught,
     /// Neither were such inputs found, nor that there are none.
     Undecided,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Score, Survivor, Verdict};
+use super::{Judged, Score, Verdict};
 
 /// A fault or a mutant, and what became of it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -10,27 +10,8 @@ use super::{Score, Survivor, Verdict};
 pub struct Outcome {
     /// Its number among all of its kind, from 0.
     pub number: usize,
-    /// What became of it.
-    pub fate: Fate,
-}
-
-/// What became of a fault or a mutant.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum Fate {
-    /// An output showed it.
-    Caught(
-        /// The clock at which an output showed it.
-        u64,
-    ),
-    /// No stimulus could show it, as proven.
-    Equivalent,
-    /// It was not shown.
-    Survives(
-        /// What it is, and what is known of it.
-        Survivor,
-    ),
+    /// What it is, and what became of it.
+    pub judged: Judged,
 }
 
 /// Faults, or mutants: how many there are, and what became of those that were run.
@@ -52,24 +33,10 @@ impl Outcomes {
 
     /// The score, once all are there.
     pub fn score(self) -> Score {
-        let total = self.of.len();
-        let (mut caught, mut proven_equivalent) = (0, 0);
-        let mut last_caught_clock = None;
-        let mut survivors = Vec::new();
-        for outcome in self.of {
-            match outcome.fate {
-                Fate::Caught(clock) => {
-                    caught += 1;
-                    last_caught_clock = last_caught_clock.max(Some(clock));
-                }
-                Fate::Equivalent => proven_equivalent += 1,
-                Fate::Survives(survivor) => survivors.push(survivor),
-            }
-        }
-        let of = |verdict| {
-            let found = survivors.iter();
-            found.filter(|found: &&Survivor| found.verdict == verdict).count()
-        };
+        let list: Vec<Judged> = self.of.into_iter().map(|outcome| outcome.judged).collect();
+        let of = |verdict| list.iter().filter(|judged| judged.verdict == verdict).count();
+        let (total, caught) = (list.len(), of(Verdict::Caught));
+        let proven_equivalent = of(Verdict::ProvenEquivalent);
         Score {
             total,
             caught,
@@ -81,8 +48,21 @@ impl Outcomes {
                 0 => 1.0,
                 shown => caught as f64 / shown as f64,
             },
-            last_caught_clock,
-            survivors,
+            last_caught_clock: list.iter().filter_map(|judged| judged.clock).max(),
+            survivors: list.iter().filter(|judged| judged.survives()).cloned().collect(),
+            list,
         }
+    }
+}
+
+impl Judged {
+    /// What would have to happen, or why nothing could: empty of what is caught.
+    pub fn reason(&self) -> &str {
+        self.needs.as_deref().or(self.proof.as_deref()).unwrap_or_default()
+    }
+
+    /// Whether it is neither caught nor proven equivalent.
+    fn survives(&self) -> bool {
+        matches!(self.verdict, Verdict::NotCaught | Verdict::Undecided)
     }
 }

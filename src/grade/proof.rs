@@ -24,6 +24,10 @@ const FIRST_LOOK_S: u32 = 1;
 /// then, before it is ended.
 const GRACE: Duration = Duration::from_secs(2);
 
+/// What a proof is, for those who read a grade.
+pub(super) const PROOF: &str = "ABC (scorr; pdr): from the state after reset on no output differs \
+     from the design's, whatever the inputs";
+
 /// How long the model checker may take, in seconds of wall time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]

@@ -82,6 +82,6 @@ fn a_redundant_register_is_proven_equivalent_and_a_port_that_is_stuck_is_not() {
     let after = with(&request);
     // The gate stuck at 0 cannot be seen; stuck at 1 it is a reset that never ends.
     assert!(after.proven_equivalent > before.proven_equivalent, "{before:?} {after:?}");
-    let stuck = |survivor: &&Survivor| survivor.net.starts_with("never");
+    let stuck = |survivor: &&Judged| survivor.net.starts_with("never");
     assert_eq!(after.survivors.iter().filter(stuck).count(), 0, "{after:?}");
 }

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use super::family::Family;
 use super::labels::{Labels, places};
-use super::outcome::{Fate, Outcome};
-use super::proof::{Answer, Question};
+use super::outcome::Outcome;
+use super::proof::{Answer, PROOF, Question};
 use super::run::{Caught, Stream};
-use super::{GradeRequest, Survivor, Verdict};
+use super::{GradeRequest, Judged, Verdict};
 use crate::cosim::in_users_terms;
 use crate::cosim::lanes::Refusal;
 
@@ -65,47 +65,45 @@ impl Tried {
         let labels = Labels::of(&self.family.good);
         let outcome = |&number: &usize| Outcome {
             number,
-            fate: self.fate(number, answers, &labels, request),
+            judged: self.judge(number, answers, &labels, request),
         };
         self.chosen.iter().map(outcome).collect()
     }
 
-    fn fate(
+    fn judge(
         &self,
         number: usize,
         answers: &[Answer],
         labels: &Labels,
         request: &GradeRequest,
-    ) -> Fate {
-        if let Some(clock) = self.caught.at[number] {
-            return Fate::Caught(clock);
-        }
-        let (verdict, needs) = match self.shown.get(&number) {
-            Some(clock) => {
-                let needs = format!(
-                    "the adversarial inputs of seed {} show it at clock {clock}",
-                    request.seed
-                );
-                (Verdict::NotCaught, needs)
-            }
-            None => {
-                let place = self.open.binary_search(&number);
-                match &answers[place.expect("what is not shown is open")] {
-                    Answer::Equivalent => return Fate::Equivalent,
-                    Answer::Shown(needs) => (Verdict::NotCaught, needs.clone()),
-                    Answer::Undecided(why) => (Verdict::Undecided, why.clone()),
-                }
-            }
-        };
+    ) -> Judged {
         let (change, net, source) = self.family.describe(labels, number);
         let in_users = |text: &str| in_users_terms(text, &request.sources);
-        Fate::Survives(Survivor {
+        let judged = |verdict| Judged {
             change,
             net: in_users(&net),
             source: in_users(&places(&source)),
             verdict,
-            needs,
-        })
+            clock: None,
+            proof: None,
+            needs: None,
+        };
+        if let Some(clock) = self.caught.at[number] {
+            return Judged { clock: Some(clock), ..judged(Verdict::Caught) };
+        }
+        if let Some(clock) = self.shown.get(&number) {
+            let seed = request.seed;
+            let needs = format!("the adversarial inputs of seed {seed} show it at clock {clock}");
+            return Judged { needs: Some(needs), ..judged(Verdict::NotCaught) };
+        }
+        let place = self.open.binary_search(&number);
+        match answers[place.expect("what is not shown is open")].clone() {
+            Answer::Equivalent => {
+                Judged { proof: Some(PROOF.to_owned()), ..judged(Verdict::ProvenEquivalent) }
+            }
+            Answer::Shown(needs) => Judged { needs: Some(needs), ..judged(Verdict::NotCaught) },
+            Answer::Undecided(why) => Judged { needs: Some(why), ..judged(Verdict::Undecided) },
+        }
     }
 
     /// How many variants there are, with those that were not run.

@@ -124,6 +124,9 @@ module prove_codes (
     end
     always @* assert (o_laser == laser);
     always @* assert (o_epoch == first);
+`ifdef COVER
+    always @* assume (~((o_epoch & ~i_rst)));
+`endif
 endmodule
 
 // Words count from the second clock after reset on: a row each, 2047 rows a code period, 7 code
@@ -225,14 +228,17 @@ module prove_scan (
     assign holds[20] = firsts_seen == firsts;
     assign holds[21] = held_first_seen == firsts[3];
     assign holds[22] = added_first_seen == firsts[5];
-    // Registers are anything at first, but such that all of it holds.
-    reg began_proof = 1'b0;
+    // Registers are anything at first, but such that all of it holds for 1 clock.
+    reg clocks = 0;
     reg held;
     always @(posedge i_clk) begin
-        began_proof <= 1'b1;
-        held <= (held | ~began_proof) & (&holds);
+        clocks <= clocks + (clocks != 1);
+        held <= (held | clocks == 0) & (&holds);
     end
-    always @* if (began_proof & held) assert (&holds);
+    always @* if (clocks == 1 & held) assert (&holds);
+`ifdef COVER
+    always @* assume (~((clocks == 1 & held)));
+`endif
 endmodule
 
 // A frame that ends when all rows of the one before have been taken, or with the clock that takes
@@ -394,14 +400,17 @@ module prove_stream (
     assign holds[43] = last_out_seen[2] == (flies_2 & asked - 3 == 12'h7ff - 1);
     assign holds[44] = go_seen == (~stands | m_axis_tready);
     assign holds[45] = shows_seen == (go_seen & flies_2);
-    // Registers are anything at first, but such that all of it holds.
-    reg began_proof = 1'b0;
+    // Registers are anything at first, but such that all of it holds for 1 clock.
+    reg clocks = 0;
     reg held;
     always @(posedge i_clk) begin
-        began_proof <= 1'b1;
-        held <= (held | ~began_proof) & (&holds);
+        clocks <= clocks + (clocks != 1);
+        held <= (held | clocks == 0) & (&holds);
     end
-    always @* if (began_proof & held) assert (&holds);
+    always @* if (clocks == 1 & held) assert (&holds);
+`ifdef COVER
+    always @* assume (~((clocks == 1 & held) & (ends_frame & ~free)));
+`endif
 endmodule
 
 // In reset every output is 0. AXI4-Stream: a transfer on offer stays, unchanged, until it is taken
@@ -457,6 +466,9 @@ module prove_axis (
     reg [63:0] held_data;
     always @(posedge i_clk) held_data <= m_axis_tdata;
     always @* if (stays & waited) assert (m_axis_tdata == held_data);
+`ifdef COVER
+    always @* assume (~((stays & waited & overran)));
+`endif
 endmodule
 
 `default_nettype wire

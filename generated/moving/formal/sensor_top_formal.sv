@@ -119,6 +119,7 @@ module prove_codes (
     wire m_axis_tvalid;
     wire m_axis_tlast;
     wire o_overrun;
+    wire epoch_seen;
     sensor_top dut (
         .i_clk(i_clk),
         .i_rst(i_rst),
@@ -144,13 +145,18 @@ module prove_codes (
     end
     always @* assert (o_laser == laser);
     always @* assert (o_epoch == first);
+    always @* assert (epoch_seen == epoch);
+`ifdef COVER
+    always @* assume (~((o_epoch & ~i_rst)));
+`endif
 endmodule
 
 // A step ends 13100 chips after it began, and the next begins with the next clock; a
 // scan has 65 of them (groups, with several at once), and begins with an epoch of the reference.
 // The ends of steps and scans reach the totals and the stream after a fixed number of clocks.
 // Chips and steps are counted in the order of LFSRs, as in the design; the states in which
-// they end are those after as many steps of the recurrence.
+// they end are those after as many steps of the recurrence. When an epoch comes is anything
+// here; `codes` shows it.
 module prove_scan (
     input wire i_clk,
     input wire i_rst,
@@ -168,7 +174,11 @@ module prove_scan (
     wire dump;
     wire counted;
     wire last;
+    wire epoch;
     wire start_seen;
+    wire [13:0] chip_seen;
+    wire [6:0] step_seen;
+    wire last_step_seen;
     wire step_ends;
     sensor_top dut (
         .i_clk(i_clk),
@@ -186,13 +196,9 @@ module prove_scan (
     reg running;
     wire ends_step;
     wire ends_scan;
-    wire epoch;
-    code_of_reference spec_code_of_reference (.i_clk(i_clk), .i_rst(i_rst), .advance(1'b1), .load(1'b0), .chip(), .epoch(epoch));
     wire start = epoch & (~running | ends_scan);
     always @(posedge i_clk)
         running <= i_rst ? 0 : (start | (running & ~ends_scan));
-    always @* assert (start_seen == start);
-    always @* assert (run == running);
     reg before_last;
     reg last_chip;
     assign ends_step = last_chip;
@@ -206,7 +212,6 @@ module prove_scan (
         else if (running) chip <= {^(chip & 14'h2a01), chip[13:1]};
         before_last <= i_rst ? 0 : running & chip == 14'h2ce2;
     end
-    always @* assert (chip != 0);
     // Step 63 of a scan, counted from 0, is the last but one.
     reg [6:0] step;
     reg last_step;
@@ -217,18 +222,38 @@ module prove_scan (
         if (i_rst) last_step <= 0;
         else if (ends_step) last_step <= step == 7'h70;
     end
-    always @* assert (step != 0);
-    always @* assert (step_ends == before_last);
     reg [6:1] ended;
     reg [6:1] scan_ended;
     always @(posedge i_clk) begin
         ended <= i_rst ? 0 : {ended, ends_step};
         scan_ended <= i_rst ? 0 : {scan_ended, ends_scan};
     end
-    always @* assert (step_end == ends_step);
-    always @* assert (dump == ended[5:5]);
-    always @* assert (counted == ended[6]);
-    always @* assert (last == scan_ended[6]);
+
+    // What holds at every clock.
+    wire [11:0] holds;
+    assign holds[0] = start_seen == start;
+    assign holds[1] = run == running;
+    assign holds[2] = chip_seen == chip;
+    assign holds[3] = chip != 0;
+    assign holds[4] = step_seen == step;
+    assign holds[5] = step != 0;
+    assign holds[6] = last_step_seen == last_step;
+    assign holds[7] = step_ends == before_last;
+    assign holds[8] = step_end == ends_step;
+    assign holds[9] = dump == ended[5:5];
+    assign holds[10] = counted == ended[6];
+    assign holds[11] = last == scan_ended[6];
+    // Registers are anything at first, but such that all of it holds for 10 clocks.
+    reg [3:0] clocks = 0;
+    reg held;
+    always @(posedge i_clk) begin
+        clocks <= clocks + (clocks != 10);
+        held <= (held | clocks == 0) & (&holds);
+    end
+    always @* if (clocks == 10 & held) assert (&holds);
+`ifdef COVER
+    always @* assume (~((clocks == 10 & held) & (ends_scan)));
+`endif
 endmodule
 
 // Each sample's reference is the chip of the detector's code that the delay of its phase step
@@ -293,6 +318,9 @@ module prove_reference (
         expected_0[7] <= i_rst ? 0 : chips_0[0];
     end
     always @* assert (window_0 == expected_0);
+`ifdef COVER
+    always @* assume (~((ends & ~i_rst)));
+`endif
 endmodule
 
 // One hit per rising edge of a detector's level, whatever the border between words, and only
@@ -363,6 +391,9 @@ module prove_counts (
         exact_0_0 <= i_rst ? 0 : dump ? sum_0_0 : exact_0_0;
     end
     always @* assert (count_0_0 == exact_0_0);
+`ifdef COVER
+    always @* assume (~((dumped[1])));
+`endif
 endmodule
 
 // The stream carries each group's counts, one per beat, detector 0's steps, then detector 1's, ...,
@@ -429,6 +460,9 @@ module prove_stream (
     always @(posedge i_clk)
         lost <= i_rst ? 0 : (lost | (counted & ~free));
     always @* assert (o_overrun == lost);
+`ifdef COVER
+    always @* assume (~((m_axis_tvalid & counted & ~free)));
+`endif
 endmodule
 
 // In reset every output is 0. AXI4-Stream: a transfer on offer stays, unchanged, until it is taken
@@ -483,6 +517,9 @@ module prove_axis (
     reg [23:0] held_data;
     always @(posedge i_clk) held_data <= m_axis_tdata;
     always @* if (stays & waited) assert (m_axis_tdata == held_data);
+`ifdef COVER
+    always @* assume (~((stays & waited & overran)));
+`endif
 endmodule
 
 `default_nettype wire

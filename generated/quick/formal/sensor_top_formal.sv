@@ -144,13 +144,17 @@ module prove_codes (
     end
     always @* assert (o_laser == laser);
     always @* assert (o_epoch == first);
+`ifdef COVER
+    always @* assume (~((o_epoch & ~i_rst)));
+`endif
 endmodule
 
 // A step ends 2500 chips after it began, and the next begins with the next clock; a
 // scan has 248 of them (groups, with several at once) and follows the one before.
 // The ends of steps and scans reach the totals and the stream after a fixed number of clocks.
 // Chips and steps are counted in the order of LFSRs, as in the design; the states in which
-// they end are those after as many steps of the recurrence.
+// they end are those after as many steps of the recurrence. When an epoch comes is anything
+// here; `codes` shows it.
 module prove_scan (
     input wire i_clk,
     input wire i_rst,
@@ -168,6 +172,9 @@ module prove_scan (
     wire dump;
     wire counted;
     wire last;
+    wire [11:0] chip_seen;
+    wire [7:0] step_seen;
+    wire last_step_seen;
     wire step_ends;
     sensor_top dut (
         .i_clk(i_clk),
@@ -187,7 +194,6 @@ module prove_scan (
     wire ends_scan;
     always @(posedge i_clk)
         running <= i_rst ? 1'b0 : 1'b1;
-    always @* assert (run == running);
     reg before_last;
     reg last_chip;
     assign ends_step = last_chip;
@@ -201,7 +207,6 @@ module prove_scan (
         else if (1'b1) chip <= {^(chip & 12'h941), chip[11:1]};
         before_last <= i_rst ? 0 : running & chip == 12'h7ee;
     end
-    always @* assert (chip != 0);
     // Step 246 of a scan, counted from 0, is the last but one.
     reg [7:0] step;
     reg last_step;
@@ -212,18 +217,37 @@ module prove_scan (
         if (i_rst) last_step <= 0;
         else if (ends_step) last_step <= step == 8'h42;
     end
-    always @* assert (step != 0);
-    always @* assert (step_ends == before_last);
     reg [6:1] ended;
     reg [6:1] scan_ended;
     always @(posedge i_clk) begin
         ended <= i_rst ? 0 : {ended, ends_step};
         scan_ended <= i_rst ? 0 : {scan_ended, ends_scan};
     end
-    always @* assert (step_end == ends_step);
-    always @* assert (dump == ended[5:5]);
-    always @* assert (counted == ended[6]);
-    always @* assert (last == scan_ended[6]);
+
+    // What holds at every clock.
+    wire [10:0] holds;
+    assign holds[0] = run == running;
+    assign holds[1] = chip_seen == chip;
+    assign holds[2] = chip != 0;
+    assign holds[3] = step_seen == step;
+    assign holds[4] = step != 0;
+    assign holds[5] = last_step_seen == last_step;
+    assign holds[6] = step_ends == before_last;
+    assign holds[7] = step_end == ends_step;
+    assign holds[8] = dump == ended[5:5];
+    assign holds[9] = counted == ended[6];
+    assign holds[10] = last == scan_ended[6];
+    // Registers are anything at first, but such that all of it holds for 10 clocks.
+    reg [3:0] clocks = 0;
+    reg held;
+    always @(posedge i_clk) begin
+        clocks <= clocks + (clocks != 10);
+        held <= (held | clocks == 0) & (&holds);
+    end
+    always @* if (clocks == 10 & held) assert (&holds);
+`ifdef COVER
+    always @* assume (~((clocks == 10 & held) & (ends_scan)));
+`endif
 endmodule
 
 // Each sample's reference is the chip of the detector's code that the delay of its phase step
@@ -288,6 +312,9 @@ module prove_reference (
         expected_0[7] <= i_rst ? 0 : chips_0[0];
     end
     always @* assert (window_0 == expected_0);
+`ifdef COVER
+    always @* assume (~((ends & ~i_rst)));
+`endif
 endmodule
 
 // One hit per rising edge of a detector's level, whatever the border between words, and only
@@ -358,6 +385,9 @@ module prove_counts (
         exact_0_0 <= i_rst ? 0 : dump ? sum_0_0 : exact_0_0;
     end
     always @* assert (count_0_0 == exact_0_0);
+`ifdef COVER
+    always @* assume (~((dumped[1])));
+`endif
 endmodule
 
 // The stream carries each group's counts, one per beat, detector 0's steps, then detector 1's, ...,
@@ -424,6 +454,9 @@ module prove_stream (
     always @(posedge i_clk)
         lost <= i_rst ? 0 : (lost | (counted & ~free));
     always @* assert (o_overrun == lost);
+`ifdef COVER
+    always @* assume (~((m_axis_tvalid & counted & ~free)));
+`endif
 endmodule
 
 // In reset every output is 0. AXI4-Stream: a transfer on offer stays, unchanged, until it is taken
@@ -478,6 +511,9 @@ module prove_axis (
     reg [15:0] held_data;
     always @(posedge i_clk) held_data <= m_axis_tdata;
     always @* if (stays & waited) assert (m_axis_tdata == held_data);
+`ifdef COVER
+    always @* assume (~((stays & waited & overran)));
+`endif
 endmodule
 
 `default_nettype wire

@@ -175,6 +175,11 @@ pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> (Harness, Strin
          always @* assert (o_laser == laser);\n\
          always @* assert (o_epoch == first);",
     );
+    harness.reaches("o_epoch & ~i_rst");
+    if interface.realigns() && interface.histogram.is_none() {
+        harness.see("epoch_seen", "controller.i_epoch", 1);
+        harness.line("always @* assert (epoch_seen == epoch);");
+    }
     (harness, modules)
 }
 

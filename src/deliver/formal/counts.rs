@@ -55,6 +55,7 @@ fn inputs(interface: &Interface, harness: &mut Harness) {
     };
     harness.line(&format!("wire {}dumps = {dumps};", range(segments)));
     harness.cut("dumps", "controller.o_dump", segments);
+    harness.reaches("dumped[1]");
 }
 
 /// Rising edges of a detector's samples.

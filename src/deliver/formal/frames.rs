@@ -21,7 +21,7 @@ pub(super) fn scan(interface: &Interface, plan: &HistogramPlan) -> Harness {
             plan.rows, plan.periods
         ),
     )
-    .engine(Engine::Step)
+    .engine(Engine::Steps(1))
     .freeing("histogram_channel");
     Frames::of(plan, interface).count(&mut harness);
     harness
@@ -42,8 +42,9 @@ pub(super) fn stream(interface: &Interface, plan: &HistogramPlan) -> Harness {
              lost, and stays until reset."
         }
     };
-    let mut harness =
-        Harness::new(interface, "stream", about).engine(Engine::Step).freeing("histogram_channel");
+    let mut harness = Harness::new(interface, "stream", about)
+        .engine(Engine::Steps(1))
+        .freeing("histogram_channel");
     let frames = Frames::of(plan, interface);
     frames.count(&mut harness);
     match plan.takes_turns() {
@@ -227,6 +228,7 @@ impl Frames {
              end",
             top = bits - 1,
         ));
+        harness.reaches("ends_frame & ~free");
         harness.holds("m_axis_tvalid == stands");
         harness.holds("~stands | m_axis_tlast == (left == 1)");
         harness.holds("o_overrun == lost");
@@ -334,6 +336,7 @@ impl Frames {
                  lost <= i_rst ? 1'b0 : lost | (comes & ~free);\n\
              end",
         ));
+        harness.reaches("comes & ~free");
         harness.holds("m_axis_tvalid == stands");
         harness.holds("m_axis_tlast == is_last");
         harness.holds("o_overrun == lost");

@@ -22,8 +22,10 @@ pub(super) struct Harness {
     /// Modules whose outputs may be anything at any clock.
     freed: Vec<&'static str>,
     body: String,
-    /// What is to hold at every clock, for [`Engine::Step`].
+    /// What is to hold at every clock, for [`Engine::Steps`].
     held: Vec<String>,
+    /// What its conditions ask for: all of it can be at once.
+    reached: Vec<String>,
 }
 
 /// Where a proof starts from.
@@ -45,10 +47,10 @@ pub(super) enum Engine {
     Induction,
     /// Property directed reachability alone.
     Reachability,
-    /// Induction over one clock: from any state in which all that is to hold does, be it in
-    /// reset, a clock leads to another one. A fault shows within that clock, however long the
-    /// design's counters run before.
-    Step,
+    /// Induction over so many clocks: from any state on, behind as many in which all that is to
+    /// hold does, in reset or not, comes another one. A fault shows within these clocks, however
+    /// long the design's counters run before.
+    Steps(u32),
     /// No proof but a search through so many clocks after reset.
     Bounded(u32),
 }
@@ -77,12 +79,13 @@ impl Harness {
             freed: Vec::new(),
             body: String::new(),
             held: Vec::new(),
+            reached: Vec::new(),
         }
     }
 
     pub(super) fn engine(mut self, engine: Engine) -> Harness {
         self.engine = engine;
-        if engine == Engine::Step {
+        if let Engine::Steps(_) = engine {
             self.start = Start::Anywhere;
         }
         self
@@ -103,12 +106,49 @@ impl Harness {
         }
     }
 
-    /// Says what is to hold at every clock, of a proof by [`Engine::Step`].
+    /// Says what is to hold at every clock, of a proof by [`Engine::Steps`].
     pub(super) fn holds(&mut self, what: &str) {
         self.held.push(what.to_owned());
     }
 
-    /// The assertions of a proof by [`Engine::Step`].
+    /// Says what has to be for assertions to say anything.
+    pub(super) fn reaches(&mut self, condition: &str) {
+        self.reached.push(condition.to_owned());
+    }
+
+    /// Name of the task that looks whether its assertions can be reached; none where they ask
+    /// for nothing.
+    pub(super) fn cover_task(&self) -> Option<String> {
+        let asks = self.proof_by_steps().is_some() || !self.reached.is_empty();
+        asks.then(|| format!("{}_cover", self.name))
+    }
+
+    /// Clocks within which they are.
+    pub(super) fn cover_depth(&self) -> u32 {
+        self.proof_by_steps().unwrap_or(2) + 2
+    }
+
+    fn proof_by_steps(&self) -> Option<u32> {
+        match self.engine {
+            Engine::Steps(clocks) => Some(clocks),
+            _ => None,
+        }
+    }
+
+    /// Under COVER: what is to be reached, said not to be, so that the task shows how it is.
+    fn cover(&self) -> String {
+        let steps = self.proof_by_steps().map(|clocks| format!("clocks == {clocks} & held"));
+        let all: Vec<String> = steps.into_iter().chain(self.reached.iter().cloned()).collect();
+        match all.is_empty() {
+            true => String::new(),
+            false => format!(
+                "`ifdef COVER\n    always @* assume (~(({})));\n`endif\n",
+                all.join(") & (")
+            ),
+        }
+    }
+
+    /// The assertions of a proof by [`Engine::Steps`].
     fn assertions(&self) -> String {
         let mut text = String::new();
         if self.held.is_empty() {
@@ -124,14 +164,24 @@ impl Harness {
             let place = if count == 1 { String::new() } else { format!("[{number}]") };
             let _ = writeln!(text, "    assign holds{place} = {what};");
         }
-        text + "    // Registers are anything at first, but such that all of it holds.\n    \
-                reg began_proof = 1'b0;\n    \
-                reg held;\n    \
-                always @(posedge i_clk) begin\n        \
-                    began_proof <= 1'b1;\n        \
-                    held <= (held | ~began_proof) & (&holds);\n    \
-                end\n    \
-                always @* if (began_proof & held) assert (&holds);\n"
+        let Some(clocks) = self.proof_by_steps() else {
+            return text;
+        };
+        let bits = u32::BITS - clocks.leading_zeros();
+        let _ = write!(
+            text,
+            "    // Registers are anything at first, but such that all of it holds for {clocks} clock{plural}.\n    \
+             reg {range}clocks = 0;\n    \
+             reg held;\n    \
+             always @(posedge i_clk) begin\n        \
+                 clocks <= clocks + (clocks != {clocks});\n        \
+                 held <= (held | clocks == 0) & (&holds);\n    \
+             end\n    \
+             always @* if (clocks == {clocks} & held) assert (&holds);\n",
+            plural = if clocks == 1 { "" } else { "s" },
+            range = range(bits),
+        );
+        text
     }
 
     /// Makes the output `path` of a module inside readable as `signal`.
@@ -228,6 +278,7 @@ impl Harness {
         let _ = writeln!(text, "    {} dut (\n{}\n    );\n", design.top(), pins.join(",\n"));
         text.push_str(&self.body);
         text.push_str(&self.assertions());
+        text.push_str(&self.cover());
         text.push_str("endmodule\n");
         text
     }
@@ -253,8 +304,10 @@ impl Harness {
     /// The options of its task.
     pub(super) fn options(&self) -> Vec<String> {
         match self.engine {
-            // The state before, the one behind it, and a clock more.
-            Engine::Step => vec!["mode bmc".to_owned(), "depth 3".to_owned()],
+            // The clocks before, the one behind them, and one more.
+            Engine::Steps(clocks) => {
+                vec!["mode bmc".to_owned(), format!("depth {}", clocks + 2)]
+            }
             Engine::Bounded(clocks) => vec!["mode bmc".to_owned(), format!("depth {clocks}")],
             Engine::Induction | Engine::Reachability => vec!["mode prove".to_owned()],
         }
@@ -265,7 +318,7 @@ impl Harness {
         match self.engine {
             Engine::Induction => "abc scorr -F 4 -C 100000; pdr",
             Engine::Reachability => "abc pdr",
-            Engine::Step | Engine::Bounded(_) => "abc bmc3",
+            Engine::Steps(_) | Engine::Bounded(_) => "abc bmc3",
         }
     }
 }

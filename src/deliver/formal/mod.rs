@@ -13,6 +13,8 @@ mod stream;
 
 use serde::Serialize;
 
+use self::harness::Harness;
+
 use super::design::{Design, EmittedFile};
 use crate::rtl::back::BLOCK_MEMORY;
 
@@ -28,8 +30,12 @@ pub struct Formal {
     pub registers: EmittedFile,
     /// The tasks of sby.
     pub script: EmittedFile,
+    /// For an ABC that is not sby's own.
+    pub abc: EmittedFile,
     /// Names of the proofs, which are the names of the tasks.
     pub proofs: Vec<&'static str>,
+    /// Names of the tasks that look whether a proof's assertions can be reached.
+    pub covers: Vec<String>,
 }
 
 impl Formal {
@@ -48,7 +54,7 @@ impl Formal {
             let (reference, of_reference) = reference::harness(interface, design.prefix);
             modules += &of_reference;
             harnesses.extend([
-                scan::harness(interface, design.prefix),
+                scan::harness(interface),
                 reference,
                 counts::harness(interface),
                 stream::harness(interface),
@@ -66,12 +72,14 @@ impl Formal {
             emptied: script::emptied(design, &harnesses),
             registers: script::registers(design.made_by),
             script: script::script(design, &harnesses),
+            abc: script::abc(design.made_by),
             proofs: harnesses.iter().map(|harness| harness.name).collect(),
+            covers: harnesses.iter().filter_map(Harness::cover_task).collect(),
         }
     }
 
     /// Every file, in no order that matters.
     pub fn files(&self) -> impl Iterator<Item = &EmittedFile> {
-        [&self.properties, &self.emptied, &self.registers, &self.script].into_iter()
+        [&self.properties, &self.emptied, &self.registers, &self.script, &self.abc].into_iter()
     }
 }

@@ -25,6 +25,7 @@ pub(super) fn harness(interface: &Interface, plan: &PeakPlan) -> Harness {
     };
     peak.inputs(&mut harness);
     peak.turns(&mut harness);
+    harness.reaches("o_peak_valid");
     for d in 0..peak.detectors {
         peak.maximum(d, &mut harness);
     }

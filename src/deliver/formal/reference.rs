@@ -30,6 +30,7 @@ pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> (Harness, Strin
         let code = prefix.of(&format!("code_of_detector_{d}"));
         modules += &delay.detector(interface, d, &code, &mut harness);
     }
+    harness.reaches("ends & ~i_rst");
     (harness, modules)
 }
 

@@ -48,6 +48,7 @@ pub(super) fn axis(interface: &Interface) -> Harness {
              always @* if (stays & saturated) assert (o_saturated);",
         );
     }
+    harness.reaches("stays & waited & overran");
     if let Some(peak) = interface.peak {
         let detectors = interface.reference_codes.len() as u32;
         harness.lines(&format!(

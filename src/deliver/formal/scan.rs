@@ -1,13 +1,12 @@
 //! When a scan's steps begin and end.
 
-use super::harness::{Harness, constant, range};
-use crate::rtl::back::Prefix;
+use super::harness::{Engine, Harness, constant, range};
 use crate::rtl::blocks::SequenceCounter;
 use crate::sensor::interface::Interface;
 
 /// Every step has the asked number of chips, every scan the asked number of
 /// steps, and nothing lies between them but the wait for an epoch.
-pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> Harness {
+pub(super) fn harness(interface: &Interface) -> Harness {
     let (chips, groups) = (interface.timing.scan.integration_chips, interface.groups());
     let mut harness = Harness::new(
         interface,
@@ -17,14 +16,17 @@ pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> Harness {
              scan has {groups} of them (groups, with several at once){}.\n\
              The ends of steps and scans reach the totals and the stream after a fixed number of clocks.\n\
              Chips and steps are counted in the order of LFSRs, as in the design; the states in which\n\
-             they end are those after as many steps of the recurrence.",
+             they end are those after as many steps of the recurrence. When an epoch comes is anything\n\
+             here; `codes` shows it.",
             if interface.realigns() {
                 ", and begins with an epoch of the reference"
             } else {
                 " and follows the one before"
             }
         ),
-    );
+    )
+    // As many as an end takes on its way to the stream, and what recognises it before.
+    .engine(Engine::Steps(clocks_to_counted(interface) + 4));
     let segments = interface.count_segments.count;
     for (signal, port, width) in [
         ("run", "o_run", 1),
@@ -35,7 +37,7 @@ pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> Harness {
     ] {
         harness.see(signal, &format!("controller.{port}"), width);
     }
-    begins(interface, prefix, &mut harness);
+    begins(interface, &mut harness);
     chip_counter(chips, interface.realigns(), &mut harness);
     step_counter(groups, &mut harness);
     reports(interface, &mut harness);
@@ -43,28 +45,21 @@ pub(super) fn harness(interface: &Interface, prefix: &Prefix) -> Harness {
 }
 
 /// When a scan runs.
-fn begins(interface: &Interface, prefix: &Prefix, harness: &mut Harness) {
+fn begins(interface: &Interface, harness: &mut Harness) {
     harness.lines("reg running;\nwire ends_step;\nwire ends_scan;");
     if interface.realigns() {
-        harness.line("wire epoch;");
-        harness.line(&super::codes::instance(
-            &super::codes::of_reference(prefix),
-            "1'b1",
-            "1'b0",
-            "",
-            "epoch",
-        ));
+        harness.see("epoch", "controller.i_epoch", 1);
         harness.lines(
             "wire start = epoch & (~running | ends_scan);\n\
              always @(posedge i_clk)\n    \
                  running <= i_rst ? 0 : (start | (running & ~ends_scan));",
         );
         harness.see("start_seen", "controller.o_start", 1);
-        harness.line("always @* assert (start_seen == start);");
+        harness.holds("start_seen == start");
     } else {
         harness.lines("always @(posedge i_clk)\n    running <= i_rst ? 1'b0 : 1'b1;");
     }
-    harness.line("always @* assert (run == running);");
+    harness.holds("run == running");
 }
 
 /// The last chip of a step.
@@ -96,14 +91,16 @@ fn chip_counter(chips: u64, realigns: bool, harness: &mut Harness) {
              else if (ends_step) chip <= {first};\n    \
              else if ({counts}) chip <= {{^(chip & {}), chip[{}:1]}};\n    \
              before_last <= i_rst ? 0 : running & chip == {};\n\
-         end\n\
-         always @* assert (chip != 0);",
+         end",
         chips - 3,
         range(width),
         constant(width, counter.taps()),
         width - 1,
         constant(width, counter.state(chips - 3)),
     ));
+    harness.see("chip_seen", "controller.chip_count_r", width);
+    harness.holds("chip_seen == chip");
+    harness.holds("chip != 0");
 }
 
 /// The last step of a scan.
@@ -125,40 +122,49 @@ fn step_counter(groups: u64, harness: &mut Harness) {
              else if (ends_step) step <= {{^(step & {}), step[{}:1]}};\n    \
              if (i_rst) last_step <= 0;\n    \
              else if (ends_step) last_step <= step == {};\n\
-         end\n\
-         always @* assert (step != 0);",
+         end",
         groups - 2,
         range(width),
         constant(width, counter.taps()),
         width - 1,
         constant(width, counter.state(groups - 2)),
     ));
+    harness.see("step_seen", "controller.step_count_r", width);
+    harness.see("last_step_seen", "controller.last_step_r", 1);
+    harness.holds("step_seen == step");
+    harness.holds("step != 0");
+    harness.holds("last_step_seen == last_step");
+}
+
+/// Clocks from a step's last chip until its count is there.
+fn clocks_to_counted(interface: &Interface) -> u32 {
+    Interface::clocks_to_dump(interface.lanes()) + interface.clocks_of_counting()
 }
 
 /// What the rest of the design is told, and when.
 fn reports(interface: &Interface, harness: &mut Harness) {
     let to_dump = Interface::clocks_to_dump(interface.lanes());
-    let to_counted = to_dump + interface.clocks_of_counting();
+    let to_counted = clocks_to_counted(interface);
     let segments = interface.count_segments.count;
-    if interface.timing.scan.integration_chips > 1 {
-        harness.see("step_ends", "controller.o_pre_last_chip", 1);
-        harness.line("always @* assert (step_ends == before_last);");
-    }
-    if interface.reference_codes.len() as u32 * interface.parallel() > 1 {
-        harness.see("counts", "controller.o_pre_counted", 1);
-        harness.line(&format!("always @* assert (counts == ended[{}]);", to_counted - 1));
-    }
     harness.lines(&format!(
         "reg [{to_counted}:1] ended;\n\
          reg [{to_counted}:1] scan_ended;\n\
          always @(posedge i_clk) begin\n    \
              ended <= i_rst ? 0 : {{ended, ends_step}};\n    \
              scan_ended <= i_rst ? 0 : {{scan_ended, ends_scan}};\n\
-         end\n\
-         always @* assert (step_end == ends_step);\n\
-         always @* assert (dump == ended[{}:{to_dump}]);\n\
-         always @* assert (counted == ended[{to_counted}]);\n\
-         always @* assert (last == scan_ended[{to_counted}]);",
-        to_dump + segments - 1,
+         end",
     ));
+    if interface.timing.scan.integration_chips > 1 {
+        harness.see("step_ends", "controller.o_pre_last_chip", 1);
+        harness.holds("step_ends == before_last");
+    }
+    if interface.reference_codes.len() as u32 * interface.parallel() > 1 {
+        harness.see("counts", "controller.o_pre_counted", 1);
+        harness.holds(&format!("counts == ended[{}]", to_counted - 1));
+    }
+    harness.reaches("ends_scan");
+    harness.holds("step_end == ends_step");
+    harness.holds(&format!("dump == ended[{}:{to_dump}]", to_dump + segments - 1));
+    harness.holds(&format!("counted == ended[{to_counted}]"));
+    harness.holds(&format!("last == scan_ended[{to_counted}]"));
 }

@@ -9,6 +9,9 @@ use crate::deliver::design::{Design, EmittedFile};
 pub(super) const FOLDER: &str = "formal";
 const REGISTERS: &str = "registers.v";
 const EMPTIED: &str = "emptied.v";
+const ABC: &str = "abc.sh";
+/// After which a proof is given up; each takes seconds.
+const TIMEOUT_S: u32 = 600;
 
 /// Name of the file with the properties.
 fn properties_name(design: &Design) -> String {
@@ -50,6 +53,29 @@ pub(super) fn registers(made_by: &str) -> EmittedFile {
         text: format!("// Registers, for Yosys' techmap\n// Made by  {made_by}\n\n{REGISTER_MAPS}"),
     }
 }
+
+/// For an ABC that is not sby's own.
+pub(super) fn abc(made_by: &str) -> EmittedFile {
+    let text = format!("#!/bin/sh\n# Made by  {made_by}\n#\n{ABC_WRAPPER}");
+    EmittedFile { name: ABC.to_owned(), text }
+}
+
+/// What Debian's berkeley-abc lacks of sby's.
+const ABC_WRAPPER: &str = r#"# ABC as sby calls it, with -c and its commands, for whoever has Debian's berkeley-abc, or the
+# yosys-abc of an older Yosys, and not sby's own. In the folder of the design:
+#   sby --abc "sh '$PWD/formal/abc.sh'" -f formal/NAME.sby
+abc=$(command -v berkeley-abc || command -v yosys-abc) || {
+    echo "neither berkeley-abc nor yosys-abc is installed" >&2
+    exit 127
+}
+# pdr of these has no option -l, which only prints more.
+commands=$(printf '%s' "$2" | sed 's/pdr -v -l/pdr -v/')
+status=0
+"$abc" "$1" "$commands" || status=$?
+# They leave out the line break before the end of a counterexample.
+sed -i 's/\([01]\)# DONE$/\1\n# DONE/' engine_*/trace*.aiw 2>/dev/null || true
+exit "$status"
+"#;
 
 /// Registers that start at their reset value; with `IN_RESET` those that start at
 /// any, and the claim that reset takes them to it. One whose reset Yosys does not
@@ -196,22 +222,32 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
         "# Proofs of {top}, for sby (SymbiYosys). In the folder of {top}.v:\n\
          #   sby -f {folder}/{script}         all of them\n\
          #   sby -f {folder}/{script} counts  one; {properties} says what each of them proves\n\
+         # A task ..._cover passes if what its proof is about can be.\n\
+         # {folder}/{ABC} says what to add where ABC is Debian's.\n\
          # Made by  {made_by}\n\n[tasks]\n",
         top = design.top(),
         script = script_name(design),
         made_by = design.made_by,
         folder = FOLDER
     );
+    let covers = || harnesses.iter().filter_map(|harness| Some((harness, harness.cover_task()?)));
     for harness in harnesses {
-        let _ = writeln!(text, "{}", harness.name);
+        let _ = writeln!(text, "{0} on_{0}", harness.name);
     }
-    text += "\n[options]\naigsmt none\n";
+    for (harness, task) in covers() {
+        let _ = writeln!(text, "{task} on_{} cover", harness.name);
+    }
+    let _ = write!(text, "\n[options]\naigsmt none\ntimeout {TIMEOUT_S}\n");
     for harness in harnesses {
         for option in harness.options() {
             let _ = writeln!(text, "{}: {option}", harness.name);
         }
     }
-    text += "\n[engines]\n";
+    text += "cover: mode bmc\ncover: expect fail\n";
+    for (harness, task) in covers() {
+        let _ = writeln!(text, "{task}: depth {}", harness.cover_depth());
+    }
+    text += "\n[engines]\ncover: abc bmc3\n";
     for harness in harnesses {
         let _ = writeln!(text, "{}: {}", harness.name, harness.engine_line());
     }
@@ -231,20 +267,23 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
 /// that task alone.
 fn write_yosys(design: &Design, harnesses: &[Harness], properties: &str, text: &mut String) {
     for harness in harnesses {
-        let _ = writeln!(text, "{}: read_verilog {}", harness.name, names(design, harness));
+        let _ = writeln!(text, "on_{}: read_verilog {}", harness.name, names(design, harness));
         if harness.is_cut() {
             let macros = format!("-D PROVE_{}", harness.name.to_uppercase());
-            let _ = writeln!(text, "{}: read_verilog -formal {macros} {EMPTIED}", harness.name);
+            let _ = writeln!(text, "on_{}: read_verilog -formal {macros} {EMPTIED}", harness.name);
         }
     }
-    let _ = writeln!(text, "read_verilog -formal -sv {properties}");
+    let _ = writeln!(text, "~cover: read_verilog -formal -sv {properties}");
+    let _ = writeln!(text, "cover: read_verilog -formal -sv -D COVER {properties}");
     for harness in harnesses {
-        let _ = writeln!(text, "{}: hierarchy -check -top {}", harness.name, harness.top(design));
+        let _ =
+            writeln!(text, "on_{}: hierarchy -check -top {}", harness.name, harness.top(design));
     }
-    *text += "proc -noopt\nflatten\n";
+    *text +=
+        "proc -noopt\nflatten\ncover: chformal -assert -remove\ncover: chformal -assume2assert\n";
     for harness in harnesses {
         for line in harness.script(design) {
-            let _ = writeln!(text, "{}: {line}", harness.name);
+            let _ = writeln!(text, "on_{}: {line}", harness.name);
         }
     }
     *text += "opt_dff -nodffe\n";

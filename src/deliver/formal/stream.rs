@@ -21,6 +21,7 @@ pub(super) fn harness(interface: &Interface) -> Harness {
     stream.groups(&mut harness);
     stream.beats(interface, &mut harness);
     stream.flags(interface, &mut harness);
+    harness.reaches("m_axis_tvalid & counted & ~free");
     harness
 }
 

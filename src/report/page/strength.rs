@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::tables::table;
-use crate::grade::{Grade, Score, Survivor, Verdict};
+use crate::grade::{Grade, Judged, Score, Verdict};
 use crate::report::quantities::{number, percent};
 
 /// Survivors of a kind that are shown.
@@ -48,11 +48,13 @@ pub(super) fn section(grade: &Grade) -> Markup {
     }
 }
 
-fn cells(survivor: &Survivor) -> Vec<String> {
+fn cells(survivor: &Judged) -> Vec<String> {
     let known = match survivor.verdict {
         Verdict::NotCaught => "inputs exist that show it",
         Verdict::Undecided => "undecided",
+        Verdict::Caught => "caught",
+        Verdict::ProvenEquivalent => "no inputs show it",
     };
-    let texts = [&survivor.net, &survivor.change, &survivor.source, known, &survivor.needs];
+    let texts = [&survivor.net, &survivor.change, &survivor.source, known, survivor.reason()];
     texts.map(str::to_owned).to_vec()
 }
