@@ -12,6 +12,7 @@ mod hardware;
 mod light;
 mod modulation;
 mod numbers;
+mod ranging;
 mod report;
 mod scenes;
 mod statistics;
@@ -35,6 +36,7 @@ pub fn cases() -> Vec<Case> {
         detectors::CASES,
         codes::CASES,
         numbers::CASES,
+        ranging::CASES,
         hardware::CASES,
     ]
     .concat()
