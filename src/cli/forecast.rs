@@ -21,22 +21,44 @@ pub(super) struct Forecast<'o> {
     output: &'o Output,
     what: &'static str,
     started: Instant,
-    told: bool,
+    trial: Trial,
 }
 
 impl<'o> Forecast<'o> {
     pub fn new(output: &'o Output, what: &'static str) -> Forecast<'o> {
-        Forecast { output, what, started: Instant::now(), told: false }
+        Forecast { output, what, started: Instant::now(), trial: Trial::NotBegun }
     }
 
     /// `done` parts `of` all are done.
     pub fn progress(&mut self, done: u64, of: u64) {
-        let elapsed_s = self.started.elapsed().as_secs_f64();
-        if self.told || done == 0 || elapsed_s < TRIAL_S {
-            return;
+        let now_s = self.started.elapsed().as_secs_f64();
+        if let Some(seconds) = self.trial.seconds_in_all(now_s, done, of) {
+            announce(self.output, self.what, seconds);
         }
-        self.told = true;
-        announce(self.output, self.what, elapsed_s * of as f64 / done as f64);
+    }
+}
+
+/// What the first parts say of all. What comes before the first of them, as building a model,
+/// is no part of their rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Trial {
+    NotBegun,
+    Since { at_s: f64, done: u64 },
+    Told,
+}
+
+impl Trial {
+    /// How long all takes, once, when it is known.
+    fn seconds_in_all(&mut self, now_s: f64, done: u64, of: u64) -> Option<f64> {
+        match *self {
+            Trial::NotBegun if done > 0 => *self = Trial::Since { at_s: now_s, done },
+            Trial::Since { at_s, done: before } if now_s - at_s >= TRIAL_S && done > before => {
+                *self = Trial::Told;
+                return Some((now_s - at_s) * of as f64 / (done - before) as f64);
+            }
+            _ => {}
+        }
+        None
     }
 }
 
@@ -54,6 +76,17 @@ fn duration(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A model that takes a minute to build clocks 1 % in a second, from its first block on.
+    #[test]
+    fn what_comes_before_the_first_part_is_not_forecast() {
+        let mut trial = Trial::NotBegun;
+        assert_eq!(trial.seconds_in_all(0.0, 0, 1000), None);
+        assert_eq!(trial.seconds_in_all(60.0, 10, 1000), None);
+        assert_eq!(trial.seconds_in_all(60.2, 12, 1000), None);
+        assert_eq!(trial.seconds_in_all(61.0, 20, 1000), Some(100.0));
+        assert_eq!(trial.seconds_in_all(62.0, 30, 1000), None);
+    }
 
     #[test]
     fn durations_are_in_the_unit_that_people_use() {

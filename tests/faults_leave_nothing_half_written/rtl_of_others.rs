@@ -111,19 +111,27 @@ fn no_model_survives(rtl: &Path) {
     for (with, patience) in [(Signal::INT, 10), (Signal::KILL, 30)] {
         let child = start(cosim(rtl).env("HOW", "loop"));
         let children = format!("/proc/{0}/task/{0}/children", child.id());
-        let mut model = String::new();
-        wait_until("the model runs", || {
+        // One process, and one that takes the opposite of what is undefined.
+        let mut models: Vec<String> = Vec::new();
+        wait_until("both models run", || {
             let said = fs::read_to_string(&children).unwrap_or_default();
-            model = said.trim().to_owned();
-            let name = fs::read_to_string(format!("/proc/{model}/cmdline"));
-            name.is_ok_and(|name| name.trim_end_matches('\0').ends_with("/sensor"))
+            models = said.split_whitespace().map(str::to_owned).collect();
+            let is_model = |process: &String| {
+                let name = fs::read_to_string(format!("/proc/{process}/cmdline"));
+                name.is_ok_and(|name| name.split('\0').any(|word| word.ends_with("/sensor")))
+            };
+            models.len() == 2 && models.iter().all(is_model)
         });
         signal(&child, with);
         let output = child.wait_with_output().unwrap();
         let expected = (with == Signal::INT).then_some(130);
         assert_eq!(output.status.code(), expected, "{}", stderr(&output));
         let started = Instant::now();
-        while fs::read_to_string(format!("/proc/{model}/stat")).is_ok_and(|s| !s.contains(") Z ")) {
+        let is_left = |process: &String| {
+            let state = fs::read_to_string(format!("/proc/{process}/stat"));
+            state.is_ok_and(|state| !state.contains(") Z "))
+        };
+        while models.iter().any(is_left) {
             assert!(started.elapsed() < Duration::from_secs(patience), "it is left");
             std::thread::sleep(Duration::from_millis(20));
         }
