@@ -151,9 +151,10 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
     let interval = |error: f64, standard_error: f64| {
         [error - NORMAL_95 * standard_error, error + NORMAL_95 * standard_error]
     };
-    let std_error = (std_m - reference.std_m) / reference.std_m;
+    let ratio = std_m / reference.std_m;
     let bias_error = (bias_m - reference.bias_m) / reference.std_m;
-    let of_std = std_std_error_m.hypot(reference.std_std_error_m) / reference.std_m;
+    // Of its logarithm: no standard deviation is less than nothing.
+    let of_ratio = (std_std_error_m / std_m).hypot(reference.std_std_error_m / reference.std_m);
     let of_bias = bias_std_error_m.hypot(reference.bias_std_error_m) / reference.std_m;
     let missed_ci = s.missed_fraction.map(|missed| {
         let own = s.missed_fraction_ci95.unwrap_or([missed; 2]);
@@ -167,8 +168,9 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
         bias_m,
         missed_fraction: s.missed_fraction,
         missed_fraction_ci95: s.missed_fraction_ci95,
-        std_relative_error: std_error,
-        std_relative_error_ci95: interval(std_error, of_std),
+        std_relative_error: ratio - 1.0,
+        std_relative_error_ci95: [-NORMAL_95, NORMAL_95]
+            .map(|z| ratio * (z * of_ratio).exp() - 1.0),
         bias_error_in_std: bias_error,
         bias_error_in_std_ci95: interval(bias_error, of_bias),
         missed_fraction_error: s.missed_fraction.map(|m| m - reference.missed_fraction),
