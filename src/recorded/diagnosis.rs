@@ -13,6 +13,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::cause::Cause;
 use super::codes::{self, Candidate, Variation};
 use super::hypothesis::{Change, Fitted, Unknown, fit};
 use super::no_fit::NoFit;
@@ -29,31 +30,6 @@ pub const LEVEL: f64 = 0.002;
 /// looked for: of scans with 370 the tests accuse a right scene as seldom as their level
 /// says, of scans with 7 one time in five.
 pub const FEWEST_HITS: f64 = 300.0;
-
-/// What may be wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum Cause {
-    /// The sources' power, the transmission, or the detection probability.
-    LightLevel,
-    /// Dark counts, background, or other light that is not modulated.
-    ConstantLight,
-    /// The dead time.
-    DeadTime,
-    /// A constant delay: the detector's, a cable's, or another distance.
-    Offset,
-    /// The light, the reference or both carry another code.
-    Code,
-    /// The light is inverted, or counts up and down are swapped.
-    Polarity,
-    /// The clock's period.
-    ChipPeriod,
-    /// Counts scatter more, or otherwise, than any of these explains.
-    Unexplained,
-    /// Counts scatter less than photons can.
-    TooEven,
-}
 
 /// A test, and what it found.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -22,6 +22,7 @@
 //! ```
 
 mod bins_csv;
+mod cause;
 mod codes;
 mod csv_file;
 mod diagnosis;
@@ -34,8 +35,9 @@ mod plot;
 mod report;
 mod weights;
 
+pub use cause::Cause;
 pub use csv_file::CountsError;
-pub use diagnosis::{Cause, Diagnosis, LEVEL, TestOutcome};
+pub use diagnosis::{Diagnosis, LEVEL, TestOutcome};
 pub use expected::{expected_bins, expected_csv};
 #[cfg(feature = "plots")]
 pub use plot::residual_plot;

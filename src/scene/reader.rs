@@ -188,7 +188,8 @@ impl<'r, 't> Section<'r, 't> {
                 return Some(f64::INFINITY);
             }
             _ => {
-                let message = self.wrong_type(value, "a plain number", key.example);
+                let wrong = self.wrong_type(value, "a plain number", key.example);
+                let message = wrong + key.or_inf();
                 self.report_at(name, value, &message);
                 return None;
             }

@@ -142,10 +142,14 @@ fn a_key_is_set_on_the_command_line_and_named_in_what_is_made() {
     let command = emission["command"].as_str().unwrap();
     assert_eq!(
         command,
-        "goldtof emit quick.toml --set 'source.code.degree=6' --set 'scan.integration=1 us'"
+        "goldtof emit quick.toml --set source.code.degree=6 --set 'scan.integration=1 us'"
     );
     let top = fs::read_to_string(folder.path().join("sensor_top.v")).unwrap();
-    assert!(top.contains("--set 'source.code.degree=6'"), "{}", &top[..400]);
+    assert!(
+        top.contains("--set source.code.degree=6 --set 'scan.integration=1 us'"),
+        "{}",
+        &top[..400]
+    );
     // 63 chips, 8 samples each.
     assert_eq!(emission["parameters"]["phase_steps"], 504, "{}", emission["parameters"]);
     for command in ["plan", "simulate", "cosim", "fidelity", "emit", "run"] {

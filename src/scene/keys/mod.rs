@@ -270,11 +270,16 @@ impl Key {
             Kind::Words(..) => format!("not {}", self.range()),
             _ => format!("outside {}", self.range()),
         };
-        let or_inf = match self.kind {
+        let or_inf = self.or_inf();
+        format!("{shown} is {is_not}; write for example {}{or_inf}", self.shown_example())
+    }
+
+    /// What is said behind an example, of a number that may be "inf", too.
+    pub fn or_inf(&self) -> &'static str {
+        match self.kind {
             Kind::Number { or_inf: true, .. } => ", or \"inf\"",
             _ => "",
-        };
-        format!("{shown} is {is_not}; write for example {}{or_inf}", self.shown_example())
+        }
     }
 }
 
