@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
@@ -71,6 +71,7 @@ impl Table {
             let (physical, logical) = match column.kind {
                 Kind::Integer => (Physical::INT64, None),
                 Kind::Number => (Physical::DOUBLE, None),
+                Kind::Truth => (Physical::BOOLEAN, None),
                 Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
             };
             let field = Type::primitive_type_builder(&column.name, physical)
@@ -102,6 +103,11 @@ impl Table {
             Kind::Number => {
                 let values: Vec<f64> = there.filter_map(|text| text.parse().ok()).collect();
                 let writer = writer.typed::<DoubleType>();
+                writer.write_batch(&values, Some(&is_there), None)?;
+            }
+            Kind::Truth => {
+                let values: Vec<bool> = there.filter_map(|text| text.parse().ok()).collect();
+                let writer = writer.typed::<BoolType>();
                 writer.write_batch(&values, Some(&is_there), None)?;
             }
             Kind::Text => {
@@ -207,14 +213,14 @@ mod tests {
 
     #[test]
     fn fields_that_are_empty_are_null_in_columns_of_every_kind() {
-        let only = [("point", "3"), ("remark", "it moves")];
+        let only = [("point", "3"), ("expectation_holds", "false"), ("remark", "it moves")];
         let rows = fields(&table(&[&only, &[]]));
         let there = |row: &Vec<Field>| {
             let fields = row.iter().filter(|field| **field != Field::Null);
             fields.cloned().collect::<Vec<_>>()
         };
         let remark = Field::Str("it moves".to_owned());
-        assert_eq!(there(&rows[0]), [Field::Long(3), remark]);
+        assert_eq!(there(&rows[0]), [Field::Long(3), Field::Bool(false), remark]);
         assert_eq!(there(&rows[1]), []);
     }
 

@@ -14,6 +14,8 @@ pub enum Kind {
     Integer,
     /// Numbers.
     Number,
+    /// `true` or `false`.
+    Truth,
     /// Texts.
     Text,
 }
@@ -47,7 +49,7 @@ const COLUMNS: [(&str, Kind); 20] = [
     ("std_std_error_m", Kind::Number),
     ("expected_bias_m", Kind::Number),
     ("expected_std_m", Kind::Number),
-    ("expectation_holds", Kind::Text),
+    ("expectation_holds", Kind::Truth),
     ("bound_m", Kind::Number),
     ("detected_rate_cps", Kind::Number),
     ("remark", Kind::Text),
@@ -95,6 +97,7 @@ impl Column {
         match self.kind {
             Kind::Integer => field.is_empty() || field.parse::<i64>().is_ok(),
             Kind::Number => field.is_empty() || field.parse::<f64>().is_ok(),
+            Kind::Truth => field.is_empty() || field.parse::<bool>().is_ok(),
             Kind::Text => true,
         }
     }
@@ -214,6 +217,7 @@ impl Table {
             let value = match column.kind {
                 _ if text.is_empty() => Json::Null,
                 Kind::Text => Json::String(text.clone()),
+                Kind::Truth => text.parse::<bool>().map_or(Json::Null, Json::from),
                 Kind::Integer => text.parse::<i64>().map_or(Json::Null, Json::from),
                 Kind::Number => {
                     let number = text.parse().ok().and_then(Number::from_f64);
