@@ -213,16 +213,9 @@ impl Rtl {
     /// When it cannot be emitted or read.
     #[cfg(feature = "cli")]
     pub(crate) fn sha256(&self, scene: &Scene) -> Result<String, CosimFailed> {
-        use sha2::{Digest as _, Sha256};
         let design = self.read(&Sensor::new(scene))?;
         let files = design.sources.iter().flat_map(|file| [&file.name, &file.text]);
-        let mut digest = Sha256::new();
-        for text in std::iter::once(&design.top).chain(files) {
-            digest.update((text.len() as u64).to_le_bytes());
-            digest.update(text);
-        }
-        let digest = digest.finalize();
-        Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+        Ok(crate::digest::sha256_of_all(std::iter::once(&design.top).chain(files)))
     }
 
     /// The design that is meant.

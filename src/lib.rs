@@ -47,6 +47,7 @@ pub mod cli;
 pub mod code;
 pub mod cosim;
 pub mod deliver;
+mod digest;
 pub mod document;
 mod door;
 pub mod estimate;

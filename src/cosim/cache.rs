@@ -17,9 +17,9 @@ use std::sync::OnceLock;
 
 use rustix::fs::OFlags;
 use rustix::process::geteuid;
-use sha2::{Digest, Sha256};
 
 use super::error::CosimError;
+use crate::digest::{sha256, sha256_of_all};
 use crate::files::{check_private, open_ours, private_folder};
 use crate::interrupt::Unfinished;
 
@@ -91,7 +91,7 @@ pub fn once(
     let built = building.path().join(product);
     let bytes = fs::read(&built).map_err(CosimError::cache(&built))?;
     let digest_path = building.path().join(DIGEST);
-    write(&digest_path, &digest(&bytes))?;
+    write(&digest_path, &sha256(&bytes))?;
     for path in [&built, &digest_path] {
         // Whatever the umask is.
         let ours = fs::Permissions::from_mode(0o600);
@@ -153,7 +153,7 @@ fn whole(folder: &Path, product: &str) -> io::Result<Option<Vec<u8>>> {
     let (Some(expected), Some(bytes)) = (read(DIGEST)?, read(product)?) else {
         return Ok(None);
     };
-    Ok((digest(&bytes).as_bytes() == expected).then_some(bytes))
+    Ok((sha256(&bytes).as_bytes() == expected).then_some(bytes))
 }
 
 /// Nothing where nothing is, or what others can write to, which is built again.
@@ -179,20 +179,7 @@ pub fn write(path: &Path, text: &str) -> Result<(), CosimError> {
 
 /// Hash of several texts, such that no two lists of texts run together.
 pub fn hash(parts: &[&str]) -> String {
-    let mut hasher = Sha256::new();
-    for part in parts {
-        hasher.update((part.len() as u64).to_le_bytes());
-        hasher.update(part);
-    }
-    hex(&hasher.finalize())[..32].to_owned()
-}
-
-fn digest(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    sha256_of_all(parts)[..32].to_owned()
 }
 
 #[cfg(test)]
@@ -220,7 +207,7 @@ mod tests {
     fn plant(folder: &Path) {
         fs::create_dir(folder).unwrap();
         fs::write(folder.join("product"), "planted").unwrap();
-        fs::write(folder.join(DIGEST), digest(b"planted")).unwrap();
+        fs::write(folder.join(DIGEST), sha256(b"planted")).unwrap();
     }
 
     #[test]

@@ -4,9 +4,9 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::setting::Setting;
+use crate::digest::sha256;
 use crate::printable::printable_path;
 
 /// The text that a scene was read from. Empty for a scene that was made in a program.
@@ -22,11 +22,10 @@ pub struct Origin {
 
 impl Origin {
     fn of(file: &str, text: &str, settings: &[Setting]) -> Origin {
-        let digest = Sha256::digest(text.as_bytes());
         let assignment = |setting: &Setting| setting.assignment().to_owned();
         Origin {
             file: file.to_owned(),
-            sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
+            sha256: sha256(text),
             settings: settings.iter().map(assignment).collect(),
         }
     }

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::ShardError;
 use super::job::{Job, Results, SceneText};
 use super::part::Part;
+use crate::digest::sha256;
 use crate::document::{Body, Document};
 use crate::files::read_regular;
 use crate::printable::printable_path;
@@ -84,6 +84,5 @@ impl Shard {
 fn digest(document: &Document<Shard>) -> String {
     // What was read from JSON, or is to be written, is always JSON.
     let text = serde_json::to_vec(document).unwrap_or_default();
-    let digest = Sha256::digest(text);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    sha256(text)
 }
