@@ -59,6 +59,7 @@ def test_parquet_has_types_units_and_what_it_is_of(out):
     assert types["point"] == types["path"] == types["estimates"] == pa.int64()
     assert types["path[0].velocity (m/s)"] == types["bias_m"] == pa.float64()
     assert types["estimate.estimator"] == types["remark"] == pa.string()
+    assert types["expectation_holds"] == pa.bool_()
     assert b"goldtof" in table.schema.metadata
     told = pd.read_parquet(out / "sweep.parquet").attrs
     assert told["units"]["path[0].velocity (m/s)"] == "m/s"
@@ -68,7 +69,7 @@ def test_parquet_has_types_units_and_what_it_is_of(out):
 
 
 # From what is in a field of the CSV to what Parquet has; nothing is null.
-AS_PARQUET = {"int64": int, "double": float, "string": str}
+AS_PARQUET = {"int64": int, "double": float, "string": str, "bool": lambda text: {"true": True, "false": False}[text]}
 
 
 def assert_same_fields(folder):
