@@ -10,9 +10,8 @@
 //! does it many times, and [`study`] learns from that.
 //!
 //! The doors are [`run()`], [`emit()`], [`simulate()`], [`cosim()`] and [`estimate()`]:
-//! each takes a [`scene::Scene`] and its options. The feature `plots` (plotters) draws
-//! the report page and the studies' figures, and `cli` is the program; both are on by
-//! default, and a library user can do without (`default-features = false`).
+//! each takes a [`scene::Scene`] and its options. The feature `cli` is the program; it is on
+//! by default, and a library user can do without (`default-features = false`).
 //!
 //! What is left out of this documentation though it is public (the hardware's blocks,
 //! the reference model) is there for the tests and benches of this package, and may
@@ -51,6 +50,7 @@ mod digest;
 pub mod document;
 mod door;
 pub mod estimate;
+mod exact;
 pub(crate) mod files;
 pub mod grade;
 pub mod histogram;

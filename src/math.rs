@@ -3,7 +3,6 @@
 use std::f64::consts::SQRT_2;
 
 use nalgebra::{DMatrix, SymmetricEigen};
-#[cfg(feature = "plots")]
 use statrs::distribution::{Beta, ContinuousCDF};
 use statrs::distribution::{Continuous, Normal};
 
@@ -44,7 +43,6 @@ pub fn exponential_normal_density(x: f64, mean: f64, sigma: f64) -> f64 {
 
 /// The exact binomial interval of a share at 95 % (Clopper and Pearson 1934):
 /// quantiles of beta distributions.
-#[cfg(feature = "plots")]
 pub fn binomial_interval(successes: u64, trials: u64) -> [f64; 2] {
     let quantile = |a: u64, b: u64, p: f64| {
         Beta::new(a as f64, b as f64).map_or(f64::NAN, |beta| beta.inverse_cdf(p))

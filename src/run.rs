@@ -20,19 +20,14 @@ use crate::files::{FileError, OutputFolder};
 use crate::grade::{self, Bounds, Grade, GradeRequest, GradeStimulus};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
-#[cfg(feature = "plots")]
 use crate::plan::figures::Figures;
 use crate::plan::overview::with_cells;
-#[cfg(feature = "plots")]
 use crate::plan::resources::{Resources, resources};
 use crate::plan::{self, Plan};
 use crate::reference::predictor::ReferenceError;
-#[cfg(feature = "plots")]
 use crate::report::curves::IntegrationCurves;
-#[cfg(feature = "plots")]
 use crate::report::page::Page;
 use crate::report::provenance::Provenance;
-#[cfg(feature = "plots")]
 use crate::report::timing::{Wave, waves};
 use crate::report::{DetectorCounts, bins_csv, counts_csv};
 use crate::scene::{DetectorIndex, Scene};
@@ -55,7 +50,7 @@ const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from t
 #[derive(Debug, Clone)]
 pub struct RunOptions {
     /// Folder for the Verilog (in `rtl`), `counts.csv`, of histograms `bins.csv`, too,
-    /// `report.html` (with the feature `plots`), after a mismatch `mismatch.vcd`, and
+    /// `report.html`, after a mismatch `mismatch.vcd`, and
     /// `waves.vcd` if asked for; made when missing.
     pub out: PathBuf,
     /// Seed of all random numbers.
@@ -221,14 +216,12 @@ fn remove_other_runs(folder: &OutputFolder) -> Result<(), RunError> {
 }
 
 /// What the report shows that the co-simulation has no say in.
-#[cfg(feature = "plots")]
 struct Shown {
     resources: Option<Resources>,
     waves: Vec<Wave>,
     curves: Vec<IntegrationCurves>,
 }
 
-#[cfg(feature = "plots")]
 impl Shown {
     fn of(sensor: &Sensor, seed: u64) -> Result<Shown, ReferenceError> {
         Ok(Shown {
@@ -236,17 +229,6 @@ impl Shown {
             waves: waves(sensor, seed)?,
             curves: IntegrationCurves::of_first_paths(sensor),
         })
-    }
-}
-
-/// Nothing is shown without a report.
-#[cfg(not(feature = "plots"))]
-struct Shown;
-
-#[cfg(not(feature = "plots"))]
-impl Shown {
-    fn of(_sensor: &Sensor, _seed: u64) -> Result<Shown, ReferenceError> {
-        Ok(Shown)
     }
 }
 
@@ -329,7 +311,6 @@ fn histogram_of(sensor: &Sensor, sent: &[SentCount]) -> Option<Histogram> {
 }
 
 /// Writes the counts, and last the report.
-#[cfg_attr(not(feature = "plots"), allow(unused_variables))]
 fn write(
     run: &Run,
     sensor: &Sensor,
@@ -352,7 +333,6 @@ fn write(
     if !histograms.is_empty() {
         folder.write(BINS, &bins_csv(sensor, &histograms))?;
     }
-    #[cfg(feature = "plots")]
     {
         let page = Page {
             sensor,

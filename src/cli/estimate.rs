@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
         let folder = output.folder(out)?;
         for (number, assessment) in &assessments {
             folder.write(&format!("residuals-{number}.csv"), &assessment.residuals_csv())?;
-            folder.write(&format!("residuals-{number}.svg"), &residual_plot(assessment)?)?;
+            folder.write(&format!("residuals-{number}.svg"), &residual_plot(assessment))?;
         }
     }
     let assessments: Vec<Assessment> = assessments.into_iter().map(|(_, one)| one).collect();

@@ -41,9 +41,8 @@ pub(super) fn run(
 
 /// A part of the figures.
 fn some_figures(options: &Options, order: &Order, output: &Output) -> anyhow::Result<Ending> {
-    let names = options.figures.iter().map(|id| id.name().to_owned());
     let job = Job::Reproduce(ReproduceJob {
-        figures: names.collect(),
+        figures: options.figures.clone(),
         repetitions: options.repetitions,
         seed: options.seed,
     });
@@ -52,7 +51,7 @@ fn some_figures(options: &Options, order: &Order, output: &Output) -> anyhow::Re
         for number in order.part.every(options.figures.len() as u64) {
             let figure = MadeFigure::new(options.figures[number as usize], options)?;
             output.note(&format!("{} ({:.1} s)", figure.title, figure.run_time_s));
-            kept.push(figure.kept());
+            kept.push(figure);
         }
         Ok(Results::Reproduce(kept))
     })
@@ -65,7 +64,7 @@ pub(super) fn merge(
     out: &Path,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let options = job.options()?;
+    let options = job.options();
     let figures = shard::figures(&options, shards)?;
     let folder = output.folder(out)?;
     for figure in &figures {

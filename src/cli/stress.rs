@@ -10,7 +10,7 @@ use super::forecast::Forecast;
 use super::output::Output;
 use crate::document::Body;
 use crate::shard::{self, Job, Part, Results, StressJob};
-use crate::study::stress::{Case, CaseReport, Group, StressReport, cases, run as run_cases};
+use crate::study::stress::{Case, Group, StressReport, cases, run as run_cases};
 
 /// The JSON of `goldtof stress --list`.
 #[derive(Serialize)]
@@ -88,9 +88,7 @@ fn some_cases(
     order.fulfil(job, output, |_| {
         let numbers = order.part.every(chosen.len() as u64);
         let some: Vec<Case> = numbers.map(|number| chosen[number as usize]).collect();
-        let report = watched(&some, seed, output)?;
-        let kept = report.cases.iter().map(CaseReport::kept).collect();
-        Ok(Results::Stress(kept))
+        Ok(Results::Stress(watched(&some, seed, output)?.cases))
     })
 }
 

@@ -12,9 +12,10 @@ use super::warnings::warn_of_far_paths;
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
+use crate::report::table::Table;
 use crate::scene;
 use crate::shard::{self, Job, Part, Results, SceneText, SweepJob};
-use crate::study::sweep::{self, Definition, Store, Sweep, Table};
+use crate::study::sweep::{self, Definition, Store, Sweep};
 
 const CSV: &str = "sweep.csv";
 const PARQUET: &str = "sweep.parquet";
@@ -74,7 +75,7 @@ pub(super) fn run(
     let table = sweep::run(&sweep, &store, |done| bar.set_position(done as u64))?;
     bar.finish_and_clear();
     tell(&sweep, &table, done_before, &folder, output)?;
-    Ok(Ending::of_check(arguments.check.check, table.is_as_expected()))
+    Ok(Ending::of_check(arguments.check.check, sweep::contradicted(&table) == 0))
 }
 
 /// Whether some points are scenes, before the first is simulated, and what is to be said of
@@ -139,7 +140,7 @@ pub(super) fn merge(
     sweep.check_axes()?;
     let table = shard::table(&sweep, shards)?;
     tell(&sweep, &table, sweep.len(), &output.folder(out)?, output)?;
-    Ok(Ending::of_check(job.check, table.is_as_expected()))
+    Ok(Ending::of_check(job.check, sweep::contradicted(&table) == 0))
 }
 
 /// Writes both tables and the plot, all three or none.
@@ -151,17 +152,12 @@ fn tell(
     output: &Output,
 ) -> anyhow::Result<()> {
     let name = sweep.point(0)?.sensor.scene().name.clone();
-    let (plot, left_out) = table.plot(&name, &sweep.axes)?;
+    let (plot, left_out) = sweep::plot(table, &name, &sweep.axes);
     if left_out > 0 {
         output.note(&format!("{PLOT} has no room for {left_out} more series; {CSV} has all"));
     }
-    let (csv, parquet) = (table.csv(), table.parquet(sweep)?);
-    let contents = [(CSV, csv.as_bytes()), (PARQUET, &parquet), (PLOT, plot.as_bytes())];
-    let staged: Result<Vec<_>, _> = contents
-        .map(|(name, bytes)| folder.stage(name, |out| out.write_all(bytes)))
-        .into_iter()
-        .collect();
-    folder.publish(staged?)?;
+    let (csv, parquet) = (table.csv(), sweep::parquet(table, sweep)?);
+    folder.write_all([(CSV, csv.as_bytes()), (PARQUET, &parquet), (PLOT, plot.as_bytes())])?;
     let text = format!(
         "{name}: {} points, {} rows in {}, {PARQUET} and {PLOT} beside it\n",
         sweep.len(),
@@ -177,7 +173,7 @@ fn tell(
     let document =
         Document { scene: Some(sweep.scene()), ..Document::new(report, typed_command(), None) };
     output.answer_document(&document, &text)?;
-    let untrue = table.contradicted();
+    let untrue = sweep::contradicted(table);
     if untrue > 0 {
         let rows = table.rows.len();
         output.note(&format!(

@@ -11,7 +11,7 @@ use super::limits::check_limits;
 use crate::document::{Body, Document};
 use crate::plan::{Part, hardware_left_out};
 use crate::printable::printable_ascii;
-use crate::rtl::back::{ModuleText, Prefix, verilog_of};
+use crate::rtl::back::{ModuleText, Netlist, Prefix, verilog_of};
 use crate::rtl::blocks::{HistogramTop, ScanRegisters, SensorTop};
 use crate::scene::SceneReference;
 use crate::sensor::Sensor;
@@ -32,6 +32,9 @@ pub struct Emission {
     pub top: String,
     /// One file for each module, the top module's last.
     pub files: Vec<EmittedFile>,
+    /// The modules in them, and how they are connected.
+    #[serde(skip)]
+    pub netlists: Vec<Netlist>,
     /// Ports of the top module, in the order of the Verilog.
     pub ports: Vec<Port>,
     /// One clock cycle is one chip.
@@ -178,7 +181,7 @@ pub fn emit_prefixed(
     command: &str,
 ) -> Result<Emission, HdlError> {
     let interface = sensor.interface();
-    let files = verilog(sensor, prefix, command)?;
+    let (files, netlists) = modules(sensor, prefix, command)?;
     let command = printable_ascii(command);
     let made_by = made_by(&command);
     let design = Design { sensor, files: &files, prefix, made_by: &made_by };
@@ -189,6 +192,7 @@ pub fn emit_prefixed(
         command: command.into_owned(),
         top: prefix.of(TOP),
         files,
+        netlists,
         ports: interface.ports(),
         clock_hz: sensor.clock().frequency_hz(),
         left_out: left_out(sensor),
@@ -210,6 +214,15 @@ pub fn verilog(
     prefix: &Prefix,
     command: &str,
 ) -> Result<Vec<EmittedFile>, HdlError> {
+    Ok(modules(sensor, prefix, command)?.0)
+}
+
+/// The modules' files, and how they are connected.
+fn modules(
+    sensor: &Sensor,
+    prefix: &Prefix,
+    command: &str,
+) -> Result<(Vec<EmittedFile>, Vec<Netlist>), HdlError> {
     let interface = sensor.interface();
     check_limits(sensor, interface)?;
     let top: Box<dyn Block> = match &interface.histogram {
@@ -217,9 +230,10 @@ pub fn verilog(
         Some(plan) => Box::new(HistogramTop::new(interface, plan)),
     };
     let modules = verilog_of(&*top, prefix, &made_by(&printable_ascii(command)))?;
+    let netlists = modules.iter().filter_map(|module| module.netlist.clone()).collect();
     let file =
         |module: ModuleText| EmittedFile { name: format!("{}.v", module.name), text: module.text };
-    Ok(modules.into_iter().map(file).collect())
+    Ok((modules.into_iter().map(file).collect(), netlists))
 }
 
 /// What files say of their origin.

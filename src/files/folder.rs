@@ -98,6 +98,23 @@ impl OutputFolder {
         self.stage(name, |out| out.write_all(text.as_bytes()))?.publish()
     }
 
+    /// Writes several of its files, all or none; gives their names.
+    ///
+    /// # Errors
+    /// When one cannot be written.
+    pub fn write_all<const N: usize>(
+        &self,
+        files: [(&'static str, impl AsRef<[u8]>); N],
+    ) -> Result<Vec<&'static str>, FileError> {
+        let names = files.iter().map(|(name, _)| *name).collect();
+        let stage = |(name, content): &(&str, _)| {
+            let content = AsRef::<[u8]>::as_ref(content);
+            self.stage(name, |out| out.write_all(content))
+        };
+        self.publish(files.iter().map(stage).collect::<Result<_, _>>()?)?;
+        Ok(names)
+    }
+
     /// Gives files that were staged here their names, and waits until all are on the
     /// disk: for the contents of each before the first has its name, for the
     /// names once.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::estimate::{calibration_offset_ps, distance_m};
 use crate::photons::DetectorModel;
-use crate::report::quoted;
+use crate::report::table::quoted;
 use crate::response::{CountingTier, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
 use crate::scene::DetectorIndex;

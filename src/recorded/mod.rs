@@ -30,7 +30,6 @@ mod expected;
 mod hypothesis;
 mod no_fit;
 mod observed;
-#[cfg(feature = "plots")]
 mod plot;
 mod report;
 mod weights;
@@ -39,7 +38,6 @@ pub use cause::Cause;
 pub use csv_file::CountsError;
 pub use diagnosis::{Diagnosis, LEVEL, TestOutcome};
 pub use expected::{expected_bins, expected_csv};
-#[cfg(feature = "plots")]
 pub use plot::residual_plot;
 pub use report::{Assessment, BinResidual, StepResidual, assess, assess_histogram};
 

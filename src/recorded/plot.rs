@@ -2,7 +2,8 @@
 
 use super::observed::HITS_OF_A_SUM;
 use super::report::{Assessment, BinResidual};
-use crate::report::chart::{Axis, Chart, ChartError, Legend, Mark, Panel, Point, Scale, Series};
+use crate::report::chart::{Axis, Chart, Mark, Panel};
+use crate::report::table::Table;
 
 /// Most points of a series: of longer scans the steps round the largest count.
 const MOST_POINTS: usize = 400;
@@ -41,10 +42,7 @@ fn sums_of_bins(bins: &[BinResidual]) -> Vec<Shown> {
 /// right; of a long scan the steps round the largest count. Of a histogram each point is the
 /// sum of so many bins that five hits are expected, and of many those round the one that is
 /// farthest from what is expected.
-///
-/// # Errors
-/// When the drawing library gives up.
-pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
+pub fn residual_plot(assessment: &Assessment) -> String {
     let of_steps = assessment.phase_steps.iter().map(|step| Shown {
         x: step.distance_m,
         count: step.count as f64,
@@ -67,43 +65,25 @@ pub fn residual_plot(assessment: &Assessment) -> Result<String, ChartError> {
         }
         false => ("distance of the phase step (m)", "recorded counts and residuals"),
     };
+    let table = Table::of(shown)
+        .column("recorded", |_| "recorded")
+        .column("x", |shown| shown.x)
+        .column("count", |shown| shown.count)
+        .column("expected", |shown| shown.expected)
+        .column("residual", |shown| shown.residual)
+        .table();
+    let panel = |column: &str, label: &str| {
+        Panel::new(Axis::linear("x", along), Axis::linear(column, label))
+    };
+    let expected = table.named(|_, _| "expected".to_owned());
     let chart = Chart {
         title: format!("{}: {title}", assessment.detector),
-        panels: panels(shown, along).into(),
+        panels: vec![
+            panel("count", "count")
+                .curves_of(&expected, "expected", Mark::Line)
+                .curves(&table, Mark::Dots),
+            panel("residual", "residual (standard deviations)").curves(&table, Mark::Dots),
+        ],
     };
     chart.svg()
-}
-
-/// Counts on the left, residuals on the right, along what `along` says.
-fn panels(shown: &[Shown], along: &str) -> [Panel; 2] {
-    let axis = |label: &str| Axis { label: label.to_owned(), scale: Scale::Linear };
-    let of = |value: fn(&Shown) -> f64| {
-        let points =
-            shown.iter().map(|shown| Point { x: shown.x, y: value(shown), interval: None });
-        points.collect::<Vec<Point>>()
-    };
-    let series = |label: &str, mark, colour, points| Series {
-        label: label.to_owned(),
-        mark,
-        colour,
-        points,
-    };
-    let counts = Panel {
-        x: axis(along),
-        y: axis("count"),
-        series: vec![
-            series("expected", Mark::Line, 0, of(|s| s.expected)),
-            series("recorded", Mark::Dots, 1, of(|s| s.count)),
-        ],
-        legend: Legend::UpperRight,
-        headroom: 0.2,
-    };
-    let residuals = Panel {
-        x: axis(along),
-        y: axis("residual (standard deviations)"),
-        series: vec![series("", Mark::Dots, 1, of(|s| s.residual))],
-        legend: Legend::UpperRight,
-        headroom: 0.0,
-    };
-    [counts, residuals]
 }

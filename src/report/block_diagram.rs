@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::figure::{Figure, coordinate, label};
 use super::layers::{Layers, Place, layers};
-use super::netlist::{Connections, End, Module};
+use crate::rtl::back::{Connections, End, Netlist};
 
 const WIDTH: f64 = 480.0;
 const MARGIN: f64 = 8.0;
@@ -37,13 +37,13 @@ pub(super) struct Diagram {
 }
 
 /// Draws each module that has others in it, the top module first.
-pub(super) fn diagrams(modules: &[Module]) -> Vec<Diagram> {
+pub(super) fn diagrams(modules: &[Netlist]) -> Vec<Diagram> {
     let with_others = modules.iter().rev().filter(|module| !module.instances.is_empty());
-    with_others.map(|module| diagram(module, modules)).collect()
+    with_others.map(diagram).collect()
 }
 
-fn diagram(module: &Module, modules: &[Module]) -> Diagram {
-    let connections = module.connections(modules);
+fn diagram(module: &Netlist) -> Diagram {
+    let connections = module.connections();
     let nodes = nodes(module, &connections);
     let number = |end: &End| nodes.iter().position(|node| node.end.contains(end));
     let mut edges: Vec<(usize, usize)> = connections
@@ -86,7 +86,7 @@ fn diagram(module: &Module, modules: &[Module]) -> Diagram {
 
 /// Ports of one interface together, instances, and the module's own registers. What is
 /// numbered and of one kind is one node.
-fn nodes(module: &Module, connections: &Connections) -> Vec<Node> {
+fn nodes(module: &Netlist, connections: &Connections) -> Vec<Node> {
     let mut nodes: Vec<Node> = Vec::new();
     let mut ports = |names: &[String], end: fn(usize) -> End| {
         let of_stream = |name: &str| name.starts_with("m_axis_");
@@ -315,7 +315,7 @@ fn wire(layers: &Layers, places: &Places, number: usize, (from, to): (usize, usi
     path
 }
 
-fn in_words(module: &Module, connections: &Connections) -> Vec<[String; 3]> {
+fn in_words(module: &Netlist, connections: &Connections) -> Vec<[String; 3]> {
     let name = |end: &End| match end {
         End::Input(index) => module.inputs[*index].clone(),
         End::Output(index) => module.outputs[*index].clone(),

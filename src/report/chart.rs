@@ -1,38 +1,50 @@
-//! Charts of several series: linear or logarithmic axes, error bars, legends.
+//! Charts: curves, dots and error bars over one pair of axes, on the report's page or side by
+//! side in a drawing of their own.
 
-use plotters::coord::Shift;
-use plotters::prelude::*;
+use maud::{Markup, html};
 
 use super::coordinate::Coordinate;
-pub use super::coordinate::Scale;
-
-/// Size of one panel in CSS pixels.
-const PANEL: (u32, u32) = (620, 440);
+pub use super::coordinate::{Axis, Point, Scale};
+use super::figure::{Figure, coordinate, label, points};
+use super::table::Table;
 
 /// Colours that people with any colour vision tell apart (Okabe and Ito).
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(150, 110, 0),
-    RGBColor(0, 0, 0),
-];
+const COLOURS: [&str; 7] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#966e00", "#000000"];
+/// Black, for what is no curve.
+pub const BLACK: usize = COLOURS.len() - 1;
+/// Classes of vertical lines, in turn.
+const MARKS: [&str; 3] = ["m0", "m1", "m2"];
 
+const LEFT: f64 = 62.0;
+const RIGHT: f64 = 12.0;
+const TOP: f64 = 10.0;
+const BOTTOM: f64 = 44.0;
+/// Height of a line of the legend.
+const LEGEND_LINE: f64 = 19.0;
+/// Width of a tick's character, at most, and of a legend's, on average.
+const CHARACTER: f64 = 8.0;
+const LEGEND_CHARACTER: f64 = 7.4;
+/// Height of a drawing's title.
+const TITLE: f64 = 30.0;
 /// On a logarithmic axis the lower part of a bar is drawn at least down to this
 /// share of its point, and further as far as the axis goes.
 const SHORTEST_BAR_SHOWN: f64 = 0.3;
-
-/// Radius of a dot, in CSS pixels.
-const DOT: i32 = 3;
-/// Radius of a ring.
-const RING: i32 = 7;
-/// Width of the caps of an error bar: wider than a dot, so that a bar shorter than
-/// the dot is seen.
-const CAP: i32 = 12;
-/// In a series of more points caps would run into one another.
+/// Half the width of a bar's caps: wider than a dot, so that a bar shorter than the dot is
+/// seen. In a series of more points caps would run into one another.
+const HALF_CAP: f64 = 6.0;
 const MOST_CAPPED: usize = 40;
+
+/// Room for a panel, without its legend, and the most ticks of an axis.
+struct Room {
+    width: f64,
+    height: f64,
+    ticks: usize,
+}
+
+/// On the report's page, and in a drawing of its own.
+const OF_PAGE: Room = Room { width: 480.0, height: 300.0, ticks: 6 };
+const OF_DRAWING: Room = Room { width: 620.0, height: 410.0, ticks: 10 };
 
 /// One or more panels, side by side.
 #[derive(Debug, Clone)]
@@ -43,53 +55,29 @@ pub struct Chart {
     pub panels: Vec<Panel>,
 }
 
-/// One pair of axes with its series.
+/// One pair of axes with its series; their legend is below.
 #[derive(Debug, Clone)]
 pub struct Panel {
-    /// The horizontal axis.
-    pub x: Axis,
-    /// The vertical axis.
-    pub y: Axis,
+    x: Axis,
+    y: Axis,
     /// What is drawn, the first at the back.
-    pub series: Vec<Series>,
-    /// Where the legend stands.
-    pub legend: Legend,
-    /// Free space above the data, as a share of their height: for a legend that
-    /// would hide some.
-    pub headroom: f64,
-}
-
-/// Corner of the legend.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Legend {
-    /// Upper left corner.
-    UpperLeft,
-    /// Upper right corner.
-    UpperRight,
-    /// Lower left corner.
-    LowerLeft,
-}
-
-/// An axis; its range is that of the data.
-#[derive(Debug, Clone)]
-pub struct Axis {
-    /// What it shows, and the unit.
-    pub label: String,
-    /// How values are spread.
-    pub scale: Scale,
+    series: Vec<Series>,
+    /// Names of the curves, in the order of their colours.
+    names: Vec<String>,
+    /// Vertical lines: where, and what they mark.
+    marks: Vec<(f64, &'static str)>,
 }
 
 /// Points of one kind.
 #[derive(Debug, Clone)]
-pub struct Series {
-    /// Name in the legend; an empty one is not there.
-    pub label: String,
-    /// How the points are drawn.
-    pub mark: Mark,
-    /// Number of its colour; those of one number look alike.
-    pub colour: usize,
+struct Series {
+    /// Name in the legend, where those of one name stand once; an empty one is not there.
+    label: String,
+    mark: Mark,
+    /// Number of its colour.
+    colour: usize,
     /// The points, in order of x.
-    pub points: Vec<Point>,
+    points: Vec<Point>,
 }
 
 /// How points are drawn.
@@ -105,67 +93,94 @@ pub enum Mark {
     Rings,
 }
 
-/// A point, with an interval where its value is uncertain.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
-    /// Where it stands.
-    pub x: f64,
-    /// Its value.
-    pub y: f64,
-    /// Lower and upper end of the error bar.
-    pub interval: Option<(f64, f64)>,
-}
-
-impl Point {
-    /// A point without error bar.
-    pub fn new(x: f64, y: f64) -> Point {
-        Point { x, y, interval: None }
-    }
-}
-
-/// The chart could not be drawn.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot draw the chart {title:?}: {reason}")]
-pub struct ChartError {
-    title: String,
-    reason: String,
-}
-
-impl Chart {
-    /// Draws it.
-    ///
-    /// # Errors
-    /// When the drawing library gives up.
-    pub fn svg(&self) -> Result<String, ChartError> {
-        let mut text = String::new();
-        self.draw(&mut text)
-            .map_err(|error| ChartError { title: self.title.clone(), reason: error.to_string() })?;
-        Ok(text)
+impl Mark {
+    fn has_line(self) -> bool {
+        matches!(self, Mark::Line | Mark::LineAndDots)
     }
 
-    fn draw(&self, text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
-        let columns = self.panels.len().max(1);
-        let size = (PANEL.0 * columns as u32, PANEL.1 + 30);
-        let root = SVGBackend::with_string(text, size).into_drawing_area();
-        root.fill(&WHITE)?;
-        let body = root.titled(&self.title, ("sans-serif", 17))?;
-        for (area, panel) in body.split_evenly((1, columns)).iter().zip(&self.panels) {
-            panel.draw(area)?;
-        }
-        root.present()?;
-        Ok(())
+    fn has_dots(self) -> bool {
+        matches!(self, Mark::Dots | Mark::LineAndDots)
     }
 }
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Panel {
-    fn draw(&self, area: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
-        let points = || self.series.iter().flat_map(|series| &series.points);
-        // A dot on the frame would be cut off.
-        let has_dots = self.series.iter().any(|s| s.mark != Mark::Line);
-        let beside = if has_dots { 0.04 } else { 0.02 };
-        let x = Coordinate::of(self.x.scale, [beside; 2], points().map(|p| p.x));
+    /// A panel without series.
+    pub fn new(x: Axis, y: Axis) -> Panel {
+        Panel { x, y, series: Vec::new(), names: Vec::new(), marks: Vec::new() }
+    }
+
+    /// Adds a curve for each name in the first column of a table, over the columns of both
+    /// axes; those of one name have one colour.
+    pub fn curves(self, table: &Table, mark: Mark) -> Panel {
+        let column = self.y.column.clone();
+        self.curves_of(table, &column, mark)
+    }
+
+    /// The same of another column.
+    pub fn curves_of(mut self, table: &Table, column: &str, mark: Mark) -> Panel {
+        for name in table.names() {
+            let points = table.points(&name, &self.x, (column, &self.y));
+            let known = self.names.iter().position(|known| *known == name);
+            let colour = match (mark, known) {
+                (Mark::Rings, _) => BLACK,
+                (_, Some(number)) => number % COLOURS.len(),
+                (_, None) => {
+                    self.names.push(name.clone());
+                    (self.names.len() - 1) % COLOURS.len()
+                }
+            };
+            self.series.push(Series { label: name, mark, colour, points });
+        }
+        self
+    }
+
+    /// Adds points of one kind.
+    pub fn with(
+        mut self,
+        label: &str,
+        colour: usize,
+        mark: Mark,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Panel {
+        let points = points.into_iter().map(|(x, y)| Point { x, y, interval: None });
+        self.series.push(Series {
+            label: label.to_owned(),
+            mark,
+            colour,
+            points: points.collect(),
+        });
+        self
+    }
+
+    /// Adds a level line over the range of the series so far.
+    pub fn level(self, label: &str, y: f64) -> Panel {
+        let places = || self.series.iter().flat_map(|s| &s.points).map(|point| point.x);
+        let ends =
+            [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)];
+        self.with(label, BLACK, Mark::Line, ends.map(|x| (x, y)))
+    }
+
+    /// Adds level lines at plus and minus a limit.
+    pub fn limits(self, limit: f64, unit: &str) -> Panel {
+        let label = format!("±{limit} {unit}");
+        self.level(&label, limit).level(&label, -limit)
+    }
+
+    /// Adds vertical lines: where, and what they mark.
+    pub fn marked(self, marks: Vec<(f64, &'static str)>) -> Panel {
+        Panel { marks, ..self }
+    }
+
+    /// On the report's page; `id` is unique there.
+    pub(super) fn figure(&self, id: String, title: String, description: String) -> Figure {
+        let (height, content) = self.drawn(&OF_PAGE);
+        Figure { id, title, description, size: (OF_PAGE.width, height), wide: false, content }
+    }
+
+    /// Its height with the legend, and its shapes.
+    fn drawn(&self, room: &Room) -> (f64, Markup) {
+        let all = || self.series.iter().flat_map(|series| &series.points);
+        let xs = all().map(|p| p.x).chain(self.marks.iter().map(|mark| mark.0));
         let ends = |p: &Point| {
             let (low, high) = p.interval.unwrap_or((p.y, p.y));
             // A bar that reaches towards zero must not stretch the axis over
@@ -176,98 +191,292 @@ impl Panel {
             };
             [low, p.y, high]
         };
-        let y = Coordinate::of(self.y.scale, [0.06, self.headroom], points().flat_map(ends));
-        let mut chart = ChartBuilder::on(area)
-            .margin(12)
-            .x_label_area_size(42)
-            .y_label_area_size(66)
-            .build_cartesian_2d(x.clone(), y.clone())?;
-        chart
-            .configure_mesh()
-            .x_desc(&self.x.label)
-            .y_desc(&self.y.label)
-            .axis_desc_style(("sans-serif", 15))
-            .label_style(("sans-serif", 13))
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(BLACK.mix(0.13))
-            .draw()?;
-        for series in self.series.iter().filter(|s| !s.points.is_empty()) {
-            series.draw(&mut chart, &x, &y)?;
+        let x = Along {
+            axis: Coordinate::of(self.x.scale, 0.02, xs),
+            from: LEFT,
+            to: room.width - RIGHT,
+        };
+        let y = Along {
+            axis: Coordinate::of(self.y.scale, 0.06, all().flat_map(ends)),
+            from: room.height - BOTTOM,
+            to: TOP,
+        };
+        let legend = self.legend();
+        let widest = legend.iter().map(|entry| entry.name.chars().count()).max().unwrap_or(0);
+        let half = (room.width - LEFT) / 2.0;
+        let columns = if widest as f64 * LEGEND_CHARACTER + 26.0 <= half { 2 } else { 1 };
+        let height = room.height + LEGEND_LINE * legend.len().div_ceil(columns) as f64;
+        let content = html! {
+            (self.grid(room, &x, &y))
+            @for (number, (at, _)) in self.marks.iter().enumerate() {
+                line class={ "mark " (MARKS[number % MARKS.len()]) } x1=(coordinate(x.place(*at)))
+                    x2=(coordinate(x.place(*at))) y1=(coordinate(y.to)) y2=(coordinate(y.from)) {}
+            }
+            @for series in &self.series { (series.drawn(&x, &y)) }
+            @for (number, entry) in legend.iter().enumerate() {
+                (entry.drawn(
+                    LEFT + (number % columns) as f64 * half,
+                    room.height + LEGEND_LINE * (number / columns) as f64 + 8.0,
+                ))
+            }
+        };
+        (height, content)
+    }
+
+    fn legend(&self) -> Vec<Entry<'_>> {
+        let mut entries: Vec<Entry> = Vec::new();
+        let is_shown = |series: &&Series| !series.label.is_empty() && !series.points.is_empty();
+        for series in self.series.iter().filter(is_shown) {
+            let shown = match series.mark {
+                mark if mark.has_line() => Shown::Line,
+                Mark::Rings => Shown::Ring,
+                _ => Shown::Dot,
+            };
+            let class = format!("s{}", series.colour);
+            match entries.iter_mut().find(|entry| entry.name == series.label) {
+                Some(entry) if entry.shown != shown => entry.shown = Shown::LineAndDot,
+                Some(_) => {}
+                None => entries.push(Entry { class, name: &series.label, shown }),
+            }
         }
-        // A legend without a name would be an empty box.
-        if self.series.iter().all(|series| series.label.is_empty()) {
-            return Ok(());
+        let marks = self.marks.iter().enumerate();
+        entries.extend(marks.map(|(number, (_, name))| Entry {
+            class: MARKS[number % MARKS.len()].to_owned(),
+            name,
+            shown: Shown::Mark,
+        }));
+        entries
+    }
+
+    fn grid(&self, room: &Room, x: &Along, y: &Along) -> Markup {
+        html! {
+            @for tick in x.axis.ticks(room.ticks) {
+                @let at = x.place(tick);
+                line class="grid" x1=(coordinate(at)) x2=(coordinate(at)) y1=(coordinate(y.to))
+                    y2=(coordinate(y.from)) {}
+                @let shown = x.axis.shown(tick);
+                (label(within(room.width, at, &shown), y.from + 16.0, "middle", &shown))
+            }
+            @for tick in y.axis.ticks(room.ticks) {
+                @let at = y.place(tick);
+                line class="grid" x1=(coordinate(x.from)) x2=(coordinate(x.to)) y1=(coordinate(at))
+                    y2=(coordinate(at)) {}
+                (label(x.from - 6.0, at + 4.0, "end", &y.axis.shown(tick)))
+            }
+            (label((x.from + x.to) / 2.0, room.height - 8.0, "middle strong", &self.x.label))
+            g transform={ "translate(13 " (coordinate((y.from + y.to) / 2.0)) ") rotate(-90)" } {
+                (label(0.0, 0.0, "middle strong", &self.y.label))
+            }
         }
-        chart
-            .configure_series_labels()
-            .position(match self.legend {
-                Legend::UpperLeft => SeriesLabelPosition::UpperLeft,
-                Legend::UpperRight => SeriesLabelPosition::UpperRight,
-                Legend::LowerLeft => SeriesLabelPosition::LowerLeft,
-            })
-            .label_font(("sans-serif", 13))
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.3))
-            .draw()?;
-        Ok(())
     }
 }
 
-type Plot<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Coordinate, Coordinate>>;
+/// An axis on the drawing.
+struct Along {
+    axis: Coordinate,
+    from: f64,
+    to: f64,
+}
+
+impl Along {
+    fn place(&self, value: f64) -> f64 {
+        self.from + self.axis.share(value) * (self.to - self.from)
+    }
+}
 
 impl Series {
-    fn draw<'a, 'b: 'a>(
-        &self,
-        chart: &mut Plot<'a, 'b>,
-        x: &Coordinate,
-        y: &Coordinate,
-    ) -> Result<(), Box<dyn std::error::Error>> {
-        let colour = COLOURS[self.colour % COLOURS.len()];
-        let shown: Vec<&Point> =
-            self.points.iter().filter(|p| x.holds(p.x) && y.holds(p.y)).collect();
-        let (line, dots) = match self.mark {
-            Mark::Line => (true, false),
-            Mark::Dots => (false, true),
-            Mark::LineAndDots => (true, true),
-            Mark::Rings => (false, false),
+    fn drawn(&self, x: &Along, y: &Along) -> Markup {
+        let holds = |p: &&Point| x.axis.holds(p.x) && y.axis.holds(p.y);
+        let shown: Vec<&Point> = self.points.iter().filter(holds).collect();
+        let places: Vec<(f64, f64)> = shown.iter().map(|p| (x.place(p.x), y.place(p.y))).collect();
+        let cap = if shown.len() <= MOST_CAPPED { HALF_CAP } else { 0.0 };
+        let bars = shown.iter().zip(&places).filter_map(|(point, (x, _))| {
+            let (low, high) = point.interval?;
+            Some(bar(*x, [low, high].map(|end| y.place(y.axis.clamp(end))), cap))
+        });
+        let class = format!("s{}", self.colour);
+        html! {
+            @if self.mark.has_line() {
+                polyline class={ "curve " (class) } points=(points(places.iter().copied())) {}
+            }
+            @if self.mark.has_dots() {
+                @for (x, y) in &places {
+                    circle class={ "dot " (class) } cx=(coordinate(*x)) cy=(coordinate(*y)) r="3" {}
+                }
+            }
+            @if self.mark == Mark::Rings {
+                @for (x, y) in &places {
+                    circle class={ "bar " (class) } cx=(coordinate(*x)) cy=(coordinate(*y)) r="7" {}
+                }
+            }
+            @for bar in bars { path class={ "bar " (class) } d=(bar) {} }
+        }
+    }
+}
+
+/// An error bar with caps at both ends.
+fn bar(x: f64, ends: [f64; 2], cap: f64) -> String {
+    let [low, high] = ends.map(coordinate);
+    let (left, width) = (coordinate(x - cap), coordinate(2.0 * cap));
+    format!("M{},{low} V{high} M{left},{low} h{width} M{left},{high} h{width}", coordinate(x))
+}
+
+/// Where the middle of a label stands that is to be as near to `at` as the drawing has room.
+fn within(width: f64, at: f64, text: &str) -> f64 {
+    let half = text.chars().count() as f64 * CHARACTER / 2.0;
+    at.clamp(half, (width - half).max(half))
+}
+
+/// A line of the legend.
+struct Entry<'a> {
+    class: String,
+    name: &'a str,
+    shown: Shown,
+}
+
+/// How something looks in the legend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Shown {
+    Line,
+    Dot,
+    LineAndDot,
+    Ring,
+    Mark,
+}
+
+impl Entry<'_> {
+    fn drawn(&self, x: f64, y: f64) -> Markup {
+        let class = &self.class;
+        let line = match self.shown {
+            Shown::Line | Shown::LineAndDot => Some("curve"),
+            Shown::Mark => Some("mark"),
+            Shown::Dot | Shown::Ring => None,
         };
-        let rings = self.mark == Mark::Rings;
-        if rings {
-            let ring = |p: &&Point| Circle::new((p.x, p.y), RING, colour.stroke_width(1));
-            chart.draw_series(shown.iter().map(ring))?;
+        let (dot, radius) = match self.shown {
+            Shown::Ring => ("bar", "6"),
+            _ => ("dot", "4"),
+        };
+        html! {
+            @if let Some(line) = line {
+                line class={ (line) " " (class) } x1=(coordinate(x)) x2=(coordinate(x + 20.0))
+                    y1=(coordinate(y - 4.0)) y2=(coordinate(y - 4.0)) {}
+            }
+            @if line.is_none() || self.shown == Shown::LineAndDot {
+                circle class={ (dot) " " (class) } cx=(coordinate(x + 10.0)) cy=(coordinate(y - 4.0)) r=(radius) {}
+            }
+            (label(x + 26.0, y, "start", self.name))
         }
-        if line {
-            let path = shown.iter().map(|p| (p.x, p.y));
-            chart.draw_series(LineSeries::new(path, colour.stroke_width(2)))?;
+    }
+}
+
+impl Chart {
+    /// Draws it.
+    pub fn svg(&self) -> String {
+        let drawn: Vec<(f64, Markup)> =
+            self.panels.iter().map(|panel| panel.drawn(&OF_DRAWING)).collect();
+        let width = OF_DRAWING.width * drawn.len().max(1) as f64;
+        let height = TITLE + drawn.iter().map(|panel| panel.0).fold(0.0, f64::max);
+        let [wide, high] = [width, height].map(coordinate);
+        let svg = html! {
+            svg xmlns="http://www.w3.org/2000/svg" width=(wide) height=(high)
+                viewBox={ "0 0 " (wide) " " (high) } {
+                style { (style()) }
+                rect width="100%" height="100%" fill="#ffffff" {}
+                (label(width / 2.0, 20.0, "middle title", &self.title))
+                @for (number, (_, content)) in drawn.iter().enumerate() {
+                    g transform={
+                        "translate(" (coordinate(number as f64 * OF_DRAWING.width)) " " (coordinate(TITLE)) ")"
+                    } { (content) }
+                }
+            }
+        };
+        svg.into_string() + "\n"
+    }
+}
+
+/// The looks of a drawing that stands alone: those of the report's page are in its own style.
+fn style() -> String {
+    let mut style = "text{font-family:sans-serif;font-size:13px}.title{font-size:16px}\
+                     .middle{text-anchor:middle}.end{text-anchor:end}.grid{stroke:#dedede}\
+                     .curve{fill:none;stroke-width:2}.bar{fill:none;stroke-width:1}"
+        .to_owned();
+    for (number, colour) in COLOURS.iter().enumerate() {
+        style += &format!(
+            ".curve.s{number},.bar.s{number}{{stroke:{colour}}}.dot.s{number}{{fill:{colour}}}"
+        );
+    }
+    style
+}
+
+/// At most four points per column of a plot on the page: the first, lowest, highest and last
+/// of those that fall into it, so that no peak is lost.
+pub(super) fn decimate(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let columns = (OF_PAGE.width - LEFT - RIGHT) as usize;
+    if points.len() <= 4 * columns {
+        return points.to_vec();
+    }
+    let per_column = points.len().div_ceil(columns);
+    let mut kept = Vec::with_capacity(4 * columns);
+    for column in points.chunks(per_column) {
+        let by_value = |a: &usize, b: &usize| column[*a].1.total_cmp(&column[*b].1);
+        let mut indices = vec![0, column.len() - 1];
+        indices.extend((0..column.len()).min_by(by_value));
+        indices.extend((0..column.len()).max_by(by_value));
+        indices.sort_unstable();
+        indices.dedup();
+        kept.extend(indices.into_iter().map(|i| column[i]));
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimation_keeps_a_peak_of_one_point() {
+        let mut points: Vec<_> = (0..16_376).map(|i| (f64::from(i), 0.0)).collect();
+        points[7_777].1 = 100.0;
+        points[9_000].1 = -50.0;
+        let kept = decimate(&points);
+        assert!(kept.len() <= 4 * OF_PAGE.width as usize);
+        assert!(kept.contains(&(7_777.0, 100.0)));
+        assert!(kept.contains(&(9_000.0, -50.0)));
+    }
+
+    #[test]
+    fn labels_of_ticks_stay_in_the_drawing() {
+        for (at, text) in [(LEFT, "0"), (468.0, "2500"), (480.0, "1000000")] {
+            let middle = within(480.0, at, text);
+            let half = text.len() as f64 * CHARACTER / 2.0;
+            assert!(middle - half >= 0.0 && middle + half <= 480.0, "{text}");
         }
-        if dots {
-            let dot = |p: &&Point| Circle::new((p.x, p.y), DOT, colour.filled());
-            chart.draw_series(shown.iter().map(dot))?;
+        assert_eq!(within(480.0, 200.0, "2500"), 200.0);
+    }
+
+    #[test]
+    fn a_plot_of_one_point_is_still_a_plot() {
+        let panel = Panel::new(Axis::linear("", "x"), Axis::log("", "y < 1"))
+            .with("", 0, Mark::LineAndDots, [(1.0, 2.0), (2.0, f64::NAN)])
+            .marked(vec![(1.0, "here")]);
+        let chart = Chart { title: "a < b & \"c\"".to_owned(), panels: vec![panel.clone()] };
+        let figure = panel.figure("one".to_owned(), chart.title.clone(), String::new());
+        for svg in [figure.markup().into_string(), chart.svg()] {
+            assert!(svg.contains("a &lt; b &amp;") && !svg.contains("a < b"), "{svg}");
+            assert!(!svg.contains("NaN") && svg.contains("<circle"), "{svg}");
+            assert!(svg.contains("y &lt; 1") && roxmltree::Document::parse(&chart.svg()).is_ok());
         }
-        let half_cap = if shown.len() <= MOST_CAPPED { CAP / 2 } else { 0 };
-        let caps = shown.iter().filter_map(|p| Some((p.x, p.interval?)));
-        let caps = caps.flat_map(|(x, (low, high))| [(x, y.clamp(low)), (x, y.clamp(high))]);
-        chart.draw_series(caps.map(|end| {
-            let cap = vec![(-half_cap, 0), (half_cap, 0)];
-            EmptyElement::at(end) + PathElement::new(cap, colour.stroke_width(1))
-        }))?;
-        let bars = shown.iter().filter_map(|p| {
-            let (low, high) = p.interval?;
-            let ends = vec![(p.x, y.clamp(low)), (p.x, y.clamp(high))];
-            Some(PathElement::new(ends, colour.stroke_width(1)))
-        });
-        let drawn = chart.draw_series(bars)?;
-        if self.label.is_empty() {
-            return Ok(());
-        }
-        drawn.label(&self.label).legend(move |(x, y)| {
-            let half = if line { 8 } else { 0 };
-            let ring = if rings { RING } else { 0 };
-            EmptyElement::at((x + 8, y))
-                + PathElement::new([(-half, 0), (half, 0)], colour.stroke_width(2))
-                + Circle::new((0, 0), if dots { DOT } else { 0 }, colour.filled())
-                + Circle::new((0, 0), ring, colour.stroke_width(1))
-        });
-        Ok(())
+    }
+
+    #[test]
+    fn bars_have_caps_and_stay_on_the_axis() {
+        assert_eq!(bar(10.0, [20.0, 5.5], 6.0), "M10,20 V5.5 M4,20 h12 M4,5.5 h12");
+        let point = Point { x: 1.0, y: 10.0, interval: Some((0.0, 20.0)) };
+        let mut panel = Panel::new(Axis::linear("", "x"), Axis::log("", "y"));
+        let (mark, label) = (Mark::Dots, String::new());
+        panel.series.push(Series { label, mark, colour: 0, points: vec![point] });
+        let (_, drawn) = panel.drawn(&OF_PAGE);
+        // Down to the frame, not to the zero that has no logarithm.
+        assert!(drawn.into_string().contains(&format!(",{} V", coordinate(300.0 - BOTTOM))));
     }
 }

@@ -1,9 +1,5 @@
 //! Axes of charts: where a value stands, and which ticks there are.
 
-use std::ops::Range;
-
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
-
 /// How values are spread over an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
@@ -13,7 +9,41 @@ pub enum Scale {
     Log,
 }
 
-/// An axis with ticks at 1, 2 or 5 times a power of ten.
+/// An axis; its range is that of the data.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// The column of a table that it shows.
+    pub column: String,
+    /// What it shows, and in brackets the unit, into which the column's is converted.
+    pub label: String,
+    /// How values are spread.
+    pub scale: Scale,
+}
+
+impl Axis {
+    /// An axis that is divided evenly.
+    pub fn linear(column: impl Into<String>, label: impl Into<String>) -> Axis {
+        Axis { column: column.into(), label: label.into(), scale: Scale::Linear }
+    }
+
+    /// An axis that is divided by ratios, which shows sizes without sign.
+    pub fn log(column: impl Into<String>, label: impl Into<String>) -> Axis {
+        Axis { scale: Scale::Log, ..Axis::linear(column, label) }
+    }
+}
+
+/// A point, with an interval where its value is uncertain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Where it stands.
+    pub x: f64,
+    /// Its value.
+    pub y: f64,
+    /// Lower and upper end of the error bar.
+    pub interval: Option<(f64, f64)>,
+}
+
+/// Where values stand along an axis, which has ticks at 1, 2 or 5 times a power of ten.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Coordinate {
     scale: Scale,
@@ -22,16 +52,16 @@ pub(super) struct Coordinate {
 }
 
 impl Coordinate {
-    /// The range of `values`, and so many times as much below and above.
-    pub fn of(scale: Scale, margins: [f64; 2], values: impl Iterator<Item = f64>) -> Coordinate {
+    /// The range of `values`, and `margin` times as much below and above.
+    pub fn of(scale: Scale, margin: f64, values: impl Iterator<Item = f64>) -> Coordinate {
         let drawn = values.filter(|&v| v.is_finite() && (scale == Scale::Linear || v > 0.0));
         let (low, high) = drawn
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         let (low, high) = if low > high { (1.0, 1.0) } else { (low, high) };
         let (from, to) = (place(scale, low), place(scale, high));
         // A single value still needs an axis round it.
-        let extra = margins.map(|m| if to > from { (to - from) * m } else { 0.5 });
-        Coordinate { scale, low: value(scale, from - extra[0]), high: value(scale, to + extra[1]) }
+        let extra = if to > from { (to - from) * margin } else { 0.5 };
+        Coordinate { scale, low: value(scale, from - extra), high: value(scale, to + extra) }
     }
 
     pub fn holds(&self, v: f64) -> bool {
@@ -58,7 +88,10 @@ impl Coordinate {
 
     /// A tick's text.
     pub fn shown(&self, tick: f64) -> String {
-        self.format_ext(&tick)
+        // Ticks have one significant digit beyond their step: drop what rounding
+        // left behind.
+        let rounded: f64 = format!("{tick:.6e}").parse().unwrap_or(tick);
+        rounded.to_string().replace('-', "\u{2212}")
     }
 
     /// Ticks of a step of 1, 2 or 5 times a power of ten, at most `most`.
@@ -102,32 +135,6 @@ fn value(scale: Scale, place: f64) -> f64 {
     }
 }
 
-impl Ranged for Coordinate {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, v: &f64, limit: (i32, i32)) -> i32 {
-        limit.0 + (self.share(*v) * f64::from(limit.1 - limit.0)).round() as i32
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        self.ticks(hint.max_num_points().min(10))
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.low..self.high
-    }
-}
-
-impl ValueFormatter<f64> for Coordinate {
-    fn format_ext(&self, v: &f64) -> String {
-        // Ticks have one significant digit beyond their step: drop what rounding
-        // left behind.
-        let rounded: f64 = format!("{v:.6e}").parse().unwrap_or(*v);
-        rounded.to_string().replace('-', "\u{2212}")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -142,21 +149,21 @@ mod tests {
         assert_eq!(linear.linear_ticks(5), [0.0, 0.5, 1.0]);
         let log = coordinate(Scale::Log, 0.4, 30.0);
         assert_eq!(log.log_ticks(10), [0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
-        assert_eq!(linear.format_ext(&(0.1 + 0.2)), "0.3");
+        assert_eq!(linear.shown(0.1 + 0.2), "0.3");
     }
 
     #[test]
     fn a_decade_has_the_same_width_everywhere_on_a_log_axis() {
         let log = coordinate(Scale::Log, 0.1, 100.0);
-        let at: Vec<i32> = [0.1, 1.0, 10.0, 100.0].iter().map(|v| log.map(v, (0, 300))).collect();
-        assert_eq!(at, [0, 100, 200, 300]);
+        let at = [0.1, 1.0, 10.0, 100.0].map(|v| (300.0 * log.share(v)).round());
+        assert_eq!(at, [0.0, 100.0, 200.0, 300.0]);
     }
 
     #[test]
     fn values_without_logarithm_and_lone_values_still_give_an_axis() {
-        let log = Coordinate::of(Scale::Log, [0.0; 2], [0.0, -1.0, 10.0].into_iter());
+        let log = Coordinate::of(Scale::Log, 0.0, [0.0, -1.0, 10.0].into_iter());
         assert!(log.low < 10.0 && log.high > 10.0 && !log.holds(0.0));
-        let empty = Coordinate::of(Scale::Linear, [0.0; 2], std::iter::empty());
+        let empty = Coordinate::of(Scale::Linear, 0.0, std::iter::empty());
         assert!(empty.low < empty.high);
     }
 }

@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::chart::Scale;
+use super::chart::{Axis, Mark, Panel};
 use super::figure::Figure;
-use super::line_plot::{LinePlot, Series};
 use crate::cosim;
 use crate::estimate::{CountingTier, Theory, TheoryEffort, theory};
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
@@ -120,43 +119,27 @@ pub(super) fn integration(
     let detector = curves.detector;
     let Points { rms, scatter, bound } = curves.points?;
     let here = sensor.timing().integration_ps() * 1e-6;
-    let line = |name, class, points| Series { name, class, points, line: true, dots: false };
-    let (of_what, x) = match sensor.interface().histogram {
+    let (of_what, along) = match sensor.interface().histogram {
         Some(_) => ("a histogram", "integration time of a histogram (\u{b5}s)"),
         None => ("a phase step", "integration time of a phase step (\u{b5}s)"),
     };
-    let measured = error_m.map(|error_m| (here, error_m.abs() * 1e3));
-    let plot = LinePlot {
-        id: format!("integration-{detector}"),
-        title: match sensor.scene().detectors.len() {
-            1 => "Error against integration time".to_owned(),
-            _ => format!(
-                "Error against integration time, {}",
-                sensor.scene().detectors[detector].name
-            ),
-        },
-        description: format!(
-            "Expected error of one distance against the integration time of {of_what}, both axes \
-             logarithmic. {}",
-            words(&rms, &bound, here)
-        ),
-        x: (x, Scale::Log),
-        y: ("error (mm)", Scale::Log),
-        series: vec![
-            line("phase, bias and scatter", "s1", rms),
-            line("phase, scatter alone", "s2", scatter),
-            line("model fit (Cramer-Rao)", "s0", bound),
-            Series {
-                name: "this run, phase",
-                class: "s3",
-                points: measured.into_iter().collect(),
-                line: false,
-                dots: true,
-            },
-        ],
-        marks: Vec::new(),
+    let detectors = &sensor.scene().detectors;
+    let title = match detectors.len() {
+        1 => "Error against integration time".to_owned(),
+        _ => format!("Error against integration time, {}", detectors[detector].name),
     };
-    Ok(plot.figure())
+    let description = format!(
+        "Expected error of one distance against the integration time of {of_what}, both axes \
+         logarithmic. {}",
+        words(&rms, &bound, here)
+    );
+    let measured = error_m.map(|error_m| (here, error_m.abs() * 1e3));
+    let panel = Panel::new(Axis::log("", along), Axis::log("", "error (mm)"))
+        .with("phase, bias and scatter", 1, Mark::Line, rms)
+        .with("phase, scatter alone", 2, Mark::Line, scatter)
+        .with("model fit (Cramer-Rao)", 0, Mark::Line, bound)
+        .with("this run, phase", 3, Mark::Dots, measured);
+    Ok(panel.figure(format!("integration-{detector}"), title, description))
 }
 
 fn words(rms: &[(f64, f64)], bound: &[(f64, f64)], here: f64) -> String {
@@ -178,50 +161,28 @@ fn words(rms: &[(f64, f64)], bound: &[(f64, f64)], here: f64) -> String {
 pub(super) fn run_time(sensor: &Sensor, cosim: &cosim::Report, std_m: f64) -> Option<Figure> {
     // What photons take, whatever becomes of their counts.
     let sensor = &sensor.estimated_by(EstimatorKind::Fft);
-    let mut series = Vec::new();
-    for (tier, name, class) in
-        [(Tier::Events, "events (continuous time)", "s0"), (Tier::Sampled, "sampled", "s2")]
-    {
-        let seconds = forecast::seconds(sensor, tier, 1);
-        series.extend(seconds.map(|scan_s| of_tier(name, class, scan_s, std_m)));
+    let verilog_s = cosim.clocks as f64 / cosim.clocks_per_s;
+    let is_timed = cosim.clocks_per_s > 0.0 && cosim.verdict == cosim::Verdict::Match;
+    let tiers = [
+        ("events (continuous time)", 0, forecast::seconds(sensor, Tier::Events, 1)),
+        ("sampled", 2, forecast::seconds(sensor, Tier::Sampled, 1)),
+        ("Verilog (this run)", 1, is_timed.then_some(verilog_s)),
+    ];
+    let mut panel =
+        Panel::new(Axis::log("", "run time (s)"), Axis::log("", "standard error of the bias (mm)"));
+    let mut told = Vec::new();
+    for (name, colour, scan_s) in tiers {
+        let Some(scan_s) = scan_s else { continue };
+        let scans = (0..=MOST_SCANS).map(|decade| 10f64.powi(decade));
+        let points = scans.map(|scans| (scans * scan_s, std_m / scans.sqrt() * 1e3));
+        panel = panel.with(name, colour, Mark::LineAndDots, points);
+        told.push(format!("{name}: one scan takes {scan_s:.2e} s"));
     }
-    if cosim.clocks_per_s > 0.0 && cosim.verdict == cosim::Verdict::Match {
-        let scan_s = cosim.clocks as f64 / cosim.clocks_per_s;
-        series.push(of_tier("Verilog (this run)", "s1", scan_s, std_m));
-    }
-    let description = series
-        .iter()
-        .filter_map(|series| {
-            let first = series.points.first()?;
-            Some(format!("{}: one scan takes {:.2e} s", series.name, first.0))
-        })
-        .collect::<Vec<_>>()
-        .join("; ");
-    if series.is_empty() {
-        return None;
-    }
-    let plot = LinePlot {
-        id: "run-time".to_owned(),
-        title: "Simulated bias: error against run time".to_owned(),
-        description: format!(
-            "Standard error of the simulated mean against the time that simulating takes on this \
-             machine, for 1 to 100,000 scans, both axes logarithmic. {description}."
-        ),
-        x: ("run time (s)", Scale::Log),
-        y: ("standard error of the bias (mm)", Scale::Log),
-        series,
-        marks: Vec::new(),
-    };
-    Some(plot.figure())
-}
-
-fn of_tier(name: &'static str, class: &'static str, scan_s: f64, std_m: f64) -> Series {
-    let scans = (0..=MOST_SCANS).map(|decade| 10f64.powi(decade));
-    Series {
-        name,
-        class,
-        points: scans.map(|scans| (scans * scan_s, std_m / scans.sqrt() * 1e3)).collect(),
-        line: true,
-        dots: true,
-    }
+    let description = format!(
+        "Standard error of the simulated mean against the time that simulating takes on this \
+         machine, for 1 to 100,000 scans, both axes logarithmic. {}.",
+        told.join("; ")
+    );
+    let title = "Simulated bias: error against run time".to_owned();
+    (!told.is_empty()).then(|| panel.figure("run-time".to_owned(), title, description))
 }

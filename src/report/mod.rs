@@ -1,40 +1,31 @@
 //! What people read: plots, tables, the report page.
 
-#[cfg(feature = "plots")]
 mod block_diagram;
-#[cfg(feature = "plots")]
 pub(crate) mod chart;
 mod columns;
-#[cfg(feature = "plots")]
 mod coordinate;
-#[cfg(feature = "plots")]
 pub(crate) mod curves;
 pub mod estimates;
-#[cfg(feature = "plots")]
 mod figure;
-#[cfg(feature = "plots")]
 mod geometry;
-#[cfg(feature = "plots")]
 mod layers;
-#[cfg(feature = "plots")]
-mod line_plot;
-#[cfg(feature = "plots")]
-mod netlist;
-#[cfg(feature = "plots")]
 pub(crate) mod page;
+#[cfg(feature = "parquet")]
+pub(crate) mod parquet;
 pub mod plan;
 pub mod provenance;
 pub(crate) mod quantities;
-#[cfg(feature = "plots")]
+pub mod table;
 pub(crate) mod timing;
 
-use crate::scene::DetectorIndex;
 use std::fmt::Write as _;
 
+use self::table::quoted;
 use crate::cosim::sent::SentCount;
 use crate::estimate::distance_m;
 use crate::histogram::Histogram;
 use crate::scan::Step;
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// One detector's counts of a scan.
@@ -106,24 +97,4 @@ pub fn bins_csv(sensor: &Sensor, histograms: &[(DetectorIndex, Histogram)]) -> S
         }
     }
     text
-}
-
-/// A field of a CSV file (RFC 4180).
-pub(crate) fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quoted;
-
-    #[test]
-    fn a_name_with_commas_or_quotes_stays_one_field() {
-        assert_eq!(quoted("spad"), "spad");
-        assert_eq!(quoted("left, \"old\""), "\"left, \"\"old\"\"\"");
-    }
 }

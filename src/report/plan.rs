@@ -240,7 +240,6 @@ fn basis(basis: &Basis) -> String {
 }
 
 /// A part's name in words.
-#[cfg(feature = "plots")]
 pub(super) fn spelled(part: &str) -> String {
     // A label in brackets is somebody's name.
     let (name, label) = part.split_at(part.find(" (").unwrap_or(part.len()));

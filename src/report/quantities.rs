@@ -17,7 +17,6 @@ pub(super) fn number(number: u64) -> String {
 }
 
 /// A share in percent, rounded down: what is not whole is not shown as whole.
-#[cfg(feature = "plots")]
 pub(crate) fn percent(share: f64) -> String {
     format!("{:.2} %", (share * 1e4).floor() / 1e2)
 }

@@ -11,8 +11,8 @@ use crate::grade::{GradeStimulus, Graded};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, SceneReference, Setting};
 use crate::simulate::Tier;
 use crate::simulate::repeat::Gathered;
-use crate::study::reproduce::KeptFigure;
-use crate::study::stress::KeptCase;
+use crate::study::reproduce::{FigureId, MadeFigure};
+use crate::study::stress::CaseReport;
 use crate::study::sweep::{Axis, Sweep};
 
 /// What is done in shards. Two shards belong together if their jobs are equal.
@@ -65,12 +65,12 @@ pub enum Results {
     /// Of `goldtof reproduce`.
     Reproduce(
         /// Its figures.
-        Vec<KeptFigure>,
+        Vec<MadeFigure>,
     ),
     /// Of `goldtof stress`.
     Stress(
         /// Its cases.
-        Vec<KeptCase>,
+        Vec<CaseReport>,
     ),
     /// Of `goldtof grade`.
     Grade(
@@ -136,7 +136,8 @@ pub struct SweepJob {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ReproduceJob {
     /// Stems of the names of all figures' files.
-    pub figures: Vec<String>,
+    #[cfg_attr(feature = "schemas", schemars(with = "Vec<String>"))]
+    pub figures: Vec<FigureId>,
     /// Scans behind each standard deviation and bias.
     pub repetitions: u64,
     /// Seed of all random numbers.

@@ -6,6 +6,7 @@
 //! what one run would have made, bit for bit. Random numbers follow from their place in the
 //! job, not from who draws them, and sums that depend on their order are made in the end.
 
+mod every;
 mod file;
 mod folder;
 mod grade;

@@ -1,28 +1,16 @@
 //! Figures, every N-th for each shard.
 
 use super::ShardError;
+use super::every::in_order;
 use super::job::{ReproduceJob, Results};
 use super::part::Part;
-use crate::study::reproduce::{FigureId, MadeFigure, Options};
+use crate::study::reproduce::{MadeFigure, Options};
 
 impl ReproduceJob {
     /// What is to be made.
-    ///
-    /// # Errors
-    /// When there is no figure of a name.
-    pub fn options(&self) -> Result<Options, ShardError> {
-        let of_name = |name: &String| {
-            let mut known = FigureId::ALL.into_iter();
-            let found = known.find(|id| id.name() == name);
-            found.ok_or_else(|| ShardError::NoJob {
-                reason: format!("there is no figure \"{name}\""),
-            })
-        };
-        Ok(Options {
-            seed: self.seed,
-            repetitions: self.repetitions,
-            figures: self.figures.iter().map(of_name).collect::<Result<_, _>>()?,
-        })
+    pub fn options(&self) -> Options {
+        let figures = self.figures.clone();
+        Options { seed: self.seed, repetitions: self.repetitions, figures }
     }
 }
 
@@ -34,24 +22,10 @@ pub fn figures(
     options: &Options,
     shards: Vec<(Part, Results)>,
 ) -> Result<Vec<MadeFigure>, ShardError> {
-    let mut made: Vec<Option<MadeFigure>> = vec![None; options.figures.len()];
-    for (part, results) in shards {
-        let reason = "it has other figures";
-        let unfit = || ShardError::Unfit { part, reason };
-        let Results::Reproduce(kept) = results else {
-            return Err(unfit());
-        };
-        let numbers: Vec<usize> = part.every(made.len() as u64).map(|n| n as usize).collect();
-        if numbers.len() != kept.len() {
-            return Err(unfit());
-        }
-        for (number, kept) in numbers.into_iter().zip(&kept) {
-            let figure = kept.figure().ok_or_else(unfit)?;
-            if figure.id != options.figures[number] {
-                return Err(unfit());
-            }
-            made[number] = Some(figure);
-        }
-    }
-    Ok(made.into_iter().flatten().collect())
+    let figures = |results| match results {
+        Results::Reproduce(figures) => Some(figures),
+        _ => None,
+    };
+    let is_its = |number: usize, figure: &MadeFigure| figure.id == options.figures[number];
+    in_order(options.figures.len(), shards, "it has other figures", figures, is_its)
 }

@@ -1,9 +1,10 @@
 //! Stress cases, every N-th for each shard.
 
 use super::ShardError;
+use super::every::in_order;
 use super::job::{Results, StressJob};
 use super::part::Part;
-use crate::study::stress::{Case, CaseReport, KeptCase, StressReport, cases};
+use crate::study::stress::{Case, CaseReport, StressReport, cases};
 
 impl StressJob {
     /// The cases, in their order.
@@ -31,21 +32,11 @@ pub fn stress_report(
     shards: Vec<(Part, Results)>,
 ) -> Result<StressReport, ShardError> {
     let cases = job.cases()?;
-    let mut reports: Vec<Option<CaseReport>> = vec![None; cases.len()];
-    for (part, results) in shards {
-        let reason = "it has other cases";
-        let unfit = || ShardError::Unfit { part, reason };
-        let Results::Stress(kept) = results else {
-            return Err(unfit());
-        };
-        let numbers: Vec<usize> = part.every(cases.len() as u64).map(|n| n as usize).collect();
-        if numbers.len() != kept.len() {
-            return Err(unfit());
-        }
-        for (number, kept) in numbers.into_iter().zip(&kept) {
-            let report = KeptCase::report(kept, &cases[number]);
-            reports[number] = Some(report.ok_or_else(unfit)?);
-        }
-    }
-    Ok(StressReport { seed: job.seed, cases: reports.into_iter().flatten().collect() })
+    let reports = |results| match results {
+        Results::Stress(reports) => Some(reports),
+        _ => None,
+    };
+    let is_its = |number: usize, report: &CaseReport| report.name == cases[number].name;
+    let cases = in_order(cases.len(), shards, "it has other cases", reports, is_its)?;
+    Ok(StressReport { seed: job.seed, cases })
 }

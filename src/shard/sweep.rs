@@ -1,11 +1,11 @@
 //! Points of a sweep, every N-th for each shard.
 
-use std::collections::BTreeMap;
-
 use super::ShardError;
+use super::every::in_order;
 use super::job::{PointRows, Results};
 use super::part::Part;
-use crate::study::sweep::{Store, StoreError, Sweep, Table};
+use crate::report::table::Table;
+use crate::study::sweep::{Store, StoreError, Sweep, empty};
 
 /// The finished points of a part, from where they were kept.
 ///
@@ -24,24 +24,19 @@ pub fn rows(part: Part, sweep: &Sweep, store: &Store) -> Result<Vec<PointRows>, 
 /// # Errors
 /// When a shard's points are not those of its part.
 pub fn table(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Table, ShardError> {
-    let mut points = BTreeMap::new();
-    for (part, results) in shards {
-        let Results::Sweep(rows) = results else {
-            let reason = "it has no points";
-            return Err(ShardError::Unfit { part, reason });
-        };
-        let numbers = rows.iter().map(|rows| rows.point);
-        if !numbers.eq(part.every(sweep.len() as u64)) {
-            let reason = "it has other points";
-            return Err(ShardError::Unfit { part, reason });
-        }
-        points.extend(rows.into_iter().map(|rows| (rows.point, (part, rows.rows_csv))));
-    }
-    let mut table = Table::new(&sweep.axes);
-    for (part, rows_csv) in points.into_values() {
-        let reason = "its rows have other columns";
-        let read = table.read(&rows_csv);
-        read.map_err(|_| ShardError::Unfit { part, reason })?;
-    }
+    let read = |rows: PointRows| {
+        let mut table = empty(&sweep.axes);
+        table.read_csv(&rows.rows_csv).ok()?;
+        Some((rows.point, table))
+    };
+    let points = |results| match results {
+        Results::Sweep(points) => points.into_iter().map(read).collect(),
+        _ => None,
+    };
+    let is_its = |number: usize, (point, _): &(u64, Table)| *point == number as u64;
+    let reason = "it has other points, or other columns";
+    let points = in_order(sweep.len(), shards, reason, points, is_its)?;
+    let mut table = empty(&sweep.axes);
+    table.rows = points.into_iter().flat_map(|(_, table)| table.rows).collect();
     Ok(table)
 }

@@ -13,7 +13,6 @@
 pub mod architectures;
 mod article;
 pub mod fidelity;
-#[cfg(feature = "plots")]
 pub mod reproduce;
 pub mod stress;
 pub mod sweep;

@@ -5,12 +5,11 @@ use maud::{Markup, html};
 use super::Page;
 use super::tables::{table, values};
 use crate::report::block_diagram::{Diagram, diagrams};
-use crate::report::netlist::modules;
 use crate::report::plan::{figures, resources};
 
 pub(super) fn section(page: &Page) -> Markup {
-    let modules = modules(&page.emission.files);
-    let diagrams = diagrams(&modules);
+    let modules = &page.emission.netlists;
+    let diagrams = diagrams(modules);
     let ports = page.emission.ports.iter().map(|port| {
         let direction = serde_json::to_value(port.direction).unwrap_or_default();
         let direction = direction.as_str().unwrap_or_default().to_owned();

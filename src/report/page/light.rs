@@ -5,10 +5,9 @@ use maud::{Markup, html};
 use super::Page;
 use super::tables::table;
 use crate::plan::link::link_budget;
-use crate::report::chart::Scale;
+use crate::report::chart::{Axis, Mark, Panel, decimate};
 use crate::report::curves::{self, IntegrationCurves};
 use crate::report::figure::Figure;
-use crate::report::line_plot::{LinePlot, Series, decimate};
 use crate::report::plan::{LINK_HEADINGS, link};
 use crate::report::{DetectorCounts, geometry};
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
@@ -76,32 +75,23 @@ fn correlation(page: &Page, counts: &DetectorCounts) -> Option<(Figure, Figure)>
             points[peak].0
         )
     };
-    let plot = |part: &str, title: String, description: String, series| LinePlot {
-        id: format!("counts-{}-{part}", counts.detector),
-        title,
-        description,
-        x: ("distance (m)", Scale::Linear),
-        y: ("count", Scale::Linear),
-        series,
-        marks: Vec::new(),
+    let panel = |mark, points: Vec<(f64, f64)>| {
+        Panel::new(Axis::linear("", "distance (m)"), Axis::linear("", "count"))
+            .with("", 0, mark, points)
     };
-    let series = |points: Vec<(f64, f64)>, dots| {
-        vec![Series { name: "", class: "s0", points, line: true, dots }]
-    };
-    let whole = plot(
-        "all",
+    let id = |part: &str| format!("counts-{}-{part}", counts.detector);
+    let whole = panel(Mark::Line, decimate(&points)).figure(
+        id("all"),
         format!("Counts of {detector}, all phase steps"),
         described("all phase steps", &points),
-        series(decimate(&points), false),
     );
-    let mut zoom = plot(
-        "peak",
+    let marks = marks(page, counts.detector, near);
+    let zoom = panel(Mark::LineAndDots, near.to_vec()).marked(marks).figure(
+        id("peak"),
         format!("Counts of {detector}, round the peak"),
         described("the phase steps round the peak", near),
-        series(near.to_vec(), true),
     );
-    zoom.marks = marks(page, counts.detector, near);
-    Some((whole.figure(), zoom.figure()))
+    Some((whole, zoom))
 }
 
 /// Estimates and truth, as far as they lie in the zoom.

@@ -4,8 +4,8 @@
 //! everything a module has, [`lower`] unrolls loops and sizes every
 //! expression, [`drive`] checks drivers and parts combinational from clocked
 //! logic, [`alias`] drops second names, [`module`] merges registers and instances with the ports they
-//! drive, [`share`] finds modules that several instances use, and [`print`]
-//! and [`text`] write them. What has no single meaning is refused ([`fault`]).
+//! drive, [`share`] finds modules that several instances use, [`print`]
+//! and [`text`] write them, and [`netlist`] says how they are connected. What has no single meaning is refused ([`fault`]).
 
 mod alias;
 mod concat;
@@ -16,6 +16,7 @@ mod lower;
 mod module;
 mod module_type;
 mod names;
+mod netlist;
 mod prefix;
 mod print;
 #[cfg(test)]
@@ -28,6 +29,7 @@ mod text;
 use rust_hdl_core::block::Block;
 
 pub use fault::{Fault, Refusal};
+pub use netlist::{Connections, End, Netlist, Part};
 pub use prefix::{BadPrefix, Prefix};
 pub use print::BLOCK_MEMORY;
 pub use share::ModuleText;

@@ -8,6 +8,7 @@ use std::collections::HashSet;
 use super::fault::Refusal;
 use super::module::Module;
 use super::module_type::{ModuleType, Parameter};
+use super::netlist::Netlist;
 use super::prefix::Prefix;
 use super::print::{BLOCK_MEMORY, LFSR_CHECK, module_body, module_text};
 use super::scope::{AtomInfo, Content, Scope};
@@ -20,6 +21,8 @@ pub struct ModuleText {
     pub name: String,
     /// The whole file.
     pub text: String,
+    /// What is in it, and how that is connected; none of what only simulators read.
+    pub netlist: Option<Netlist>,
 }
 
 /// Translates and prints a design, the top module last.
@@ -35,9 +38,12 @@ pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<Mod
     let given = |name, text| given(prefix, made_by, name, text);
     let lfsr_check = checks.then(|| given(LFSR_CHECK, include_str!("lfsr_check.v")));
     let memory = memories.then(|| given(BLOCK_MEMORY, include_str!("block_memory.v")));
+    let memory =
+        memory.map(|text| ModuleText { netlist: Some(Netlist::unknown(&text.name)), ..text });
     let own = (0..types.len()).map(|index| ModuleText {
         name: types[index].name.clone(),
         text: module_text(&types, index, prefix, made_by),
+        netlist: Some(Netlist::of(&types, index, &prefix.of(BLOCK_MEMORY))),
     });
     Ok(lfsr_check.into_iter().chain(memory).chain(own).collect())
 }
@@ -46,7 +52,8 @@ pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<Mod
 fn given(prefix: &Prefix, made_by: &str, name: &str, text: &str) -> ModuleText {
     let text = text.replace(name, &prefix.of(name));
     let name = prefix.of(name);
-    ModuleText { name, text: text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1) }
+    let text = text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1);
+    ModuleText { name, text, netlist: None }
 }
 
 /// Adds `scope` as an instance of a module, old or new; returns the module

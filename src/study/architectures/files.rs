@@ -1,51 +1,39 @@
 //! The comparison as a figure and a table.
 
-use std::fmt::Write as _;
-
 use super::{Comparison, Point, Way};
 use crate::files::{FileError, OutputFolder};
-use crate::report::chart::{self, Axis, Chart, ChartError, Legend, Mark, Panel, Scale, Series};
+use crate::report::chart::{Axis, BLACK, Chart, Mark, Panel};
+use crate::report::table::{Quoted, Table};
 use crate::scene::EstimatorKind;
-
-/// Colour of the Pareto front: the last, black.
-const FRONT_COLOUR: usize = 6;
-
-/// Why a comparison could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum FilesError {
-    /// The figure could not be drawn.
-    #[error(transparent)]
-    Plot(#[from] ChartError),
-    /// A file could not be written.
-    #[error(transparent)]
-    File(#[from] FileError),
-}
 
 impl Comparison {
     /// Writes `architectures.svg` and `architectures.csv`; gives their names.
     ///
     /// # Errors
-    /// When a file cannot be written, or the figure not be drawn.
-    pub fn write_files(&self, folder: &OutputFolder) -> Result<Vec<&'static str>, FilesError> {
-        let files = [("architectures.svg", self.chart().svg()?), ("architectures.csv", self.csv())];
-        let mut written = Vec::new();
-        for (name, text) in files {
-            folder.write(name, &text)?;
-            written.push(name);
-        }
-        Ok(written)
+    /// When a file cannot be written.
+    pub fn write_files(&self, folder: &OutputFolder) -> Result<Vec<&'static str>, FileError> {
+        let table = self.table();
+        let files =
+            [("architectures.svg", self.chart(&table).svg()), ("architectures.csv", table.csv())];
+        folder.write_all(files)
     }
 
-    fn chart(&self) -> Chart {
-        let panel = |label: &str, series| Panel {
-            x: axis("measuring time (ms)"),
-            y: axis(label),
-            series,
-            legend: Legend::UpperRight,
-            headroom: 0.9,
+    fn chart(&self, table: &Table) -> Chart {
+        let panel = |column: &str, label: &str| {
+            Panel::new(
+                Axis::log("measuring_time_s", "measuring time (ms)"),
+                Axis::log(column, label),
+            )
         };
-        let mut errors = self.series(EstimatorKind::Model, &|point| point.rms_error_m);
-        errors.insert(0, self.front());
+        let of = |kind: EstimatorKind| {
+            let kind = kind.to_string();
+            table.only(|table, row| table.value(row, "estimator").text() == kind)
+        };
+        let phase = of(EstimatorKind::Fft);
+        let on_front = self.ways.iter().flat_map(|way| way.points.iter().filter(|p| p.pareto));
+        let corner = |p: &Point| (p.measuring_time_s * 1e3, p.rms_error_m * 1e3);
+        let mut front: Vec<(f64, f64)> = on_front.map(corner).collect();
+        front.sort_by(|a, b| a.0.total_cmp(&b.0));
         Chart {
             title: format!(
                 "{}: {:.2} million detections per second, each in one sensor or another",
@@ -53,76 +41,37 @@ impl Comparison {
                 self.detected_rate_cps / 1e6
             ),
             panels: vec![
-                panel(
-                    "standard deviation of the phase (mm)",
-                    self.series(EstimatorKind::Fft, &|point| point.std_m),
-                ),
-                panel(
-                    "error of the phase, bias included (mm)",
-                    self.series(EstimatorKind::Fft, &|point| point.rms_error_m),
-                ),
-                panel("error of the model fit (mm); line: Pareto front of both", errors),
+                panel("std_m", "standard deviation of the phase (mm)")
+                    .curves(&phase, Mark::LineAndDots),
+                panel("rms_error_m", "error of the phase, bias included (mm)")
+                    .curves(&phase, Mark::LineAndDots),
+                panel("rms_error_m", "error of the model fit (mm); line: Pareto front of both")
+                    .with("Pareto front", BLACK, Mark::Line, front)
+                    .curves(&of(EstimatorKind::Model), Mark::LineAndDots),
             ],
         }
     }
 
-    fn series(&self, estimator: EstimatorKind, value: &dyn Fn(&Point) -> f64) -> Vec<Series> {
-        let series = |(colour, way): (usize, &Way)| Series {
-            label: way.name.to_owned(),
-            mark: Mark::LineAndDots,
-            colour,
-            points: way
-                .points
-                .iter()
-                .filter(|point| point.estimator == estimator)
-                .map(|point| chart::Point::new(point.measuring_time_s * 1e3, value(point) * 1e3))
-                .collect(),
-        };
-        let all = self.ways.iter().enumerate().map(series);
-        all.filter(|series| !series.points.is_empty()).collect()
+    fn table(&self) -> Table {
+        let rows =
+            self.ways.iter().flat_map(|way| way.points.iter().map(move |point| (way, point)));
+        let rows: Vec<(&Way, &Point)> = rows.collect();
+        let cells = |way: &Way| way.resources.as_ref().map(|resources| resources.cells);
+        Table::of(&rows)
+            .column("sensor", |(way, _)| Quoted(way.name))
+            .column("estimator", |(_, p)| p.estimator.to_string())
+            .column("measuring_time_s", |(_, p)| p.measuring_time_s)
+            .column("frame_rate_hz", |(_, p)| p.frame_rate_hz)
+            .column("bias_m", |(_, p)| p.bias_m)
+            .column("std_m", |(_, p)| p.std_m)
+            .column("rms_error_m", |(_, p)| p.rms_error_m)
+            .column("coarse_failure_bound_fraction", |(_, p)| p.coarse_failure_bound_fraction)
+            .column("pareto", |(_, p)| p.pareto)
+            .column("phase_steps", |(way, _)| way.phase_steps)
+            .column("parallel", |(way, _)| way.parallel)
+            .column("luts", |(way, _)| cells(way).map(|cells| cells.luts))
+            .column("flip_flops", |(way, _)| cells(way).map(|cells| cells.flip_flops))
+            .column("memory_bits", |(way, _)| way.memory_bits)
+            .table()
     }
-
-    fn front(&self) -> Series {
-        let on_front = self.ways.iter().flat_map(|way| way.points.iter().filter(|p| p.pareto));
-        let mut points: Vec<chart::Point> = on_front
-            .map(|p| chart::Point::new(p.measuring_time_s * 1e3, p.rms_error_m * 1e3))
-            .collect();
-        points.sort_by(|a, b| a.x.total_cmp(&b.x));
-        Series { label: "Pareto front".to_owned(), mark: Mark::Line, colour: FRONT_COLOUR, points }
-    }
-
-    fn csv(&self) -> String {
-        let mut text = "sensor,estimator,measuring_time_s,frame_rate_hz,bias_m,std_m,rms_error_m,\
-                        coarse_failure_bound_fraction,pareto,phase_steps,parallel,luts,flip_flops,\
-                        memory_bits\n"
-            .to_owned();
-        for way in &self.ways {
-            let cells = way.resources.as_ref().map(|resources| resources.cells);
-            for p in &way.points {
-                let _ = writeln!(
-                    text,
-                    "\"{}\",{},{},{},{},{},{},{},{},{},{},{},{},{}",
-                    way.name,
-                    p.estimator,
-                    p.measuring_time_s,
-                    p.frame_rate_hz,
-                    p.bias_m,
-                    p.std_m,
-                    p.rms_error_m,
-                    p.coarse_failure_bound_fraction.map_or(String::new(), |f| f.to_string()),
-                    p.pareto,
-                    way.phase_steps,
-                    way.parallel,
-                    cells.map_or(String::new(), |cells| cells.luts.to_string()),
-                    cells.map_or(String::new(), |cells| cells.flip_flops.to_string()),
-                    way.memory_bits,
-                );
-            }
-        }
-        text
-    }
-}
-
-fn axis(label: &str) -> Axis {
-    Axis { label: label.to_owned(), scale: Scale::Log }
 }

@@ -1,7 +1,6 @@
 //! Which sensor to build: the same light on hardware that counts one phase step after
 //! another, sixteen at once, or by arrival time. The JSON of `goldtof compare-architectures`.
 
-#[cfg(feature = "plots")]
 mod files;
 mod points;
 mod text;

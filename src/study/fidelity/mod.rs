@@ -7,7 +7,6 @@
 //! that the reference itself does not resolve in the time is refused.
 
 mod choice;
-#[cfg(feature = "plots")]
 mod files;
 mod points;
 mod sensor;

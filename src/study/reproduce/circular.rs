@@ -4,14 +4,14 @@
 
 use std::sync::Arc;
 
-use super::bias::{dots, limits};
-use super::figure::{Figure, Table, cells};
+use super::figure::Figure;
 use super::run::{Run, RunError};
 use super::sensor::{CHIP_PERIOD_PS, Light, POWER_PW, sensor, window};
 use crate::code::{Code, CodeSpec, Family};
 use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate};
 use crate::photons::DetectorModel;
-use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
+use crate::report::chart::{Axis, Mark, Panel};
+use crate::report::table::{Spread, Table};
 use crate::response::MeanResponse;
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, EstimatorKind, Scene};
@@ -29,83 +29,80 @@ const SCANS: u64 = 20;
 /// What the model estimator's error is to stay below.
 const LIMIT_MM: f64 = 0.05;
 
+/// An error at a delay, in phase steps beyond a whole one.
+struct Row {
+    series: String,
+    delay: f64,
+    error: [Option<f64>; 3],
+}
+
 /// The circular error for zeta = 0..4.
 pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
     let spec = CodeSpec { degree: Some(DEGREE), ..CodeSpec::new(Family::MSequence) };
     let code = spec.build().map(Arc::new)?;
-    let columns = ["series", "sub_step_delay", "error_m", "low_m", "high_m"];
-    let mut table = Table::new(&columns);
-    let (mut phase, mut model) = (Vec::new(), Vec::new());
-    for zeta in 0..=4_usize {
-        phase.push(phase_errors(&code, zeta, &mut table)?);
-        model.push(model_errors(run, &code, zeta, &mut table)?);
+    let mut rows = Vec::new();
+    for zeta in 0..=4 {
+        phase_errors(&code, zeta, &mut rows)?;
+        model_errors(run, &code, zeta, &mut rows)?;
     }
-    model.extend(limits(LIMIT_MM, &model));
-    let of_phase = "size of the phase estimator's error (mm)";
-    let of_model = "error of the model estimator (mm)";
-    Ok(Figure {
-        chart: Chart {
-            title: "Circular error of the fine stage, ideal detector, S = 2^ζ".to_owned(),
-            panels: vec![
-                panel(phase, of_phase, Scale::Log, 0.3),
-                panel(model, of_model, Scale::Linear, 0.5),
-            ],
-        },
-        table,
-        claims: Vec::new(),
-        notes: Vec::new(),
-    })
+    let table = Table::of(&rows)
+        .column("series", |row| row.series.as_str())
+        .column("sub_step_delay", |row| row.delay)
+        .column("error_m", |row| row.error[0])
+        .column("low_m", |row| row.error[1])
+        .column("high_m", |row| row.error[2])
+        .table();
+    let of = |estimator: &str| {
+        // Zero has no place on a logarithmic axis: what is left there is below
+        // the counts' rounding.
+        let size = |table: &Table, row: &_| table.value(row, "error_m").number().map(f64::abs);
+        let is_shown = |size: f64| estimator == "model " || size > 1e-8;
+        table
+            .only(|table, row| {
+                row.name.starts_with(estimator) && size(table, row).is_some_and(is_shown)
+            })
+            .named(|_, row| row.name.replace(estimator, ""))
+    };
+    let panel = |y| {
+        Panel::new(Axis::linear("sub_step_delay", "delay beyond a whole phase step (of T_s)"), y)
+    };
+    let panels = vec![
+        panel(Axis::log("error_m", "size of the phase estimator's error (mm)"))
+            .curves(&of("phase "), Mark::Line),
+        panel(Axis::linear("error_m", "error of the model estimator (mm)"))
+            .curves(&of("model "), Mark::Dots)
+            .limits(LIMIT_MM, "mm"),
+    ];
+    let title = "Circular error of the fine stage, ideal detector, S = 2^ζ";
+    Ok(Figure::new(title, table, panels))
 }
 
-/// The phase estimator's errors with 2^zeta phase steps of a chip, as a line and as rows.
-fn phase_errors(code: &Arc<Code>, zeta: usize, table: &mut Table) -> Result<Series, RunError> {
-    let mut points = Vec::new();
+/// The phase estimator's errors with 2^zeta phase steps of a chip.
+fn phase_errors(code: &Arc<Code>, zeta: u32, rows: &mut Vec<Row>) -> Result<(), RunError> {
     for sixtieth in 0..=60 {
         let delay = f64::from(sixtieth) / 60.0;
-        let error_m = phase_error_m(code, 1 << zeta, delay)?;
-        let row = [Some(delay), error_m, None, None];
-        table.row(&format!("phase ζ = {zeta}"), &row);
-        points.extend(error_m.map(|m| Point::new(delay, m.abs() * 1e3)));
+        let error = phase_error_m(code, 1 << zeta, delay)?.spread();
+        rows.push(Row { series: format!("phase ζ = {zeta}"), delay, error });
     }
-    // Zero has no place on a logarithmic axis: what is left there is below
-    // the counts' rounding.
-    points.retain(|point| point.y > 1e-5);
-    Ok(Series { label: format!("ζ = {zeta}"), mark: Mark::Line, colour: zeta, points })
+    Ok(())
 }
 
-/// The model estimator's errors in scans with noise, as dots and as rows.
+/// The model estimator's errors in scans with noise.
 fn model_errors(
     run: &mut Run,
     code: &Arc<Code>,
-    zeta: usize,
-    table: &mut Table,
-) -> Result<Series, RunError> {
-    let mut errors = Vec::new();
+    zeta: u32,
+    rows: &mut Vec<Row>,
+) -> Result<(), RunError> {
     for sixth in 0..=6 {
         // Side by side in the drawing.
-        let delay = (f64::from(sixth) + (zeta as f64 - 2.0) * 0.06) / 6.0;
+        let delay = (f64::from(sixth) + (f64::from(zeta) - 2.0) * 0.06) / 6.0;
         let mut scene = ideal_scene(code, 1 << zeta, delay, PERIODS_WITH_NOISE);
         scene.estimator = EstimatorKind::Model;
-        let error = run.fitted_bias_in_continuous_time_m(&scene, SCANS)?;
-        let mut row = vec![Some(delay)];
-        row.extend(cells(error));
-        table.row(&format!("model ζ = {zeta}"), &row);
-        errors.push((delay, error));
+        let error = run.fitted_bias_in_continuous_time_m(&scene, SCANS)?.spread();
+        rows.push(Row { series: format!("model ζ = {zeta}"), delay, error });
     }
-    Ok(dots(format!("ζ = {zeta}"), zeta, &errors))
-}
-
-fn panel(series: Vec<Series>, label: &str, scale: Scale, headroom: f64) -> Panel {
-    Panel {
-        x: Axis {
-            label: "delay beyond a whole phase step (of T_s)".to_owned(),
-            scale: Scale::Linear,
-        },
-        y: Axis { label: label.to_owned(), scale },
-        series,
-        legend: Legend::UpperRight,
-        headroom,
-    }
+    Ok(())
 }
 
 /// An ideal detector, with light `delay` phase steps beyond five chips.

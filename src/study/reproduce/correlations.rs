@@ -1,8 +1,8 @@
 //! Mean correlations with their intervals: Figs. 7, 9, 10 and 11; of the last three, which
 //! are of two lights, also what both estimators say of the distances.
 
-use super::figure::{Claim, Figure, Table, cells};
-use super::many::beside::{self, Beside};
+use super::figure::{Claim, Figure};
+use super::many::beside::Beside;
 use super::run::{Run, RunError};
 use super::sensor::{
     CHIP_PERIOD_PS, Light, POWER_PW, SAMPLES_PER_CHIP, TARGET_PS, balanced_gold, delays_chips,
@@ -10,7 +10,8 @@ use super::sensor::{
 };
 use super::statistics::Measured;
 use super::verdict::Verdict;
-use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
+use crate::report::chart::{Axis, Mark, Panel};
+use crate::report::table::Table;
 use crate::scene::Scene;
 
 /// Integration time of Figs. 7 and 9 to 11.
@@ -19,37 +20,15 @@ const INTEGRATION_S: f64 = 1.04e-3;
 /// Mean counts over calibrated delays.
 struct Correlation {
     label: String,
-    delays_chips: Vec<f64>,
-    counts: Vec<Measured>,
+    counts: Vec<(f64, Measured)>,
 }
 
 impl Correlation {
     fn measure(run: &mut Run, label: String, scene: &Scene) -> Result<Correlation, RunError> {
-        Ok(Correlation {
-            label,
-            delays_chips: delays_chips(scene),
-            counts: run.mean_counts(scene)?,
-        })
-    }
-
-    fn series(&self, colour: usize) -> Series {
-        let points = self.delays_chips.iter().zip(&self.counts);
-        Series {
-            label: self.label.clone(),
-            mark: Mark::LineAndDots,
-            colour,
-            points: points
-                .map(|(&x, count)| Point {
-                    x,
-                    y: count.value,
-                    interval: Some((count.low, count.high)),
-                })
-                .collect(),
-        }
+        let counts = delays_chips(scene).into_iter().zip(run.mean_counts(scene)?);
+        Ok(Correlation { label, counts: counts.collect() })
     }
 }
-
-const COLUMNS: [&str; 5] = ["series", "delay_chips", "count", "count_low", "count_high"];
 
 fn figure(
     title: &str,
@@ -57,42 +36,23 @@ fn figure(
     distances: Option<&Beside>,
     claims: Vec<Claim>,
 ) -> Figure {
-    let more = match distances {
-        Some(_) => &beside::COLUMNS[..],
-        None => &[],
-    };
-    let mut table = Table::new(&[&COLUMNS[..], more].concat());
-    for correlation in correlations {
-        for (&delay, &count) in correlation.delays_chips.iter().zip(&correlation.counts) {
-            let mut row = vec![Some(delay)];
-            row.extend(cells(count));
-            row.extend(more.iter().map(|_| None));
-            table.row(&correlation.label, &row);
-        }
-    }
-    let mut panels = vec![correlation_panel(correlations)];
+    let rows = correlations.iter().flat_map(|of| of.counts.iter().map(|at| (&of.label, at)));
+    let counts = Table::of(&rows.collect::<Vec<_>>())
+        .column("series", |(label, _)| label.as_str())
+        .column("delay_chips", |(_, at)| at.0)
+        .interval("count", |(_, at)| at.1)
+        .table();
+    let panel = Panel::new(
+        Axis::linear("delay_chips", "delay of the reference, calibrated (chips of 8 ns)"),
+        Axis::linear("count", "mean count of a phase step"),
+    );
+    let mut panels = vec![panel.curves(&counts, Mark::LineAndDots)];
+    let mut table = counts;
     if let Some(distances) = distances {
-        distances.fill(&mut table, COLUMNS.len() - 2);
         panels.extend(distances.panels());
+        table.append(distances.table());
     }
-    Figure { chart: Chart { title: title.to_owned(), panels }, table, claims, notes: Vec::new() }
-}
-
-fn correlation_panel(correlations: &[Correlation]) -> Panel {
-    Panel {
-        x: Axis {
-            label: "delay of the reference, calibrated (chips of 8 ns)".to_owned(),
-            scale: Scale::Linear,
-        },
-        y: Axis { label: "mean count of a phase step".to_owned(), scale: Scale::Linear },
-        series: correlations
-            .iter()
-            .enumerate()
-            .map(|(number, correlation)| correlation.series(number))
-            .collect(),
-        legend: Legend::UpperRight,
-        headroom: 0.06,
-    }
+    Figure { claims, ..Figure::new(title, table, panels) }
 }
 
 /// Fig. 7: one source, interleaving depths 0 to 2.
@@ -216,23 +176,20 @@ fn resolution(dips: &[(usize, Measured)]) -> Option<Claim> {
         .map(|(apart, share)| format!("{:.1} % at {apart}", share.value * 100.0))
         .collect::<Vec<_>>()
         .join(", ");
-    Some(Claim {
-        id: "C7".into(),
-        article: "two paths 1.5 T_c apart are told apart".into(),
-        criterion: "a single scan of 1.04 ms shows a dip between two peaks 12 phase steps apart \
-                    in at least 99 % of the cases, interval included"
-            .into(),
-        measured: resolved.value,
-        unit: "of the scans".into(),
-        measured_ci95: Some(resolved.interval()),
-        verdict: Verdict::at_least(resolved, 0.99),
-        remark: format!(
-            "scans with a dip, by phase steps between the paths: {others}. Equal triangles up to \
-             one chip (8 steps) apart have no dip at all, only noise in a flat top. Two peaks are \
-             seen, but the window of 2 T_c of each holds the other's flank: the phase estimator's \
-             distances of paths closer than 2 T_c are biased"
-        ),
-    })
+    let claim = [
+        "C7",
+        "two paths 1.5 T_c apart are told apart",
+        "a single scan of 1.04 ms shows a dip between two peaks 12 phase steps apart in at least \
+         99 % of the cases, interval included",
+    ];
+    let remark = format!(
+        "scans with a dip, by phase steps between the paths: {others}. Equal triangles up to one \
+         chip (8 steps) apart have no dip at all, only noise in a flat top. Two peaks are seen, \
+         but the window of 2 T_c of each holds the other's flank: the phase estimator's distances \
+         of paths closer than 2 T_c are biased"
+    );
+    let verdict = Verdict::at_least(resolved, 0.99);
+    Some(Claim::measured(claim, resolved, "of the scans", verdict, remark))
 }
 
 #[cfg(test)]

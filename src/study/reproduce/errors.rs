@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use super::bias::{Bias, ByModel, Frame, figure};
 use super::extremes::Candidates;
-use super::figure::{Figure, Table};
+use super::figure::Figure;
 use super::run::{Run, RunError};
 use super::sensor::{
     CHIP_PERIOD_PS, Light, POWER_PW, TARGET_PS, balanced_gold, sensor, square, window,
 };
 use crate::code::Code;
-use crate::report::chart::{Axis, Legend, Mark, Panel, Point, Scale, Series};
+use crate::report::chart::{Axis, Mark, Panel};
+use crate::report::table::Table;
 use crate::simulate::Tier;
 
 /// Integration time of the phase estimator's biases.
@@ -46,13 +47,10 @@ pub fn range_walk(run: &mut Run) -> Result<Figure, RunError> {
     }
     let frame = Frame {
         title: "Range walk: bias of the distance against the light level",
-        x: Axis { label: "optical power at the detector (pW)".to_owned(), scale: Scale::Log },
-        x_column: "power_pw",
-        legend: Legend::LowerLeft,
-        headroom: 0.06,
+        x: Axis::log("power_pw", "optical power at the detector (pW)"),
         limit_mm: 0.5,
     };
-    Ok(figure(&frame, &biases))
+    Ok(figure(frame, &biases))
 }
 
 /// Bias against the delay of another code's light relative to the target's.
@@ -78,17 +76,15 @@ pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
     })?;
     let frame = Frame {
         title: "Interference: bias of the distance with another code of equal power, 4 pW each",
-        x: Axis {
-            label: "delay of the second source relative to the target's light (chips)".to_owned(),
-            scale: Scale::Linear,
-        },
-        x_column: "relative_delay_chips",
-        legend: Legend::UpperLeft,
-        headroom: 0.35,
+        x: Axis::linear(
+            "relative_delay_chips",
+            "delay of the second source relative to the target's light (chips)",
+        ),
         limit_mm: 1.0,
     };
-    let mut figure = figure(&frame, &[bias, alone]);
-    let (panel, note) = all_delays(&own, &other, &mut figure.table)?;
+    let mut figure = figure(frame, &[bias, alone]);
+    let (table, panel, note) = all_delays(&own, &other)?;
+    figure.table.append(table);
     figure.chart.panels.push(panel);
     figure.notes.push(note);
     Ok(figure)
@@ -96,24 +92,17 @@ pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
 
 /// Peak to peak of the phase estimator's bias over all relative delays, against the
 /// light level; rows for the table, and the largest in words.
-fn all_delays(
-    own: &Arc<Code>,
-    other: &Arc<Code>,
-    table: &mut Table,
-) -> Result<(Panel, String), RunError> {
+fn all_delays(own: &Arc<Code>, other: &Arc<Code>) -> Result<(Table, Panel, String), RunError> {
     const POWERS_PW: [f64; 9] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
     let candidates = Candidates::of(own, other);
-    let mut points = Vec::new();
+    let mut rows = Vec::new();
+    let mut ranges_mm = Vec::new();
     let mut texts = Vec::new();
     for power_pw in POWERS_PW {
         let [least, most] = candidates.extremes(own, other, power_pw, INTEGRATION_S)?;
-        for (name, end) in [("least", least), ("largest", most)] {
-            let series = format!("{name} of all delays, {power_pw} pW each, phase, exact");
-            let row = [Some(end.relative_delay_chips), Some(end.bias_m), None, None];
-            table.row(&series, &row);
-        }
+        rows.extend([("least", power_pw, least), ("largest", power_pw, most)]);
         let range_mm = 1e3 * (most.bias_m - least.bias_m);
-        points.push(Point::new(power_pw, range_mm));
+        ranges_mm.push((power_pw, range_mm));
         texts.push(format!(
             "{range_mm:.1} at {power_pw} ({:.1} at {} chips to {:.1} at {} chips)",
             1e3 * least.bias_m,
@@ -128,23 +117,15 @@ fn all_delays(
          linear detector's estimate most): {}",
         texts.join(", ")
     );
-    let panel = Panel {
-        x: Axis {
-            label: "optical power at the detector, of each source (pW)".to_owned(),
-            scale: Scale::Log,
-        },
-        y: Axis {
-            label: "phase estimator's bias over all delays, peak to peak (mm)".to_owned(),
-            scale: Scale::Linear,
-        },
-        series: vec![Series {
-            label: "exact".to_owned(),
-            mark: Mark::LineAndDots,
-            colour: 0,
-            points,
-        }],
-        legend: Legend::UpperLeft,
-        headroom: 0.25,
-    };
-    Ok((panel, note))
+    let table = Table::of(&rows)
+        .column("series", |(end, power_pw, _)| {
+            format!("{end} of all delays, {power_pw} pW each, phase, exact")
+        })
+        .column("relative_delay_chips", |(.., end)| end.relative_delay_chips)
+        .column("bias_m", |(.., end)| end.bias_m);
+    let panel = Panel::new(
+        Axis::log("", "optical power at the detector, of each source (pW)"),
+        Axis::linear("", "phase estimator's bias over all delays, peak to peak (mm)"),
+    );
+    Ok((table.table(), panel.with("exact", 0, Mark::LineAndDots, ranges_mm), note))
 }

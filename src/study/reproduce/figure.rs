@@ -1,114 +1,93 @@
 //! What a figure and a claim are.
 
 use std::borrow::Cow;
-use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::statistics::Measured;
 use super::verdict::Verdict;
-use crate::report::chart::Chart;
+use crate::exact;
+use crate::report::chart::{Chart, Panel};
+use crate::report::table::Table;
 
-/// The figures that can be made: the article's, those of the errors that it leaves
-/// out, and those of light that the joint fit tells apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-pub enum FigureId {
-    /// Correlation of Gold and interleaved codes
-    #[cfg_attr(feature = "cli", value(name = "3"))]
-    Fig3,
-    /// Standard deviation against power, Gold code and square wave
-    #[cfg_attr(feature = "cli", value(name = "5"))]
-    Fig5,
-    /// Standard deviation against power, by interleaving depth
-    #[cfg_attr(feature = "cli", value(name = "6"))]
-    Fig6,
-    /// Correlation by interleaving depth
-    #[cfg_attr(feature = "cli", value(name = "7"))]
-    Fig7,
-    /// Standard deviation with a second source or a second path
-    #[cfg_attr(feature = "cli", value(name = "8"))]
-    Fig8,
-    /// Correlation with an interferer
-    #[cfg_attr(feature = "cli", value(name = "9"))]
-    Fig9,
-    /// Correlation over two paths
-    #[cfg_attr(feature = "cli", value(name = "10"))]
-    Fig10,
-    /// How far apart two paths must be
-    #[cfg_attr(feature = "cli", value(name = "11"))]
-    Fig11,
-    /// Error left out: range walk (pile-up) against light level
-    Walk,
-    /// Error left out: interference bias against relative delay
-    Interference,
-    /// Error left out: circular error against sub-step delay
-    Circular,
-    /// Error left out: failures of the global coarse search
-    Coarse,
-    /// Joint fit: two paths of one code by their separation, beside the bound
-    TwoPaths,
-    /// Joint fit: own sensor under another one by their power ratio, synchronised and not
-    PowerRatio,
+/// Declares the figures: what each shows, its name, what the command line calls it, the
+/// article's number of it, and the stem of its files' names.
+macro_rules! figures {
+    ($($what:literal, $id:ident, $called:literal, $number:expr, $name:literal;)*) => {
+        /// The figures that can be made: the article's, those of the errors that it leaves
+        /// out, and those of light that the joint fit tells apart.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+        #[serde(into = "&'static str", try_from = "String")]
+        pub enum FigureId {
+            $(#[doc = $what] #[cfg_attr(feature = "cli", value(name = $called))] $id,)*
+        }
+
+        impl FigureId {
+            /// All, in order.
+            pub const ALL: [FigureId; [$($name),*].len()] = [$(FigureId::$id),*];
+
+            /// The article's number of it.
+            pub fn number(self) -> Option<u32> {
+                match self { $(FigureId::$id => $number,)* }
+            }
+
+            /// Stem of its files' names.
+            pub fn name(self) -> &'static str {
+                match self { $(FigureId::$id => $name,)* }
+            }
+
+            /// A number of its own, for seeds.
+            pub fn ordinal(self) -> u64 {
+                self as u64
+            }
+        }
+    };
 }
 
-impl FigureId {
-    /// All, in order.
-    pub const ALL: [FigureId; 14] = [
-        FigureId::Fig3,
-        FigureId::Fig5,
-        FigureId::Fig6,
-        FigureId::Fig7,
-        FigureId::Fig8,
-        FigureId::Fig9,
-        FigureId::Fig10,
-        FigureId::Fig11,
-        FigureId::Walk,
-        FigureId::Interference,
-        FigureId::Circular,
-        FigureId::Coarse,
-        FigureId::TwoPaths,
-        FigureId::PowerRatio,
-    ];
+figures! {
+    "Correlation of Gold and interleaved codes",
+        Fig3, "3", Some(3), "fig03-code-correlation";
+    "Standard deviation against power, Gold code and square wave",
+        Fig5, "5", Some(5), "fig05-precision-gold-square";
+    "Standard deviation against power, by interleaving depth",
+        Fig6, "6", Some(6), "fig06-precision-interleaving";
+    "Correlation by interleaving depth",
+        Fig7, "7", Some(7), "fig07-correlation-interleaving";
+    "Standard deviation with a second source or a second path",
+        Fig8, "8", Some(8), "fig08-precision-two-sources";
+    "Correlation with an interferer",
+        Fig9, "9", Some(9), "fig09-correlation-interferer";
+    "Correlation over two paths",
+        Fig10, "10", Some(10), "fig10-correlation-two-paths";
+    "How far apart two paths must be",
+        Fig11, "11", Some(11), "fig11-path-resolution";
+    "Error left out: range walk (pile-up) against light level",
+        Walk, "walk", None, "error-dead-time-walk";
+    "Error left out: interference bias against relative delay",
+        Interference, "interference", None, "error-interference-bias";
+    "Error left out: circular error against sub-step delay",
+        Circular, "circular", None, "error-circular";
+    "Error left out: failures of the global coarse search",
+        Coarse, "coarse", None, "error-coarse-search";
+    "Joint fit: two paths of one code by their separation, beside the bound",
+        TwoPaths, "two-paths", None, "joint-two-paths";
+    "Joint fit: own sensor under another one by their power ratio, synchronised and not",
+        PowerRatio, "power-ratio", None, "joint-power-ratio";
+}
 
-    /// The article's number of it.
-    pub fn number(self) -> Option<u32> {
-        match self {
-            FigureId::Fig3 => Some(3),
-            FigureId::Fig5 => Some(5),
-            FigureId::Fig6 => Some(6),
-            FigureId::Fig7 => Some(7),
-            FigureId::Fig8 => Some(8),
-            FigureId::Fig9 => Some(9),
-            FigureId::Fig10 => Some(10),
-            FigureId::Fig11 => Some(11),
-            _ => None,
-        }
+impl From<FigureId> for &'static str {
+    fn from(id: FigureId) -> &'static str {
+        id.name()
     }
+}
 
-    /// Stem of its files' names.
-    pub fn name(self) -> &'static str {
-        match self {
-            FigureId::Fig3 => "fig03-code-correlation",
-            FigureId::Fig5 => "fig05-precision-gold-square",
-            FigureId::Fig6 => "fig06-precision-interleaving",
-            FigureId::Fig7 => "fig07-correlation-interleaving",
-            FigureId::Fig8 => "fig08-precision-two-sources",
-            FigureId::Fig9 => "fig09-correlation-interferer",
-            FigureId::Fig10 => "fig10-correlation-two-paths",
-            FigureId::Fig11 => "fig11-path-resolution",
-            FigureId::Walk => "error-dead-time-walk",
-            FigureId::Interference => "error-interference-bias",
-            FigureId::Circular => "error-circular",
-            FigureId::Coarse => "error-coarse-search",
-            FigureId::TwoPaths => "joint-two-paths",
-            FigureId::PowerRatio => "joint-power-ratio",
-        }
-    }
+impl TryFrom<String> for FigureId {
+    type Error = String;
 
-    /// A number of its own, for seeds.
-    pub fn ordinal(self) -> u64 {
-        self as u64
+    fn try_from(name: String) -> Result<FigureId, String> {
+        let known = FigureId::ALL.into_iter().find(|id| id.name() == name);
+        known.ok_or_else(|| format!("there is no figure \"{name}\""))
     }
 }
 
@@ -125,48 +104,16 @@ pub struct Figure {
     pub notes: Vec<String>,
 }
 
-/// Data of a figure, as CSV.
-#[derive(Debug)]
-pub struct Table {
-    text: String,
-    columns: usize,
-}
-
-impl Table {
-    /// An empty table; names carry their units.
-    pub fn new(columns: &[&str]) -> Table {
-        Table { text: columns.join(",") + "\n", columns: columns.len() }
-    }
-
-    /// Adds a row: its series (in quotes if it has a comma), then a number for each other column. `None` is an
-    /// empty field.
-    ///
-    /// # Panics
-    /// If the row has another number of columns than the table.
-    pub fn row(&mut self, series: &str, values: &[Option<f64>]) {
-        assert_eq!(values.len() + 1, self.columns, "one value for each column");
-        if series.contains(',') {
-            let _ = write!(self.text, "\"{series}\"");
-        } else {
-            self.text += series;
-        }
-        for value in values {
-            self.text.push(',');
-            if let Some(value) = value {
-                let _ = write!(self.text, "{value}");
-            }
-        }
-        self.text.push('\n');
-    }
-
-    /// The table as CSV, header first.
-    pub fn csv(&self) -> &str {
-        &self.text
+impl Figure {
+    /// A figure that decides no claims.
+    pub fn new(title: impl Into<String>, table: Table, panels: Vec<Panel>) -> Figure {
+        let chart = Chart { title: title.into(), panels };
+        Figure { chart, table, claims: Vec::new(), notes: Vec::new() }
     }
 }
 
 /// A claim of the article, as measured.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Claim {
     /// C1 to C8; with a letter, a second criterion of ours for the same claim.
@@ -176,10 +123,14 @@ pub struct Claim {
     /// What has to be so for `holds`.
     pub criterion: Cow<'static, str>,
     /// The measured value.
+    #[serde(with = "exact")]
+    #[cfg_attr(feature = "schemas", schemars(with = "exact::ExactNumber"))]
     pub measured: f64,
     /// Its unit.
     pub unit: Cow<'static, str>,
     /// 95 % confidence interval; none for what is exact.
+    #[serde(with = "exact")]
+    #[cfg_attr(feature = "schemas", schemars(with = "Option<[exact::ExactNumber; 2]>"))]
     pub measured_ci95: Option<[f64; 2]>,
     /// Whether the criterion is met; `holds` and `verdict` in JSON.
     #[serde(flatten)]
@@ -189,6 +140,39 @@ pub struct Claim {
 }
 
 impl Claim {
+    /// What a measurement says of a claim.
+    pub fn measured(
+        [id, article, criterion]: [&'static str; 3],
+        measured: Measured,
+        unit: &'static str,
+        verdict: Verdict,
+        remark: String,
+    ) -> Claim {
+        let measured_ci95 = Some(measured.interval());
+        let exact = Claim::exact([id, article, criterion], measured.value, unit, verdict, remark);
+        Claim { measured_ci95, ..exact }
+    }
+
+    /// What is known exactly of a claim.
+    pub fn exact(
+        [id, article, criterion]: [&'static str; 3],
+        measured: f64,
+        unit: &'static str,
+        verdict: Verdict,
+        remark: String,
+    ) -> Claim {
+        Claim {
+            id: id.into(),
+            article: article.into(),
+            criterion: criterion.into(),
+            measured,
+            unit: unit.into(),
+            measured_ci95: None,
+            verdict,
+            remark,
+        }
+    }
+
     /// Value and interval in words.
     pub fn measured_text(&self) -> String {
         match self.measured_ci95 {
@@ -200,23 +184,9 @@ impl Claim {
     }
 }
 
-/// The columns of a value and its interval.
-pub fn cells(measured: Measured) -> [Option<f64>; 3] {
-    [measured.value, measured.low, measured.high].map(Some)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn missing_values_are_empty_fields_and_commas_stay_in_quotes() {
-        let mut table = Table::new(&["series", "x_ps", "y"]);
-        table.row("gold", &[Some(1.5), None]);
-        table.row("gold, again", &[None, Some(2.0)]);
-        let rows = ["series,x_ps,y", "gold,1.5,", "\"gold, again\",,2", ""];
-        assert_eq!(table.csv(), rows.join("\n"));
-    }
 
     #[test]
     fn every_figure_has_files_and_a_seed_of_its_own() {

@@ -37,13 +37,12 @@ use serde::Serialize;
 
 use self::figure::Figure;
 pub use self::figure::{Claim, FigureId};
-pub use self::made::{KeptFigure, MadeFigure};
+pub use self::made::MadeFigure;
 use self::run::Run;
 pub use self::run::RunError;
 pub use self::verdict::Verdict;
 use crate::document::Body;
 use crate::files::{FileError, OutputFolder};
-use crate::report::chart::ChartError;
 
 /// What to make, and how well.
 #[derive(Debug, Clone)]
@@ -65,9 +64,6 @@ pub enum ReproduceError {
     /// Scans could not be simulated, or what they are held against not be had.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A figure could not be drawn.
-    #[error(transparent)]
-    Plot(#[from] ChartError),
     /// A file could not be written.
     #[error(transparent)]
     File(#[from] FileError),

@@ -1,6 +1,7 @@
 //! Confidence intervals, all at 95 %.
 
 use crate::math::{NORMAL_95, binomial_interval};
+use crate::report::table::Spread;
 
 /// A measured value with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +42,12 @@ impl Measured {
     /// Both ends.
     pub fn interval(self) -> [f64; 2] {
         [self.low, self.high]
+    }
+}
+
+impl Spread for Measured {
+    fn spread(self) -> [Option<f64>; 3] {
+        [self.value, self.low, self.high].map(Some)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What needs no photons: correlations of codes (Fig. 3).
 
-use super::figure::{Claim, Figure, Table};
+use super::figure::{Claim, Figure};
 use super::run::{Run, RunError};
 use super::sensor::{
     CHIP_PERIOD_PS, Light, POWER_PW, balanced_gold, balanced_index, gold, sensor, square,
@@ -9,7 +9,8 @@ use super::statistics::Measured;
 use super::verdict::Verdict;
 use crate::code::{Code, CodeError, bound, correlate};
 use crate::estimate::distance_m;
-use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
+use crate::report::chart::{Axis, Mark, Panel};
+use crate::report::table::Table;
 
 /// Degree of the article's codes.
 const DEGREE: u32 = 11;
@@ -18,58 +19,44 @@ const FAR_TARGET_PS: f64 = 16_011_076.6;
 
 /// Fig. 3, which decides C5 and C8.
 pub fn code_correlation(run: &mut Run) -> Result<Figure, RunError> {
-    let mut table = Table::new(&["series", "lag_chips", "correlation"]);
-    let (mut whole, mut near) = (Vec::new(), Vec::new());
+    let mut rows = Vec::new();
     for nu in 0..=2 {
         let code = balanced_gold(0, nu)?;
-        let label = format!("ν = {nu}");
-        let points = normalised(&code);
-        for point in &points {
-            table.row(&label, &[Some(point.x), Some(point.y)]);
-        }
-        near.push(Series {
-            label: label.clone(),
-            mark: Mark::LineAndDots,
-            colour: nu as usize,
-            points: points.iter().copied().filter(|p| p.x.abs() <= 10.0).collect(),
-        });
-        whole.push(Series { label, mark: Mark::Line, colour: nu as usize, points });
+        rows.extend(
+            normalised(&code).into_iter().map(|(lag, value)| (format!("ν = {nu}"), lag, value)),
+        );
     }
-    // The longest at the back, where it hides nothing.
-    whole.reverse();
-    let panel = |series, label: &str| Panel {
-        x: Axis { label: label.to_owned(), scale: Scale::Linear },
-        y: Axis { label: "autocorrelation, share of the peak".to_owned(), scale: Scale::Linear },
-        series,
-        legend: Legend::UpperRight,
-        headroom: 0.06,
+    let table = Table::of(&rows)
+        .column("series", |row| row.0.as_str())
+        .column("lag_chips", |row| row.1)
+        .column("correlation", |row| row.2)
+        .table();
+    let panel = |label: &str| {
+        let y = Axis::linear("correlation", "autocorrelation, share of the peak");
+        Panel::new(Axis::linear("lag_chips", label), y)
     };
-    let near = panel(near, "lag (chips), near the peak");
-    let whole = panel(whole, "lag (chips), the whole period");
-    Ok(Figure {
-        chart: Chart {
-            title: "Fig. 3: autocorrelation of Gold code and interleaved codes, L = 2047"
-                .to_owned(),
-            panels: vec![whole, near],
-        },
-        table,
-        claims: vec![unambiguous_range(run)?, side_lobes()?],
-        notes: Vec::new(),
-    })
+    // The longest at the back, where it hides nothing.
+    let mut whole = table.clone();
+    whole.rows.reverse();
+    let near = whole.only(|table, row| {
+        table.value(row, "lag_chips").number().is_some_and(|lag| lag.abs() <= 10.0)
+    });
+    let panels = vec![
+        panel("lag (chips), the whole period").curves(&whole, Mark::Line),
+        panel("lag (chips), near the peak").curves(&near, Mark::LineAndDots),
+    ];
+    let title = "Fig. 3: autocorrelation of Gold code and interleaved codes, L = 2047";
+    let claims = vec![unambiguous_range(run)?, side_lobes()?];
+    Ok(Figure { claims, ..Figure::new(title, table, panels) })
 }
 
-/// Autocorrelation over its peak, by lag in chips from minus to plus half a
-/// period.
-fn normalised(code: &Code) -> Vec<Point> {
+/// Lag in chips from minus to plus half a period, and the autocorrelation over its peak.
+fn normalised(code: &Code) -> Vec<(f64, f64)> {
     let theta = correlate(&code.chips, &code.chips);
     let length = theta.len() as i64;
     let half = length / 2;
-    (-half..=(length - 1) / 2)
-        .map(|lag| {
-            let value = theta[lag.rem_euclid(length) as usize];
-            Point::new(lag as f64, value as f64 / theta[0] as f64)
-        })
-        .collect()
+    let value = |lag: i64| theta[lag.rem_euclid(length) as usize] as f64 / theta[0] as f64;
+    (-half..=(length - 1) / 2).map(|lag| (lag as f64, value(lag))).collect()
 }
 
 /// The smallest lag above 0 at which a code equals itself, in chips.
@@ -86,28 +73,23 @@ fn unambiguous_range(run: &mut Run) -> Result<Claim, RunError> {
     let times = range_m(&code) / range_m(&square);
     let light = Light::new(&code, POWER_PW).at(FAR_TARGET_PS);
     let found: Measured = run.search(&sensor(&[light], 104.8e-6))?;
-    Ok(Claim {
-        id: "C5".into(),
-        article: "unambiguous range up a thousandfold, 2.45 km for n = 11 at 8 ns".into(),
-        criterion: "the code's smallest period, as a distance, is 2.45 km and at least 1000 times \
-                    the square wave's; every scan finds a target at 2.4 km"
-            .into(),
-        measured: range_m(&code),
-        unit: "m".into(),
-        measured_ci95: None,
-        verdict: Verdict::exact(
-            (range_m(&code) - 2450.0).abs() < 5.0 && times >= 1000.0 && found.value >= 1.0,
-        ),
-        remark: format!(
-            "{times:.1} times the square wave's {:.2} m. Scans over the whole range at {POWER_PW} \
-             pW and 104.8 us find the target at 2.4 km in {:.1} % ({:.1} to {:.1}); at low light \
-             the search fails (figure coarse)",
-            range_m(&square),
-            found.value * 100.0,
-            found.low * 100.0,
-            found.high * 100.0,
-        ),
-    })
+    let claim = [
+        "C5",
+        "unambiguous range up a thousandfold, 2.45 km for n = 11 at 8 ns",
+        "the code's smallest period, as a distance, is 2.45 km and at least 1000 times the square \
+         wave's; every scan finds a target at 2.4 km",
+    ];
+    let is_met = (range_m(&code) - 2450.0).abs() < 5.0 && times >= 1000.0 && found.value >= 1.0;
+    let remark = format!(
+        "{times:.1} times the square wave's {:.2} m. Scans over the whole range at {POWER_PW} pW \
+         and 104.8 us find the target at 2.4 km in {:.1} % ({:.1} to {:.1}); at low light the \
+         search fails (figure coarse)",
+        range_m(&square),
+        found.value * 100.0,
+        found.low * 100.0,
+        found.high * 100.0,
+    );
+    Ok(Claim::exact(claim, range_m(&code), "m", Verdict::exact(is_met), remark))
 }
 
 /// C8: every code's autocorrelation, and the figures' code against every other.
@@ -130,23 +112,20 @@ fn side_lobes() -> Result<Claim, CodeError> {
         }
         codes += 1;
     }
-    Ok(Claim {
-        id: "C8".into(),
-        article: "side lobes within Gold's three values".into(),
-        criterion: "no autocorrelation side lobe of any code of the set, and no cross-correlation \
-                    of the figures' code with another, is any other value than -1, -65, 63"
-            .into(),
-        measured: outside as f64,
-        unit: "other values".into(),
-        measured_ci95: None,
-        verdict: Verdict::exact(outside == 0),
-        remark: format!(
-            "{lobes} side lobes of {codes} codes; the largest is {largest}, {:.1} % of the peak. \
-             Integrating other than whole code periods (13,100 chips are 6.4) adds side lobes of \
-             partial correlation, and interleaving adds the near peaks of eq. 24",
-            100.0 * largest as f64 / first.len() as f64
-        ),
-    })
+    let claim = [
+        "C8",
+        "side lobes within Gold's three values",
+        "no autocorrelation side lobe of any code of the set, and no cross-correlation of the \
+         figures' code with another, is any other value than -1, -65, 63",
+    ];
+    let remark = format!(
+        "{lobes} side lobes of {codes} codes; the largest is {largest}, {:.1} % of the peak. \
+         Integrating other than whole code periods (13,100 chips are 6.4) adds side lobes of \
+         partial correlation, and interleaving adds the near peaks of eq. 24",
+        100.0 * largest as f64 / first.len() as f64
+    );
+    let verdict = Verdict::exact(outside == 0);
+    Ok(Claim::exact(claim, outside as f64, "other values", verdict, remark))
 }
 
 #[cfg(test)]

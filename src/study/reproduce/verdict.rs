@@ -1,11 +1,14 @@
 //! What a measurement with its interval says of a claim.
 
-use serde::{Serialize, Serializer};
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use super::statistics::Measured;
 
 /// Whether a claim's criterion is met.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "VerdictFields", try_from = "VerdictFields")]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema), schemars(with = "VerdictFields"))]
 pub enum Verdict {
     /// The whole interval meets it.
@@ -61,39 +64,40 @@ impl Verdict {
             Verdict::Undecided => "UNDECIDED",
         }
     }
-
-    /// The verdict of a [`Verdict::name`].
-    pub fn of_name(name: &str) -> Option<Verdict> {
-        let all = [Verdict::Holds, Verdict::DoesNotHold, Verdict::Undecided];
-        all.into_iter().find(|verdict| verdict.name() == name)
-    }
-
-    /// As JSON has it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Holds => "holds",
-            Verdict::DoesNotHold => "does_not_hold",
-            Verdict::Undecided => "undecided",
-        }
-    }
-}
-
-/// Two fields: `holds`, whether it is known to hold, and `verdict`.
-impl Serialize for Verdict {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let verdict = VerdictFields { holds: *self == Verdict::Holds, verdict: self.name() };
-        verdict.serialize(serializer)
-    }
 }
 
 /// A verdict in JSON.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 struct VerdictFields {
     /// Whether the criterion is known to be met.
     holds: bool,
     /// `holds`, `does_not_hold` or `undecided`.
-    verdict: &'static str,
+    verdict: Cow<'static, str>,
+}
+
+impl From<Verdict> for VerdictFields {
+    fn from(verdict: Verdict) -> VerdictFields {
+        let name = match verdict {
+            Verdict::Holds => "holds",
+            Verdict::DoesNotHold => "does_not_hold",
+            Verdict::Undecided => "undecided",
+        };
+        VerdictFields { holds: verdict == Verdict::Holds, verdict: name.into() }
+    }
+}
+
+impl TryFrom<VerdictFields> for Verdict {
+    type Error = String;
+
+    fn try_from(fields: VerdictFields) -> Result<Verdict, String> {
+        match &*fields.verdict {
+            "holds" => Ok(Verdict::Holds),
+            "does_not_hold" => Ok(Verdict::DoesNotHold),
+            "undecided" => Ok(Verdict::Undecided),
+            other => Err(format!("there is no verdict \"{other}\"")),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ mod testbench;
 use std::time::Instant;
 
 pub use case::{Bound, Case, CaseError, Group, Measured};
-pub use report::{CaseReport, KeptCase, StressReport};
+pub use report::{CaseReport, StressReport};
 
 use crate::cosim::error::CosimError;
 use crate::simulate::scans::ScansError;

@@ -1,11 +1,13 @@
 //! What the stress cases found: JSON and table.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
 use super::case::{Bound, Case, CaseError, Group, Measured};
 use crate::document::Body;
+use crate::exact;
 
 /// The JSON of `goldtof stress`.
 #[derive(Debug, Clone, Serialize)]
@@ -22,16 +24,18 @@ impl Body for StressReport {
 }
 
 /// One case's verdict.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CaseReport {
     /// Its name.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// What it is about.
     pub group: Group,
     /// What was measured.
-    pub what: &'static str,
+    pub what: Cow<'static, str>,
     /// The number; none when the measurement failed.
+    #[serde(with = "exact")]
+    #[cfg_attr(feature = "schemas", schemars(with = "Option<exact::ExactNumber>"))]
     pub measured: Option<f64>,
     /// Unit of measurement and bound.
     pub unit: String,
@@ -40,7 +44,7 @@ pub struct CaseReport {
     /// Whether it keeps it.
     pub holds: bool,
     /// Why the bound is right.
-    pub why: &'static str,
+    pub why: Cow<'static, str>,
     /// Why the measurement failed, if it did.
     pub error: Option<String>,
     /// Wall time.
@@ -58,28 +62,16 @@ impl CaseReport {
             Err(error) => (None, Some(error.to_string())),
         };
         CaseReport {
-            name: case.name,
+            name: case.name.into(),
             group: case.group,
-            what: case.what,
+            what: case.what.into(),
             measured: measured.map(|m| m.value),
             unit: measured.map_or_else(String::new, |m| m.unit.to_owned()),
             bound: measured.map(|m| m.bound),
             holds: measured.is_some_and(|m| m.bound.holds(m.value)),
-            why: case.why,
+            why: case.why.into(),
             error,
             run_time_s,
-        }
-    }
-
-    /// What has to be kept of it for [`KeptCase::report`] to give it back.
-    pub fn kept(&self) -> KeptCase {
-        KeptCase {
-            name: self.name.to_owned(),
-            measured: self.measured.map(|measured| measured.to_string()),
-            unit: self.unit.clone(),
-            bound: self.bound,
-            error: self.error.clone(),
-            run_time_s: self.run_time_s,
         }
     }
 
@@ -93,49 +85,6 @@ impl CaseReport {
             (_, _, error) => error.clone().unwrap_or_default(),
         };
         format!("{verdict}  {:<48} {finding}  {:.2} s", self.name, self.run_time_s)
-    }
-}
-
-/// A case's verdict on its way from one run to another, which has the case itself.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct KeptCase {
-    /// The case's name.
-    pub name: String,
-    /// What was measured, as text: the shortest that reads back to the same double, and
-    /// also NaN. None when the measurement failed.
-    pub measured: Option<String>,
-    /// Unit of measurement and bound.
-    pub unit: String,
-    /// What it must keep.
-    pub bound: Option<Bound>,
-    /// Why the measurement failed, if it did.
-    pub error: Option<String>,
-    /// Wall time.
-    pub run_time_s: f64,
-}
-
-impl KeptCase {
-    /// The verdict on the case of its name; none if it is of another case, or no number was
-    /// measured.
-    pub fn report(&self, case: &Case) -> Option<CaseReport> {
-        let measured = match &self.measured {
-            Some(text) => Some(text.parse().ok()?),
-            None => None,
-        };
-        let holds = measured.zip(self.bound).is_some_and(|(measured, bound)| bound.holds(measured));
-        (case.name == self.name).then(|| CaseReport {
-            name: case.name,
-            group: case.group,
-            what: case.what,
-            measured,
-            unit: self.unit.clone(),
-            bound: self.bound,
-            holds,
-            why: case.why,
-            error: self.error.clone(),
-            run_time_s: self.run_time_s,
-        })
     }
 }
 

@@ -68,14 +68,6 @@ impl Axis {
             Some(unit) => format!("{} ({unit})", self.key),
         }
     }
-
-    /// What its column has for a value: the number where all are numbers of one unit.
-    pub fn field(&self, value: &Value) -> String {
-        match (self.unit(), value.number) {
-            (Some(_), Some(number)) => number.to_string(),
-            _ => value.text.clone(),
-        }
-    }
 }
 
 impl Value {

@@ -6,22 +6,24 @@
 //! disk before the next one begins, so that a sweep that was cut off goes on behind the
 //! last one ([`Store`]).
 
-mod axis;
 #[cfg(feature = "parquet")]
-mod parquet;
-#[cfg(feature = "plots")]
+mod about;
+mod axis;
 mod plot;
 mod points;
 mod store;
 mod table;
 
 #[cfg(feature = "parquet")]
-pub use self::parquet::ParquetFailed;
+pub use about::parquet;
 pub use axis::{Axis, Value};
+pub use plot::plot;
 pub use points::{Point, Sweep, SweepError};
 pub use store::{Definition, Store, StoreError};
-pub use table::{Column, Kind, Table, Unreadable};
+pub use table::contradicted;
+pub(crate) use table::empty;
 
+use crate::report::table::{Table, Unreadable};
 use crate::simulate::repeat::simulate;
 use crate::simulate::scans::ScansError;
 
@@ -38,7 +40,9 @@ pub enum RunError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// A finished point is not what was written.
-    #[error(transparent)]
+    #[error(
+        "a finished point cannot be read back: {0}; remove the sweep's folder, or name another"
+    )]
     Point(#[from] Unreadable),
 }
 
@@ -49,9 +53,9 @@ pub enum RunError {
 /// As there; and when a finished point cannot be read.
 pub fn run(sweep: &Sweep, store: &Store, on_point: impl FnMut(usize)) -> Result<Table, RunError> {
     run_points(sweep, store, 0..sweep.len(), on_point)?;
-    let mut table = Table::new(&sweep.axes);
+    let mut table = empty(&sweep.axes);
     for number in 0..sweep.len() {
-        table.read(&store.point(number)?)?;
+        table.read_csv(&store.point(number)?)?;
     }
     Ok(table)
 }
@@ -68,7 +72,6 @@ pub fn run_points(
     numbers: impl Iterator<Item = usize>,
     mut on_point: impl FnMut(usize),
 ) -> Result<(), RunError> {
-    let table = Table::new(&sweep.axes);
     let mut done = store.done()?;
     on_point(done.len());
     for number in numbers {
@@ -76,12 +79,12 @@ pub fn run_points(
             continue;
         }
         let point = sweep.point(number)?;
-        let rows = match simulate(&point.sensor, sweep.fidelity, sweep.seed, sweep.repeat) {
-            Ok(simulation) => table.rows(&point, &simulation),
+        let table = match simulate(&point.sensor, sweep.fidelity, sweep.seed, sweep.repeat) {
+            Ok(simulation) => table::of_point(&sweep.axes, &point, &simulation),
             Err(error @ (ScansError::Cosim(_) | ScansError::Mismatch)) => return Err(error.into()),
-            Err(reason) => vec![table.refused(&point, &reason.to_string())],
+            Err(reason) => table::refused(&sweep.axes, &point, &reason.to_string()),
         };
-        store.keep(number, &table.file(&rows))?;
+        store.keep(number, &table.csv())?;
         done.insert(number);
         on_point(done.len());
     }

@@ -1,27 +1,12 @@
 //! Distances of two lights in one scan by the joint fit, beside the article's estimator.
 
 use super::fits::Fits;
-use crate::report::chart::{Axis, Legend, Mark, Panel, Point, Scale, Series};
+use crate::report::chart::{Axis, Mark, Panel};
+use crate::report::table::Table;
 use crate::scene::Scene;
 use crate::simulate::Tier;
-use crate::study::reproduce::figure::{Table, cells};
 use crate::study::reproduce::phase::Errors;
 use crate::study::reproduce::run::{Run, RunError};
-use crate::study::reproduce::statistics::Measured;
-
-/// Columns of a table, behind those of its own.
-pub const COLUMNS: [&str; 10] = [
-    "found",
-    "found_low",
-    "found_high",
-    "bias_m",
-    "bias_low_m",
-    "bias_high_m",
-    "std_m",
-    "std_low_m",
-    "std_high_m",
-    "bound_m",
-];
 
 /// The phase's scans are one of so many shares of what is usual.
 const SHARES: u64 = 5;
@@ -69,86 +54,41 @@ impl Beside {
 
     /// Biases, and standard deviations beside the bound.
     pub fn panels(&self) -> [Panel; 2] {
-        let bias = self.series(|errors| errors.bias_m, |fits, path| fits.paths[path].bias_m());
-        let mut std = self.series(|errors| errors.std_m, |fits, path| fits.paths[path].std_m());
-        for (number, name) in LIGHTS.iter().enumerate() {
-            let points = self.rows.iter().filter_map(|row| {
-                let bound_m = row.fits.paths[number].bound_m?;
-                Some(Point::new(row.moving_chips, 1e3 * bound_m))
-            });
-            std.push(Series {
-                label: format!("bound, {name} light"),
-                mark: Mark::Line,
-                colour: number + 1,
-                points: points.collect(),
-            });
-        }
-        let panel = |series, label: &str, scale| Panel {
-            x: Axis {
-                label: "delay of the moving path (chips of 8 ns)".to_owned(),
-                scale: Scale::Linear,
-            },
-            y: Axis { label: label.to_owned(), scale },
-            series,
-            legend: Legend::UpperLeft,
-            headroom: 0.45,
+        let table = self.table();
+        let panel = |y| {
+            let x = Axis::linear("delay_chips", "delay of the moving path (chips of 8 ns)");
+            Panel::new(x, y).curves(&table, Mark::Dots)
         };
         [
-            panel(bias, "bias of the distance (mm)", Scale::Linear),
-            panel(std, "standard deviation of the distance (mm)", Scale::Log),
+            panel(Axis::linear("bias_m", "bias of the distance (mm)")),
+            panel(Axis::log("std_m", "standard deviation of the distance (mm); lines: bound"))
+                .curves_of(&table.with("bound_m"), "bound_m", Mark::Line),
         ]
     }
 
-    fn series(
-        &self,
-        phase: impl Fn(&Errors) -> Measured,
-        joint: impl Fn(&Fits, usize) -> Option<Measured>,
-    ) -> Vec<Series> {
-        let dots = |label: String, colour, value: &dyn Fn(&Row) -> Option<Measured>| {
-            let points = self.rows.iter().filter_map(|row| {
-                let shown = value(row)?.scaled(1e3);
-                Some(Point {
-                    x: row.moving_chips,
-                    y: shown.value,
-                    interval: Some((shown.low, shown.high)),
-                })
-            });
-            Series { label, mark: Mark::Dots, colour, points: points.collect() }
-        };
-        let mut series = vec![dots("article's, moving light".to_owned(), 0, &|row| {
-            row.phase.as_ref().map(&phase)
-        })];
-        for (number, name) in LIGHTS.iter().enumerate() {
-            let label = format!("joint fit, {name} light");
-            series.push(dots(label, number + 1, &|row| joint(&row.fits, number)));
-        }
-        series
-    }
-
-    /// Rows of a table that has `before` columns between the moving path's delay and
-    /// [`COLUMNS`].
-    pub fn fill(&self, table: &mut Table, before: usize) {
+    /// A row for each estimator, light and place of the moving path.
+    pub fn table(&self) -> Table {
+        let mut rows = Vec::new();
         for row in &self.rows {
-            let mut add = |series: &str, found, bias, std, bound_m| {
-                let mut values = vec![Some(row.moving_chips)];
-                values.extend(vec![None; before]);
-                for measured in [found, bias, std] {
-                    values.extend(Option::<Measured>::map_or(measured, [None; 3], cells));
-                }
-                values.push(bound_m);
-                table.row(series, &values);
-            };
+            let at = row.moving_chips;
             if let Some(errors) = &row.phase {
-                let (bias, std) = (Some(errors.bias_m), Some(errors.std_m));
-                let found = Some(errors.correct_coarse());
-                add("article's estimator, moving light", found, bias, std, None);
+                let of_errors = (Some(errors.bias_m), Some(errors.std_m), None);
+                let name = "article's estimator, moving light".to_owned();
+                rows.push((name, at, errors.correct_coarse(), of_errors));
             }
             for (path, name) in row.fits.paths.iter().zip(LIGHTS) {
-                let series = format!("joint fit, {name} light");
-                let told = Some(row.fits.told());
-                add(&series, told, path.bias_m(), path.std_m(), path.bound_m);
+                let of_path = (path.bias_m(), path.std_m(), path.bound_m);
+                rows.push((format!("joint fit, {name} light"), at, row.fits.told(), of_path));
             }
         }
+        Table::of(&rows)
+            .column("series", |row| row.0.as_str())
+            .column("delay_chips", |row| row.1)
+            .interval("found", |row| row.2)
+            .interval("bias_m", |row| row.3.0)
+            .interval("std_m", |row| row.3.1)
+            .column("bound_m", |row| row.3.2)
+            .table()
     }
 }
 
@@ -183,11 +123,10 @@ mod tests {
             assert!(bias.value.abs() < 1.2 * bound_m, "{bias:?} {bound_m}");
             assert!(bias.value.abs() < 0.3 * phase_m, "{bias:?} {phase_m}");
         }
-        let mut table = Table::new(&[&["series", "delay_chips", "count"][..], &COLUMNS].concat());
-        beside.fill(&mut table, 1);
-        let rows: Vec<&str> = table.csv().lines().collect();
+        let csv = beside.table().csv();
+        let rows: Vec<&str> = csv.lines().collect();
         assert_eq!(rows.len(), 4);
-        assert!(rows[1].starts_with("\"article's estimator, moving light\",8.05,,"));
-        assert!(rows[3].starts_with("\"joint fit, fixed light\",8.05,,"), "{}", rows[3]);
+        assert!(rows[1].starts_with("\"article's estimator, moving light\",8.05,"));
+        assert!(rows[3].starts_with("\"joint fit, fixed light\",8.05,"), "{}", rows[3]);
     }
 }

@@ -1,11 +1,12 @@
 //! The own sensor under another one that is brighter: how far off its distance is, with
 //! clocks that are one and clocks that are not.
 
-use super::fits::{Fits, PathFits};
-use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
+use super::fits::Fits;
+use crate::report::chart::{Axis, Mark, Panel};
+use crate::report::table::Table;
 use crate::scene::Scene;
 use crate::simulate::Tier;
-use crate::study::reproduce::figure::{Figure, Table, cells};
+use crate::study::reproduce::figure::Figure;
 use crate::study::reproduce::phase::Errors;
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, balanced_gold, sensor, window};
@@ -82,106 +83,35 @@ fn measure(run: &mut Run, ratio: f64) -> Result<Row, RunError> {
 pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
     let rows: Vec<Row> =
         RATIOS.into_iter().map(|ratio| measure(run, ratio)).collect::<Result<_, _>>()?;
-    Ok(Figure {
-        table: table(&rows),
-        chart: Chart {
-            title: "Own sensor under another one of 22 pW (21 Mcps), 1.04 ms per phase step; \
-                    clocks that are one, and 20 ppm apart"
-                .to_owned(),
-            panels: vec![errors(&rows), shares(&rows)],
-        },
-        claims: Vec::new(),
-        notes: std::iter::once(LOOKED_FOR.to_owned()).chain(rows.iter().map(note)).collect(),
-    })
+    let (table, errors) = tables(&rows);
+    let panel = |y| {
+        Panel::new(
+            Axis::log("other_over_own", "power of the other sensor's light over that of the own"),
+            y,
+        )
+    };
+    let rms = "root mean square error of the distances found (mm); thin: bound of the joint fit";
+    let panels = vec![
+        panel(Axis::log("rms_m", rms)).curves(&errors, Mark::LineAndDots).curves_of(
+            &errors.with("bound_m"),
+            "bound_m",
+            Mark::Line,
+        ),
+        panel(Axis::linear("found", "share of scans that find the own path"))
+            .curves(&table, Mark::LineAndDots),
+    ];
+    let title = "Own sensor under another one of 22 pW (21 Mcps), 1.04 ms per phase step; clocks \
+                 that are one, and 20 ppm apart";
+    let notes = std::iter::once(LOOKED_FOR.to_owned()).chain(rows.iter().map(note)).collect();
+    Ok(Figure { notes, ..Figure::new(title, table, panels) })
 }
 
 /// Root of the mean square error, with its interval from bias and scatter.
-fn root_mean_square(bias: Measured, std: Measured) -> Measured {
+fn root_mean_square((bias, std): (Measured, Measured)) -> Measured {
     let rms = bias.value.hypot(std.value);
     let parts = [bias, std].map(|part| part.value * part.standard_error());
     let error = parts[0].hypot(parts[1]) / rms.max(f64::MIN_POSITIVE);
     Measured::normal(rms, error)
-}
-
-fn of_fit(path: &PathFits) -> Option<Measured> {
-    Some(root_mean_square(path.bias_m()?, path.std_m()?))
-}
-
-fn axis() -> Axis {
-    Axis {
-        label: "power of the other sensor's light over that of the own".to_owned(),
-        scale: Scale::Log,
-    }
-}
-
-fn errors(rows: &[Row]) -> Panel {
-    let mut series = Vec::new();
-    for (colour, kind) in KINDS.iter().enumerate() {
-        let bounds = rows.iter().filter_map(|row| {
-            let bound_m = row.fits[colour].paths[0].bound_m?;
-            Some(Point::new(row.ratio, 1e3 * bound_m))
-        });
-        series.push(Series {
-            label: format!("bound, {kind}"),
-            mark: Mark::Line,
-            colour,
-            points: bounds.collect(),
-        });
-        series.push(dots(format!("joint fit, {kind}"), colour, rows, |row| {
-            of_fit(&row.fits[colour].paths[0]).map(|m| m.scaled(1e3))
-        }));
-        series.push(dots(format!("phase, {kind}"), colour + 3, rows, |row| {
-            let errors = row.phase[colour]?;
-            Some(root_mean_square(errors.bias_m, errors.std_m).scaled(1e3))
-        }));
-    }
-    Panel {
-        x: axis(),
-        y: Axis {
-            label: "root mean square error of the distances found (mm)".to_owned(),
-            scale: Scale::Log,
-        },
-        series,
-        legend: Legend::UpperLeft,
-        headroom: 0.45,
-    }
-}
-
-fn shares(rows: &[Row]) -> Panel {
-    let mut series = Vec::new();
-    for (colour, kind) in KINDS.iter().enumerate() {
-        series.push(dots(format!("joint fit, {kind}"), colour, rows, |row| {
-            Some(row.fits[colour].told())
-        }));
-        series.push(dots(format!("phase, {kind}"), colour + 3, rows, |row| {
-            Some(row.phase[colour].map_or_else(none_found, |errors| errors.correct_coarse()))
-        }));
-    }
-    Panel {
-        x: axis(),
-        y: Axis { label: "share of scans that find the own path".to_owned(), scale: Scale::Linear },
-        series,
-        legend: Legend::LowerLeft,
-        headroom: 0.06,
-    }
-}
-
-/// Fewer than two scans.
-fn none_found() -> Measured {
-    Measured::normal(0.0, 0.0)
-}
-
-fn dots(
-    label: String,
-    colour: usize,
-    rows: &[Row],
-    value: impl Fn(&Row) -> Option<Measured>,
-) -> Series {
-    let points = rows.iter().filter_map(|row| {
-        let shown = value(row)?;
-        Some(Point { x: row.ratio, y: shown.value, interval: Some((shown.low, shown.high)) })
-    });
-    Series { label, mark: Mark::LineAndDots, colour, points: points.collect() }
 }
 
 /// What the counts of clocks that are apart do to chi-square.
@@ -206,40 +136,54 @@ fn note(row: &Row) -> String {
     )
 }
 
-fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new(&[
-        "series",
-        "other_over_own",
-        "found",
-        "found_low",
-        "found_high",
-        "bias_m",
-        "bias_low_m",
-        "bias_high_m",
-        "std_m",
-        "std_low_m",
-        "std_high_m",
-        "bound_m",
-    ]);
+/// What an estimator finds at one power ratio.
+struct Found {
+    series: String,
+    ratio: f64,
+    found: Measured,
+    bias_m: Option<Measured>,
+    std_m: Option<Measured>,
+    bound_m: Option<f64>,
+}
+
+/// The figure's data, and the errors that are drawn.
+fn tables(rows: &[Row]) -> (Table, Table) {
+    let mut all = Vec::new();
     for row in rows {
         for (number, kind) in KINDS.iter().enumerate() {
-            let fits = &row.fits[number];
-            let path = &fits.paths[0];
-            let mut values = vec![Some(row.ratio)];
-            values.extend(cells(fits.told()));
-            values.extend(path.bias_m().map_or([None; 3], cells));
-            values.extend(path.std_m().map_or([None; 3], cells));
-            values.push(path.bound_m);
-            table.row(&format!("joint fit, {kind}"), &values);
+            let (fits, path) = (&row.fits[number], &row.fits[number].paths[0]);
+            all.push(Found {
+                series: format!("joint fit, {kind}"),
+                ratio: row.ratio,
+                found: fits.told(),
+                bias_m: path.bias_m(),
+                std_m: path.std_m(),
+                bound_m: path.bound_m,
+            });
             let phase = row.phase[number];
-            let found = phase.map_or_else(none_found, |errors| errors.correct_coarse());
-            let mut values = vec![Some(row.ratio)];
-            values.extend(cells(found));
-            values.extend(phase.map_or([None; 3], |errors| cells(errors.bias_m)));
-            values.extend(phase.map_or([None; 3], |errors| cells(errors.std_m)));
-            values.push(None);
-            table.row(&format!("phase, {kind}"), &values);
+            // Of fewer than two scans there is nothing.
+            let none = || Measured::normal(0.0, 0.0);
+            all.push(Found {
+                series: format!("phase, {kind}"),
+                ratio: row.ratio,
+                found: phase.map_or_else(none, |errors| errors.correct_coarse()),
+                bias_m: phase.map(|errors| errors.bias_m),
+                std_m: phase.map(|errors| errors.std_m),
+                bound_m: None,
+            });
         }
     }
-    table
+    let of = || {
+        let named = Table::of(&all).column("series", |row| row.series.as_str());
+        named.column("other_over_own", |row| row.ratio)
+    };
+    let table = of()
+        .interval("found", |row| row.found)
+        .interval("bias_m", |row| row.bias_m)
+        .interval("std_m", |row| row.std_m)
+        .column("bound_m", |row| row.bound_m);
+    let errors = of()
+        .interval("rms_m", |row| row.bias_m.zip(row.std_m).map(root_mean_square))
+        .column("bound_m", |row| row.bound_m);
+    (table.table(), errors.table())
 }

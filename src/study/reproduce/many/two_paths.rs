@@ -3,15 +3,15 @@
 
 use std::sync::Arc;
 
-use super::fits::Fits;
+use super::fits::{Fits, PathFits};
 use crate::code::Code;
-use crate::report::chart::{Axis, Chart, Legend, Mark, Panel, Point, Scale, Series};
+use crate::report::chart::{Axis, Mark, Panel};
+use crate::report::table::Table;
 use crate::scene::Scene;
 use crate::simulate::Tier;
-use crate::study::reproduce::figure::{Figure, Table, cells};
+use crate::study::reproduce::figure::Figure;
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, balanced_gold, sensor};
-use crate::study::reproduce::statistics::Measured;
 
 const INTEGRATION_S: f64 = 1.04e-3;
 /// Most scans of a point: each is of a whole code period, and takes a quarter of a second.
@@ -55,84 +55,34 @@ pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
             curves.push(Curve { label: format!("{level}, 1 : {ratio}"), points });
         }
     }
-    let wrong = most_wrong(&curves);
-    Ok(Figure {
-        table: table(&curves),
-        chart: Chart {
-            title:
-                "Two paths of one code, 1.04 ms per phase step: joint fit, and its bound (lines)"
-                    .to_owned(),
-            panels: vec![
-                scatter(&curves, 0, "standard deviation of the earlier path (mm)"),
-                scatter(&curves, 1, "standard deviation of the later path (mm)"),
-                shares(&curves),
-            ],
-        },
-        claims: Vec::new(),
-        notes: vec![wrong],
-    })
+    let table = table(&curves);
+    let panels = vec![
+        scatter(&table, 0, "standard deviation of the earlier path (mm)"),
+        scatter(&table, 1, "standard deviation of the later path (mm)"),
+        panel(Axis::linear("told", "share of scans that tell both paths"))
+            .curves(&of_path(&table, 0), Mark::LineAndDots),
+    ];
+    let title = "Two paths of one code, 1.04 ms per phase step: joint fit, and its bound (lines)";
+    let notes = vec![most_wrong(&curves)];
+    Ok(Figure { notes, ..Figure::new(title, table, panels) })
 }
 
-fn axis() -> Axis {
-    Axis { label: "distance of the paths' delays (chips of 8 ns)".to_owned(), scale: Scale::Log }
+fn panel(y: Axis) -> Panel {
+    Panel::new(Axis::log("apart_chips", "distance of the paths' delays (chips of 8 ns)"), y)
+}
+
+fn of_path(table: &Table, path: u64) -> Table {
+    table.only(|table, row| table.value(row, "path").number() == Some(path as f64))
 }
 
 /// Standard deviations of one of the paths, and lines of its bound.
-fn scatter(curves: &[Curve], path: usize, label: &str) -> Panel {
-    let mut series = Vec::new();
-    for (colour, curve) in curves.iter().enumerate() {
-        let told = curve.points.iter();
-        let told = told.filter(|(_, fits)| fits.told().value >= LEAST_TOLD);
-        let bounds = told.clone().filter_map(|(apart, fits)| {
-            let bound_m = fits.paths[path].bound_m?;
-            Some(Point::new(*apart, 1e3 * bound_m))
-        });
-        series.push(Series {
-            label: String::new(),
-            mark: Mark::Line,
-            colour,
-            points: bounds.collect(),
-        });
-        let measured = told.filter_map(|(apart, fits)| {
-            let std_mm = fits.paths[path].std_m()?.scaled(1e3);
-            Some(dot(*apart, std_mm))
-        });
-        series.push(Series {
-            label: curve.label.clone(),
-            mark: Mark::Dots,
-            colour,
-            points: measured.collect(),
-        });
-    }
-    Panel {
-        x: axis(),
-        y: Axis { label: label.to_owned(), scale: Scale::Log },
-        series,
-        legend: Legend::UpperRight,
-        headroom: 0.06,
-    }
-}
-
-/// Shares of scans that tell the paths apart.
-fn shares(curves: &[Curve]) -> Panel {
-    let numbered = curves.iter().enumerate();
-    let series = numbered.map(|(colour, curve)| Series {
-        label: curve.label.clone(),
-        mark: Mark::LineAndDots,
-        colour,
-        points: curve.points.iter().map(|(apart, fits)| dot(*apart, fits.told())).collect(),
+fn scatter(table: &Table, path: u64, label: &str) -> Panel {
+    let told = of_path(table, path).only(|table, row| {
+        table.value(row, "told").number().is_some_and(|told| told >= LEAST_TOLD)
     });
-    Panel {
-        x: axis(),
-        y: Axis { label: "share of scans that tell both paths".to_owned(), scale: Scale::Linear },
-        series: series.collect(),
-        legend: Legend::UpperLeft,
-        headroom: 0.35,
-    }
-}
-
-fn dot(x: f64, shown: Measured) -> Point {
-    Point { x, y: shown.value, interval: Some((shown.low, shown.high)) }
+    panel(Axis::log("std_m", label))
+        .curves_of(&told, "bound_m", Mark::Line)
+        .curves(&told, Mark::Dots)
 }
 
 /// The largest share of confident wrong answers, in words.
@@ -154,38 +104,24 @@ fn most_wrong(curves: &[Curve]) -> String {
 }
 
 fn table(curves: &[Curve]) -> Table {
-    let mut table = Table::new(&[
-        "series",
-        "path",
-        "apart_chips",
-        "told",
-        "told_low",
-        "told_high",
-        "wrong",
-        "wrong_low",
-        "wrong_high",
-        "bias_m",
-        "bias_low_m",
-        "bias_high_m",
-        "std_m",
-        "std_low_m",
-        "std_high_m",
-        "bound_m",
-    ]);
-    for curve in curves {
-        for (apart, fits) in &curve.points {
-            for (number, path) in fits.paths.iter().enumerate() {
-                let mut row = vec![Some(number as f64), Some(*apart)];
-                row.extend(cells(fits.told()));
-                row.extend(cells(fits.wrong()));
-                row.extend(path.bias_m().map_or([None; 3], cells));
-                row.extend(path.std_m().map_or([None; 3], cells));
-                row.push(path.bound_m);
-                table.row(&curve.label, &row);
-            }
-        }
-    }
-    table
+    let rows = curves.iter().flat_map(|curve| {
+        let points = curve.points.iter();
+        points.flat_map(move |(apart, fits)| {
+            let paths = (0..).zip(&fits.paths);
+            paths.map(move |(number, path)| (&curve.label, *apart, fits, number, path))
+        })
+    });
+    let rows: Vec<(&String, f64, &Fits, u32, &PathFits)> = rows.collect();
+    Table::of(&rows)
+        .column("series", |row| row.0.as_str())
+        .column("path", |row| row.3)
+        .column("apart_chips", |row| row.1)
+        .interval("told", |row| row.2.told())
+        .interval("wrong", |row| row.2.wrong())
+        .interval("bias_m", |row| row.4.bias_m())
+        .interval("std_m", |row| row.4.std_m())
+        .column("bound_m", |row| row.4.bound_m)
+        .table()
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 //! phase step.
 
 use crate::estimate::{CountingTier, predict};
+use crate::report::table::Table;
 use crate::scene::{DetectorIndex, PathIndex, Scene};
 use crate::sensor::Sensor;
-use crate::study::reproduce::figure::{Table, cells};
 use crate::study::reproduce::phase::Errors;
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, SAMPLES_PER_CHIP, TARGET_PS, window};
@@ -162,46 +162,30 @@ impl Curve {
         let comparable = self.points.iter().filter(|p| p.is_comparable());
         comparable.min_by(|a, b| a.std_m().value.total_cmp(&b.std_m().value)).or(self.points.last())
     }
-
-    /// Adds a row for each power and position.
-    pub fn fill(&self, table: &mut Table) {
-        for point in &self.points {
-            for (&position, at) in POSITIONS.iter().zip(&point.positions) {
-                let mut row = vec![Some(point.power_pw), Some(position)];
-                row.push(Some(at.errors.detected_rate_cps));
-                row.extend(cells(at.errors.std_m));
-                row.push(Some(at.steady_std_m));
-                row.extend(cells(at.errors.bias_m));
-                row.extend(cells(at.errors.correct_coarse()));
-                row.extend(cells(at.errors.elsewhere));
-                row.push(Some(f64::from(u8::from(at.wavers()))));
-                table.row(&self.label, &row);
-            }
-        }
-    }
 }
 
-/// The columns of [`Curve::fill`].
-pub const COLUMNS: [&str; 18] = [
-    "series",
-    "power_pw",
-    "position_steps",
-    "detected_rate_cps",
-    "std_m",
-    "std_low_m",
-    "std_high_m",
-    "one_step_std_m",
-    "bias_m",
-    "bias_low_m",
-    "bias_high_m",
-    "correct_coarse",
-    "correct_coarse_low",
-    "correct_coarse_high",
-    "other_step",
-    "other_step_low",
-    "other_step_high",
-    "wavers",
-];
+/// The data of curves: a row for each power and position.
+pub fn table(curves: &[Curve]) -> Table {
+    let rows = curves.iter().flat_map(|curve| {
+        curve.points.iter().flat_map(|point| {
+            let positions = POSITIONS.iter().zip(&point.positions);
+            positions.map(|(position, at)| (&curve.label, point.power_pw, *position, at))
+        })
+    });
+    let rows: Vec<(&String, f64, f64, &Position)> = rows.collect();
+    Table::of(&rows)
+        .column("series", |row| row.0.as_str())
+        .column("power_pw", |row| row.1)
+        .column("position_steps", |row| row.2)
+        .column("detected_rate_cps", |row| row.3.errors.detected_rate_cps)
+        .interval("std_m", |row| row.3.errors.std_m)
+        .column("one_step_std_m", |row| row.3.steady_std_m)
+        .interval("bias_m", |row| row.3.errors.bias_m)
+        .interval("correct_coarse", |row| row.3.errors.correct_coarse())
+        .interval("other_step", |row| row.3.errors.elsewhere)
+        .column("wavers", |row| u32::from(row.3.wavers()))
+        .table()
+}
 
 #[cfg(test)]
 pub mod tests {

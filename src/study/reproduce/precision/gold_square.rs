@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::curve::{Curve, at_position, steady_std_m};
-use super::drawing::{bias_panel, dot, panel, std_panel, table};
+use super::curve::{Curve, at_position, steady_std_m, table};
+use super::drawing::{panel, panels};
 use super::{POWER, with_interval};
 use crate::code::Code;
-use crate::report::chart::{Chart, Legend, Mark, Panel, Scale, Series};
+use crate::report::chart::{Axis, Mark, Panel};
+use crate::report::table::Table;
 use crate::scene::{Detector, Scene};
-use crate::study::reproduce::bias::level;
 use crate::study::reproduce::figure::{Claim, Figure};
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{Light, balanced_gold, sensor, square};
@@ -41,19 +41,9 @@ pub fn gold_and_square(run: &mut Run) -> Result<Figure, RunError> {
     let claims = degradation(&losses, range, &reasons(&gold, &square)?);
     let title = "Fig. 5: precision of Gold code and square wave, 104.8 µs per phase step";
     let curves = [of_gold, of_square];
-    Ok(Figure {
-        table: table(&curves),
-        claims: claims.into_iter().collect(),
-        chart: Chart {
-            title: title.to_owned(),
-            panels: vec![
-                std_panel(POWER, &curves),
-                loss_panel(&losses),
-                bias_panel(POWER, &curves),
-            ],
-        },
-        notes: Vec::new(),
-    })
+    let [std, bias] = panels(POWER, &curves);
+    let figure = Figure::new(title, table(&curves), vec![std, loss_panel(&losses), bias]);
+    Ok(Figure { claims: claims.into_iter().collect(), ..figure })
 }
 
 fn of_code(code: &Arc<Code>, power_pw: f64) -> Scene {
@@ -62,25 +52,17 @@ fn of_code(code: &Arc<Code>, power_pw: f64) -> Scene {
 
 /// The loss at each power, and the mean over all powers up to it.
 fn loss_panel(losses: &[(f64, Measured)]) -> Panel {
-    let ends = [
-        losses.first().map_or(1.0, |(power_pw, _)| *power_pw),
-        losses.last().map_or(1.0, |(power_pw, _)| *power_pw),
-    ];
-    let series = |label: &str, colour, value: &dyn Fn(usize) -> Measured| Series {
-        label: label.to_owned(),
-        mark: Mark::LineAndDots,
-        colour,
-        points: (0..losses.len()).map(|i| dot(losses[i].0, value(i))).collect(),
-    };
-    let up_to = |last: usize| mean_of(&losses[..=last]);
-    let claimed = format!("the article's {CLAIMED_DB} dB");
-    let drawn = vec![
-        series("at this power", 2, &|i| losses[i].1),
-        series("mean of all powers up to this", 3, &up_to),
-        level(claimed, CLAIMED_DB, ends),
-    ];
-    let label = "Gold code over square wave (dB)";
-    panel(POWER, label, Scale::Linear, drawn, Legend::LowerLeft)
+    let at = losses.iter().map(|&(power_pw, loss)| ("at this power", power_pw, loss));
+    let up_to = (0..losses.len())
+        .map(|last| ("mean of all powers up to this", losses[last].0, mean_of(&losses[..=last])));
+    let table = Table::of(&at.chain(up_to).collect::<Vec<_>>())
+        .column("series", |row| row.0)
+        .column("power_pw", |row| row.1)
+        .interval("loss_db", |row| row.2)
+        .table();
+    panel(POWER, Axis::linear("loss_db", "Gold code over square wave (dB)"))
+        .curves(&table, Mark::LineAndDots)
+        .level(&format!("the article's {CLAIMED_DB} dB"), CLAIMED_DB)
 }
 
 fn mean_of(losses: &[(f64, Measured)]) -> Measured {
@@ -153,28 +135,22 @@ fn degradation(losses: &[(f64, Measured)], range_pw: f64, reasons: &str) -> Opti
             .map(|loss| format!("{} {range} ({})", with_interval(loss), verdict(loss).text()));
         found.unwrap_or_else(|| format!("nothing to compare {range}"))
     });
-    Some(Claim {
-        id: "C1".into(),
-        article: "a Gold code costs 3.24 dB of precision against a square wave (104.8 us)".into(),
-        criterion: "mean of 10 log10(ratio of standard deviations) over the article's powers \
-                    within 0.30 dB of 3.24 dB, interval included; 0.30 dB is what 100 samples at \
-                    each of eight powers leave open of the article's mean. Its text names no \
-                    powers, but says that these curves come down to a few millimetres: its powers \
-                    are taken as those up to the first at which the Gold code scatters by at most \
-                    5 mm"
-            .into(),
-        measured: loss.value,
-        unit: "dB".into(),
-        measured_ci95: Some(loss.interval()),
-        verdict: verdict(loss),
-        remark: format!(
-            "the article's powers end at {range_pw} pW. The verdict depends on them: mean loss in \
-             dB {}. By power in pW: {by_power}. {reasons}. Half the triangle's amplitude alone \
-             would be 3.01 dB. Powers at which the coarse stage misses more than 1 % of the scans \
-             are left out",
-            by_range.join(", "),
-        ),
-    })
+    let claim = [
+        "C1",
+        "a Gold code costs 3.24 dB of precision against a square wave (104.8 us)",
+        "mean of 10 log10(ratio of standard deviations) over the article's powers within 0.30 dB \
+         of 3.24 dB, interval included; 0.30 dB is what 100 samples at each of eight powers leave \
+         open of the article's mean. Its text names no powers, but says that these curves come \
+         down to a few millimetres: its powers are taken as those up to the first at which the \
+         Gold code scatters by at most 5 mm",
+    ];
+    let remark = format!(
+        "the article's powers end at {range_pw} pW. The verdict depends on them: mean loss in dB \
+         {}. By power in pW: {by_power}. {reasons}. Half the triangle's amplitude alone would be \
+         3.01 dB. Powers at which the coarse stage misses more than 1 % of the scans are left out",
+        by_range.join(", "),
+    );
+    Some(Claim::measured(claim, loss, "dB", verdict(loss), remark))
 }
 
 #[cfg(test)]

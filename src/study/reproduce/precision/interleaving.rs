@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use super::curve::Curve;
-use super::drawing::{bias_panel, std_panel, table};
+use super::curve::{Curve, table};
+use super::drawing::panels;
 use super::{POWER, POWERS_PW, mean_loss, with_interval};
 use crate::code::Code;
-use crate::report::chart::Chart;
 use crate::study::reproduce::figure::{Claim, Figure};
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{Light, balanced_gold, sensor, square};
@@ -27,15 +26,10 @@ pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
             sensor(&[Light::new(code, power_pw)], INTEGRATION_S)
         })?);
     }
-    Ok(Figure {
-        table: table(&curves),
-        claims: recovery(&curves, &by_amplitude(&codes)).into_iter().collect(),
-        chart: Chart {
-            title: "Fig. 6: precision by interleaving depth ν, 209.6 µs per phase step".to_owned(),
-            panels: vec![std_panel(POWER, &curves), bias_panel(POWER, &curves)],
-        },
-        notes: Vec::new(),
-    })
+    let claims = recovery(&curves, &by_amplitude(&codes)).into_iter().collect();
+    let title = "Fig. 6: precision by interleaving depth ν, 209.6 µs per phase step";
+    let figure = Figure::new(title, table(&curves), panels(POWER, &curves).into());
+    Ok(Figure { claims, ..figure })
 }
 
 /// What the amplitudes of eq. 25 alone would give, in words.
@@ -72,26 +66,22 @@ fn recovery(curves: &[Curve], by_amplitude: &str) -> Option<Claim> {
         thrice_wins.standard_error().hypot(0.5 * once_wins.standard_error()),
     );
     let little_more = Verdict::below(beyond, 0.0);
-    Some(Claim {
-        id: "C4".into(),
-        article: "interleaving wins the loss back, nu = 1 most of it, nu > 1 little more (eq. 25)"
-            .into(),
-        criterion: "nu = 1 wins back more than half of the loss in dB (lower end of the \
-                    interval), and nu = 3 wins less than half as much again, intervals included"
-            .into(),
-        measured: share.value,
-        unit: "of the loss".into(),
-        measured_ci95: Some(share.interval()),
-        verdict: Verdict::at_least(share, 0.5).and(little_more),
-        remark: format!(
-            "means in dB over the powers where the coarse stage is right in 99 % of the scans, nu \
-             = 0 against the square wave {}, nu = 0 against 1 {}, nu = 1 against 3 {}. {by_amplitude}. \
-             The price is side peaks at 2 T_c of 0, 0.5, 0.75 of the peak, and with them coarse slips",
-            with_interval(loss),
-            with_interval(once_wins),
-            with_interval(thrice_wins),
-        ),
-    })
+    let claim = [
+        "C4",
+        "interleaving wins the loss back, nu = 1 most of it, nu > 1 little more (eq. 25)",
+        "nu = 1 wins back more than half of the loss in dB (lower end of the interval), and nu = 3 \
+         wins less than half as much again, intervals included",
+    ];
+    let remark = format!(
+        "means in dB over the powers where the coarse stage is right in 99 % of the scans, nu = 0 \
+         against the square wave {}, nu = 0 against 1 {}, nu = 1 against 3 {}. {by_amplitude}. The \
+         price is side peaks at 2 T_c of 0, 0.5, 0.75 of the peak, and with them coarse slips",
+        with_interval(loss),
+        with_interval(once_wins),
+        with_interval(thrice_wins),
+    );
+    let verdict = Verdict::at_least(share, 0.5).and(little_more);
+    Some(Claim::measured(claim, share, "of the loss", verdict, remark))
 }
 
 #[cfg(test)]

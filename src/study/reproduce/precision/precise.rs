@@ -69,32 +69,22 @@ fn best_of(codes: &[(&str, Arc<Code>)]) -> Result<String, RunError> {
 
 fn decide(single: &Curve, best: &Best) -> [Claim; 2] {
     let std = best.again.std_m().scaled(1e3);
-    let claim =
-        |id: &'static str, article: &'static str, criterion: &'static str, limit_mm: f64| Claim {
-            id: id.into(),
-            article: article.into(),
-            criterion: criterion.into(),
-            measured: std.value,
-            unit: "mm".into(),
-            measured_ci95: Some(std.interval()),
-            verdict: Verdict::below(std, limit_mm),
-            remark: remark(single, best, limit_mm),
-        };
-    [
-        claim(
-            "C2",
-            "precision below 1.5 mm",
-            "the standard deviation of a Gold code at 1.04 ms, for targets all over a phase step, \
-             is below 1.5 mm at its best power, interval included",
-            BELOW_MM,
-        ),
-        claim(
-            "C3",
-            "almost 1 mm at 1.04 ms",
-            "the same standard deviation is below 1.25 mm, interval included",
-            ALMOST_MM,
-        ),
-    ]
+    let claim = |claim, limit_mm| {
+        let verdict = Verdict::below(std, limit_mm);
+        Claim::measured(claim, std, "mm", verdict, remark(single, best, limit_mm))
+    };
+    let precise = [
+        "C2",
+        "precision below 1.5 mm",
+        "the standard deviation of a Gold code at 1.04 ms, for targets all over a phase step, is \
+         below 1.5 mm at its best power, interval included",
+    ];
+    let almost = [
+        "C3",
+        "almost 1 mm at 1.04 ms",
+        "the same standard deviation is below 1.25 mm, interval included",
+    ];
+    [claim(precise, BELOW_MM), claim(almost, ALMOST_MM)]
 }
 
 fn remark(single: &Curve, best: &Best, limit_mm: f64) -> String {

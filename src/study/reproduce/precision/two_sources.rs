@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use super::curve::Curve;
-use super::drawing::{bias_panel, positions_panel, std_panel, table};
+use super::curve::{Curve, table};
+use super::drawing::{panels, positions_panel};
 use super::precise::{self, ALMOST_MM, BELOW_MM, INTEGRATION_S, SINGLE_POWERS_PW, alone};
 use super::{POWER, POWERS_PW, mean_loss, with_interval};
 use crate::code::Code;
-use crate::report::chart::Chart;
 use crate::scene::Scene;
 use crate::study::reproduce::figure::{Claim, Figure};
 use crate::study::reproduce::run::{Run, RunError};
@@ -50,17 +49,11 @@ pub fn two_sources(run: &mut Run) -> Result<Figure, RunError> {
     let by_position = positions_panel(POWER, &single, &[BELOW_MM, ALMOST_MM]);
     let power = "optical power at the detector, of each source (pW)";
     let curves = [single, by_gold, by_square, by_path, by_constant];
+    let [std, bias] = panels(power, &curves);
     let title = "Fig. 8: precision of one source by position (left), and with a second source of \
                  equal power, 1.04 ms per phase step";
-    Ok(Figure {
-        table: table(&curves),
-        claims,
-        chart: Chart {
-            title: title.to_owned(),
-            panels: vec![by_position, std_panel(power, &curves), bias_panel(power, &curves)],
-        },
-        notes: Vec::new(),
-    })
+    let figure = Figure::new(title, table(&curves), vec![by_position, std, bias]);
+    Ok(Figure { claims, ..figure })
 }
 
 /// Share of scans over the whole code period whose largest count is the
@@ -88,49 +81,34 @@ fn multi_view(
         return Vec::new();
     };
     let found = Verdict::exact(unique.value >= 1.0);
-    let claim = |id: &'static str,
-                 article: &'static str,
-                 criterion: &'static str,
-                 loss: Measured,
-                 limit_db,
-                 remark| Claim {
-        id: id.into(),
-        article: article.into(),
-        criterion: criterion.into(),
-        measured: loss.value,
-        unit: "dB".into(),
-        measured_ci95: Some(loss.interval()),
-        verdict: Verdict::below(loss, limit_db).and(found),
-        remark,
+    let claim = |claim, loss, limit_db, remark| {
+        Claim::measured(claim, loss, "dB", Verdict::below(loss, limit_db).and(found), remark)
     };
+    let of_all = [
+        "C6",
+        "an equal-power second source with another code of the set causes a small degradation of \
+         precision beside one source alone, and leaves the coarse peak unique",
+        "mean loss over the powers against one source alone below 3.24 dB, interval included (the \
+         only degradation to which the article gives a number, and which it calls not \
+         substantial), and the largest count of every scan over the whole code period is the \
+         target's",
+    ];
+    let of_code = [
+        "C6b",
+        "(our reading of C6) the second source's code costs little beyond its light",
+        "mean loss over the powers against the same light without a code, which is what any second \
+         source costs, at most 0.25 dB (6 % of the standard deviation), interval included, and the \
+         coarse peak as in C6",
+    ];
+    let beyond_light = format!(
+        "against no second source {} dB (C6). Below zero, the code's light costs less than \
+         constant light: where the coarse stage wavers with one of them and not with the other, \
+         the mean has that difference in it (rings in the figure)",
+        with_interval(in_all),
+    );
     vec![
-        claim(
-            "C6",
-            "an equal-power second source with another code of the set causes a small degradation \
-             of precision beside one source alone, and leaves the coarse peak unique",
-            "mean loss over the powers against one source alone below 3.24 dB, interval included \
-             (the only degradation to which the article gives a number, and which it calls not \
-             substantial), and the largest count of every scan over the whole code period is the \
-             target's",
-            in_all,
-            SMALL_DB,
-            beside_one_source(by_gold, unique),
-        ),
-        claim(
-            "C6b",
-            "(our reading of C6) the second source's code costs little beyond its light",
-            "mean loss over the powers against the same light without a code, which is what any \
-             second source costs, at most 0.25 dB (6 % of the standard deviation), interval \
-             included, and the coarse peak as in C6",
-            by_code,
-            LITTLE_DB,
-            format!(
-                "against no second source {} dB (C6). Below zero, the code's light costs less \
-                 than constant light: where the coarse stage wavers with one of them and not with \
-                 the other, the mean has that difference in it (rings in the figure)",
-                with_interval(in_all),
-            ),
-        ),
+        claim(of_all, in_all, SMALL_DB, beside_one_source(by_gold, unique)),
+        claim(of_code, by_code, LITTLE_DB, beyond_light),
     ]
 }
 
