@@ -2,6 +2,7 @@
 
 use crate::photons::DetectorModel;
 use crate::photons::tail::Tail;
+use crate::scene::Recharge;
 
 /// The finest step of integration, as a share of a chip.
 pub(super) const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
@@ -45,6 +46,12 @@ pub enum MeanResponseError {
         /// Why their number is not worked out.
         obstacle: &'static str,
     },
+    /// The dead time has no fixed length.
+    #[error(
+        "recharge is passive, so that light within a dead time prolongs it; the mean response is \
+         solved for recharge = \"active\": simulate it photon by photon"
+    )]
+    PassiveRecharge,
     /// There are no counts with such moments.
     #[error(
         "the counts' means or covariances are no finite numbers below 2^53; the tiers events and \
@@ -170,6 +177,9 @@ pub enum MeanResponseError {
 /// Whether a detector is one whose mean response is solved, whatever its light.
 pub(super) fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     let ps = |chips: f64| model.timing.clock.ps(chips);
+    if model.recharge == Recharge::Passive && model.dead_time_chips > 0.0 {
+        return Err(MeanResponseError::PassiveRecharge);
+    }
     if let Some(afterpulsing) = model.afterpulsing
         && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS
     {

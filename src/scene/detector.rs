@@ -27,6 +27,8 @@ pub struct Detector {
     pub background_rate_cps: f64,
     /// Time after an avalanche in which nothing is counted.
     pub dead_time_ps: f64,
+    /// What light does within the dead time.
+    pub recharge: Recharge,
     /// Chance that an avalanche causes at least one afterpulse, 0..1.
     pub afterpulsing_probability: f64,
     /// Afterpulse delay's exponential time constant, from the dead time's end.
@@ -48,6 +50,22 @@ impl Detector {
     pub fn jitter_std_ps(&self) -> f64 {
         std_of_sum(&self.jitter_ps)
     }
+}
+
+/// What an arrival does within the dead time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Recharge {
+    /// Nothing: the detector is quenched until the dead time ends (non-paralyzable).
+    Active,
+    /// It begins the dead time anew, uncounted: the detector recharges slowly and fires again
+    /// before its pulse has left the comparator (paralyzable).
+    Passive,
+}
+
+impl Recharge {
+    /// Each of them, under the name that scenes use.
+    pub const NAMES: [(&'static str, Recharge); 2] =
+        [("active", Recharge::Active), ("passive", Recharge::Passive)];
 }
 
 /// Edge timing of the article's continuous-time counter (Table I).
@@ -73,6 +91,7 @@ pub(super) fn read(
     let from_budget_cps = budget::read_background(&section, wavelength_nm);
     let background_rate_cps = section.quantity("background_rate");
     let dead_time_ps = section.quantity("dead_time");
+    let recharge = section.choice("recharge", &Recharge::NAMES);
     // One that cannot be read is complained about already.
     let has_dead_time = dead_time_ps.is_none_or(|dead_time_ps| dead_time_ps > 0.0);
     let (afterpulsing_probability, afterpulsing_time_constant_ps) =
@@ -93,6 +112,7 @@ pub(super) fn read(
         dark_count_rate_cps: dark_count_rate_cps?,
         background_rate_cps: from_budget_cps.or(background_rate_cps)?,
         dead_time_ps,
+        recharge: recharge?,
         afterpulsing_probability,
         afterpulsing_time_constant_ps,
         pulse_width_ps: match pulse_width_ps {

@@ -10,7 +10,7 @@ use crate::photons::DetectorModel;
 use crate::photons::fast::StepCounter;
 use crate::response::MeanResponse;
 use crate::scan::Step;
-use crate::scene::{self, DetectorIndex, Scene};
+use crate::scene::{self, DetectorIndex, Recharge, Scene};
 use crate::sensor::Sensor;
 
 pub(super) const CASES: &[Case] = &[
@@ -29,6 +29,17 @@ pub(super) const CASES: &[Case] = &[
         what: "deviation of the mean count from the photons of 10 pW at 783 nm",
         why: "every photon counts: P T lambda / (h c), with CODATA's exact h and c",
         run: perfect_detector,
+    },
+    Case {
+        name: "passive-recharge-past-its-maximum",
+        group: Group::Detectors,
+        quick: true,
+        what: "deviations of mean and variance of the counts, 50 and 200 Mcps behind a dead time \
+               of 14 ns that each arrival begins anew",
+        why: "paralyzable dead time: rate r = lambda exp(-lambda D), largest at lambda D = 1; the \
+              pair density is r^2 beyond D and 0 within, so the variance of N counts in T is \
+              r T - r^2 D (2 T - D)",
+        run: passive_recharge,
     },
     Case {
         name: "afterpulsing-probability-0",
@@ -124,6 +135,23 @@ fn no_afterpulses(seed: u64) -> Result<Measured, CaseError> {
     let without = counts(&scene, 248, seed);
     let differing = with_constant.iter().zip(&without).filter(|(a, b)| a != b);
     Measured::none(differing.count(), "counts")
+}
+
+/// Simulated far beyond the rate at which a paralyzable detector counts most.
+fn passive_recharge(seed: u64) -> Result<Measured, CaseError> {
+    let dead_time_s = 14e-9;
+    let mut deviations = Vec::new();
+    for primary_cps in [50e6, 200e6] {
+        let mut scene = constant_light(primary_cps, 2_000)?;
+        scene.detectors[0].dead_time_ps = 14e3;
+        scene.detectors[0].recharge = Recharge::Passive;
+        let totals = Sample::of_totals(&counts(&scene, 248, seed));
+        let (rate, time_s) = (primary_cps * (-primary_cps * dead_time_s).exp(), step_s(&scene));
+        deviations.push(totals.z(rate * time_s));
+        let fewer = rate * rate * dead_time_s * (2.0 * time_s - dead_time_s);
+        deviations.push(totals.variance_z(rate * time_s - fewer));
+    }
+    Measured::deviation(worst(deviations))
 }
 
 fn runaway_behind_dead_time(seed: u64) -> Result<Measured, CaseError> {
