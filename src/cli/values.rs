@@ -39,7 +39,7 @@ pub(super) fn parse_error(text: &str) -> Result<f64, String> {
     match number.trim().parse::<f64>() {
         Ok(value) if (LEAST_ERROR..=MOST_ERROR).contains(&(value * scale)) => Ok(value * scale),
         _ => Err(format!(
-            "\"{text}\" is no relative error from 0.01% to 99%; write for example 1% or 0.01"
+            "\"{text}\" is not a relative error from 0.01% to 99%; write for example 1% or 0.01"
         )),
     }
 }
@@ -63,7 +63,7 @@ pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
         }
     };
     let seconds = digits.trim().parse::<f64>().map_or(f64::NAN, |n| n * unit_s);
-    // Neither is one that is no number.
+    // Neither is one that is not a number.
     if (1e-3..=MOST_SECONDS).contains(&seconds) {
         Ok(Duration::from_secs_f64(seconds))
     } else {

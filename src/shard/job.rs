@@ -87,7 +87,7 @@ pub struct SceneText {
     pub file: String,
     /// Its text.
     pub text: String,
-    /// Keys that are set otherwise than in the text: `path.distance=5 m`.
+    /// Overridden keys: `path.distance=5 m`.
     pub settings: Vec<String>,
 }
 
@@ -207,7 +207,7 @@ impl SceneText {
     /// # Errors
     /// What is wrong with it.
     pub fn scene(&self) -> Result<Scene, SceneErrors> {
-        // What is no setting was none when it was written.
+        // What is not a setting was none when it was written.
         let settings = self.settings().unwrap_or_default();
         scene::parse_with(&self.file, &self.text, &settings)
     }
