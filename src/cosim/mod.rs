@@ -86,6 +86,9 @@ use crate::sensor::layout::Layout;
 /// Name of the module that is compared, unless a manifest says otherwise.
 pub const TOP: &str = crate::deliver::TOP;
 
+/// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
+pub const MOST_CLOCKS: u64 = 1 << 50;
+
 /// What drives a co-simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]

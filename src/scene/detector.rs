@@ -46,6 +46,31 @@ pub struct Detector {
 }
 
 impl Detector {
+    /// One that counts every photon at once, without noise, dead time or jitter; its pulses
+    /// are of `pulse_width_ps`.
+    pub fn ideal(name: &str, reference: SourceIndex, pulse_width_ps: f64) -> Detector {
+        Detector {
+            name: name.to_owned(),
+            reference,
+            photon_detection_probability: 1.0,
+            dark_count_rate_cps: 0.0,
+            background_rate_cps: 0.0,
+            dead_time_ps: 0.0,
+            recharge: Recharge::Active,
+            afterpulsing_probability: 0.0,
+            afterpulsing_time_constant_ps: 0.0,
+            pulse_width_ps,
+            delay_ps: 0.0,
+            jitter_ps: Vec::new(),
+            jitter_tail: JitterTail::None,
+            counter: CounterTiming {
+                rising_delay_ps: 0.0,
+                falling_delay_ps: 0.0,
+                transition_ps: 0.0,
+            },
+        }
+    }
+
     /// Standard deviation of all jitters together.
     pub fn jitter_std_ps(&self) -> f64 {
         std_of_sum(&self.jitter_ps)

@@ -6,13 +6,14 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args};
 
 use super::common::{CheckArgument, SceneArgument, ShardArguments};
-use crate::cli::values::{MOST_CLOCKS, parse_latency, parse_share};
+use crate::cli::values::parse_latency;
+use crate::cosim::MOST_CLOCKS;
 use crate::cosim::StimulusKind;
 use crate::cosim::engine::Engine;
 use crate::cosim::latency::Latency;
 use crate::cosim::own::OwnRtl;
 use crate::deliver::Prefix;
-use crate::grade::{Bounds, GradeStimulus};
+use crate::grade::GradeOptions;
 use crate::scene::EstimatorKind;
 
 #[derive(Debug, Args)]
@@ -176,29 +177,8 @@ pub(in crate::cli) struct GradeArguments {
     pub scene: SceneArgument,
     #[command(flatten)]
     pub own: OwnArguments,
-    /// Stimulus to grade: the first 4 million clocks of photons, the adversarial
-    /// stimulus of `cosim` (also `hostile`), or that of the emitted testbench
-    #[arg(long, value_enum, default_value_t = GradeStimulus::Adversarial)]
-    pub stimulus: GradeStimulus,
-    /// Clocks of the stimulus, reset included: --clocks 100000 [default: as many as it needs]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(16..=MOST_CLOCKS))]
-    pub clocks: Option<u64>,
-    /// Mutants beside the stuck-at faults, 0 for none: --mutants 100
-    #[arg(long, value_name = "N", default_value_t = 1_000,
-          value_parser = clap::value_parser!(u32).range(0..=10_000))]
-    pub mutants: u32,
-    /// Time limit in seconds for the proof that a survivor is equivalent: --proof-time 20
-    #[arg(long, value_name = "S", default_value_t = Bounds::default().each_s,
-          value_parser = clap::value_parser!(u32).range(1..=3_600))]
-    pub proof_time: u32,
-    /// Time limit in seconds for all these proofs together: --proof-budget 600
-    #[arg(long, value_name = "S", default_value_t = Bounds::default().all_s,
-          value_parser = clap::value_parser!(u32).range(1..=86_400))]
-    pub proof_budget: u32,
-    /// Exit with status 4 if a smaller share is caught, of faults or of mutants that are
-    /// not proven equivalent: --at-least 99%
-    #[arg(long, value_name = "SHARE", value_parser = parse_share)]
-    pub at_least: Option<f64>,
+    #[command(flatten)]
+    pub options: GradeOptions,
     #[command(flatten)]
     pub shard: ShardArguments,
 }

@@ -54,7 +54,7 @@ pub(super) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// Run the complete flow: plan, emit, simulate photons, co-simulate, estimate, report
+    /// Plan, emit, simulate photons, co-simulate, estimate, report: the main job
     Run(RunArguments),
     /// Show what a scene keeps and leaves out, and why
     #[command(after_help = "Example: goldtof plan scenes/quick.toml")]
@@ -79,7 +79,7 @@ pub(super) enum Command {
     Estimate(EstimateArguments),
     /// Measure error against run time for every tier of simulation
     Fidelity(FidelityArguments),
-    /// Compare architectures: step by step, sixteen steps in parallel, or a histogram
+    /// Compare sensors: one phase step at a time, sixteen, or a histogram
     CompareArchitectures(CompareArchitecturesArguments),
     /// Reproduce the article's figures and claims, and the errors it leaves out
     Reproduce(ReproduceArguments),

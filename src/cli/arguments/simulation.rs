@@ -6,10 +6,9 @@ use clap::Args;
 
 use super::common::{CheckArgument, SceneArgument, ShardArguments};
 use crate::cli::values::parse_shard;
-use crate::cosim::engine::Engine;
 use crate::scene::EstimatorKind;
 use crate::shard::Part;
-use crate::simulate::Tier;
+use crate::simulate::{SimulateOptions, Tier};
 use crate::study::sweep::Axis;
 
 #[derive(Debug, Args)]
@@ -19,23 +18,12 @@ use crate::study::sweep::Axis;
 pub(in crate::cli) struct SimulateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Scans to simulate, 1 to 1000000, for example --repeat 1000
-    #[arg(long, value_name = "R", default_value_t = 100,
-          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    pub repeat: u64,
-    /// Tier of simulation
-    #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
-    pub fidelity: Tier,
-    /// Co-simulation engine of the tier rtl
-    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
-    pub engine: Engine,
+    #[command(flatten)]
+    pub options: SimulateOptions,
     /// Write the expected count of each phase step, or bin of a histogram, and its
     /// standard deviation as CSV, for example --expected expected.csv
     #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     pub expected: Option<PathBuf>,
-    /// Estimator [default: the scene's]
-    #[arg(long, value_name = "E", value_enum)]
-    pub estimator: Option<EstimatorKind>,
     #[command(flatten)]
     pub check: CheckArgument,
     #[command(flatten)]
