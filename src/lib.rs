@@ -3,7 +3,7 @@
 //!
 //! The way of one scene through the crate: [`scene`] reads and checks it,
 //! [`code`] makes its codes, [`sensor`] fixes what the hardware promises at its
-//! ports, [`rtl`] describes that hardware and [`deliver`] emits it as Verilog,
+//! ports, `rtl` describes that hardware and [`deliver`] emits it as Verilog,
 //! [`photons`] makes the light and the detections, [`mod@reference`] predicts every
 //! port at every clock, [`mod@cosim`] runs the Verilog beside it, [`response`] says what
 //! counts are expected, and [`mod@estimate`] turns counts into a distance. [`mod@simulate`]
