@@ -93,6 +93,17 @@ impl Scene {
         SceneReference::new(&self.name, &self.origin)
     }
 
+    /// Whether light of its source arrives over a path.
+    pub fn is_lit(&self, path: &Path) -> bool {
+        self.sources[path.source].emits() && path.transmission > 0.0
+    }
+
+    /// Whether that light carries its source's code.
+    pub fn carries_code(&self, path: &Path) -> bool {
+        let source = &self.sources[path.source];
+        self.is_lit(path) && source.extinction_ratio > 1.0 && source.code.weight() > 0
+    }
+
     /// What follows from clock and scan.
     pub fn timing(&self) -> Timing {
         Timing {
@@ -124,6 +135,13 @@ pub struct Source {
     pub response: LaserResponse,
     /// How its clock goes beside the detectors'.
     pub clock: SourceClock,
+}
+
+impl Source {
+    /// Whether it has any light.
+    pub fn emits(&self) -> bool {
+        self.mean_power_w > 0.0
+    }
 }
 
 /// How a source's clock goes beside that of the detectors, which are one sensor.
