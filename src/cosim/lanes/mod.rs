@@ -10,6 +10,7 @@ mod meaning;
 mod model;
 pub mod mutants;
 pub mod netlist;
+mod places;
 mod pulses;
 mod recurrence;
 pub mod run;

@@ -2,8 +2,9 @@
 //!
 //! A short run from reset is watched there. Each bit is then compared with the bits of
 //! what the sensor is known to have counted by then ([`Tally`]), and, if it is none of
-//! them, with linear recurrences over the number of the group. A guess may be wrong:
-//! nothing rests on it, because every lane's end has to be the next one's start.
+//! them, with linear recurrences over the number of the group, and with what it was at each chip
+//! of a code ([`CodePlace`]). A guess may be wrong: nothing rests on it, because every lane's end
+//! has to be the next one's start.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -14,7 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use super::design::Design;
 use super::model::{BLOCK_CLOCKS, LaneBlock, LaneModel, Table, halted};
-use super::recurrence::Recurrence;
+use super::places::CodePlace;
+use super::recurrence::{Recurrence, SPARE_SAMPLES};
 use super::slices::{FIRST_WORD, settling_clocks};
 use super::tally::Tally;
 use super::{Refusal, Unfit};
@@ -26,10 +28,14 @@ use crate::reference::stimulus::RESET_CLOCKS;
 use crate::scan::{Group, Sample};
 use crate::sensor::interface::Interface;
 
-/// Most clocks that are watched.
-const MOST_CLOCKS: u64 = 4_000_000;
+/// Clocks that are watched, unless these are more groups than are of use, or too few.
+const CLOCKS: u64 = 4_000_000;
 /// Most groups that are watched.
 const MOST_GROUPS: u64 = 600;
+/// Least groups that are watched: so many tell a thermometer of 16 places.
+const LEAST_GROUPS: u64 = 40;
+/// Most clocks at which the registers are read one after another, in the first group.
+const MOST_CHIPS: u64 = 4_200;
 /// First groups: what the reset left is still on its way.
 const FIRST_GROUPS: usize = 2;
 /// Groups at the start in which little is counted, so that what is saturated, or else
@@ -40,7 +46,7 @@ const QUIET_GROUPS: u64 = 12;
 const QUIET_HITS: usize = 2;
 const GUESSES: &str = "starts.json";
 /// Changes with what this file does.
-const VERSION: &str = "6";
+const VERSION: &str = "7";
 
 /// How a register's value is guessed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,6 +55,9 @@ enum Guess {
     Counted(Place),
     /// A recurrence over the groups, from [`FIRST_GROUPS`] on.
     Recurrent(Recurrence),
+    /// A recurrence over the chips of a code, from the one on that stands [`settling_clocks`]
+    /// behind the first group's first word.
+    Code(CodePlace, Recurrence),
     /// What it was when the whole run was watched.
     Watched(Vec<bool>),
     /// It settles while the lane warms up.
@@ -116,13 +125,21 @@ impl Starts {
 
     /// The planes of all registers: lane i as at the first word of group `groups[i]`,
     /// where `counted[i]` has been counted. Groups are in order.
-    pub(super) fn planes(&self, groups: &[u64], counted: &[Vec<i64>]) -> Vec<u64> {
+    pub(super) fn planes(
+        &self,
+        interface: &Interface,
+        groups: &[u64],
+        counted: &[Vec<i64>],
+    ) -> Vec<u64> {
         let places: Vec<u64> =
             groups.iter().map(|&group| group.saturating_sub(FIRST_GROUPS as u64)).collect();
         let plane =
             |guess: &Guess| match guess {
                 Guess::Settles => 0,
                 Guess::Recurrent(recurrence) => bits(recurrence.at(&places).into_iter()),
+                Guess::Code(place, recurrence) => {
+                    bits(at_chips(*place, recurrence, interface, groups).into_iter())
+                }
                 Guess::Watched(history) => {
                     bits(groups.iter().map(|&group| history.get(group as usize) == Some(&true)))
                 }
@@ -132,6 +149,24 @@ impl Starts {
             };
         self.guesses.iter().map(plane).collect()
     }
+}
+
+/// What a register that follows a code is at the first words of some groups, in any order.
+fn at_chips(
+    place: CodePlace,
+    recurrence: &Recurrence,
+    interface: &Interface,
+    groups: &[u64],
+) -> Vec<bool> {
+    let first_chip = settling_clocks(interface);
+    let chip = |&group: &u64| place.chip(interface, group, first_chip);
+    let chips: Vec<u64> = groups.iter().map(chip).collect();
+    let mut in_order = chips.clone();
+    in_order.sort_unstable();
+    in_order.dedup();
+    let values = recurrence.at(&in_order);
+    let value = |chip: &u64| in_order.binary_search(chip).is_ok_and(|place| values[place]);
+    chips.iter().map(value).collect()
 }
 
 fn bits(values: impl Iterator<Item = bool>) -> u64 {
@@ -144,6 +179,8 @@ struct Watch<'a> {
     interface: &'a Interface,
     /// Groups that are watched.
     groups: u64,
+    /// Of each register what it was at the clocks that were watched one by one.
+    chips: Vec<Vec<bool>>,
     model: LaneModel,
     rng: Xoshiro256PlusPlus,
 }
@@ -152,12 +189,17 @@ impl<'a> Watch<'a> {
     fn new(design: &'a Design, interface: &'a Interface) -> Result<Watch<'a>, CosimError> {
         let tables: Vec<Table> =
             (0..design.tables).map(|output| Table { output, planes: vec![0].into() }).collect();
+        let groups = interface.groups();
+        // An LFSR that counts all groups is told by twice its bits.
+        let counter_bits = groups.next_power_of_two().ilog2() as usize;
+        let least = (FIRST_GROUPS + 2 * counter_bits + SPARE_SAMPLES) as u64;
         Ok(Watch {
             design,
             interface,
-            groups: (MOST_CLOCKS / interface.timing.scan.integration_chips)
-                .clamp(1, MOST_GROUPS)
-                .min(interface.groups()),
+            groups: (CLOCKS / interface.timing.scan.integration_chips)
+                .clamp(least.max(LEAST_GROUPS), MOST_GROUPS)
+                .min(groups),
+            chips: vec![Vec::new(); design.registers.len()],
             model: LaneModel::load(design, &tables)?,
             rng: Xoshiro256PlusPlus::seed_from_u64(1),
         })
@@ -190,12 +232,34 @@ impl<'a> Watch<'a> {
             };
             reference.predict_changes(&surroundings, &hits, &mut Changes::default());
             clock = end;
-            self.clock(&samples, 0)?;
+            let rest = if group == 0 { self.watch_chips(&samples)? } else { &samples[..] };
+            self.clock(rest, 0)?;
             for result in reference.take_finished() {
                 tally.add(&result);
             }
         }
         Ok(self.guess(&watched, &counted))
+    }
+
+    /// Clocks a part of the first group clock by clock: a code's period, if it is not too long.
+    /// Gives the samples of the rest.
+    fn watch_chips<'s>(&mut self, samples: &'s [u64]) -> Result<&'s [u64], CosimError> {
+        let settling = settling_clocks(self.interface);
+        let periods = CodePlace::all(self.interface).into_iter().map(|place| place.period);
+        let wanted = periods.max().unwrap_or_default() + SPARE_SAMPLES as u64;
+        let quiet = self.interface.timing.scan.integration_chips - 2 * settling;
+        let (before, rest) = samples.split_at(settling as usize * self.design.samples);
+        self.clock(before, 0)?;
+        let watched = wanted.min(MOST_CHIPS).min(quiet) as usize;
+        let (watched, rest) = rest.split_at(watched * self.design.samples);
+        for word in watched.chunks(self.design.samples) {
+            let planes = self.model.registers().map_err(halted)?;
+            for (register, plane) in self.chips.iter_mut().zip(planes) {
+                register.push(plane & 1 == 1);
+            }
+            self.clock(word, 0)?;
+        }
+        Ok(rest)
     }
 
     /// Clocks all lanes with the samples of lane 0.
@@ -287,10 +351,25 @@ impl<'a> Watch<'a> {
                     return Guess::Watched(history.clone());
                 }
                 let later = history.get(FIRST_GROUPS..).unwrap_or_default();
-                Recurrence::of(later).map_or(Guess::Settles, Guess::Recurrent)
+                // What takes the fewest samples to tell comes first.
+                let recurrent = Recurrence::of(later).map(Guess::Recurrent);
+                let of_code = || self.of_code(number, later).filter(|_| !follows);
+                let periodic = || Recurrence::periodic(later).map(Guess::Recurrent);
+                recurrent.or_else(of_code).or_else(periodic).unwrap_or(Guess::Settles)
             })
         };
         Starts { guesses: guesses.into_iter().zip(&histories).enumerate().map(or_other).collect() }
+    }
+
+    /// The guess that a register follows a code, if that was so in all groups.
+    fn of_code(&self, register: usize, later: &[bool]) -> Option<Guess> {
+        let chips = &self.chips[register];
+        let recurrence = Recurrence::of(chips).or_else(|| Recurrence::periodic(chips))?;
+        let groups: Vec<u64> = (FIRST_GROUPS as u64..).take(later.len()).collect();
+        let mut places = CodePlace::all(self.interface).into_iter();
+        let place =
+            places.find(|&place| at_chips(place, &recurrence, self.interface, &groups) == later)?;
+        Some(Guess::Code(place, recurrence))
     }
 
     /// Guesses of the registers that have a bit of what has been counted.
