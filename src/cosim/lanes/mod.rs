@@ -24,6 +24,7 @@ mod tally;
 mod tests;
 pub mod variants;
 pub mod verilog;
+mod watch;
 mod word;
 mod yosys;
 

@@ -1,4 +1,4 @@
-//! Where the codes stand at the first word of a group.
+//! Where a scan and its codes stand at the first word of a group.
 //!
 //! A generator's registers follow from the chip at which its code stands. At a group's first
 //! word that is known, however long a group is: all codes have gone on by a chip a clock, and a
@@ -8,6 +8,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::scan::Group;
 use crate::sensor::interface::Interface;
+
+/// Numbers that a register may count in binary: the group and its phase step, of the group, the one
+/// behind it and the one before it.
+pub(super) fn numbers(interface: &Interface, group: u64) -> Vec<u64> {
+    let near = [0, 1, -1].map(|ahead| group.saturating_add_signed(ahead));
+    let phase_step = |group: &u64| {
+        let step = interface.grouping().step_of(Group(*group), 0);
+        interface.timing.scan.phase_step(step)
+    };
+    let steps = near.iter().map(phase_step);
+    near.iter().copied().chain(steps).collect()
+}
 
 /// A code, and which delay it has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

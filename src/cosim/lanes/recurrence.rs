@@ -1,8 +1,8 @@
 //! Linear recurrences of bits (Berlekamp and Massey): what an LFSR's output, or a
 //! counter's bit of short period, will be.
 
-/// Samples that a recurrence has to explain beyond those that it is made of: a period's, or twice
-/// the length; by chance it does once in 2^12.
+/// Samples that a recurrence has to explain beyond twice its length, and a period beyond itself; by
+/// chance it does once in 2^12.
 pub(super) const SPARE_SAMPLES: usize = 12;
 /// Most samples in which another recurrence than a period is looked for.
 const MOST_SAMPLES: usize = 600;
@@ -32,10 +32,10 @@ impl Recurrence {
         Some(Recurrence { taps, length, first: bits[..length].to_vec() })
     }
 
-    /// The shortest period of a sequence, which takes half as many samples as a recurrence of its
-    /// length; none if the sequence is too short to tell.
+    /// The shortest period of a sequence that comes twice; none if the sequence is too short to
+    /// tell.
     pub(super) fn periodic(bits: &[bool]) -> Option<Recurrence> {
-        let longest = bits.len().checked_sub(SPARE_SAMPLES)?;
+        let longest = bits.len().checked_sub(SPARE_SAMPLES)?.min(bits.len() / 2);
         let length = (1..=longest).find(|&length| bits[length..] == bits[..bits.len() - length])?;
         let mut taps = vec![0; length.div_ceil(64)];
         taps[(length - 1) / 64] = 1 << ((length - 1) % 64);
