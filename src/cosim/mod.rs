@@ -55,6 +55,7 @@ pub mod shift;
 mod side_by_side;
 pub mod source;
 pub(crate) mod tools;
+mod undefined;
 #[doc(hidden)]
 pub mod verilated;
 mod viewers;
