@@ -221,11 +221,13 @@ impl DetectorModel {
     /// What a chip costs at most, in detections of the plain loop without afterpulses:
     /// an avalanche goes over all afterpulses that are pending.
     pub(crate) fn most_work_per_chip(&self) -> f64 {
+        self.most_detections_per_chip() * (1.0 + PENDING_WORK * self.most_pending_afterpulses())
+    }
+
+    /// Afterpulses that are still to come, on average, in the brightest light.
+    pub(crate) fn most_pending_afterpulses(&self) -> f64 {
         let detections = self.most_detections_per_chip();
-        let pending = self
-            .afterpulsing
-            .map_or(0.0, |a| detections * a.mean_per_avalanche * a.time_constant_chips);
-        detections * (1.0 + PENDING_WORK * pending)
+        self.afterpulsing.map_or(0.0, |a| detections * a.mean_per_avalanche * a.time_constant_chips)
     }
 
     /// Primary rate with every laser on.
