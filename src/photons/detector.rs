@@ -234,10 +234,13 @@ impl DetectorModel {
             // Each arrival is drawn, counted or not.
             Recharge::Passive => self.most_detections_per_chip() + self.brightest_per_chip(),
         };
-        let pending = self
-            .afterpulsing
-            .map_or(0.0, |a| detections * a.mean_per_avalanche * a.time_constant_chips);
-        detections * (1.0 + PENDING_WORK * pending)
+        detections * (1.0 + PENDING_WORK * self.most_pending_afterpulses())
+    }
+
+    /// Afterpulses that are still to come, on average, in the brightest light.
+    pub(crate) fn most_pending_afterpulses(&self) -> f64 {
+        let detections = self.most_detections_per_chip();
+        self.afterpulsing.map_or(0.0, |a| detections * a.mean_per_avalanche * a.time_constant_chips)
     }
 
     /// Primary rate with every laser on.

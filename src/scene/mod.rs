@@ -19,6 +19,8 @@
 mod budget;
 mod detector;
 mod error;
+#[cfg(test)]
+pub(crate) mod extreme;
 mod index;
 mod keys;
 mod movement;

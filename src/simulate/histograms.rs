@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::effort::check_draws;
 use super::run_up::begun_by;
 use crate::estimate::histogram::{Uncorrected, dead_time};
 use crate::histogram::correction::CorrectionError;
@@ -63,6 +64,7 @@ pub(super) fn counts(
     on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let dead_time = dead_time(sensor, detector).map_err(HistogramsError::NotDrawn)?;
+    check_draws(sensor, detector)?;
     let model = &DetectorModel::new(sensor, detector);
     let [period, all] = samples(model);
     let means = MeanResponse::new(model)?.mean_bins();

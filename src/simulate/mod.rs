@@ -16,6 +16,7 @@
 //! ```
 
 pub(crate) mod domain;
+pub mod effort;
 mod expected;
 pub mod forecast;
 pub mod histograms;

@@ -159,7 +159,7 @@ tables! {
     BACKGROUND = "detector.background" and RECEIVER {
         illuminance: quantity(Illuminance, "0 lux", "1000 klux"),
             Otherwise("none: `irradiance` stands for it"), "10 klux";
-            "sunlight on the target, whose spectrum is known from 350 nm to 1700 nm"
+            "sunlight on the target, whose spectrum is known from 350 nm to 1700 nm, for filters of 1 nm and more"
             "nine suns at noon";
         irradiance: quantity(SpectralIrradiance, "0 W/m2/nm", "1000 W/m2/nm"),
             Otherwise("none: `illuminance` stands for it"), "100 mW/m2/nm";
