@@ -126,16 +126,18 @@ pub fn clocks(scene: &Scene) -> Outcome {
 
 /// The own light alone, others searched for, with codes of degree 5 to 11, 104.8 us.
 pub fn alone(scene: &Scene) -> Outcome {
-    println!("own light alone, 5 Mcps, others searched for, whole scans, counts tier");
+    println!("own light alone, others searched for, whole scans, counts tier");
     // Degree 8 has no Gold sets.
-    for degree in [5, 6, 7, 9, 10, 11] {
+    for (degree, (rate, times)) in [5, 6, 7, 9, 10, 11].into_iter().flat_map(|degree| {
+        [("5 Mcps", 1.0), ("1 Mcps", 0.2), ("20 Mcps", 5.0)].map(|light| (degree, light))
+    }) {
         let spec = CodeSpec { degree: Some(degree), index: Some(3), ..CodeSpec::new(Family::Gold) };
-        let mut scene = with_paths(scene, &[(3, 9.6625, 1.0)], POWER_W, 13_100)?;
+        let mut scene = with_paths(scene, &[(3, 9.6625, 1.0)], times * POWER_W, 13_100)?;
         let code = spec.build()?;
         scene.scan.steps = code.len() * u64::from(scene.samples_per_chip);
         scene.scan.steps_per_period = scene.scan.steps;
         scene.sources[0].code = Arc::new(code);
-        Told::of(&scene, OtherLight::Search, scans())?.print(&format!("degree {degree}"));
+        Told::of(&scene, OtherLight::Search, scans())?.print(&format!("degree {degree}, {rate}"));
     }
     Ok(())
 }

@@ -4,11 +4,13 @@
 //!
 //!     cargo bench --bench estimators -- [noiseless-walk] [noiseless-circular] \
 //!         [noiseless-interference] [walk] [interference] [wrong] [timing] \
-//!         [pairs] [too-close] [near-far] [clocks] [unknown] [random] [shared] [histogram]
+//!         [pairs] [too-close] [near-far] [clocks] [alone] [unknown] [random] [shared] [histogram] \
+//!         [wrong-code] [right-scenes]
 //!
-//! GOLDTOF_SCANS says how many scans pairs to shared fit for each line (default 40).
+//! GOLDTOF_SCANS says how many scans each line of pairs to shared and right-scenes has (default 40).
 
 mod apart;
+mod diagnosis;
 mod histogram;
 mod noise;
 mod noiseless;
@@ -38,7 +40,7 @@ const TIER: CountingTier = CountingTier::Events;
 fn main() -> Outcome {
     let parts: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     type Part = (&'static str, fn(&Scene) -> Outcome);
-    let known: [Part; 16] = [
+    let known: [Part; 18] = [
         ("noiseless-walk", noiseless::walk),
         ("noiseless-circular", noiseless::circular),
         ("noiseless-interference", noiseless::interference),
@@ -55,6 +57,8 @@ fn main() -> Outcome {
         ("random", random::random),
         ("shared", shared::shared),
         ("histogram", histogram::histogram),
+        ("wrong-code", diagnosis::wrong_code),
+        ("right-scenes", diagnosis::right_scenes),
     ];
     let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
     for (name, part) in known {

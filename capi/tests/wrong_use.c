@@ -13,6 +13,15 @@ static void refused(const char *what, int is_refused, const char *reason) {
     failures++;
 }
 
+// `before`, `part` 30,000 times, `after`: deeper than any stack that followed it part by part.
+static const char *deep(const char *before, const char *part, const char *after) {
+    static char text[100000];
+    char *end = text + sprintf(text, "%s", before);
+    for (int i = 0; i < 30000; i++) end += sprintf(end, "%s", part);
+    sprintf(end, "%s", after);
+    return text;
+}
+
 int main(void) {
     const goldtof_status invalid = GOLDTOF_STATUS_INVALID;
     refused("null path", !goldtof_scene_load(NULL), "the path is a null pointer");
@@ -32,6 +41,14 @@ int main(void) {
     refused("bad key", goldtof_scene_set(scene, "path.length=5 m") == invalid, "length");
     refused("bad value", goldtof_scene_set(scene, "path.distance=5 kg") == invalid, "5 kg");
     refused("no key", goldtof_scene_set(scene, "nothing") == invalid, "no \"=\"");
+    refused("deep key", goldtof_scene_set(scene, deep("a", ".a", "=1")) == invalid, "more than 16 parts");
+    refused("deep places", goldtof_scene_set(scene, deep("path", "[0]", "=1")) == invalid, "more than 16 parts");
+    refused("deep lists", goldtof_scene_set(scene, deep("scan.steps=", "[", "")) == invalid, "scan.steps");
+    refused("deep tables", goldtof_scene_set(scene, deep("scan.steps=", "{a=", "")) == invalid, "scan.steps");
+    refused("deep file key", !goldtof_scene_parse("a.toml", deep("a", ".a", "=1")), "a.toml:1:");
+    refused("deep file table", !goldtof_scene_parse("a.toml", deep("[a", ".a", "]")), "a.toml:1:");
+    refused("deep file lists", !goldtof_scene_parse("a.toml", deep("a=", "[", "")), "a.toml:1:");
+    if (goldtof_scene_set(scene, "path.distance=5 m") != GOLDTOF_STATUS_OK) failures++;
     refused("latency", !goldtof_model_new(scene, 100000, -1), "at most 4096");
     refused("peak", !goldtof_model_new(scene, -1, 3), "finds no peak");
 

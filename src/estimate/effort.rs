@@ -138,6 +138,14 @@ impl TheoryEffort {
         self.effort.response_s + self.effort.moments_s + self.effort.scan_s
     }
 
+    /// Refuses to prepare for draws what takes longer than `limit_s`.
+    ///
+    /// # Errors
+    /// With how long it would take, and the limit.
+    pub(crate) fn check_draws(&self, limit_s: f64) -> Result<(), MeanResponseError> {
+        TheoryEffort { limit_s, ..*self }.check(self.draws_s())
+    }
+
     /// Refuses predictions that take too long.
     ///
     /// # Errors
@@ -200,46 +208,14 @@ mod tests {
     use crate::estimate::fit::{Fitter, OtherLight};
     use crate::estimate::theory;
     use crate::photons::StepCount;
-    use crate::scene::{PathIndex, Scene, load, load_with};
-
-    /// A number between two, evenly by its logarithm, from the digits of the golden ratio.
-    fn between(number: &mut u64, [least, most]: [f64; 2]) -> f64 {
-        *number = number.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23).wrapping_add(1);
-        let share = (*number >> 11) as f64 / 2_f64.powi(53);
-        least * (most / least).powf(share)
-    }
+    use crate::scene::{PathIndex, Scene, extreme, load, load_with};
 
     /// Scenes at the ends of every range: what they take is said at once, in finite numbers, and
     /// what is said to be little ends.
     #[test]
     fn theory_of_extreme_scenes_ends() {
-        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/quick.toml");
-        let mut number = 20_261_124;
         let (mut refused, mut solved) = (0, 0);
-        for scene in 0..200 {
-            let mut log = |range| between(&mut number, range);
-            let mut settings = vec![
-                format!("clock.chip_period={} ns", log([0.5, 1000.0])),
-                format!("clock.samples_per_chip={}", [1, 2, 8][scene % 3]),
-                format!("source.mean_power={} pW", log([1e-3, 1e4])),
-                format!("source.extinction_ratio={}", log([1.001, 1e6])),
-                format!("detector.dead_time={} ns", log([0.03, 1e3])),
-                format!("detector.dark_count_rate={} cps", log([1.0, 1e8])),
-                format!(
-                    "detector.afterpulsing={{ probability = {}, time_constant = \"{} ns\" }}",
-                    1.0 - log([1e-3, 1.0]),
-                    log([0.1, 1e4])
-                ),
-                format!("detector.jitter=[\"{} ns\"]", log([1e-3, 30.0])),
-                format!("path.distance={} m", log([1e-3, 1e8])),
-                format!("scan.integration={} us", log([10.0, 1e6])),
-            ];
-            if scene % 4 == 0 {
-                let tail = format!("share = 0.3, time_constant = \"{} ns\"", log([1e-3, 1e4]));
-                settings.push(format!("detector.jitter_tail={{ {tail} }}"));
-            }
-            let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("a setting")).collect();
-            let Ok(scene) = load_with(&file, &settings) else { continue };
+        for (settings, scene) in extreme::scenes(200) {
             let sensor = Sensor::new(&scene);
             let Ok(effort) = TheoryEffort::of(&sensor, DetectorIndex(0)) else {
                 refused += 1;

@@ -75,6 +75,14 @@ impl Memory {
         chips.ceil() as usize + 2
     }
 
+    /// Chips over which pairs of detections know of each other so little that no variance
+    /// shows it: the phase of a detector that fires like a clock is forgotten as
+    /// exp(-2 pi^2 n / (1 + saturation)^2) after n dead times.
+    pub fn of_ends_chips(&self) -> usize {
+        let dead_times = 4.0 + 0.5 * self.saturation * self.saturation;
+        (dead_times * self.dead_time_chips + 8.0 * self.release_chips).ceil() as usize + 2
+    }
+
     /// The scale on which counts are correlated, which a phase step must be long
     /// beside for its variance to grow with its length.
     pub fn scale_chips(&self) -> f64 {

@@ -9,6 +9,7 @@ use super::MeanResponseError;
 use super::chain::states_needed;
 use super::grid::{Grid, Kinks, Samples, frame_chips};
 use super::light::Light;
+use super::moments::{ENDS, reach_across_ends};
 use super::sampling::Sampling;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
@@ -97,16 +98,22 @@ impl Effort {
         } else {
             samples * period * period.log2().max(1.0) * FFT_S + steps * partial_s
         };
-        let step_s = both.backwards_s();
+        let solution_s = both.backwards_s(both.chips);
+        let brightest = light.brightest_per_chip();
+        let memory_chips = (both.chips - both.period) as usize;
+        let across_s = reach_across_ends(model, brightest, memory_chips)
+            .map_or(0.0, |reach| both.backwards_s((reach.before + reach.after) as f64));
+        let ends = steps.min(ENDS as f64);
+        let step_s = solution_s + across_s;
         Ok(Effort {
             response_s: forwards.forwards_s() + correlator_s(model, &forwards),
             delayed_s: correlator_s(model, &forwards),
             counts_s,
             count_s,
-            moments_s: both.forwards_s() + step_s,
+            moments_s: both.forwards_s() + solution_s + ends * across_s,
             step_s,
             pair_s: both.cells * both.period * PAIR_S,
-            scan_s: scan_s(model, light, &both, step_s),
+            scan_s: scan_s(model, light, &both, [step_s, solution_s]),
             bytes: both.bytes() + correlator_bytes(model, &forwards),
         })
     }
@@ -140,17 +147,17 @@ impl Size {
     }
 
     fn forwards_s(&self) -> f64 {
-        self.solution_s(FORWARDS_S + STATE_S * self.states * self.states)
+        self.solution_s(self.chips, FORWARDS_S + STATE_S * self.states * self.states)
     }
 
-    fn backwards_s(&self) -> f64 {
-        self.solution_s(BACKWARDS_S + 3.0 * STATE_S * self.states * self.states)
+    fn backwards_s(&self, chips: f64) -> f64 {
+        self.solution_s(chips, BACKWARDS_S + 3.0 * STATE_S * self.states * self.states)
     }
 
-    fn solution_s(&self, cell_s: f64) -> f64 {
+    fn solution_s(&self, chips: f64, cell_s: f64) -> f64 {
         let look_up_s = 0.5 * self.brightnesses * BRIGHTNESS_S + self.paths * PRODUCT_S;
         let steps_s = self.brightnesses * self.states * CELL_STEP_S;
-        self.cells * (self.chips * (cell_s + look_up_s) + steps_s)
+        self.cells * (chips * (cell_s + look_up_s) + steps_s)
     }
 
     fn bytes(&self) -> f64 {
@@ -193,7 +200,12 @@ fn correlator_bytes(model: &DetectorModel, size: &Size) -> f64 {
 }
 
 /// Second moments of all steps: combs of slots, or one step after another.
-fn scan_s(model: &DetectorModel, light: &Light, size: &Size, step_s: f64) -> f64 {
+fn scan_s(
+    model: &DetectorModel,
+    light: &Light,
+    size: &Size,
+    [step_s, solution_s]: [f64; 2],
+) -> f64 {
     let memory = model.memory_under(light.brightest_per_chip()).of_pairs_chips() as f64;
     let phases = f64::from(model.timing.clock.samples_per_chip.min(8));
     let steps = model.timing.scan.steps as f64;
@@ -202,5 +214,5 @@ fn scan_s(model: &DetectorModel, light: &Light, size: &Size, step_s: f64) -> f64
     }
     let combs = (size.period / (size.period / memory).floor()).ceil();
     let transforms_s = memory * size.period * size.period.log2() * FFT_S;
-    phases * (combs * step_s + transforms_s)
+    phases * (combs * solution_s + transforms_s)
 }

@@ -1,14 +1,15 @@
 //! Means, variances and covariance of the counts, step by step.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
 use super::MeanResponseError;
 use super::expected::MeanResponse;
 use super::grid::{Samples, frame_chips};
-use super::pairs::{DetectorPairs, before_chips};
+use super::pairs::{DetectorPairs, Reach, before_chips};
+use crate::photons::DetectorModel;
 use crate::scan::{Group, Step};
 
 /// Moments of the signed count r and the total count N of one phase step.
@@ -51,15 +52,47 @@ impl GroupMoments {
     }
 }
 
-/// Second moments of the counts around a mean response, for steps that last much
-/// longer than the detector's memory. Signs are taken without jitter.
+/// Steps that are longer, in the scales on which the detector's counts are correlated, end
+/// with too few pairs that the end divides to change a variance by 1 in 1,000.
+const LONG_IN_SCALES: f64 = 300.0;
+/// Ends of steps within the code period that are told apart for the total count, whose variance
+/// differs little between them.
+pub(super) const ENDS: usize = 4;
+
+/// Second moments of the counts around a mean response. Signs are taken without jitter.
 pub struct SecondMoments<'r, 'm> {
     pub(super) response: &'r MeanResponse<'m>,
     pub(super) pairs: DetectorPairs,
     /// Variance of N that the chips before each chip add.
     total_variance: Vec<f64>,
+    /// How far pairs of detections reach across the end of a step; none if steps are so long
+    /// that it does not matter.
+    reach: Option<Reach>,
+    /// Ends of steps that are told apart for the total count.
+    ends: Vec<usize>,
+    /// What the ends of steps, by their chips, divide of the pairs of all detections.
+    known_across: Mutex<BTreeMap<usize, Arc<AcrossEnd>>>,
     /// Moments of the steps that were asked for so far.
     known: Mutex<BTreeMap<Step, CountMoments>>,
+}
+
+/// What an end of steps divides of the pairs of all detections.
+struct AcrossEnd {
+    /// Later counts after the end that go with a detection in every cell before it.
+    of_all: Vec<f64>,
+    /// What a step that ends there does not count of the variance of all detections that pairs
+    /// which begin in it have.
+    beyond: f64,
+}
+
+/// A count with a weight for each detection: its sign, or 1 for the total.
+struct Weighted<'a> {
+    /// Mean weight in every cell of the code period.
+    weights: &'a [f64],
+    /// Later counts that go with a detection in every cell.
+    excess: &'a [f64],
+    /// The same of counts after the step's end only, of the cells before it.
+    across: &'a [f64],
 }
 
 impl<'r, 'm> SecondMoments<'r, 'm> {
@@ -75,30 +108,101 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
             .zip(pairs.seen_of_period())
             .map(|((hits, excess), seen)| seen * (hits + 2.0 * excess));
         let total_variance = before_chips(&pairs.grid, per_cell);
-        Ok(SecondMoments { response, pairs, total_variance, known: Mutex::default() })
+        let brightest = response.light.brightest_per_chip();
+        let reach = reach_across_ends(response.model, brightest, pairs.grid.memory_chips);
+        let mut second = SecondMoments {
+            response,
+            pairs,
+            total_variance,
+            reach,
+            ends: Vec::new(),
+            known_across: Mutex::default(),
+            known: Mutex::default(),
+        };
+        let timing = &response.model.timing;
+        let groups = (0..timing.groups().min(ENDS as u64)).map(Group);
+        let first_steps = groups.flat_map(|group| timing.grouping().steps_of(group).take(1));
+        second.ends = first_steps.map(|step| second.end(step)).collect();
+        Ok(second)
     }
 
     /// Moments of a step of the first scan.
     pub fn of_step(&self, step: Step) -> CountMoments {
         let mean = self.response.mean_count(step);
         let signs = self.signs(self.response.model.timing.scan.phase_step(step));
-        let excess = self.pairs.excess(&signs);
-        let grid = &self.pairs.grid;
-        let cells = || {
-            let cells = self.pairs.hits.iter().zip(&signs).zip(&excess);
-            cells.zip(self.pairs.seen_of_period())
-        };
-        let variance = cells().map(|(((hits, s), q), seen)| seen * hits + 2.0 * s * q);
-        let covariance = cells()
-            .zip(&self.pairs.excess_of_all)
-            .map(|((((hits, s), q), seen), q_all)| s * (hits + q_all) + seen * q);
+        let (excess, across) = self.later(step, &signs);
+        let signed = Weighted { weights: &signs, excess: &excess, across: &across };
+        let (seen, across_of_all) = (self.seen(), self.across_of_all(step));
+        let total = self.total(&seen, &across_of_all.of_all);
         CountMoments {
             signed_mean: mean.signed,
             total_mean: mean.total,
-            signed_variance: self.over_step(step, &before_chips(grid, variance)),
+            signed_variance: self.covariance(step, [&signed; 2], |cell| seen[cell]),
             total_variance: self.total_variance(step),
-            covariance: self.over_step(step, &before_chips(grid, covariance)),
+            covariance: self.covariance(step, [&signed, &total], |cell| signs[cell]),
         }
+    }
+
+    /// Covariance of two counts of a step, whose weights have `product` as the mean of their
+    /// product in each cell.
+    ///
+    /// Of a pair of detections the earlier one is within the step: what goes with it after
+    /// the step's end is no count of the step, and taken off.
+    fn covariance(
+        &self,
+        step: Step,
+        [a, b]: [&Weighted; 2],
+        product: impl Fn(usize) -> f64,
+    ) -> f64 {
+        let per_cell = self.pairs.hits.iter().enumerate().map(|(cell, hits)| {
+            hits * product(cell)
+                + a.weights[cell] * b.excess[cell]
+                + b.weights[cell] * a.excess[cell]
+        });
+        let over_step = self.over_step(step, &before_chips(&self.pairs.grid, per_cell));
+        let end = self.end(step);
+        over_step - self.beyond(a.weights, b.across, end) - self.beyond(b.weights, a.across, end)
+    }
+
+    /// Sum of weights of detections before chip `end` of the code period times the later
+    /// counts that go with them.
+    fn beyond(&self, weights: &[f64], across: &[f64], end: usize) -> f64 {
+        self.reach.map_or(0.0, |reach| {
+            let before = self.pairs.before(weights, end, reach);
+            before.zip(across).map(|(weight, across)| weight * across).sum()
+        })
+    }
+
+    /// Later counts, weighted with `weights`, that go with a detection in every cell, and
+    /// those of them that come after the end of a step.
+    fn later(&self, step: Step, weights: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        (self.pairs.excess(weights), self.across(weights, self.end(step)))
+    }
+
+    fn across(&self, weights: &[f64], end: usize) -> Vec<f64> {
+        self.reach.map_or_else(Vec::new, |reach| self.pairs.excess_across(weights, end, reach))
+    }
+
+    /// What the end of a step divides of the pairs of all detections; [`ENDS`] are told apart.
+    fn across_of_all(&self, step: Step) -> Arc<AcrossEnd> {
+        let end = self.end(step);
+        let end = if self.ends.contains(&end) { end } else { self.ends[end % self.ends.len()] };
+        let mut known = self.known_across.lock().unwrap_or_else(PoisonError::into_inner);
+        let across = known.entry(end).or_insert_with(|| {
+            let seen = self.seen();
+            let of_all = self.across(&seen, end);
+            let beyond = 2.0 * self.beyond(&seen, &of_all, end);
+            Arc::new(AcrossEnd { of_all, beyond })
+        });
+        Arc::clone(across)
+    }
+
+    fn total<'a>(&'a self, seen: &'a [f64], across: &'a [f64]) -> Weighted<'a> {
+        Weighted { weights: seen, excess: &self.pairs.excess_of_all, across }
+    }
+
+    fn seen(&self) -> Vec<f64> {
+        self.pairs.seen_of_period().collect()
     }
 
     /// Moments of some steps of the first scan, on all processors. They are kept:
@@ -133,13 +237,11 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
                 *spread += weight * weight * (seen - of_seen(s * s, seen));
             }
         }
-        let excess = self.pairs.excess(&sign);
-        let cells = self.pairs.hits.iter().zip(&sign).zip(&spread).zip(&excess);
-        let variance =
-            cells.zip(self.pairs.seen_of_period()).map(|((((hits, s), spread), q), seen)| {
-                hits * (of_seen(s * s, seen) + spread) + 2.0 * s * q
-            });
-        self.over_step(steps[0].0, &before_chips(&self.pairs.grid, variance))
+        let (excess, across) = self.later(steps[0].0, &sign);
+        let sum = Weighted { weights: &sign, excess: &excess, across: &across };
+        let seen = self.seen();
+        let square = |cell: usize| of_seen(sign[cell] * sign[cell], seen[cell]) + spread[cell];
+        self.covariance(steps[0].0, [&sum; 2], square)
     }
 
     /// Moments of the counts of a whole group.
@@ -157,29 +259,27 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let first = steps[0];
         let signs: Vec<Vec<f64>> =
             steps.iter().map(|&step| self.signs(model.timing.scan.phase_step(step))).collect();
-        let excess: Vec<Vec<f64>> = signs.par_iter().map(|s| self.pairs.excess(s)).collect();
-        let grid = &self.pairs.grid;
-        let hits = &self.pairs.hits;
-        let seen: Vec<f64> = self.pairs.seen_of_period().collect();
-        let over_step = |of_cell: &dyn Fn(usize) -> f64| {
-            self.over_step(first, &before_chips(grid, (0..hits.len()).map(of_cell)))
-        };
+        let later: Vec<_> = signs.par_iter().map(|s| self.later(first, s)).collect();
+        let (seen, across_of_all) = (self.seen(), self.across_of_all(first));
+        let total = self.total(&seen, &across_of_all.of_all);
+        let signed: Vec<Weighted> = signs
+            .iter()
+            .zip(&later)
+            .map(|(weights, (excess, across))| Weighted { weights, excess, across })
+            .collect();
         let count = steps.len();
         let mut covariance = vec![vec![0.0; count + 1]; count + 1];
         for a in 0..count {
             for b in 0..=a {
-                let (sa, sb, qa, qb) = (&signs[a], &signs[b], &excess[a], &excess[b]);
-                let product = |cell: usize| match a == b {
-                    true => seen[cell],
-                    false => of_seen(sa[cell] * sb[cell], seen[cell]),
-                };
                 covariance[a][b] =
-                    over_step(&|c| hits[c] * product(c) + sa[c] * qb[c] + sb[c] * qa[c]);
+                    self.covariance(first, [&signed[a], &signed[b]], |cell| match a == b {
+                        true => seen[cell],
+                        false => of_seen(signs[a][cell] * signs[b][cell], seen[cell]),
+                    });
                 covariance[b][a] = covariance[a][b];
             }
-            let all = &self.pairs.excess_of_all;
             covariance[a][count] =
-                over_step(&|c| signs[a][c] * (hits[c] + all[c]) + seen[c] * excess[a][c]);
+                self.covariance(first, [&signed[a], &total], |cell| signs[a][cell]);
             covariance[count][a] = covariance[a][count];
         }
         covariance[count][count] = self.total_variance(first);
@@ -193,7 +293,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// Variance of N of a step.
     pub(super) fn total_variance(&self, step: Step) -> f64 {
-        self.over_step(step, &self.total_variance)
+        self.over_step(step, &self.total_variance) - self.across_of_all(step).beyond
     }
 
     /// Mean sign in every cell of the code period, 0 where no sample sees a pulse.
@@ -231,12 +331,10 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     }
 
     /// What the chips of a step add up to; `before` has the sums before each chip
-    /// of the grid. The window's edges are rounded to whole chips of the grid.
+    /// of the grid.
     fn over_step(&self, step: Step, before: &[f64]) -> f64 {
         let period = self.pairs.grid.period_chips;
-        let (periods, first, rest) = self.response.chips_of(step);
-        let shift = (self.frame_chips() - self.response.timing.window).round() as i64;
-        let first = (first as i64 - shift).rem_euclid(period as i64) as usize;
+        let (periods, first, rest) = self.chips_of(step);
         let end = first + rest;
         let partial = match end.checked_sub(period) {
             None => before[end] - before[first],
@@ -244,6 +342,35 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         };
         periods * before[period] + partial
     }
+
+    /// Whole code periods of a step, its first chip in the grid, and the chips left over. The
+    /// step's edges are rounded to whole chips of the grid.
+    fn chips_of(&self, step: Step) -> (f64, usize, usize) {
+        let (periods, first, rest) = self.response.chips_of(step);
+        let shift = (self.frame_chips() - self.response.timing.window).round() as i64;
+        let period = self.pairs.grid.period_chips as i64;
+        (periods, (first as i64 - shift).rem_euclid(period) as usize, rest)
+    }
+
+    /// Chip of the code period, in the grid, with which a step has ended.
+    fn end(&self, step: Step) -> usize {
+        let (_, first, rest) = self.chips_of(step);
+        (first + rest) % self.pairs.grid.period_chips
+    }
+}
+
+/// How far pairs of detections reach across the end of a step, of a detector that has forgotten
+/// its start after `memory_chips`; none where steps are so long that it does not matter.
+pub(super) fn reach_across_ends(
+    model: &DetectorModel,
+    brightest_per_chip: f64,
+    memory_chips: usize,
+) -> Option<Reach> {
+    let memory = model.memory_under(brightest_per_chip);
+    let step_chips = model.timing.scan.integration_chips;
+    let after = memory.of_ends_chips().min(memory_chips);
+    let before = usize::try_from(step_chips).unwrap_or(usize::MAX).min(after);
+    (step_chips as f64 <= LONG_IN_SCALES * memory.scale_chips()).then_some(Reach { before, after })
 }
 
 /// Registered time of the origin of a response's grid, in chips.

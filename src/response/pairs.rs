@@ -1,5 +1,7 @@
 //! Pairs of detections of one detector in one light.
 
+use std::ops::Range;
+
 use super::chain::{Chain, states_needed};
 use super::forward::{self, AllAndMerged, Detections, ReadyStates};
 use super::grid::{Grid, Kinks, Samples};
@@ -23,9 +25,42 @@ pub struct DetectorPairs {
     pub seen: Vec<f64>,
 }
 
+/// Chips in which pairs of detections are looked for.
+pub struct Span {
+    /// Chip of the code period with which it begins.
+    pub first_chip: usize,
+    /// Chips, from that one on, in which a pair may begin.
+    pub begun: usize,
+    /// Chips, from that one on, in which it may end.
+    pub counted: Range<usize>,
+}
+
+impl Span {
+    /// Pairs that begin within a code period and end whenever they do.
+    fn of_period(grid: &Grid) -> Span {
+        let period = grid.period_chips;
+        Span { first_chip: 0, begun: period, counted: 0..period + grid.memory_chips }
+    }
+
+    /// Pairs that begin in the chips before chip `end` of the code period, and end after it.
+    fn across(grid: &Grid, end: usize, reach: Reach) -> Span {
+        let whole_periods = reach.before.next_multiple_of(grid.period_chips);
+        let first_chip = (end + whole_periods - reach.before) % grid.period_chips;
+        let counted = reach.before..reach.before + reach.after;
+        Span { first_chip, begun: reach.before, counted }
+    }
+}
+
+/// Chips before and after the end of a step in which pairs of detections lie that it divides.
+#[derive(Debug, Clone, Copy)]
+pub struct Reach {
+    pub before: usize,
+    pub after: usize,
+}
+
 /// The detector's states, whatever their number.
 trait States: Send + Sync {
-    fn excess(&self, grid: &Grid, detections: &Detections, signs: &[f64]) -> Vec<f64>;
+    fn excess(&self, grid: &Grid, of: &Detections, signs: &[f64], span: &Span) -> Vec<f64>;
 }
 
 struct Solved<const M: usize> {
@@ -62,7 +97,27 @@ impl DetectorPairs {
     /// For every cell: expected detections there, times what each goes with of
     /// later ones, weighted with `signs`, beyond their plain expectation.
     pub fn excess(&self, signs: &[f64]) -> Vec<f64> {
-        self.states.excess(&self.grid, &self.detections, signs)
+        let span = Span::of_period(&self.grid);
+        self.states.excess(&self.grid, &self.detections, signs, &span)
+    }
+
+    /// The same of the cells before chip `end` of the code period, with later detections from
+    /// that chip on only.
+    pub fn excess_across(&self, signs: &[f64], end: usize, reach: Reach) -> Vec<f64> {
+        let span = Span::across(&self.grid, end, reach);
+        self.states.excess(&self.grid, &self.detections, signs, &span)
+    }
+
+    /// What `of_period` has for every cell of the code period, for the cells before chip `end`.
+    pub fn before<'a>(
+        &'a self,
+        of_period: &'a [f64],
+        end: usize,
+        reach: Reach,
+    ) -> impl Iterator<Item = f64> + 'a {
+        let cells = self.grid.cells.len();
+        let first = Span::across(&self.grid, end, reach).first_chip * cells;
+        of_period.iter().copied().cycle().skip(first).take(reach.before * cells)
     }
 
     /// Share of each cell of a chip that comes after `edge` (in chips from the
@@ -110,14 +165,14 @@ fn solve(
 }
 
 impl<const M: usize> States for Solved<M> {
-    fn excess(&self, grid: &Grid, detections: &Detections, signs: &[f64]) -> Vec<f64> {
-        variance::excess(grid, &self.chain, &self.ready, detections, signs)
+    fn excess(&self, grid: &Grid, of: &Detections, signs: &[f64], span: &Span) -> Vec<f64> {
+        variance::excess(grid, &self.chain, &self.ready, of, signs, span)
     }
 }
 
 impl States for Waiting {
-    fn excess(&self, grid: &Grid, _: &Detections, signs: &[f64]) -> Vec<f64> {
-        Waiting::excess(self, grid, signs)
+    fn excess(&self, grid: &Grid, _: &Detections, signs: &[f64], span: &Span) -> Vec<f64> {
+        Waiting::excess(self, grid, signs, span)
     }
 }
 

@@ -9,6 +9,7 @@
 
 use super::forward::{AllAndMerged, Detections};
 use super::grid::{Grid, Rearming};
+use super::pairs::Span;
 
 /// B_n at the start of every cell of the code period.
 #[derive(Debug, Clone, Default)]
@@ -58,29 +59,31 @@ pub fn solve(grid: &Grid) -> (AllAndMerged, Waiting) {
 impl Waiting {
     /// For every cell: expected counted detections there, times what each goes with of
     /// later ones, weighted with `signs`, beyond their plain expectation.
-    pub fn excess(&self, grid: &Grid, signs: &[f64]) -> Vec<f64> {
-        let mut excess = vec![0.0; signs.len()];
+    pub fn excess(&self, grid: &Grid, signs: &[f64], span: &Span) -> Vec<f64> {
+        let per_chip = grid.cells.len();
+        let mut excess = vec![0.0; span.begun * per_chip];
         let Some(rearming) = &grid.rearming else {
             return excess;
         };
-        let per_chip = grid.cells.len();
         let mut losses = vec![0.0; rearming.most_waits()];
         let mut lambdas = Vec::new();
-        for chip in (0..grid.period_chips + forgets_within_chips(rearming)).rev() {
-            grid.fill_rates(chip as i64, &mut lambdas);
+        for chip in (0..span.begun + forgets_within_chips(rearming)).rev() {
+            let place = (span.first_chip + chip) % grid.period_chips;
+            grid.fill_rates(place as i64, &mut lambdas);
             for (index, cell) in grid.cells.iter().enumerate().rev() {
-                let in_period = (chip % grid.period_chips) * per_chip + index;
+                let in_period = place * per_chip + index;
                 let rate = rate_of_seen(rearming, index, lambdas[index]);
+                let is_counted = chip >= span.counted.start;
                 let cell = Cell {
-                    sign: signs[in_period],
+                    sign: if is_counted { signs[in_period] } else { 0.0 },
                     rate,
                     width: cell.width,
                     waits: rearming.waits[index],
                 };
-                if chip < grid.period_chips && rate > 0.0 {
+                if chip < span.begun && rate > 0.0 {
                     let start = &self.levels[in_period];
                     let [a, b, c] = [0.0, 0.5, 1.0].map(|x| cell.density(start, &losses, x));
-                    excess[in_period] = cell.width / 6.0 * (a + 4.0 * b + c);
+                    excess[chip * per_chip + index] = cell.width / 6.0 * (a + 4.0 * b + c);
                 }
                 for loss in &mut losses {
                     *loss = cell.loss(*loss, 0.0);

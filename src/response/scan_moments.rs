@@ -14,7 +14,8 @@
 //!
 //! Second moments per detection of a whole period are worked out for up to eight
 //! phases per chip, interpolated between, and scaled to what a step is expected to
-//! detect. Rising and falling edges are taken half-way between their delays.
+//! detect; what a step's end divides of the pairs is taken off the total's variance alone,
+//! which may be far below the number of detections. Rising and falling edges are taken half-way between their delays.
 
 use std::sync::Arc;
 

@@ -21,9 +21,10 @@ use super::forward::{Detections, ReadyStates};
 use super::grid::{Grid, Place, Rearming};
 use super::history::History;
 use super::integrator::{CellStep, CellSteps};
+use super::pairs::Span;
 
-/// Q integrated over each cell of the code period. `signs` has the mean sign of
-/// every cell of the period; `states` are the ready states whose next pulse counts,
+/// Q integrated over each cell in which pairs begin. `signs` has the mean sign of
+/// every cell of the code period; `states` are the ready states whose next pulse counts,
 /// and `detections` those that count.
 ///
 /// With the widest vectors that the processor has: no operation differs, so
@@ -34,13 +35,14 @@ pub fn excess<const M: usize>(
     states: &ReadyStates<M>,
     detections: &Detections,
     signs: &[f64],
+    span: &Span,
 ) -> Vec<f64> {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has the instructions, as just made sure.
-        return unsafe { excess_avx2(grid, chain, states, detections, signs) };
+        return unsafe { excess_avx2(grid, chain, states, detections, signs, span) };
     }
-    solve_backwards(grid, chain, states, detections, signs)
+    solve_backwards(grid, chain, states, detections, signs, span)
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -51,8 +53,9 @@ fn excess_avx2<const M: usize>(
     states: &ReadyStates<M>,
     detections: &Detections,
     signs: &[f64],
+    span: &Span,
 ) -> Vec<f64> {
-    solve_backwards(grid, chain, states, detections, signs)
+    solve_backwards(grid, chain, states, detections, signs, span)
 }
 
 #[inline(always)]
@@ -62,11 +65,12 @@ fn solve_backwards<const M: usize>(
     states: &ReadyStates<M>,
     detections: &Detections,
     signs: &[f64],
+    span: &Span,
 ) -> Vec<f64> {
     let per_chip = grid.cells.len();
     let period = grid.period_chips;
-    let chips = period + grid.memory_chips;
-    let mut excess = vec![0.0; signs.len()];
+    let chips = span.counted.end;
+    let mut excess = vec![0.0; span.begun * per_chip];
     // From the last cell to the first: chip 0 of the history is the last chip.
     let mut history = History::<M>::new(per_chip, grid.reach_chips);
     let mut steps = CellSteps::new(chain, per_chip);
@@ -75,11 +79,12 @@ fn solve_backwards<const M: usize>(
     let mut end = [0.0; M];
     let mut expected_end = 0.0;
     for chip in (0..chips).rev() {
-        grid.fill_rates(chip as i64, &mut lambdas);
-        let first_cell = (chip % period) * per_chip;
+        grid.fill_rates((span.first_chip + chip) as i64, &mut lambdas);
+        let first_cell = (span.first_chip + chip) % period * per_chip;
+        let is_counted = chip >= span.counted.start;
         for (index, cell) in grid.cells.iter().enumerate().rev() {
             let in_period = first_cell + index;
-            let sign = signs[in_period];
+            let sign = if is_counted { signs[in_period] } else { 0.0 };
             let step = steps.get(index, cell.width, lambdas[index]);
             // Plain loops, here and in what is called: closures are not always
             // inlined, and would be compiled for narrow vectors.
@@ -102,8 +107,9 @@ fn solve_backwards<const M: usize>(
             }
 
             let mean = Mean::of(detections, in_period, cell.width, sign, expected_end);
-            if chip < period {
-                excess[in_period] = excess_of_cell(&states[in_period], &later, &mean, cell.width);
+            if chip < span.begun {
+                excess[chip * per_chip + index] =
+                    excess_of_cell(&states[in_period], &later, &mean, cell.width);
             }
             let mut on_return = [start, end, start_slope, end_slope];
             if let Some(losses) = &mut losses {

@@ -129,11 +129,15 @@ fn read_irradiance(
     let (wavelength_nm, filter_nm) = (wavelength_nm?, filter_nm?);
     let per_lux = sunlight::band_per_lux(wavelength_nm, filter_nm);
     if per_lux.is_none() {
+        let is_narrow = filter_nm < sunlight::RESOLUTION_NM;
         let message = format!(
             "how much sunlight a filter of {filter_nm} nm at {wavelength_nm} nm lets through is known \
-             only within {} nm to {} nm; give `irradiance`, or a narrower filter",
+             only within {} nm to {} nm, for filters of {} nm and more; give `irradiance`, or a {} \
+             filter",
             sunlight::KNOWN_NM.start(),
-            sunlight::KNOWN_NM.end()
+            sunlight::KNOWN_NM.end(),
+            sunlight::RESOLUTION_NM,
+            if is_narrow { "wider" } else { "narrower" }
         );
         section.report("illuminance", &message);
     }
@@ -212,11 +216,11 @@ mod tests {
         // 7.854e-9 W, and 2.2072e-19 J a photon of 900 nm.
         let rate = scene.detectors[0].background_rate_cps;
         assert!((rate / 3.5584e10 - 1.0).abs() < 1e-3, "{rate:e}");
-        // A third of the standard spectrum's light, with 0.805 W / (m^2 nm) at 895 nm, 0.705 at
-        // 900 and 0.69 at 905: 0.242 on average.
+        // A third of the standard spectrum's light, whose mean over 895 nm to 905 nm is 0.705
+        // W / (m^2 nm) by the trapezoidal rule on the standard's entries.
         let sunny = SUNLIT.replace("irradiance = \"0.5 W/m2/nm\"", "illuminance = \"36.498 klux\"");
         let rate = read(LINK, &sunny).expect("it is sound").detectors[0].background_rate_cps;
-        assert!((rate / 3.5584e10 * 0.5 / 0.242 - 1.0).abs() < 1e-2, "{rate:e}");
+        assert!((rate / 3.5584e10 * 0.5 / 0.2351 - 1.0).abs() < 1e-2, "{rate:e}");
     }
 
     #[test]
@@ -240,6 +244,13 @@ mod tests {
                     .replace("irradiance = \"0.5 W/m2/nm\"", "illuminance = \"1 klux\"")
                     .replace("10 nm", "1.2 um"),
                 "350 nm to 1700 nm",
+            ),
+            (
+                LINK.to_owned(),
+                SUNLIT
+                    .replace("irradiance = \"0.5 W/m2/nm\"", "illuminance = \"1 klux\"")
+                    .replace("10 nm", "0.5 nm"),
+                "for filters of 1 nm and more; give `irradiance`, or a wider filter",
             ),
             (
                 LINK.to_owned(),

@@ -1,69 +1,57 @@
 //! The spectrum of sunlight on the ground, for background light that is given in lux.
 
+mod spectrum;
+
 use std::ops::RangeInclusive;
 
-/// Wavelengths of the first entry and from one to the next.
-const FIRST_NM: f64 = 350.0;
-const STEP_NM: f64 = 10.0;
-
-/// Spectral irradiance in mW / (m^2 nm), means over 10 nm: the global tilted reference
-/// spectrum of ASTM G173-03, in which the atmosphere's bands are.
-const SPECTRUM: [u16; 136] = [
-    518, 539, 671, 662, 674, 995, 1165, 1222, 1127, 1347, 1499, 1564, 1554, 1598, 1511, 1543, 1559,
-    1489, 1532, 1534, 1542, 1513, 1493, 1504, 1447, 1466, 1471, 1443, 1409, 1447, 1401, 1354, 1414,
-    1394, 1208, 1291, 1306, 1099, 1116, 1220, 1238, 786, 1082, 1167, 1116, 1083, 1034, 876, 931,
-    1001, 961, 984, 940, 938, 904, 705, 675, 702, 465, 305, 336, 414, 611, 652, 742, 735, 718, 700,
-    688, 673, 654, 633, 612, 596, 563, 499, 388, 146, 129, 210, 189, 345, 420, 430, 442, 427, 440,
-    454, 462, 462, 454, 418, 381, 414, 414, 371, 333, 290, 213, 159, 22, 0, 0, 0, 0, 1, 3, 17, 31,
-    38, 66, 109, 69, 100, 154, 208, 243, 262, 269, 271, 271, 267, 248, 242, 250, 237, 232, 238,
-    238, 222, 220, 222, 212, 207, 207, 201,
-];
+use spectrum::{FIRST_NM, SPECTRUM};
 
 /// Illuminance of that spectrum, by the CIE's photopic luminous efficiency of 1924.
 const ILLUMINANCE_LUX: f64 = 109_495.0;
 
-/// Points of a band: nearer to each other than entries are, however wide it is.
-const POINTS: u32 = 512;
-
 /// Wavelengths whose sunlight is known.
 pub(super) const KNOWN_NM: RangeInclusive<f64> = 350.0..=1700.0;
 
+/// Narrowest band whose sunlight is known: the spectrum has an entry every nanometre, and
+/// the atmosphere's lines are narrower.
+pub(super) const RESOLUTION_NM: f64 = 1.0;
+
 /// Irradiance in W / m^2 that a lux of sunlight has in a band of wavelengths; `None` for
-/// one that is not all [`KNOWN_NM`].
+/// one that is not all [`KNOWN_NM`], or narrower than [`RESOLUTION_NM`].
 pub(super) fn band_per_lux(middle_nm: f64, width_nm: f64) -> Option<f64> {
     let ends = [-0.5, 0.5].map(|side| middle_nm + side * width_nm);
-    if !ends.iter().all(|end| KNOWN_NM.contains(end)) {
-        return None;
-    }
-    let sum: f64 = (0..POINTS)
-        .map(|point| (f64::from(point) + 0.5) / f64::from(POINTS))
-        .map(|share| at(ends[0] + share * width_nm))
-        .sum();
-    Some(1e-3 * width_nm * sum / f64::from(POINTS) / ILLUMINANCE_LUX)
+    let is_known = width_nm >= RESOLUTION_NM && ends.iter().all(|end| KNOWN_NM.contains(end));
+    is_known.then(|| 1e-4 * (below(ends[1]) - below(ends[0])) / ILLUMINANCE_LUX)
 }
 
-/// Between the means of the spectrum, straight, in mW / (m^2 nm).
-fn at(wavelength_nm: f64) -> f64 {
-    let place = (wavelength_nm - FIRST_NM) / STEP_NM;
-    let before = (place.floor().max(0.0) as usize).min(SPECTRUM.len() - 2);
-    let share = place - before as f64;
-    let [before, after] = [before, before + 1].map(|entry| f64::from(SPECTRUM[entry]));
-    before + share * (after - before)
+/// Light between the first entry and a wavelength in 0.1 mW / m^2, straight between entries.
+fn below(wavelength_nm: f64) -> f64 {
+    let place = wavelength_nm - FIRST_NM;
+    let whole = (place.floor() as usize).min(SPECTRUM.len() - 2);
+    let between = |entry: usize, share: f64| {
+        let [start, end] = [entry, entry + 1].map(|entry| f64::from(SPECTRUM[entry]));
+        share * (start + 0.5 * share * (end - start))
+    };
+    let before: f64 = (0..whole).map(|entry| between(entry, 1.0)).sum();
+    before + between(whole, place - whole as f64)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// In mW / (m^2 nm), mean over 10 nm.
+    fn at(wavelength_nm: f64) -> f64 {
+        100.0 * ILLUMINANCE_LUX * band_per_lux(wavelength_nm, 10.0).expect("it is known")
+    }
+
     /// What the eye makes of the spectrum: 683 lumens a watt at 555 nm, and a Gaussian
     /// that is nearly its sensitivity elsewhere.
     #[test]
     fn the_spectrum_is_as_bright_as_it_says() {
         let efficiency = |nm: f64| 1.019 * (-285.4 * (nm / 1000.0 - 0.559).powi(2)).exp();
-        let lux: f64 = (380..780)
-            .map(|nm| f64::from(nm) + 0.5)
-            .map(|nm| 683.0 * efficiency(nm) * 1e-3 * at(nm))
-            .sum();
+        let lux: f64 =
+            (380..780).map(f64::from).map(|nm| 683.0 * efficiency(nm) * 1e-3 * at(nm)).sum();
         assert!((lux / ILLUMINANCE_LUX - 1.0).abs() < 0.005, "{lux}");
     }
 
@@ -79,17 +67,36 @@ mod tests {
             assert!((0.85..1.15).contains(&ratio), "{nm} nm: {ratio}");
         }
         // Water at 940 nm takes more than half, and at 1380 nm all.
-        assert!(at(940.0) / (scale * black(940.0)) < 0.5 && at(1380.0) == 0.0);
+        assert!(at(940.0) / (scale * black(940.0)) < 0.5 && at(1380.0) < 1.0);
+    }
+
+    /// Narrow bands by hand, from the standard's entries in W / (m^2 nm) at their ends and
+    /// middle: 0.84457, 0.81709, 0.77558 from 904 nm on, and from 759 nm on 1.1945, 0.26604,
+    /// 0.15396, where oxygen takes the light.
+    #[test]
+    fn a_narrow_band_has_the_light_within_it() {
+        let mean = |middle_nm, width_nm| {
+            band_per_lux(middle_nm, width_nm).expect("it is known") * ILLUMINANCE_LUX / width_nm
+        };
+        for (middle_nm, entries) in
+            [(905.0, [0.84457, 0.81709, 0.77558]), (760.0, [1.1945, 0.26604, 0.15396])]
+        {
+            let by_hand = 0.25 * entries[0] + 0.5 * entries[1] + 0.25 * entries[2];
+            let found = mean(middle_nm, 2.0);
+            assert!((found / by_hand - 1.0_f64).abs() < 2e-4, "{middle_nm} nm: {found} {by_hand}");
+        }
+        // Half a nanometre of either side of 760 nm.
+        let by_hand = (0.375 * 0.26604 + 0.125 * 1.1945) + (0.375 * 0.26604 + 0.125 * 0.15396);
+        assert!((mean(760.0, 1.0) / by_hand - 1.0_f64).abs() < 2e-4, "{}", mean(760.0, 1.0));
     }
 
     #[test]
-    fn a_band_has_the_light_within_it() {
-        // Means over 10 nm round each entry, so a band of 20 nm has half of its two
-        // neighbours each.
-        let band = band_per_lux(850.0, 20.0).expect("it is known") * ILLUMINANCE_LUX;
-        let by_hand = 1e-3 * (5.0 * (1001.0 + 961.0) / 2.0 + 5.0 * (961.0 + 984.0) / 2.0) * 2.0;
-        assert!((band / by_hand - 1.0).abs() < 0.01, "{band} {by_hand}");
+    fn bands_add_up_and_what_is_not_known_is_none() {
+        let band = |from: f64, to: f64| band_per_lux(0.5 * (from + to), to - from);
+        let parts = [(350.0, 700.25), (700.25, 951.5), (951.5, 1700.0)];
+        let sum: f64 = parts.iter().map(|&(from, to)| band(from, to).expect("it is known")).sum();
+        assert!((band(350.0, 1700.0).expect("all of it") / sum - 1.0).abs() < 1e-12);
         assert!(band_per_lux(350.0, 1.0).is_none() && band_per_lux(1699.0, 3.0).is_none());
-        assert!(band_per_lux(1025.0, 1350.0).is_some());
+        assert!(band_per_lux(905.0, 0.99).is_none() && band_per_lux(905.0, 1.0).is_some());
     }
 }

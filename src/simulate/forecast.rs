@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use super::Tier;
 use super::scans::scans;
+use super::{Tier, effort};
 use crate::estimate::TheoryEffort;
 use crate::photons::DetectorModel;
 use crate::reference::stimulus::clocks_for_scans;
@@ -20,9 +20,6 @@ const LEAST_RATIO: f64 = 8.0;
 /// Beyond so many detections before its first step the short simulation would be
 /// long itself; then a detection is taken to last as long as it does elsewhere.
 const MOST_WARM_UP: f64 = 5.0 * DETECTIONS;
-const DETECTION_S: f64 = 10e-9;
-/// A detection of the plain loop.
-const PLAIN_DETECTION_S: f64 = 60e-9;
 
 /// Seconds that `repetitions` scans of every detector take, and what follows from
 /// them; `None` where that is soon done, or not known.
@@ -46,10 +43,10 @@ pub fn seconds(sensor: &Sensor, tier: Tier, repetitions: u64) -> Option<f64> {
 
 /// What one scan takes, by how long a short one of the same light does.
 fn scan_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
-    if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return histogram_s(sensor, detector, tier);
-    }
     let model = DetectorModel::new(sensor, detector);
+    if sensor.scene().hardware.architecture == Architecture::Histogram {
+        return (tier != Tier::Rtl).then(|| effort::scan_s(sensor, &model, tier));
+    }
     let per_chip = model.most_work_per_chip();
     let warm_up = model.warm_up_chips() as f64;
     let groups = model.timing.groups() as f64;
@@ -66,7 +63,7 @@ fn scan_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
         scene.scan.integration_chips = short_integration as u64;
     });
     if warm_up * per_chip * short_groups > MOST_WARM_UP {
-        return Some(chips_of(groups, integration) * per_chip * DETECTION_S);
+        return Some(effort::scan_s(sensor, &model, tier));
     }
     // The Verilog is at best as quick as the model that it is compared with.
     let (tier, work) = match tier {
@@ -84,15 +81,4 @@ fn scan_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
     let started = Instant::now();
     scans(&short, detector, tier, 1, 1, |_| ()).ok()?;
     Some(work * started.elapsed().as_secs_f64())
-}
-
-/// What one histogram takes, by its detections.
-fn histogram_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
-    if !matches!(tier, Tier::Events | Tier::Sampled) {
-        return None;
-    }
-    let model = DetectorModel::new(sensor, detector);
-    let per_chip = model.most_work_per_chip();
-    let chips = model.warm_up_chips() as f64 + sensor.timing().scan.integration_chips as f64;
-    Some(chips * per_chip * PLAIN_DETECTION_S)
 }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::effort::check_draws;
 use super::run_up::begun_by;
 use crate::estimate::histogram::{Uncorrected, dead_time};
 use crate::histogram::correction::CorrectionError;
@@ -34,7 +35,7 @@ pub enum HistogramsError {
     /// The expected histogram cannot be had.
     #[error(transparent)]
     MeanResponse(#[from] MeanResponseError),
-    /// What was counted is no histogram.
+    /// What was counted is not a histogram.
     #[error(transparent)]
     Histogram(#[from] HistogramError),
 }
@@ -63,6 +64,7 @@ pub(super) fn counts(
     on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let dead_time = dead_time(sensor, detector).map_err(HistogramsError::NotDrawn)?;
+    check_draws(sensor, detector)?;
     let model = &DetectorModel::new(sensor, detector);
     let [period, all] = samples(model);
     let means = MeanResponse::new(model)?.mean_bins();

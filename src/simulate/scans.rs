@@ -1,14 +1,15 @@
 //! Counts of whole scans, one tier or another.
 
-use crate::scene::DetectorIndex;
+use crate::scene::{DetectorIndex, TotalsMissing};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::num::NonZero;
 use std::ops::Range;
 
-use super::Tier;
+use super::effort::TooMuch;
 use super::histograms::{self, HistogramsError};
 use super::run_up::begun_by;
+use super::{Tier, effort};
 use crate::cosim::build::{Built, build, cache_dir};
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
@@ -49,6 +50,9 @@ pub enum ScansError {
     /// The expected estimate cannot be had.
     #[error(transparent)]
     Prediction(#[from] PredictionError),
+    /// It would take too long, or too much memory.
+    #[error(transparent)]
+    TooMuch(#[from] TooMuch),
     /// The tier does no histograms.
     #[error(transparent)]
     Histograms(#[from] HistogramsError),
@@ -61,6 +65,9 @@ pub enum ScansError {
     /// The co-simulation could not be done.
     #[error(transparent)]
     Cosim(#[from] CosimError),
+    /// The estimator that is asked for needs total counts.
+    #[error(transparent)]
+    Totals(#[from] TotalsMissing),
     /// Verilog and reference model differ.
     #[error(
         "the Verilog and the reference model differ; `goldtof cosim` with the same scene and seed \
@@ -172,6 +179,7 @@ impl Prepared {
         scans: Range<u64>,
         on_scan: &mut dyn FnMut(&[StepCount]),
     ) -> Result<Option<Exercised>, ScansError> {
+        effort::check(sensor, detector, self.tier, scans.end - scans.start)?;
         match (self.tier, &self.rtl) {
             (Tier::Expected, _) => {}
             _ if scans.is_empty() => {}
@@ -209,6 +217,7 @@ impl Prepared {
         numbers: Range<u64>,
         on_histogram: &mut dyn FnMut(Histogram),
     ) -> Result<Option<Exercised>, ScansError> {
+        effort::check(sensor, detector, self.tier, numbers.end - numbers.start)?;
         let model = DetectorModel::new(sensor, detector);
         match (self.tier, &self.rtl) {
             (Tier::Expected, _) => {}
@@ -302,6 +311,7 @@ fn counts(
     scans: Range<u64>,
     on_scan: &mut dyn FnMut(&[StepCount]),
 ) -> Result<(), ScansError> {
+    effort::check_draws(sensor, detector)?;
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
     let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?)?;

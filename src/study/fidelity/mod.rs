@@ -339,6 +339,7 @@ fn unless_left_out<R>(
     match runs {
         Err(FidelityError::Scans(
             reason @ (ScansError::MeanResponse(_)
+            | ScansError::TooMuch(_)
             | ScansError::Prediction(_)
             | ScansError::Histograms(_)),
         )) => {

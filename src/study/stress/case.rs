@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::statistics::worst;
+
 use crate::code::CodeError;
 use crate::cosim::error::CosimError;
 use crate::deliver::HdlError;
@@ -115,11 +117,6 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// No more than `limit`.
-    pub fn at_most(limit: f64) -> Bound {
-        Bound { at_least: None, at_most: Some(limit) }
-    }
-
     /// This value and no other.
     pub fn exactly(value: f64) -> Bound {
         Bound { at_least: Some(value), at_most: Some(value) }
@@ -134,13 +131,24 @@ impl Bound {
 }
 
 impl Measured {
-    /// A number that must not exceed `limit`.
-    pub(super) fn at_most(
+    /// A number between two.
+    pub(super) fn between(
         value: f64,
+        unit: &'static str,
+        [least, most]: [f64; 2],
+    ) -> Result<Measured, CaseError> {
+        let bound = Bound { at_least: Some(least), at_most: Some(most) };
+        Ok(Measured { value, unit, bound })
+    }
+
+    /// The largest magnitude of some errors, each no more than `limit`. Of no errors it would
+    /// say nothing.
+    pub(super) fn largest(
+        errors: impl IntoIterator<Item = f64>,
         unit: &'static str,
         limit: f64,
     ) -> Result<Measured, CaseError> {
-        Ok(Measured { value, unit, bound: Bound::at_most(limit) })
+        Measured::between(worst(errors), unit, [0.0, limit])
     }
 
     /// A number that must be exactly `expected`.
@@ -152,14 +160,21 @@ impl Measured {
         Ok(Measured { value, unit, bound: Bound::exactly(expected) })
     }
 
-    /// Things that must not occur.
-    pub(super) fn none(number: usize, unit: &'static str) -> Result<Measured, CaseError> {
+    /// Things that must not occur among `seen` of their kind, of which there must be some.
+    pub(super) fn none(
+        number: usize,
+        seen: usize,
+        unit: &'static str,
+    ) -> Result<Measured, CaseError> {
+        ensure!(seen > 0, "nothing was seen in which there could be any {unit}");
         Measured::exactly(number as f64, unit, 0.0)
     }
 
-    /// Deviation from a closed form in standard errors, which must be at most
+    /// Largest deviation from closed forms in standard errors, which must be at most
     /// four: by chance once in 16,000.
-    pub(super) fn deviation(standard_errors: f64) -> Result<Measured, CaseError> {
-        Measured::at_most(standard_errors.abs(), "standard errors", 4.0)
+    pub(super) fn deviation(
+        standard_errors: impl IntoIterator<Item = f64>,
+    ) -> Result<Measured, CaseError> {
+        Measured::largest(standard_errors, "standard errors", 4.0)
     }
 }

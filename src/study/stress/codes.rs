@@ -1,14 +1,12 @@
 //! Codes and scans at the ends of their parameters.
 
 use super::case::{Case, CaseError, Group, Measured, ensure};
+use super::reading::{correlation, counts, counts_of_scans, estimated, mean_counts, verdict};
 use super::scenes::{GOLD_5, ideal, table_i, window};
-use super::statistics::{Sample, counts, step_s, worst};
-use crate::code::{CodeSpec, Family, correlate};
+use super::statistics::{Sample, differing, seen, step_s};
+use crate::code::{CodeSpec, Family};
 use crate::estimate::report::estimate_scan;
-use crate::estimate::{CoarseOnly, NoEstimate, estimate};
-use crate::photons::DetectorModel;
-use crate::photons::fast::StepCounter;
-use crate::response::MeanResponse;
+use crate::estimate::{CoarseOnly, NoEstimate};
 use crate::scan::Step;
 use crate::scene::{self, DetectorIndex, Scene};
 use crate::sensor::Sensor;
@@ -154,15 +152,17 @@ fn m_sequence(degree: u32) -> Result<Vec<u8>, CaseError> {
 }
 
 fn wrong_m_sequence_lags(degrees: std::ops::RangeInclusive<u32>) -> Result<Measured, CaseError> {
-    let mut wrong = 0;
+    let (mut wrong, mut seen) = (0, 0);
     for degree in degrees {
         let chips = m_sequence(degree)?;
         let expected = |lag| if lag == 0 { chips.len() as i64 } else { -1 };
-        let found = correlate(&chips, &chips);
+        let found = correlation(&chips, &chips);
         let lags = found.iter().enumerate();
         wrong += lags.filter(|&(lag, &theta)| theta != expected(lag)).count();
+        wrong += chips.len().abs_diff(found.len());
+        seen += found.len();
     }
-    Measured::none(wrong, "lags")
+    Measured::none(wrong, seen, "lags")
 }
 
 fn simulated_m_sequence(
@@ -184,14 +184,12 @@ fn simulated_m_sequence(
         let expected = photons * (theta + 2.0 * weight - length) / (2.0 * weight);
         deviations.push(signed_counts(&scene, seed).z(expected));
     }
-    Measured::deviation(worst(deviations))
+    Measured::deviation(deviations)
 }
 
 /// The signed counts of 100 scans of one phase step.
 fn signed_counts(scene: &Scene, seed: u64) -> Sample {
-    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
-    let mut found = vec![Default::default(); 100];
-    StepCounter::new(&model).count(seed, 0..100, 0..1, &mut found);
+    let found = counts_of_scans(scene, 0..100, 1, seed);
     Sample::of(found.iter().map(|count| count.signed as f64))
 }
 
@@ -212,7 +210,7 @@ fn interleaving_in_simulation(seed: u64) -> Result<Measured, CaseError> {
             deviations.push(signed_counts(&scene, seed).z(expected));
         }
     }
-    Measured::deviation(worst(deviations))
+    Measured::deviation(deviations)
 }
 
 fn samples_per_chip_in_simulation(seed: u64) -> Result<Measured, CaseError> {
@@ -229,18 +227,19 @@ fn samples_per_chip_in_simulation(seed: u64) -> Result<Measured, CaseError> {
         let expected = photons * (theta + 2.0 * weight - length) / (2.0 * weight);
         deviations.push(signed_counts(&scene, seed).z(expected));
     }
-    Measured::deviation(worst(deviations))
+    Measured::deviation(deviations)
 }
 
 fn interleaving() -> Result<Measured, CaseError> {
     let code = |interleave| {
         CodeSpec { degree: Some(7), interleave, ..CodeSpec::new(Family::Gold) }.build()
     };
-    let base = correlate(&code(0)?.chips, &code(0)?.chips);
-    let mut wrong = 0;
+    let base = correlation(&code(0)?.chips, &code(0)?.chips);
+    let mut wrong = usize::from(base.first() != Some(&127));
     for nu in 0..=8 {
         let chips = code(nu)?.chips;
-        let found = correlate(&chips, &chips);
+        let found = correlation(&chips, &chips);
+        wrong += chips.len().abs_diff(found.len());
         let depth = 1i64 << nu;
         for (lag, &theta) in found.iter().enumerate() {
             let (q, s) = (lag >> nu, lag as i64 % depth);
@@ -249,7 +248,7 @@ fn interleaving() -> Result<Measured, CaseError> {
             wrong += usize::from(theta != sign * ((depth - s) * base[q] + s * next));
         }
     }
-    Measured::none(wrong, "lags")
+    Measured::none(wrong, base.len(), "lags")
 }
 
 /// A scene without light whose scan covers 31 chips with S samples each.
@@ -273,7 +272,7 @@ fn triangle(scene: &Scene, delay_steps: f64) -> Vec<i64> {
 /// Error of the estimate from an exact triangle, in phase steps.
 fn triangle_error(scene: &Scene, delay_steps: f64) -> Result<f64, CaseError> {
     let counts = triangle(scene, delay_steps);
-    let found = estimate(&scene.timing(), &counts, 0.0)?;
+    let found = estimated(scene, &counts)?;
     ensure!(found.is_fine(), "{:?}", found.coarse_only);
     let step_ps = scene.clock().sample_period_ps();
     let period = scene.scan.steps_per_period as f64;
@@ -289,7 +288,7 @@ fn samples_per_chip() -> Result<Measured, CaseError> {
             errors.push(triangle_error(&scene, 3.0 * f64::from(n) / 64.0)?);
         }
     }
-    Measured::at_most(worst(errors), "phase steps", 0.5)
+    Measured::largest(errors, "phase steps", 0.5)
 }
 
 fn centred_triangles() -> Result<Measured, CaseError> {
@@ -300,7 +299,7 @@ fn centred_triangles() -> Result<Measured, CaseError> {
             errors.push(triangle_error(&scene, step as f64)?);
         }
     }
-    Measured::at_most(worst(errors), "phase steps", 1e-9)
+    Measured::largest(errors, "phase steps", 1e-9)
 }
 
 fn one_sample_per_chip() -> Result<Measured, CaseError> {
@@ -308,46 +307,41 @@ fn one_sample_per_chip() -> Result<Measured, CaseError> {
     let mut wrong = 0;
     for n in 0..310 {
         let delay_steps = f64::from(n) / 10.0;
-        let found = estimate(&scene.timing(), &triangle(&scene, delay_steps), 0.0)?;
+        let found = estimated(&scene, &triangle(&scene, delay_steps))?;
         let turns = (found.delay_ps / 8e3 - delay_steps) / 31.0;
         let error = (turns - turns.round()).abs() * 31.0;
         let is_right = found.coarse_only == Some(CoarseOnly::OneSamplePerChip);
         wrong += usize::from(!is_right || error > 0.5 + 1e-9);
     }
-    Measured::none(wrong, "scans")
+    Measured::none(wrong, 310, "scans")
 }
 
 fn one_step() -> Result<Measured, CaseError> {
     let mut scene = scan_of(8)?;
     window(&mut scene, 17, 1);
     let estimates = (-1_000..=1_000)
-        .filter(|&count| {
-            estimate(&scene.timing(), &[count], 0.0) != Err(NoEstimate::Flat { count })
-        })
+        .filter(|&count| estimated(&scene, &[count]) != Err(NoEstimate::Flat { count }))
         .count();
-    Measured::none(estimates, "estimates")
+    Measured::none(estimates, 2_001, "estimates")
 }
 
 fn wrapping_scan() -> Result<Measured, CaseError> {
     let full = table_i(GOLD_5, 20e6, 31 * 100)?;
     let mut wrapped = full.clone();
     window(&mut wrapped, 240, 30);
-    let [full_model, wrapped_model] =
-        [&full, &wrapped].map(|scene| DetectorModel::new(&Sensor::new(scene), DetectorIndex(0)));
-    let full_means = MeanResponse::new(&full_model)?.mean_counts();
-    let means = MeanResponse::new(&wrapped_model)?.mean_counts();
+    let (full_means, means) = (mean_counts(&full)?, mean_counts(&wrapped)?);
     let differences = means.iter().enumerate().map(|(j, mean)| {
         let same = full_means[(240 + j) % 248];
         (mean.signed - same.signed) / same.total
     });
-    Measured::at_most(worst(differences), "of the total count", 1e-12)
+    Measured::largest(differences, "of the total count", 1e-12)
 }
 
 fn wrapping_estimate() -> Result<Measured, CaseError> {
     let mut scene = scan_of(8)?;
     window(&mut scene, 230, 40);
-    let error = worst([triangle_error(&scene, 0.0)?, triangle_error(&scene, 247.0)?]);
-    Measured::at_most(error, "phase steps", 1e-9)
+    let errors = [triangle_error(&scene, 0.0)?, triangle_error(&scene, 247.0)?];
+    Measured::largest(errors, "phase steps", 1e-9)
 }
 
 fn overlong_scan() -> Result<Measured, CaseError> {
@@ -369,11 +363,11 @@ steps = {{ first = 3, count = {steps} }}
 integration = "10 us"
 "#
         );
-        scene::parse("long.toml", &text).is_ok()
+        verdict(scene::parse("long.toml", &text).is_ok())
     };
     ensure!(is_accepted(248), "a whole period was refused");
     let accepted = [249, 1_000, 1 << 62].into_iter().filter(|&n| is_accepted(n));
-    Measured::none(accepted.count(), "scans")
+    Measured::none(accepted.count(), 3, "scans")
 }
 
 /// Table I with a path of 0.75 chips and a number of code periods.
@@ -386,17 +380,17 @@ fn folded(periods: u64) -> Result<Scene, CaseError> {
 
 fn folded_delays(seed: u64) -> Result<Measured, CaseError> {
     let near = counts(&folded(0)?, 248, seed);
-    let mut differing = 0;
+    let mut wrong = 0;
     for periods in [1, 1_000, 1_000_000] {
-        let far = counts(&folded(periods)?, 248, seed);
-        differing += near.iter().zip(&far).filter(|(a, b)| a != b).count();
+        wrong += differing(&near, &counts(&folded(periods)?, 248, seed));
     }
-    Measured::none(differing, "counts")
+    Measured::none(wrong, seen(&near), "counts")
 }
 
 fn folding_is_said(seed: u64) -> Result<Measured, CaseError> {
     let scene = folded(3)?;
-    let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), &counts(&scene, 248, seed));
+    let found = counts(&scene, 248, seed);
+    let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), &found);
     let says_so = report.folded.is_some_and(|folded| folded.contains("unambiguous range"));
-    Measured::none(usize::from(!says_so), "reports")
+    Measured::none(usize::from(!says_so), seen(&found), "reports")
 }

@@ -178,7 +178,7 @@ fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> Result<Measu
     let wrong = usize::from(counts != expected)
         + usize::from(sent.get(..2) != Some(&expected[..]))
         + usize::from(is_flagged != flagged);
-    Measured::none(wrong + run.mismatches as usize, "wrong values")
+    Measured::none(wrong + run.mismatches as usize, run.results.len(), "wrong values")
 }
 
 /// A hit in every other sample, `hits` of them in the first step.
@@ -211,7 +211,7 @@ fn totals(hits: u64, expected: u64, flagged: bool) -> Result<Measured, CaseError
     let wrong = usize::from(result != Some((signed, expected)))
         + usize::from(sent != Some((signed, expected)))
         + usize::from(is_flagged != flagged);
-    Measured::none(wrong + run.mismatches as usize, "wrong values")
+    Measured::none(wrong + run.mismatches as usize, run.results.len(), "wrong values")
 }
 
 fn every_other_sample() -> Result<Measured, CaseError> {
@@ -228,7 +228,7 @@ fn every_other_sample() -> Result<Measured, CaseError> {
         wrong += run.results.iter().filter(|r| r.count != expected || r.total != 248).count();
         wrong += run.mismatches as usize;
     }
-    Measured::none(wrong, "wrong values")
+    Measured::none(wrong, clocks as usize, "wrong values")
 }
 
 fn dump_on_every_clock(seed: u64) -> Result<Measured, CaseError> {
@@ -236,7 +236,7 @@ fn dump_on_every_clock(seed: u64) -> Result<Measured, CaseError> {
     window(&mut scene, 3, 20);
     let run = Testbench::new(&scene)?.attack(seed, 50_000)?;
     ensure!(run.results.len() > 1_000, "the run is too short");
-    Measured::none(run.mismatches as usize, "clocks")
+    Measured::none(run.mismatches as usize, run.results.len(), "clocks")
 }
 
 fn reset_everywhere() -> Result<Measured, CaseError> {
@@ -256,7 +256,7 @@ fn reset_everywhere() -> Result<Measured, CaseError> {
     }
     let run = testbench.play(&script, clock)?;
     ensure!(run.results.len() > 300, "the run is too short");
-    Measured::none(run.mismatches as usize, "clocks")
+    Measured::none(run.mismatches as usize, run.results.len(), "clocks")
 }
 
 fn consumer_never_takes() -> Result<Measured, CaseError> {
@@ -281,7 +281,7 @@ fn consumer_never_takes() -> Result<Measured, CaseError> {
             (valid, data) != expected || overrun != u64::from(clock >= overruns)
         })
         .count();
-    Measured::none(wrong + run.mismatches as usize, "clocks")
+    Measured::none(wrong + run.mismatches as usize, clocks as usize, "clocks")
 }
 
 fn everything_at_once(seed: u64) -> Result<Measured, CaseError> {
@@ -304,7 +304,7 @@ fn everything_at_once(seed: u64) -> Result<Measured, CaseError> {
     scene.hardware.total_counts = Some(true);
     scene.hardware.target = Target::Ice40Hx8k;
     let run = Testbench::new(&scene)?.attack(seed, 100_000)?;
-    Measured::none(run.mismatches as usize, "clocks")
+    Measured::none(run.mismatches as usize, run.results.len(), "clocks")
 }
 
 fn longest_code(seed: u64) -> Result<Measured, CaseError> {
@@ -313,5 +313,5 @@ fn longest_code(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = ideal(code, 16, 0.0, 1_000)?;
     window(&mut scene, 16_776_950, 20);
     let run = Testbench::new(&scene)?.attack(seed, 1_100_000)?;
-    Measured::none(run.mismatches as usize, "clocks")
+    Measured::none(run.mismatches as usize, run.results.len(), "clocks")
 }

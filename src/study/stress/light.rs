@@ -1,16 +1,14 @@
 //! No light, and too much of it.
 
 use super::case::{Case, CaseError, Group, Measured};
+use super::reading::{counts, counts_of_scans, estimated, mean_counts, model, refusal, simulated};
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
-use super::statistics::{Sample, counts, step_s, worst};
-use crate::estimate::{CountingTier, Estimate, NoEstimate, estimate};
-use crate::photons::DetectorModel;
+use super::statistics::{Sample, step_s};
+use crate::estimate::{CountingTier, Estimate, NoEstimate};
 use crate::photons::fast::StepCounter;
 use crate::response::MeanResponse;
-use crate::scene::{DetectorIndex, Scene};
-use crate::sensor::Sensor;
+use crate::scene::Scene;
 use crate::simulate::Tier;
-use crate::simulate::repeat::simulate;
 
 /// Photons per second that reach the detector, a factor of 1,000 apart.
 const INCIDENT_CPS: [f64; 4] = [1e3, 1e6, 1e9, 1e12];
@@ -53,9 +51,10 @@ pub(super) const CASES: &[Case] = &[
         name: "no-rate-beyond-one-count-per-dead-time",
         group: Group::Light,
         quick: true,
-        what: "largest mean detection rate times dead time, all of Table I, 10^3 to 10^12 photons per \
+        what: "largest detection rate of a step times dead time, all of Table I, 10^3 to 10^12 photons per \
                second",
-        why: "avalanches are a dead time or more apart: one count more than T / D at most",
+        why: "avalanches are a dead time or more apart: one count more than T / D at most, and \
+              lambda D / (1 + lambda D) of them in the brightest light at least, which is all but 1",
         run: saturation,
     },
     Case {
@@ -100,25 +99,25 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 fn no_light(seed: u64) -> Result<Measured, CaseError> {
-    let scene = ideal(GOLD_5, 8, 0.0, 310)?;
-    let mut estimates = 0;
+    let [dark, lit] = [ideal(GOLD_5, 8, 0.0, 310)?, ideal(GOLD_5, 8, 1e8, 310)?];
+    let (mut estimates, mut of_light) = (0, 0);
     for tier in [Tier::Events, Tier::Sampled] {
-        let simulation = simulate(&Sensor::new(&scene), tier, seed, 20)?;
-        for path in simulation.estimates {
+        of_light += simulated(&lit, tier, seed, 20)?.estimates[0].estimates;
+        for path in simulated(&dark, tier, seed, 20)?.estimates {
             estimates += path.estimates;
             for value in [path.mean_distance_m, path.bias_m, path.std_m, path.expected_bias_m] {
                 estimates += u64::from(value.is_some());
             }
         }
     }
-    Measured::none(estimates as usize, "estimates")
+    Measured::none(estimates as usize, of_light as usize, "estimates")
 }
 
 /// Estimate from a scan of one photon in one step.
 fn one_photon(scene: &Scene, step: usize, sign: i64) -> Result<Estimate, NoEstimate> {
     let mut counts = vec![0; scene.scan.steps as usize];
     counts[step] = sign;
-    estimate(&scene.timing(), &counts, 0.0)
+    estimated(scene, &counts)
 }
 
 fn one_photon_up() -> Result<Measured, CaseError> {
@@ -126,14 +125,17 @@ fn one_photon_up() -> Result<Measured, CaseError> {
     let errors_ps: Result<Vec<f64>, NoEstimate> = (0..scene.scan.steps as usize)
         .map(|step| Ok(one_photon(&scene, step, 1)?.delay_ps - 1000.0 * step as f64))
         .collect();
-    Measured::at_most(worst(errors_ps?), "ps", 1e-9)
+    Measured::largest(errors_ps?, "ps", 1e-9)
 }
 
 fn one_photon_down() -> Result<Measured, CaseError> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
-    let estimates =
-        (0..scene.scan.steps as usize).filter(|&step| one_photon(&scene, step, -1).is_ok()).count();
-    Measured::none(estimates, "estimates")
+    let estimates = |sign: i64| {
+        let steps = 0..scene.scan.steps as usize;
+        steps.filter(|&step| one_photon(&scene, step, sign).is_ok()).count()
+    };
+    // One that is counted up does give an estimate.
+    Measured::none(estimates(-1), estimates(1), "estimates")
 }
 
 fn constant_light_saturates(seed: u64) -> Result<Measured, CaseError> {
@@ -153,7 +155,7 @@ fn constant_light_saturates(seed: u64) -> Result<Measured, CaseError> {
         let scale = totals.standard_error().max(0.25);
         deviations.push((totals.mean - expected) / scale);
     }
-    Measured::deviation(worst(deviations))
+    Measured::deviation(deviations)
 }
 
 fn saturation(seed: u64) -> Result<Measured, CaseError> {
@@ -167,19 +169,16 @@ fn saturation(seed: u64) -> Result<Measured, CaseError> {
         // Jitter may bring one more over either rim.
         limit = limit.max((fit + 2.0) / fit);
     }
-    Measured::at_most(most, "counts per dead time", limit)
+    Measured::between(most, "counts per dead time", [0.99, limit])
 }
 
 fn photons_against_state_equation(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for incident_cps in [1e6, 1e8, 1e9, 1e10] {
         let scene = table_i(GOLD_5, 0.31 * incident_cps, 3_100)?;
-        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-        let means = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts();
-        let counter = StepCounter::new(&model);
-        let (repetitions, steps) = (400, 40);
-        let mut found = vec![Default::default(); repetitions * steps];
-        counter.count(seed, 0..repetitions as u64, 0..steps as u64, &mut found);
+        let means = mean_counts(&scene)?;
+        let steps = 40;
+        let found = counts_of_scans(&scene, 0..400, steps as u64, seed);
         for (step, mean) in means.iter().enumerate().take(steps) {
             let of_step = || found.iter().skip(step).step_by(steps);
             let signed = Sample::of(of_step().map(|c| c.signed as f64));
@@ -188,20 +187,20 @@ fn photons_against_state_equation(seed: u64) -> Result<Measured, CaseError> {
             deviations.push(total.z(mean.total));
         }
     }
-    Measured::at_most(worst(deviations), "standard errors", 4.5)
+    Measured::largest(deviations, "standard errors", 4.5)
 }
 
 fn estimate_in_saturation(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = table_i(GOLD_11, 0.31e9, 131_000)?;
     window(&mut scene, 0, 48);
-    let simulation = simulate(&Sensor::new(&scene), Tier::Events, seed, 60)?;
+    let simulation = simulated(&scene, Tier::Events, seed, 60)?;
     let path = &simulation.estimates[0];
     let (Some(bias_m), Some(error_m), Some(expected_m)) =
         (path.bias_m, path.bias_std_error_m, path.expected_bias_m)
     else {
         return Err(CaseError::Unmet(format!("no estimates: {:?}", path.remark)));
     };
-    Measured::deviation((bias_m - expected_m) / error_m)
+    Measured::deviation([(bias_m - expected_m) / error_m])
 }
 
 fn too_much_light() -> Result<Measured, CaseError> {
@@ -213,45 +212,43 @@ fn too_much_light() -> Result<Measured, CaseError> {
             let mut scene = constant_light(rate_cps, 31)?;
             scene.chip_period_ps = chip_period_ps;
             scene.detectors[0].dead_time_ps = dead_time_ps;
-            let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-            let response = MeanResponse::of_tier(&model, CountingTier::Events);
-            let is_right = match response.map(|_| ()).map_err(|reason| reason.to_string()) {
-                Ok(()) => share < 1.0,
-                Err(reason) => {
-                    let names = |cps: f64| reason.contains(&format!("{cps:.3e} cps"));
-                    share > 1.0 && names(rate_cps) && names(limit_cps)
-                }
+            let reason = refused(&scene);
+            let says = |cps: f64| {
+                reason.as_ref().is_none_or(|reason| reason.contains(&format!("{cps:.3e} cps")))
             };
-            wrong += usize::from(!is_right);
+            let is_right = reason.is_some() == (share > 1.0);
+            wrong += usize::from(!(is_right && says(rate_cps) && says(limit_cps)));
         }
     }
     let mut scene = constant_light(200e3, 31)?;
     scene.detectors[0].dead_time_ps = 1e9;
-    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-    let response = MeanResponse::of_tier(&model, CountingTier::Events);
     // 10^5 dead times of 125,000 chips.
-    let says_so = response.is_err_and(|reason| reason.to_string().contains("1.250e10 chips"));
-    Measured::none(wrong + usize::from(!says_so), "verdicts")
+    let says_so = refused(&scene).is_some_and(|reason| reason.contains("1.250e10 chips"));
+    Measured::none(wrong + usize::from(!says_so), 7, "verdicts")
+}
+
+/// Why a scene has no mean response.
+fn refused(scene: &Scene) -> Option<String> {
+    let model = model(scene);
+    refusal(|| Some(MeanResponse::of_tier(&model, CountingTier::Events).err()?.to_string()))
 }
 
 fn too_little_light() -> Result<Measured, CaseError> {
     let mut wrong = 0;
     for wait_chips in [10_500.0, 10_600.0, 1e12, f64::INFINITY] {
         let scene = constant_light(1.0 / (8e-9 * wait_chips), 31)?;
-        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-        let reason = StepCounter::new(&model).outside_domain();
-        let reason = reason.map(|reason| reason.to_string());
-        let is_right = match (&reason, wait_chips.is_finite()) {
-            (None, _) => wait_chips < 10_540.0,
-            (Some(reason), true) => {
+        let model = model(&scene);
+        let reason = refusal(|| Some(StepCounter::new(&model).outside_domain()?.to_string()));
+        let says = |reason: &String| match wait_chips.is_finite() {
+            true => {
                 reason.contains(&format!("once in {wait_chips:.3e} chips"))
                     && reason.contains("one photon in 10540 chips")
             }
-            (Some(reason), false) => {
-                reason.contains("no photon ever comes") && !reason.contains("inf")
-            }
+            false => reason.contains("no photon ever comes") && !reason.contains("inf"),
         };
+        let is_too_little = wait_chips > 10_540.0;
+        let is_right = reason.is_some() == is_too_little && reason.iter().all(says);
         wrong += usize::from(!is_right);
     }
-    Measured::none(wrong, "verdicts")
+    Measured::none(wrong, 4, "verdicts")
 }

@@ -13,6 +13,7 @@ mod light;
 mod modulation;
 mod numbers;
 mod ranging;
+mod reading;
 mod report;
 mod scenes;
 mod statistics;
@@ -93,13 +94,16 @@ mod tests {
 
     #[test]
     fn a_case_outside_its_bound_or_with_an_error_does_not_hold() {
-        let outside = case(|_| Measured::at_most(2.5, "apples", 2.0));
+        let outside = case(|_| Measured::largest([-2.5], "apples", 2.0));
         let failing = case(|_| Err(CaseError::Unmet("out of apples".to_owned())));
-        let undefined = case(|_| Measured::at_most(f64::NAN, "apples", 2.0));
-        let inside = case(|_| Measured::at_most(2.0, "apples", 2.0));
-        let report = run(&[outside, failing, undefined, inside], 1, |_| ()).unwrap();
+        let undefined = case(|_| Measured::largest([1.0, f64::NAN], "apples", 2.0));
+        let of_none = case(|_| Measured::largest([], "apples", 2.0));
+        let none_seen = case(|_| Measured::none(0, 0, "worms"));
+        let inside = case(|_| Measured::largest([1.0, -2.0], "apples", 2.0));
+        let report =
+            run(&[outside, failing, undefined, of_none, none_seen, inside], 1, |_| ()).unwrap();
         let holds: Vec<bool> = report.cases.iter().map(|case| case.holds).collect();
-        assert_eq!(holds, [false, false, false, true]);
+        assert_eq!(holds, [false, false, false, false, false, true]);
         assert!(!report.all_hold());
         assert_eq!(report.cases[1].error.as_deref(), Some("out of apples"));
         assert!(run(&[inside], 1, |_| ()).unwrap().all_hold());
@@ -131,7 +135,29 @@ mod tests {
     fn a_bound_holds_on_its_rim_only_as_far_as_it_goes() {
         let exactly = Bound::exactly(3.0);
         assert!(exactly.holds(3.0) && !exactly.holds(3.0000001) && !exactly.holds(2.9999999));
-        assert!(!Bound::at_most(1.0).holds(f64::NAN));
+        assert!(!exactly.holds(f64::NAN));
+    }
+
+    /// A program that counts nothing, expects nothing and says nothing passes no case; what the
+    /// Verilog sends is looked at by `testbench`.
+    #[test]
+    fn no_case_holds_of_nothing() {
+        use reading::{NOTHING, Nothing};
+        let mut passed = Vec::new();
+        for nothing in [Nothing::Zeros, Nothing::Undefined, Nothing::Empty] {
+            for case in cases().iter().filter(|case| case.group != Group::Hardware) {
+                NOTHING.set(Some(nothing));
+                // A panic is no verdict either.
+                let outcome = std::panic::catch_unwind(|| (case.run)(1));
+                NOTHING.set(None);
+                if let Ok(Ok(measured)) = outcome
+                    && measured.bound.holds(measured.value)
+                {
+                    passed.push((case.name, nothing));
+                }
+            }
+        }
+        assert!(passed.is_empty(), "{passed:#?}");
     }
 
     #[test]

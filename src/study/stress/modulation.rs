@@ -1,17 +1,18 @@
 //! Light without modulation, all modulation, and modulation behind a bright background.
 
 use super::case::{Case, CaseError, Group, Measured, ensure};
+use super::reading::{
+    counts_of_scans, drawn, mean_count, mean_counts, model, predicted, simulated,
+};
 use super::scenes::{GOLD_5, ideal, table_i, window};
-use super::statistics::{Sample, step_s, worst};
+use super::statistics::{Sample, step_s};
 use crate::estimate::report::estimate_scan;
-use crate::estimate::{CountingTier, PredictionError, predict};
-use crate::photons::fast::StepCounter;
-use crate::photons::{DetectorModel, StepCount};
-use crate::response::{CountMoments, CountSampler, MeanResponse};
-use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
+use crate::estimate::{CountingTier, PredictionError};
+use crate::response::{CountMoments, CountSampler};
+use crate::scan::Step;
+use crate::scene::{DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
-use crate::simulate::repeat::simulate;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -70,42 +71,44 @@ fn unmodulated() -> Result<Scene, CaseError> {
 }
 
 fn unmodulated_prediction() -> Result<Measured, CaseError> {
-    let scene = unmodulated()?;
-    let predicted = [CountingTier::Events, CountingTier::Sampled]
-        .into_iter()
-        .filter(|&tier| {
-            predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), tier)
-                != Err(PredictionError::Flat)
-        })
-        .count();
-    Measured::none(predicted, "predictions")
+    let (dark, lit) = (unmodulated()?, table_i(GOLD_5, 20e6, 3_100)?);
+    let tiers = || [CountingTier::Events, CountingTier::Sampled].into_iter();
+    let without =
+        tiers().filter(|&tier| predicted(&dark, tier) != Err(PredictionError::Flat)).count();
+    let with =
+        tiers().filter(|&tier| predicted(&lit, tier).is_ok_and(|found| found.std_m > 0.0)).count();
+    Measured::none(without, with, "predictions")
 }
 
 fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = unmodulated()?;
-    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-    let counter = StepCounter::new(&model);
-    let mut estimates = 0;
-    for repetition in 0..10 {
-        let mut found = vec![StepCount::default(); scene.scan.steps as usize];
-        counter.count(seed, repetition..repetition + 1, 0..scene.scan.steps, &mut found);
-        for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
-            scene.estimator = estimator;
-            let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), &found);
-            estimates += usize::from(report.distance_m.is_some());
+    let reported = |scene: &Scene, repetitions: u64| {
+        let mut scene = scene.clone();
+        let mut estimates = 0;
+        for repetition in 0..repetitions {
+            let scans = repetition..repetition + 1;
+            let found = counts_of_scans(&scene, scans, scene.scan.steps, seed);
+            for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
+                scene.estimator = estimator;
+                let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), &found);
+                estimates += usize::from(report.distance_m.is_some());
+            }
         }
-    }
+        estimates
+    };
+    let of_modulated = reported(&table_i(GOLD_5, 20e6, 3_100)?, 1);
+    let mut estimates = reported(&scene, 10);
     for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
         scene.estimator = estimator;
         for tier in [Tier::Expected, Tier::Counts, Tier::Events, Tier::Sampled] {
-            for path in simulate(&Sensor::new(&scene), tier, seed, 10)?.estimates {
+            for path in simulated(&scene, tier, seed, 10)?.estimates {
                 let numbers = [path.mean_distance_m, path.bias_m, path.std_m, path.expected_bias_m];
                 estimates += numbers.iter().flatten().count() + path.estimates as usize;
                 ensure!(path.remark.is_some(), "{tier}: no reason is given");
             }
         }
     }
-    Measured::none(estimates, "estimates")
+    Measured::none(estimates, of_modulated, "estimates")
 }
 
 /// Sum over the code of on(i - lag) chi(i), for a lag in phase steps, with linear
@@ -135,9 +138,7 @@ fn infinite_extinction_ratio(seed: u64) -> Result<Measured, CaseError> {
         let photons = 10e6 * step_s(&scene);
         let correlated = on_chips_against_reference(&code.chips, lag, 8);
         let expected = photons * correlated / code.weight() as f64;
-        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-        let mut found = vec![Default::default(); 1_000];
-        StepCounter::new(&model).count(seed, 0..1_000, 0..1, &mut found);
+        let found = counts_of_scans(&scene, 0..1_000, 1, seed);
         if lag == 0 {
             // Every detection counts up: no scatter but that of the total.
             let down = found.iter().filter(|c| c.signed != c.total as i64).count();
@@ -145,7 +146,7 @@ fn infinite_extinction_ratio(seed: u64) -> Result<Measured, CaseError> {
         }
         deviations.push(Sample::of(found.iter().map(|c| c.signed as f64)).z(expected));
     }
-    Measured::deviation(worst(deviations))
+    Measured::deviation(deviations)
 }
 
 /// Gold code of 31 chips, 1 kcps of signal in 1 Gcps of background.
@@ -158,16 +159,15 @@ fn dazzled() -> Result<Scene, CaseError> {
 fn overwhelming_background() -> Result<Measured, CaseError> {
     let scene = dazzled()?;
     let code = scene.sources[0].code.clone();
-    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-    let means = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts();
+    let means = mean_counts(&scene)?;
     let (length, weight) = (code.len() as f64, code.weight() as f64);
     let background = 1e9 * step_s(&scene) * (2.0 * weight - length) / length;
     let signal = 1e3 * step_s(&scene);
-    let errors = (0..scene.scan.steps).map(|k| {
+    let errors = means.iter().zip(0..).map(|(mean, k)| {
         let expected = signal * on_chips_against_reference(&code.chips, k, 8) / weight;
-        (means[k as usize].signed - background - expected) / signal
+        (mean.signed - background - expected) / signal
     });
-    Measured::at_most(worst(errors), "of the signal", 1e-7)
+    Measured::largest(errors, "of the signal", 1e-7)
 }
 
 fn overwhelming_background_counts(seed: u64) -> Result<Measured, CaseError> {
@@ -180,7 +180,7 @@ fn overwhelming_background_counts(seed: u64) -> Result<Measured, CaseError> {
     let mean = 10.0 * seconds + 1e7 * seconds * (2.0 * weight - length) / length;
     // Both signs are Poisson, so the variance of r is the mean of N.
     let variance = (10.0 + 1e7) * seconds;
-    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+    let model = model(&scene);
     let moments = CountMoments {
         signed_mean: mean,
         total_mean: variance,
@@ -190,12 +190,12 @@ fn overwhelming_background_counts(seed: u64) -> Result<Measured, CaseError> {
     };
     let sampler = CountSampler::new(&model, &[moments])?;
     let scans = 500_000;
-    let found = (0..scans).map(|scan| sampler.scan(seed, scan)[0].signed as f64);
-    let expected = MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts()[0];
+    let found = (0..scans).flat_map(|scan| drawn(&sampler, 1, seed, scan));
+    let expected = mean_count(&scene, Step(0))?;
     ensure!(
         ((expected.signed - mean) / variance.sqrt()).abs() < 1e-3,
         "the mean response expects {} and not {mean}",
         expected.signed
     );
-    Measured::deviation(Sample::of(found).z(mean))
+    Measured::deviation([Sample::of(found.map(|count| count.signed as f64)).z(mean)])
 }

@@ -1,21 +1,20 @@
 //! From counts to distance: bounds, expectations and diagnoses where they are tempted most.
 
-use super::case::{Case, CaseError, Group, Measured};
-use super::scenes::{GOLD_5, table_i};
-use super::statistics::worst;
+use super::case::{Case, CaseError, Group, Measured, ensure};
+use super::reading::{drawn, mean_counts, predicted, scanned, simulated};
+use super::scenes::{GOLD_5, table_i, window};
+use super::statistics::{seen, worst};
+use crate::estimate::CountingTier;
+use crate::estimate::bound::bound;
 use crate::estimate::fit::Fitter;
-use crate::estimate::{CountingTier, predict};
-use crate::photons::DetectorModel;
+use crate::photons::{DetectorModel, StepCount};
 use crate::recorded::{RecordedScan, assess};
 use crate::response::{CountSampler, MeanResponse, SecondMoments};
 use crate::scene::{DetectorIndex, EstimatorKind, OtherLight, PathIndex, Scene, SourceIndex};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
-use crate::simulate::repeat::simulate;
-use crate::simulate::scans::scans;
 
 const FIRST: DetectorIndex = DetectorIndex(0);
-const OWN: PathIndex = PathIndex(0);
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -25,7 +24,8 @@ pub(super) const CASES: &[Case] = &[
         what: "standard deviation of 400 fits over the Cramer-Rao bound, less one, Table I with a code \
                of 31 chips, in standard errors of that ratio",
         why: "the fit takes the likelihood of the same counts, and its errors are nearly normal: a bound \
-              of fewer steps is undercut, a fit of fewer steps falls short",
+              of fewer steps is undercut, a fit of fewer steps falls short; side lobes of a Gold code tell as \
+              much as its peak, so that the peak's 24 steps alone must have a bound 1.25 times as large",
         run: fit_reaches_bound,
     },
     Case {
@@ -51,10 +51,10 @@ pub(super) const CASES: &[Case] = &[
         name: "jitter-of-a-nanosecond-merges-nothing",
         group: Group::Detectors,
         quick: true,
-        what: "expectations refused for pulses said to merge, jitter of 1 ns, dead time twice the pulse \
-               width",
+        what: "wrong verdicts on whether pulses merge, jitter of 1 ns, dead time of 14 ns, pulses of 7 ns \
+               and of 20 ns",
         why: "two avalanches are 14 ns apart; jitter brings their pulses within 7 ns of each other once in \
-              10^6",
+              10^6, and pulses of 20 ns merge whenever two avalanches are less than 20 ns apart",
         run: |_| jitter_merges_nothing(),
     },
     Case {
@@ -79,10 +79,11 @@ pub(super) const CASES: &[Case] = &[
         name: "paths-of-3-m-and-20-km",
         group: Group::Stiff,
         quick: true,
-        what: "largest relative difference of expected total counts when the second of two paths becomes a \
-               whole number of code periods (some 20 km) longer, jitter of 54 ps, all of Table I",
-        why: "light that repeats comes the same after whole periods; a double holds 1.3 10^8 ps to 2 \
-              10^-8 ps",
+        what: "largest difference of expected signed counts between a second path of 20 km and one as long as \
+               20 km leave over beyond whole code periods, in counts of that path's peak, all of Table I",
+        why: "light that repeats comes the same after whole periods; 20 km are 133,425,638,079 fs, 538 \
+              periods of 248 ns and 1,638,079 fs; a double holds 1.3 10^8 ps to 2 10^-8 ps, and edges of the \
+              light are one if they are 10^-7 chips apart",
         run: |_| far_paths(),
     },
 ];
@@ -97,10 +98,17 @@ fn fitted(rate_cps: f64, chips: u64) -> Result<Scene, CaseError> {
 
 fn fit_reaches_bound(seed: u64) -> Result<Measured, CaseError> {
     const SCANS: u64 = 400;
-    let simulation = simulate(&Sensor::new(&fitted(20e6, 2500)?), Tier::Counts, seed, SCANS)?;
+    let scene = fitted(20e6, 2500)?;
+    let simulation = simulated(&scene, Tier::Counts, seed, SCANS)?;
     let path = &simulation.estimates[0];
+    let mut peak = scene;
+    window(&mut peak, 12, 24);
+    let of_peak = bound(&Sensor::new(&peak), FIRST, CountingTier::Sampled);
+    let of_peak = of_peak.ok().and_then(|bound| bound.of_path(PathIndex(0)));
+    let tells_more = path.bound_m.zip(of_peak).is_some_and(|(all, few)| all < 0.8 * few);
+    ensure!(tells_more, "side lobes tell nothing: {:?} m and {of_peak:?} m", path.bound_m);
     let ratio = path.std_m.zip(path.bound_m).map_or(f64::NAN, |(std, bound)| std / bound);
-    Measured::deviation((ratio - 1.0) * (2.0 * SCANS as f64).sqrt())
+    Measured::deviation([(ratio - 1.0) * (2.0 * SCANS as f64).sqrt()])
 }
 
 fn uncovered_expectations() -> Result<Measured, CaseError> {
@@ -117,28 +125,34 @@ fn uncovered_expectations() -> Result<Measured, CaseError> {
     let mut path = other_clock.paths[0].clone();
     path.source = SourceIndex(1);
     other_clock.paths.push(path);
-    let is_given =
-        |scene: &&Scene| predict(&Sensor::new(scene), FIRST, OWN, CountingTier::Sampled).is_ok();
-    let given = [outside, clamped, other_clock].iter().filter(is_given).count();
-    Measured::none(given, "expectations")
+    let given = [outside, clamped, other_clock].iter().filter(|scene| is_expected(scene)).count();
+    let covered = [fitted(20e6, 2500)?, table_i(GOLD_5, 20e6, 2500)?];
+    Measured::none(given, covered.iter().filter(|scene| is_expected(scene)).count(), "expectations")
+}
+
+/// Whether a scatter is expected of a scene's own path.
+fn is_expected(scene: &Scene) -> bool {
+    predicted(scene, CountingTier::Sampled).is_ok_and(|expected| expected.std_m > 0.0)
 }
 
 fn all_steps_at_once(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = table_i(r#"{ family = "chips", chips = "0111001" }"#, 20e6, 250_000)?;
     scene.hardware.parallel = 56;
-    let mut alike = 0;
-    scans(&Sensor::new(&scene), FIRST, Tier::Counts, seed, 300, |counts| {
-        alike += usize::from(counts.iter().all(|count| count.signed == counts[0].signed));
-    })?;
-    Measured::none(alike, "scans")
+    let found = scanned(&Sensor::new(&scene), Tier::Counts, seed, 300)?;
+    let is_alike = |counts: &&Vec<StepCount>| {
+        counts.windows(2).all(|neighbours| neighbours[0].signed == neighbours[1].signed)
+    };
+    Measured::none(found.iter().filter(is_alike).count(), found.len(), "scans")
 }
 
 fn jitter_merges_nothing() -> Result<Measured, CaseError> {
     let mut scene = table_i(GOLD_5, 20e6, 250)?;
     scene.detectors[0].jitter_ps = vec![1000.0];
     scene.detectors[0].pulse_width_ps = 7000.0;
-    let refused = predict(&Sensor::new(&scene), FIRST, OWN, CountingTier::Sampled).is_err();
-    Measured::none(usize::from(refused), "refusals")
+    let mut merging = scene.clone();
+    merging.detectors[0].pulse_width_ps = 20_000.0;
+    let wrong = usize::from(!is_expected(&scene)) + usize::from(is_expected(&merging));
+    Measured::none(wrong, 2, "verdicts")
 }
 
 fn nobody_else(seed: u64) -> Result<Measured, CaseError> {
@@ -149,10 +163,10 @@ fn nobody_else(seed: u64) -> Result<Measured, CaseError> {
     let sampler = CountSampler::of(&model, &second)?;
     let fitter = Fitter::new(&sensor, FIRST, CountingTier::Events, OtherLight::Search);
     let found = (0..40).filter(|&scan| {
-        let fit = fitter.fit(&sampler.scan(seed, scan));
+        let fit = fitter.fit(&drawn(&sampler, 248, seed, scan));
         fit.map_or(true, |fit| fit.paths.len() != 1)
     });
-    Measured::at_most(found.count() as f64, "scans", 1.0)
+    Measured::between(found.count() as f64, "scans", [0.0, 1.0])
 }
 
 fn right_scene_beside_light(seed: u64) -> Result<Measured, CaseError> {
@@ -168,28 +182,36 @@ fn right_scene_beside_light(seed: u64) -> Result<Measured, CaseError> {
     (path.source, path.delay_ps) = (SourceIndex(1), 501_100.0);
     scene.paths.push(path);
     let sensor = Sensor::new(&scene);
-    let mut accused = 0;
-    scans(&sensor, FIRST, Tier::Sampled, seed, 10, |counts| {
+    let is_accused = |sensor: &Sensor, counts: &[StepCount]| {
         let scan = RecordedScan { detector: FIRST, counts: counts.to_vec(), has_totals: true };
-        let found = assess(&sensor, &scan).diagnosis;
-        accused += u32::from(found.is_none_or(|found| !found.causes.is_empty()));
-    })?;
-    Measured::at_most(f64::from(accused), "scans", 1.0)
+        let found = assess(sensor, &scan).diagnosis;
+        found.is_none_or(|found| !found.causes.is_empty())
+    };
+    let found = scanned(&sensor, Tier::Sampled, seed, 10)?;
+    ensure!(found.iter().all(|counts| seen(counts) > 0), "a scan has counted nothing");
+    // Half as much own light again is seen.
+    let brighter = sensor.with(|scene| scene.sources[0].mean_power_w *= 1.5);
+    let is_told = found.first().is_some_and(|counts| is_accused(&brighter, counts));
+    ensure!(is_told, "a scene that is wrong is not said to be");
+    let accused = found.iter().filter(|counts| is_accused(&sensor, counts)).count();
+    Measured::between(accused as f64, "scans", [0.0, 1.0])
 }
 
 fn far_paths() -> Result<Measured, CaseError> {
+    const PERIOD_FS: u64 = 248_000_000;
+    const FAR_FS: u64 = 133_425_638_079;
     let mut scene = table_i(GOLD_5, 20e6, 2480)?;
-    let totals = |scene: &Scene| -> Result<Vec<f64>, CaseError> {
-        let model = DetectorModel::new(&Sensor::new(scene), FIRST);
-        let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
-        Ok(response.mean_counts().iter().map(|count| count.total).collect())
+    scene.paths.push(scene.paths[0].clone());
+    let mut signed = |second_fs: u64| -> Result<Vec<f64>, CaseError> {
+        scene.paths[1].delay_ps = second_fs as f64 * 1e-3;
+        Ok(mean_counts(&scene)?.iter().map(|count| count.signed).collect())
     };
-    let second = scene.paths[0].clone();
-    scene.paths.push(second);
-    let near = totals(&scene)?;
-    let period_ps = scene.clock().ps(scene.sources[0].code.len() as f64);
-    scene.paths[0].delay_ps += (1.334e8 / period_ps).round() * period_ps;
-    let far = totals(&scene)?;
-    let differences = near.iter().zip(&far).map(|(near, far)| far / near - 1.0);
-    Measured::at_most(worst(differences), "of the count", 1e-9)
+    let far = signed(FAR_FS)?;
+    let near = signed(FAR_FS % PERIOD_FS)?;
+    let elsewhere = signed(FAR_FS % PERIOD_FS + PERIOD_FS / 2)?;
+    // What the second path adds where it is, and nowhere else.
+    let largest = |a: &[f64], b: &[f64]| worst(a.iter().zip(b).map(|(a, b)| a - b));
+    let (peak, difference) = (largest(&far, &elsewhere), largest(&far, &near));
+    ensure!(peak > 100.0, "the second path shows in {peak:.1} counts");
+    Measured::largest([difference / peak], "of the peak", 1e-6)
 }

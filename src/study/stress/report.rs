@@ -142,6 +142,7 @@ mod tests {
         assert_eq!(number(1.23456), "1.235");
         assert_eq!(number(3.2e-9), "3.20e-9");
         assert_eq!(words(&Bound::exactly(0.0)), "exactly 0");
-        assert_eq!(words(&Bound::at_most(0.5)), "at most 0.500");
+        let between = Bound { at_least: Some(0.0), at_most: Some(0.5) };
+        assert_eq!(words(&between), "0 to 0.500");
     }
 }

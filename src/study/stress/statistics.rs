@@ -1,16 +1,16 @@
 //! Means of counts against closed forms.
 
-use crate::photons::fast::StepCounter;
-use crate::photons::{DetectorModel, StepCount};
-use crate::scene::{DetectorIndex, Scene};
-use crate::sensor::Sensor;
+use crate::photons::StepCount;
+use crate::scene::Scene;
 
-/// Counts of the first `steps` steps of the first scan, each photon simulated.
-pub(super) fn counts(scene: &Scene, steps: u64, seed: u64) -> Vec<StepCount> {
-    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
-    let mut counts = vec![StepCount::ZERO; steps as usize];
-    StepCounter::new(&model).count(seed, 0..1, 0..steps, &mut counts);
-    counts
+/// How many of some counts have counted anything.
+pub(super) fn seen(counts: &[StepCount]) -> usize {
+    counts.iter().filter(|count| count.total > 0).count()
+}
+
+/// How many counts of two runs differ.
+pub(super) fn differing(a: &[StepCount], b: &[StepCount]) -> usize {
+    a.iter().zip(b).filter(|(a, b)| a != b).count() + a.len().abs_diff(b.len())
 }
 
 /// Integration time per phase step.
@@ -55,15 +55,10 @@ impl Sample {
     }
 }
 
-/// The value of largest magnitude; NaN if one is NaN.
+/// The value of largest magnitude; NaN if one is NaN, or there is none.
 pub(super) fn worst(values: impl IntoIterator<Item = f64>) -> f64 {
-    values.into_iter().fold(0.0, |worst: f64, value| {
-        if value.is_nan() || value.abs() > worst {
-            if worst.is_nan() { worst } else { value.abs() }
-        } else {
-            worst
-        }
-    })
+    let larger = |a: f64, b: f64| if a.is_nan() || a > b { a } else { b };
+    values.into_iter().map(f64::abs).reduce(larger).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
@@ -74,7 +69,7 @@ mod tests {
     fn the_worst_value_is_the_largest_or_undefined() {
         assert_eq!(worst([0.5, -2.0, 1.0]), 2.0);
         assert!(worst([0.5, f64::NAN, 1.0]).is_nan());
-        assert_eq!(worst([]), 0.0);
+        assert!(worst([]).is_nan() && worst([f64::NAN, 1.0]).is_nan());
     }
 
     #[test]

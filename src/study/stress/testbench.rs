@@ -107,8 +107,10 @@ impl Testbench {
     pub fn play(&mut self, script: &Script, clocks: u64) -> Result<Run, CaseError> {
         let sampling = self.interface.timing.sampling();
         let run = self.run(&mut Player { script, sampling }, clocks)?;
-        let hits = run.exercise.detectors.iter().map(|d| d.hits_up + d.hits_down);
-        ensure!(hits.min() > Some(0), "a detector's results that came to the stream hold no hit");
+        ensure!(
+            hits_are_sent(&run.exercise),
+            "a detector's results that came to the stream hold no hit"
+        );
         Ok(run)
     }
 
@@ -147,5 +149,28 @@ impl Testbench {
         let field = self.layout.outputs.field(name).clone();
         let records = run.records.got.values.chunks_exact(self.layout.outputs.words);
         records.map(move |record| field.low_word(record))
+    }
+}
+
+/// Whether a hit of every detector has come to the stream: agreement on nothing is none.
+fn hits_are_sent(exercise: &Exercise) -> bool {
+    exercise.detectors.iter().map(|d| d.hits_up + d.hits_down).min() > Some(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::exercise::DetectorExercise;
+
+    #[test]
+    fn a_run_without_hits_shows_nothing() {
+        let hit = DetectorExercise { results: 3, hits_up: 0, hits_down: 1 };
+        let of = |detectors| Exercise { detectors, results_taken: 6, ..Exercise::default() };
+        assert!(hits_are_sent(&of(vec![hit, hit])));
+        assert!(!hits_are_sent(&of(vec![
+            hit,
+            DetectorExercise { results: 3, ..Default::default() }
+        ])));
+        assert!(!hits_are_sent(&of(Vec::new())) && !hits_are_sent(&Exercise::default()));
     }
 }

@@ -1,0 +1,227 @@
+//! What cases read off the program: counts, expectations, estimates, verdicts. A test puts
+//! readings of nothing in their place, which no case may take for right.
+
+use std::ops::Range;
+
+use super::case::CaseError;
+use crate::code::correlate;
+use crate::estimate::{
+    CountingTier, Estimate, NoEstimate, Prediction, PredictionError, estimate, predict,
+};
+use crate::photons::fast::StepCounter;
+use crate::photons::{Detection, DetectorModel, StepCount, count_step};
+use crate::response::{CountSampler, MeanCount, MeanResponse, MeanResponseError};
+use crate::scan::{Group, Step};
+use crate::scene::{DetectorIndex, PathIndex, Scene};
+use crate::sensor::Sensor;
+use crate::simulate::Tier;
+use crate::simulate::repeat::{Simulation, simulate};
+use crate::simulate::scans::scans;
+
+/// Readings in which there is nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(not(test), expect(dead_code, reason = "tests alone read nothing"))]
+pub(super) enum Nothing {
+    /// Every number is 0, every verdict "no".
+    Zeros,
+    /// Every number that can be is undefined, every verdict "yes".
+    Undefined,
+    /// There are no numbers.
+    Empty,
+}
+
+#[cfg(test)]
+thread_local! {
+    /// What every reading of this thread is, in place of what it should be.
+    pub(super) static NOTHING: std::cell::Cell<Option<Nothing>> = const { std::cell::Cell::new(None) };
+}
+
+/// What is read in place of anything.
+pub(super) fn nothing() -> Option<Nothing> {
+    #[cfg(test)]
+    return NOTHING.get();
+    #[cfg(not(test))]
+    None
+}
+
+/// Some numbers, `length` of them where they are nothing.
+fn some<T: Clone>(
+    length: usize,
+    [zero, undefined]: [T; 2],
+    read: impl FnOnce() -> Vec<T>,
+) -> Vec<T> {
+    match nothing() {
+        None => read(),
+        Some(Nothing::Zeros) => vec![zero; length],
+        Some(Nothing::Undefined) => vec![undefined; length],
+        Some(Nothing::Empty) => Vec::new(),
+    }
+}
+
+fn some_counts(length: usize, read: impl FnOnce() -> Vec<StepCount>) -> Vec<StepCount> {
+    some(length, [StepCount::ZERO; 2], read)
+}
+
+/// The detector of a scene.
+pub(super) fn model(scene: &Scene) -> DetectorModel {
+    DetectorModel::new(&Sensor::new(scene), DetectorIndex(0))
+}
+
+/// Counts of the first `steps` steps of the first scan, each photon simulated.
+pub(super) fn counts(scene: &Scene, steps: u64, seed: u64) -> Vec<StepCount> {
+    counts_of_scans(scene, 0..1, steps, seed)
+}
+
+/// Counts of the first `steps` steps of some scans.
+pub(super) fn counts_of_scans(
+    scene: &Scene,
+    repetitions: Range<u64>,
+    steps: u64,
+    seed: u64,
+) -> Vec<StepCount> {
+    let length = ((repetitions.end - repetitions.start) * steps) as usize;
+    some_counts(length, || {
+        let mut counts = vec![StepCount::ZERO; length];
+        StepCounter::new(&model(scene)).count(seed, repetitions, 0..steps, &mut counts);
+        counts
+    })
+}
+
+/// Counts of the first `steps` steps of a scan by the plain loop.
+pub(super) fn plain_counts(
+    scene: &Scene,
+    repetition: u64,
+    steps: u64,
+    seed: u64,
+) -> Vec<StepCount> {
+    some_counts(steps as usize, || {
+        let model = model(scene);
+        Step::all(steps).map(|step| count_step(&model, seed, repetition, step)).collect()
+    })
+}
+
+/// The first detections of the second step of the first scan, `number` at most.
+pub(super) fn detections(scene: &Scene, number: usize, seed: u64) -> Vec<Detection> {
+    let none = Detection { chip: 0, fraction: 0.0 };
+    let undefined = Detection { chip: 0, fraction: f64::NAN };
+    some(number, [none, undefined], || model(scene).step(seed, 0, Group(1)).take(number).collect())
+}
+
+/// Expected counts of every step.
+pub(super) fn mean_counts(scene: &Scene) -> Result<Vec<MeanCount>, MeanResponseError> {
+    let steps = scene.scan.steps as usize;
+    let [zero, undefined] = [0.0, f64::NAN].map(|value| MeanCount { signed: value, total: value });
+    let model = model(scene);
+    let means = || Ok(MeanResponse::of_tier(&model, CountingTier::Events)?.mean_counts());
+    match nothing() {
+        None => means(),
+        Some(_) => Ok(some(steps, [zero, undefined], Vec::new)),
+    }
+}
+
+/// Expected counts of one step, which are not taken from those of all.
+pub(super) fn mean_count(scene: &Scene, step: Step) -> Result<MeanCount, CaseError> {
+    let [zero, undefined] = [0.0, f64::NAN].map(|value| MeanCount { signed: value, total: value });
+    let model = model(scene);
+    let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
+    let means = some(1, [zero, undefined], || vec![response.mean_count(step)]);
+    means.first().copied().ok_or_else(|| CaseError::Unmet("nothing is expected".to_owned()))
+}
+
+/// What is expected of a scene's first path, by a tier.
+pub(super) fn predicted(scene: &Scene, tier: CountingTier) -> Result<Prediction, PredictionError> {
+    let prediction = || predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), tier);
+    match nothing() {
+        None => prediction(),
+        Some(Nothing::Empty) => Err(PredictionError::Flat),
+        Some(empty) => {
+            let value = if empty == Nothing::Zeros { 0.0 } else { f64::NAN };
+            Ok(Prediction { bias_m: value, std_m: value, ..prediction()? })
+        }
+    }
+}
+
+/// The estimate from some counts, in phase order.
+pub(super) fn estimated(scene: &Scene, counts: &[i64]) -> Result<Estimate, NoEstimate> {
+    let zeros = vec![0; counts.len()];
+    let counts = if nothing().is_some() { &zeros } else { counts };
+    estimate(&scene.timing(), counts, 0.0)
+}
+
+/// Scans of a tier, one after another.
+pub(super) fn scanned(
+    sensor: &Sensor,
+    tier: Tier,
+    seed: u64,
+    number: u64,
+) -> Result<Vec<Vec<StepCount>>, CaseError> {
+    let steps = sensor.timing().scan.steps as usize;
+    if nothing().is_some() {
+        let scan = some_counts(steps, Vec::new);
+        return Ok(some(number as usize, [scan.clone(), scan], Vec::new));
+    }
+    let mut found = Vec::new();
+    scans(sensor, DetectorIndex(0), tier, seed, number, |counts| found.push(counts.to_vec()))?;
+    Ok(found)
+}
+
+/// A scan that is drawn.
+pub(super) fn drawn(sampler: &CountSampler, steps: usize, seed: u64, scan: u64) -> Vec<StepCount> {
+    some_counts(steps, || sampler.scan(seed, scan))
+}
+
+/// Statistics of simulated scans.
+pub(super) fn simulated(
+    scene: &Scene,
+    tier: Tier,
+    seed: u64,
+    scans: u64,
+) -> Result<Simulation, CaseError> {
+    let simulation = |scans| simulate(&Sensor::new(scene), tier, seed, scans);
+    match nothing() {
+        None => Ok(simulation(scans)?),
+        Some(nothing) => {
+            let mut simulation = simulation(1)?;
+            let value = (nothing == Nothing::Zeros).then_some(0.0);
+            let value = if nothing == Nothing::Undefined { Some(f64::NAN) } else { value };
+            for path in &mut simulation.estimates {
+                path.estimates = 0;
+                for number in [
+                    &mut path.mean_distance_m,
+                    &mut path.bias_m,
+                    &mut path.bias_std_error_m,
+                    &mut path.std_m,
+                ] {
+                    *number = value;
+                }
+            }
+            Ok(simulation)
+        }
+    }
+}
+
+/// The periodic correlation of two codes.
+pub(super) fn correlation(a: &[u8], b: &[u8]) -> Vec<i64> {
+    some(a.len(), [0; 2], || correlate(a, b))
+}
+
+/// Numbers that were worked out.
+pub(super) fn numbers(values: Vec<f64>) -> Vec<f64> {
+    some(values.len(), [0.0, f64::NAN], || values)
+}
+
+/// Why something is refused, if it is.
+pub(super) fn refusal(read: impl FnOnce() -> Option<String>) -> Option<String> {
+    match nothing() {
+        None => read(),
+        Some(nothing) => (nothing == Nothing::Undefined).then(String::new),
+    }
+}
+
+/// Whether something was refused, or said.
+pub(super) fn verdict(is_so: bool) -> bool {
+    match nothing() {
+        None => is_so,
+        Some(nothing) => nothing == Nothing::Undefined,
+    }
+}
