@@ -49,6 +49,31 @@ pub struct Case {
     pub run: fn(u64) -> Result<Measured, CaseError>,
 }
 
+/// A table of cases: group, `quick` or `slow`, and name; what is measured; why the bound is
+/// right; the measurement, which has the bound.
+macro_rules! cases {
+    ($($group:ident $speed:ident $name:literal: $what:expr, $why:expr, $run:expr;)*) => {
+        &[$($crate::study::stress::case::Case {
+            name: $name,
+            group: $crate::study::stress::case::Group::$group,
+            quick: $crate::study::stress::case::is_quick(stringify!($speed)),
+            what: $what,
+            why: $why,
+            run: $run,
+        }),*]
+    };
+}
+pub(super) use cases;
+
+/// Whether a table says so of a case.
+pub(super) const fn is_quick(speed: &str) -> bool {
+    match speed.as_bytes() {
+        b"quick" => true,
+        b"slow" => false,
+        _ => panic!("a case is quick or slow"),
+    }
+}
+
 /// Why a case has no measurement.
 #[derive(Debug, thiserror::Error)]
 pub enum CaseError {

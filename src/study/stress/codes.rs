@@ -1,6 +1,6 @@
 //! Codes and scans at the ends of their parameters.
 
-use super::case::{Case, CaseError, Group, Measured, ensure};
+use super::case::{Case, CaseError, Measured, cases, ensure};
 use super::reading::{correlation, counts, counts_of_scans, estimated, mean_counts, verdict};
 use super::scenes::{GOLD_5, ideal, table_i, window};
 use super::statistics::{Sample, differing, seen, step_s};
@@ -11,140 +11,78 @@ use crate::scan::Step;
 use crate::scene::{self, DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "degree-3-to-20-correlations",
-        group: Group::Codes,
-        quick: false,
-        what: "lags of m-sequences of degrees 3 to 20 whose correlation is not the theorem's",
-        why: "an m-sequence correlates with itself to L at lag 0 and to -1 at every other",
-        run: |_| wrong_m_sequence_lags(3..=20),
-    },
-    Case {
-        name: "degree-3-to-12-correlations",
-        group: Group::Codes,
-        quick: true,
-        what: "lags of m-sequences of degrees 3 to 12 whose correlation is not the theorem's",
-        why: "an m-sequence correlates with itself to L at lag 0 and to -1 at every other",
-        run: |_| wrong_m_sequence_lags(3..=12),
-    },
-    Case {
-        name: "degree-3-in-simulation",
-        group: Group::Codes,
-        quick: true,
-        what: "largest deviation of the mean signed count, peak and one chip off it, degree 3",
-        why: "ideal detector, off-light zero: r = photons (theta + 2 w - L) / (2 w), eq. 14 in brackets",
-        run: |seed| simulated_m_sequence(3, 3_500, seed),
-    },
-    Case {
-        name: "degree-20-in-simulation",
-        group: Group::Codes,
-        quick: false,
-        what: "largest deviation of the mean signed count, peak and one chip off it, degree 20",
-        why: "ideal detector, off-light zero: r = photons (theta + 2 w - L) / (2 w), eq. 14 in brackets",
-        run: |seed| simulated_m_sequence(20, 1_048_575, seed),
-    },
-    Case {
-        name: "interleaving-0-to-8",
-        group: Group::Codes,
-        quick: true,
-        what: "lags, over nu = 0..8 of a Gold code of 127 chips, that break the closed form",
-        why: "lag 2^nu q + s: (-1)^s ((2^nu - s) theta[q] + s theta[q + 1]), from eq. 23 directly",
-        run: |_| interleaving(),
-    },
-    Case {
-        name: "interleaving-0-to-8-in-simulation",
-        group: Group::Codes,
-        quick: true,
-        what: "largest deviation of the mean signed count, peak and one chip off it, over nu = 0..8 of \
-               a Gold code of 7 chips",
-        why: "ideal detector, off-light zero: r = photons (theta + 2 w - L') / (2 w) with theta from \
-              the definition",
-        run: interleaving_in_simulation,
-    },
-    Case {
-        name: "samples-per-chip-1-to-64-in-simulation",
-        group: Group::Codes,
-        quick: true,
-        what: "largest deviation of the mean signed count for light half a phase step before the \
-               peak's, S = 1..64",
-        why: "linear between whole chips: theta = L - (L + 1) / (2 S) for an m-sequence",
-        run: samples_per_chip_in_simulation,
-    },
-    Case {
-        name: "samples-per-chip-2-to-64",
-        group: Group::Codes,
-        quick: true,
-        what: "largest error over phase step, exact triangles at 640 delays per S = 2..64",
-        why: "the fine estimate must never be worse than the coarse one, which is half a step off",
-        run: |_| samples_per_chip(),
-    },
-    Case {
-        name: "triangles-on-the-grid",
-        group: Group::Codes,
-        quick: true,
-        what: "largest error of the estimate for triangles centred on a phase step, S = 2..64",
-        why: "a symmetric window has the phase 0 exactly",
-        run: |_| centred_triangles(),
-    },
-    Case {
-        name: "one-sample-per-chip-is-coarse-only",
-        group: Group::Codes,
-        quick: true,
-        what: "scans with S = 1 whose estimate is fine, or off by more than half a phase step",
-        why: "two samples on the triangle's base hold no phase: only a coarse estimate is possible",
-        run: |_| one_sample_per_chip(),
-    },
-    Case {
-        name: "a-scan-of-one-step-gives-no-estimate",
-        group: Group::Codes,
-        quick: true,
-        what: "estimates from scans of a single phase step, counts -1,000 to 1,000",
-        why: "a single count is no peak over anything",
-        run: |_| one_step(),
-    },
-    Case {
-        name: "a-scan-that-wraps-round-the-period",
-        group: Group::Codes,
-        quick: true,
-        what: "largest relative difference of expected counts between a window over the period's end \
-               and the same steps of the full scan",
-        why: "with whole code periods per step a count does not depend on when its step comes",
-        run: |_| wrapping_scan(),
-    },
-    Case {
-        name: "the-estimate-of-a-wrapping-scan",
-        group: Group::Codes,
-        quick: true,
-        what: "error of the estimate from an exact triangle across the period's end",
-        why: "steps repeat with the period, so the window's neighbours are those of the circle",
-        run: |_| wrapping_estimate(),
-    },
-    Case {
-        name: "a-scan-longer-than-the-period-is-refused",
-        group: Group::Codes,
-        quick: true,
-        what: "scans of 249, 1,000 and 2^62 of 248 phase steps that are accepted",
-        why: "a phase step twice in one scan has no place in it",
-        run: |_| overlong_scan(),
-    },
-    Case {
-        name: "delays-beyond-the-range-fold",
-        group: Group::Codes,
-        quick: true,
-        what: "counts that change when a path of 0.75 chips gets 1, 1,000 or 10^6 code periods longer",
-        why: "the light repeats with the code period: the same bits",
-        run: folded_delays,
-    },
-    Case {
-        name: "folding-is-said",
-        group: Group::Codes,
-        quick: true,
-        what: "reports of a path beyond the unambiguous range that do not say that it is folded",
-        why: "a distance that is off by whole ranges must not pass for the truth",
-        run: folding_is_said,
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    Codes slow "degree-3-to-20-correlations":
+        "lags of m-sequences of degrees 3 to 20 whose correlation is not the theorem's",
+        "an m-sequence correlates with itself to L at lag 0 and to -1 at every other",
+        |_| wrong_m_sequence_lags(3..=20);
+    Codes quick "degree-3-to-12-correlations":
+        "lags of m-sequences of degrees 3 to 12 whose correlation is not the theorem's",
+        "an m-sequence correlates with itself to L at lag 0 and to -1 at every other",
+        |_| wrong_m_sequence_lags(3..=12);
+    Codes quick "degree-3-in-simulation":
+        "largest deviation of the mean signed count, peak and one chip off it, degree 3",
+        "ideal detector, off-light zero: r = photons (theta + 2 w - L) / (2 w), eq. 14 in \
+         brackets",
+        |seed| simulated_m_sequence(3, 3_500, seed);
+    Codes slow "degree-20-in-simulation":
+        "largest deviation of the mean signed count, peak and one chip off it, degree 20",
+        "ideal detector, off-light zero: r = photons (theta + 2 w - L) / (2 w), eq. 14 in \
+         brackets",
+        |seed| simulated_m_sequence(20, 1_048_575, seed);
+    Codes quick "interleaving-0-to-8":
+        "lags, over nu = 0..8 of a Gold code of 127 chips, that break the closed form",
+        "lag 2^nu q + s: (-1)^s ((2^nu - s) theta[q] + s theta[q + 1]), from eq. 23 directly",
+        |_| interleaving();
+    Codes quick "interleaving-0-to-8-in-simulation":
+        "largest deviation of the mean signed count, peak and one chip off it, over nu = 0..8 of \
+         a Gold code of 7 chips",
+        "ideal detector, off-light zero: r = photons (theta + 2 w - L') / (2 w) with theta from \
+         the definition",
+        interleaving_in_simulation;
+    Codes quick "samples-per-chip-1-to-64-in-simulation":
+        "largest deviation of the mean signed count for light half a phase step before the \
+         peak's, S = 1..64",
+        "linear between whole chips: theta = L - (L + 1) / (2 S) for an m-sequence",
+        samples_per_chip_in_simulation;
+    Codes quick "samples-per-chip-2-to-64":
+        "largest error over phase step, exact triangles at 640 delays per S = 2..64",
+        "the fine estimate must never be worse than the coarse one, which is half a step off",
+        |_| samples_per_chip();
+    Codes quick "triangles-on-the-grid":
+        "largest error of the estimate for triangles centred on a phase step, S = 2..64",
+        "a symmetric window has the phase 0 exactly",
+        |_| centred_triangles();
+    Codes quick "one-sample-per-chip-is-coarse-only":
+        "scans with S = 1 whose estimate is fine, or off by more than half a phase step",
+        "two samples on the triangle's base hold no phase: only a coarse estimate is possible",
+        |_| one_sample_per_chip();
+    Codes quick "a-scan-of-one-step-gives-no-estimate":
+        "estimates from scans of a single phase step, counts -1,000 to 1,000",
+        "a single count is no peak over anything",
+        |_| one_step();
+    Codes quick "a-scan-that-wraps-round-the-period":
+        "largest relative difference of expected counts between a window over the period's end \
+         and the same steps of the full scan",
+        "with whole code periods per step a count does not depend on when its step comes",
+        |_| wrapping_scan();
+    Codes quick "the-estimate-of-a-wrapping-scan":
+        "error of the estimate from an exact triangle across the period's end",
+        "steps repeat with the period, so the window's neighbours are those of the circle",
+        |_| wrapping_estimate();
+    Codes quick "a-scan-longer-than-the-period-is-refused":
+        "scans of 249, 1,000 and 2^62 of 248 phase steps that are accepted",
+        "a phase step twice in one scan has no place in it",
+        |_| overlong_scan();
+    Codes quick "delays-beyond-the-range-fold":
+        "counts that change when a path of 0.75 chips gets 1, 1,000 or 10^6 code periods longer",
+        "the light repeats with the code period: the same bits",
+        folded_delays;
+    Codes quick "folding-is-said":
+        "reports of a path beyond the unambiguous range that do not say that it is folded",
+        "a distance that is off by whole ranges must not pass for the truth",
+        folding_is_said;
+};
 
 fn m_sequence(degree: u32) -> Result<Vec<u8>, CaseError> {
     let spec = CodeSpec { degree: Some(degree), ..CodeSpec::new(Family::MSequence) };

@@ -1,6 +1,6 @@
 //! Detectors at the ends of their parameters.
 
-use super::case::{Case, CaseError, Group, Measured, ensure};
+use super::case::{Case, CaseError, Measured, cases, ensure};
 use super::reading::{counts, counts_of_scans, mean_count, verdict};
 use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, differing, seen, step_s};
@@ -9,98 +9,58 @@ use crate::light::photon_rate_hz;
 use crate::scan::Step;
 use crate::scene::{self, Recharge, Scene};
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "detection-probability-0",
-        group: Group::Detectors,
-        quick: true,
-        what: "deviation of the mean count in bright light from that of the dark counts",
-        why: "no photon fires the detector: a Poisson process of the dark count rate is left",
-        run: blind_detector,
-    },
-    Case {
-        name: "detection-probability-1",
-        group: Group::Detectors,
-        quick: true,
-        what: "deviation of the mean count from the photons of 10 pW at 783 nm",
-        why: "every photon counts: P T lambda / (h c), with CODATA's exact h and c",
-        run: perfect_detector,
-    },
-    Case {
-        name: "passive-recharge-past-its-maximum",
-        group: Group::Detectors,
-        quick: true,
-        what: "deviations of mean and variance of the counts, 50 and 200 Mcps behind a dead time \
-               of 14 ns that each arrival begins anew",
-        why: "paralyzable dead time: rate r = lambda exp(-lambda D), largest at lambda D = 1; the \
-              pair density is r^2 beyond D and 0 within, so the variance of N counts in T is \
-              r T - r^2 D (2 T - D)",
-        run: passive_recharge,
-    },
-    Case {
-        name: "afterpulsing-probability-0",
-        group: Group::Detectors,
-        quick: true,
-        what: "counts that differ between probability 0 with a time constant and no afterpulsing",
-        why: "left out is left out, not changed: the same bits",
-        run: no_afterpulses,
-    },
-    Case {
-        name: "afterpulsing-0.99-behind-a-dead-time",
-        group: Group::Detectors,
-        quick: true,
-        what: "deviation of the mean count, p = 0.99, time constant 1 ps, dead time 14 ns, 1 Mcps",
-        why: "4.6 afterpulses per avalanche, but those within the next dead time are lost: \
-              rate = lambda / (1 - p + lambda D), up to tau / D = 10^-4 (D = 14 ns gives 0.58 of 1 / D)",
-        run: runaway_behind_dead_time,
-    },
-    Case {
-        name: "afterpulsing-0.99-saturates",
-        group: Group::Detectors,
-        quick: true,
-        what: "largest count of a step times dead time over integration time, p = 0.99 at Table I",
-        why: "avalanches are a dead time or more apart, however many afterpulses are pending; and \
-              afterpulses only add to the lambda D / (1 + lambda D) = 0.219 without them",
-        run: runaway_saturates,
-    },
-    Case {
-        name: "afterpulsing-just-below-runaway",
-        group: Group::Detectors,
-        quick: false,
-        what: "deviation of the mean count, m = -ln(1 - p) = 0.9, no dead time",
-        why: "branching process: rate = lambda / (1 - m), ten times the primary one",
-        run: nearly_runaway,
-    },
-    Case {
-        name: "runaway-is-refused-where-the-mean-diverges",
-        group: Group::Detectors,
-        quick: true,
-        what: "wrong verdicts of the scene on p = 0.63, 0.64, 0.99 without and with a dead time",
-        why: "without dead time an avalanche begets m = -ln(1 - p) others on average, so the mean \
-              diverges from m = 1 (p = 1 - 1/e = 0.632...) on; with one the rate stays below 1 / D",
-        run: |_| runaway_refused(),
-    },
-    Case {
-        name: "jitter-of-ten-chips",
-        group: Group::Detectors,
-        quick: true,
-        what: "largest deviation of signed counts from the triangle smeared by the jitter, three \
-               phase steps",
-        why: "without dead time jitter convolves the correlation with a Gaussian: summed numerically \
-              from the definition",
-        run: |seed| Measured::deviation(smeared(seed)?.photons),
-    },
-    Case {
-        name: "jitter-of-ten-chips-in-the-mean-response",
-        group: Group::Detectors,
-        quick: true,
-        what: "largest error of the expected signed counts against the same sum, relative to the \
-               unsmeared peak",
-        why: "the convolution is smooth over ten chips, so the sum over 64 points per chip is exact \
-              to rounding",
-        run: |seed| Measured::largest(smeared(seed)?.expected, "of the peak", 1e-6),
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    Detectors quick "detection-probability-0":
+        "deviation of the mean count in bright light from that of the dark counts",
+        "no photon fires the detector: a Poisson process of the dark count rate is left",
+        blind_detector;
+    Detectors quick "detection-probability-1":
+        "deviation of the mean count from the photons of 10 pW at 783 nm",
+        "every photon counts: P T lambda / (h c), with CODATA's exact h and c",
+        perfect_detector;
+    Detectors quick "passive-recharge-past-its-maximum":
+        "deviations of mean and variance of the counts, 50 and 200 Mcps behind a dead time of 14 \
+         ns that each arrival begins anew",
+        "paralyzable dead time: rate r = lambda exp(-lambda D), largest at lambda D = 1; the \
+         pair density is r^2 beyond D and 0 within, so the variance of N counts in T is r T - \
+         r^2 D (2 T - D)",
+        passive_recharge;
+    Detectors quick "afterpulsing-probability-0":
+        "counts that differ between probability 0 with a time constant and no afterpulsing",
+        "left out is left out, not changed: the same bits",
+        no_afterpulses;
+    Detectors quick "afterpulsing-0.99-behind-a-dead-time":
+        "deviation of the mean count, p = 0.99, time constant 1 ps, dead time 14 ns, 1 Mcps",
+        "4.6 afterpulses per avalanche, but those within the next dead time are lost: rate = \
+         lambda / (1 - p + lambda D), up to tau / D = 10^-4 (D = 14 ns gives 0.58 of 1 / D)",
+        runaway_behind_dead_time;
+    Detectors quick "afterpulsing-0.99-saturates":
+        "largest count of a step times dead time over integration time, p = 0.99 at Table I",
+        "avalanches are a dead time or more apart, however many afterpulses are pending; and \
+         afterpulses only add to the lambda D / (1 + lambda D) = 0.219 without them",
+        runaway_saturates;
+    Detectors slow "afterpulsing-just-below-runaway":
+        "deviation of the mean count, m = -ln(1 - p) = 0.9, no dead time",
+        "branching process: rate = lambda / (1 - m), ten times the primary one",
+        nearly_runaway;
+    Detectors quick "runaway-is-refused-where-the-mean-diverges":
+        "wrong verdicts of the scene on p = 0.63, 0.64, 0.99 without and with a dead time",
+        "without dead time an avalanche begets m = -ln(1 - p) others on average, so the mean \
+         diverges from m = 1 (p = 1 - 1/e = 0.632...) on; with one the rate stays below 1 / D",
+        |_| runaway_refused();
+    Detectors quick "jitter-of-ten-chips":
+        "largest deviation of signed counts from the triangle smeared by the jitter, three phase \
+         steps",
+        "without dead time jitter convolves the correlation with a Gaussian: summed numerically \
+         from the definition",
+        |seed| Measured::deviation(smeared(seed)?.photons);
+    Detectors quick "jitter-of-ten-chips-in-the-mean-response":
+        "largest error of the expected signed counts against the same sum, relative to the \
+         unsmeared peak",
+        "the convolution is smooth over ten chips, so the sum over 64 points per chip is exact \
+         to rounding",
+        |seed| Measured::largest(smeared(seed)?.expected, "of the peak", 1e-6);
+};
 
 fn blind_detector(seed: u64) -> Result<Measured, CaseError> {
     let mut scene = ideal(GOLD_5, 8, 1e9, 31_000)?;

@@ -1,6 +1,6 @@
 //! The Verilog at its limits, beside the reference model and the definition.
 
-use super::case::{Case, CaseError, Group, Measured, ensure};
+use super::case::{Case, CaseError, Measured, cases, ensure};
 use super::scenes::{ideal, window};
 use super::testbench::{Script, Testbench};
 use crate::photons::Pulse;
@@ -10,125 +10,69 @@ use crate::scene::{Scene, SourceIndex, Target};
 const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one interface: every \
                           output port at every clock";
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "counters-one-short-of-saturation",
-        group: Group::Hardware,
-        quick: true,
-        what: "wrong counts, flags and ports with 6 hits up and 7 down into 4 bits",
-        why: "4 bits hold -8..7: nothing is saturated, the flag stays low",
-        run: |_| counters([6, 7], [6, -7], false),
-    },
-    Case {
-        name: "counters-at-saturation",
-        group: Group::Hardware,
-        quick: true,
-        what: "wrong counts, flags and ports with 7 hits up and 8 down into 4 bits",
-        why: "4 bits hold -8..7: nothing is saturated, the flag stays low",
-        run: |_| counters([7, 8], [7, -8], false),
-    },
-    Case {
-        name: "counters-beyond-saturation-upwards",
-        group: Group::Hardware,
-        quick: true,
-        what: "wrong counts, flags and ports with 8 hits up and 8 down into 4 bits",
-        why: "4 bits hold -8..7: the count up is saturated, never wrapped, and flagged",
-        run: |_| counters([8, 8], [7, -8], true),
-    },
-    Case {
-        name: "counters-beyond-saturation-downwards",
-        group: Group::Hardware,
-        quick: true,
-        what: "wrong counts, flags and ports with 7 hits up and 9 down into 4 bits",
-        why: "4 bits hold -8..7: the count down is saturated, never wrapped, and flagged",
-        run: |_| counters([7, 9], [7, -8], true),
-    },
-    Case {
-        name: "counters-far-beyond-saturation",
-        group: Group::Hardware,
-        quick: true,
-        what: "wrong counts, flags and ports with 12 hits up and 16 down into 4 bits: every one there \
-               can be",
-        why: "4 bits hold -8..7: counts are saturated, never wrapped, and flagged",
-        run: |_| counters([12, 16], [7, -8], true),
-    },
-    Case {
-        name: "totals-at-saturation",
-        group: Group::Hardware,
-        quick: true,
-        what: "wrong totals, flags and ports with 15 hits, up and down, into 4 bits",
-        why: "4 bits without a sign hold 15: nothing is saturated, the flag stays low",
-        run: |_| totals(15, 15, false),
-    },
-    Case {
-        name: "totals-beyond-saturation",
-        group: Group::Hardware,
-        quick: true,
-        what: "wrong totals, flags and ports with 16 hits, up and down, into 4 bits",
-        why: "4 bits hold 15: the total is saturated and flagged, the signed count of -2 is not",
-        run: |_| totals(16, 15, true),
-    },
-    Case {
-        name: "totals-far-beyond-saturation",
-        group: Group::Hardware,
-        quick: true,
-        what: "wrong totals, flags and ports with 28 hits into 4 bits: every one there can be",
-        why: "4 bits hold 15: the total is saturated, never wrapped, and flagged",
-        run: |_| totals(28, 15, true),
-    },
-    Case {
-        name: "hits-in-every-other-sample",
-        group: Group::Hardware,
-        quick: false,
-        what: "wrong counts and ports with the most hits there can be, either phase, 62 chips, S = 8",
-        why: "S / 2 hits fall into every chip, so every step counts (D / L)(2 w - L) S / 2",
-        run: |_| every_other_sample(),
-    },
-    Case {
-        name: "a-dump-on-every-clock",
-        group: Group::Hardware,
-        quick: true,
-        what: "clocks at which a port differs from the reference model, D = 1 chip, 50,000 hostile \
-               clocks",
-        why: BOTH_AGREE,
-        run: dump_on_every_clock,
-    },
-    Case {
-        name: "reset-in-the-middle-of-everything",
-        group: Group::Hardware,
-        quick: true,
-        what: "clocks at which a port differs from the reference model, reset after 1, 2, 3, ... 200 \
-               clocks",
-        why: "the model starts anew after every reset: so must every register",
-        run: |_| reset_everywhere(),
-    },
-    Case {
-        name: "a-consumer-that-never-takes",
-        group: Group::Hardware,
-        quick: true,
-        what: "wrong clocks: overrun not raised, the first result not held, ports that differ",
-        why: "AXI4-Stream: valid data stand until taken; what does not fit is dropped and flagged, as \
-              the sensor cannot stall",
-        run: |_| consumer_never_takes(),
-    },
-    Case {
-        name: "everything-at-once",
-        group: Group::Hardware,
-        quick: false,
-        what: "clocks at which a port differs: two detectors, five steps at once, nu = 2, 3-bit counts \
-               and totals, 100,000 hostile clocks",
-        why: BOTH_AGREE,
-        run: everything_at_once,
-    },
-    Case {
-        name: "degree-16-interleaved-four-times",
-        group: Group::Hardware,
-        quick: false,
-        what: "clocks at which a port differs over more than a code period of 1,048,560 chips",
-        why: BOTH_AGREE,
-        run: longest_code,
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    Hardware quick "counters-one-short-of-saturation":
+        "wrong counts, flags and ports with 6 hits up and 7 down into 4 bits",
+        "4 bits hold -8..7: nothing is saturated, the flag stays low",
+        |_| counters([6, 7], [6, -7], false);
+    Hardware quick "counters-at-saturation":
+        "wrong counts, flags and ports with 7 hits up and 8 down into 4 bits",
+        "4 bits hold -8..7: nothing is saturated, the flag stays low",
+        |_| counters([7, 8], [7, -8], false);
+    Hardware quick "counters-beyond-saturation-upwards":
+        "wrong counts, flags and ports with 8 hits up and 8 down into 4 bits",
+        "4 bits hold -8..7: the count up is saturated, never wrapped, and flagged",
+        |_| counters([8, 8], [7, -8], true);
+    Hardware quick "counters-beyond-saturation-downwards":
+        "wrong counts, flags and ports with 7 hits up and 9 down into 4 bits",
+        "4 bits hold -8..7: the count down is saturated, never wrapped, and flagged",
+        |_| counters([7, 9], [7, -8], true);
+    Hardware quick "counters-far-beyond-saturation":
+        "wrong counts, flags and ports with 12 hits up and 16 down into 4 bits: every one there \
+         can be",
+        "4 bits hold -8..7: counts are saturated, never wrapped, and flagged",
+        |_| counters([12, 16], [7, -8], true);
+    Hardware quick "totals-at-saturation":
+        "wrong totals, flags and ports with 15 hits, up and down, into 4 bits",
+        "4 bits without a sign hold 15: nothing is saturated, the flag stays low",
+        |_| totals(15, 15, false);
+    Hardware quick "totals-beyond-saturation":
+        "wrong totals, flags and ports with 16 hits, up and down, into 4 bits",
+        "4 bits hold 15: the total is saturated and flagged, the signed count of -2 is not",
+        |_| totals(16, 15, true);
+    Hardware quick "totals-far-beyond-saturation":
+        "wrong totals, flags and ports with 28 hits into 4 bits: every one there can be",
+        "4 bits hold 15: the total is saturated, never wrapped, and flagged",
+        |_| totals(28, 15, true);
+    Hardware slow "hits-in-every-other-sample":
+        "wrong counts and ports with the most hits there can be, either phase, 62 chips, S = 8",
+        "S / 2 hits fall into every chip, so every step counts (D / L)(2 w - L) S / 2",
+        |_| every_other_sample();
+    Hardware quick "a-dump-on-every-clock":
+        "clocks at which a port differs from the reference model, D = 1 chip, 50,000 hostile \
+         clocks",
+        BOTH_AGREE,
+        dump_on_every_clock;
+    Hardware quick "reset-in-the-middle-of-everything":
+        "clocks at which a port differs from the reference model, reset after 1, 2, 3, ... 200 \
+         clocks",
+        "the model starts anew after every reset: so must every register",
+        |_| reset_everywhere();
+    Hardware quick "a-consumer-that-never-takes":
+        "wrong clocks: overrun not raised, the first result not held, ports that differ",
+        "AXI4-Stream: valid data stand until taken; what does not fit is dropped and flagged, as \
+         the sensor cannot stall",
+        |_| consumer_never_takes();
+    Hardware slow "everything-at-once":
+        "clocks at which a port differs: two detectors, five steps at once, nu = 2, 3-bit counts \
+         and totals, 100,000 hostile clocks",
+        BOTH_AGREE,
+        everything_at_once;
+    Hardware slow "degree-16-interleaved-four-times":
+        "clocks at which a port differs over more than a code period of 1,048,560 chips",
+        BOTH_AGREE,
+        longest_code;
+};
 
 /// 7 chips of weight 3, S = 4, D = 14 chips, two steps, 4 bits.
 fn small_sensor() -> Result<Scene, CaseError> {

@@ -1,6 +1,6 @@
 //! No light, and too much of it.
 
-use super::case::{Case, CaseError, Group, Measured};
+use super::case::{Case, CaseError, Measured, cases};
 use super::reading::{counts, counts_of_scans, estimated, mean_counts, model, refusal, simulated};
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, step_s};
@@ -13,90 +13,55 @@ use crate::simulate::Tier;
 /// Photons per second that reach the detector, a factor of 1,000 apart.
 const INCIDENT_CPS: [f64; 4] = [1e3, 1e6, 1e9, 1e12];
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "no-light-at-all",
-        group: Group::Light,
-        quick: true,
-        what: "estimates from 20 scans of a dark, noiseless sensor, by photons and by sampled pulses",
-        why: "without counts there is nothing to estimate: \"no estimate\", neither 0 nor NaN",
-        run: no_light,
-    },
-    Case {
-        name: "one-photon-counted-up-in-the-whole-scan",
-        group: Group::Light,
-        quick: true,
-        what: "distance of the estimate from the one phase step that counted, largest over all steps",
-        why: "one sample of the triangle is its centre: the phase of a single term is zero",
-        run: |_| one_photon_up(),
-    },
-    Case {
-        name: "one-photon-counted-down-in-the-whole-scan",
-        group: Group::Light,
-        quick: true,
-        what: "phase steps for which a single photon counted down gives an estimate",
-        why: "all other steps share the largest count, zero: the correlation has no peak",
-        run: |_| one_photon_down(),
-    },
-    Case {
-        name: "constant-light-1e3-to-1e12-photons-per-second",
-        group: Group::Light,
-        quick: true,
-        what: "largest deviation of the mean count from the closed form, detection probability 0.31, \
-               dead time 14 ns",
-        why: "renewal process: rate = lambda / (1 + lambda D), which saturates at 1 / D",
-        run: constant_light_saturates,
-    },
-    Case {
-        name: "no-rate-beyond-one-count-per-dead-time",
-        group: Group::Light,
-        quick: true,
-        what: "largest detection rate of a step times dead time, all of Table I, 10^3 to 10^12 photons per \
-               second",
-        why: "avalanches are a dead time or more apart: one count more than T / D at most, and \
-              lambda D / (1 + lambda D) of them in the brightest light at least, which is all but 1",
-        run: saturation,
-    },
-    Case {
-        name: "photons-agree-with-the-state-equation-in-saturation",
-        group: Group::Light,
-        quick: false,
-        what: "largest deviation of signed and total counts over 40 phase steps from the mean \
-               response, all of Table I, 10^6 to 10^10 photons per second",
-        why: "photons one by one against the detector's state equation, two constructions of one \
-              process; the largest of 320 normal deviations is below 4.5 in all but 1 of 460 draws",
-        run: photons_against_state_equation,
-    },
-    Case {
-        name: "the-estimate-in-saturation",
-        group: Group::Light,
-        quick: false,
-        what: "difference of the simulated from the expected bias at 10^9 photons per second (0.97 of \
-               saturation)",
-        why: "the mean response gives the walk of a nearly saturated detector; the estimate follows it",
-        run: estimate_in_saturation,
-    },
-    Case {
-        name: "too-much-light-for-the-mean-response-is-refused",
-        group: Group::Light,
-        quick: true,
-        what: "lights within 1 % below the limit that are refused, or above it that are not or \
-               without both rates, dead times 14 ns and 40 ns, 14 ns with 1 us chips; and 256 detections in \
-               a dead time of 1 ms, solved for hours",
-        why: "the documented limits: 256 detections in a dead time, 128 in a chip, 2^22 chips to forget",
-        run: |_| too_much_light(),
-    },
-    Case {
-        name: "too-little-light-for-the-lanes-is-said",
-        group: Group::Light,
-        quick: true,
-        what: "wrong verdicts on light of one photon in 10,500, 10,600 and 10^12 chips, and on none, for \
-               a code of 31 chips",
-        why: "the documented limit: one photon in ten periods of the tables, which are the code's times \
-              34 (1,024 chips at least)",
-        run: |_| too_little_light(),
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    Light quick "no-light-at-all":
+        "estimates from 20 scans of a dark, noiseless sensor, by photons and by sampled pulses",
+        "without counts there is nothing to estimate: \"no estimate\", neither 0 nor NaN",
+        no_light;
+    Light quick "one-photon-counted-up-in-the-whole-scan":
+        "distance of the estimate from the one phase step that counted, largest over all steps",
+        "one sample of the triangle is its centre: the phase of a single term is zero",
+        |_| one_photon_up();
+    Light quick "one-photon-counted-down-in-the-whole-scan":
+        "phase steps for which a single photon counted down gives an estimate",
+        "all other steps share the largest count, zero: the correlation has no peak",
+        |_| one_photon_down();
+    Light quick "constant-light-1e3-to-1e12-photons-per-second":
+        "largest deviation of the mean count from the closed form, detection probability 0.31, \
+         dead time 14 ns",
+        "renewal process: rate = lambda / (1 + lambda D), which saturates at 1 / D",
+        constant_light_saturates;
+    Light quick "no-rate-beyond-one-count-per-dead-time":
+        "largest detection rate of a step times dead time, all of Table I, 10^3 to 10^12 photons \
+         per second",
+        "avalanches are a dead time or more apart: one count more than T / D at most, and lambda \
+         D / (1 + lambda D) of them in the brightest light at least, which is all but 1",
+        saturation;
+    Light slow "photons-agree-with-the-state-equation-in-saturation":
+        "largest deviation of signed and total counts over 40 phase steps from the mean \
+         response, all of Table I, 10^6 to 10^10 photons per second",
+        "photons one by one against the detector's state equation, two constructions of one \
+         process; the largest of 320 normal deviations is below 4.5 in all but 1 of 460 draws",
+        photons_against_state_equation;
+    Light slow "the-estimate-in-saturation":
+        "difference of the simulated from the expected bias at 10^9 photons per second (0.97 of \
+         saturation)",
+        "the mean response gives the walk of a nearly saturated detector; the estimate follows it",
+        estimate_in_saturation;
+    Light quick "too-much-light-for-the-mean-response-is-refused":
+        "lights within 1 % below the limit that are refused, or above it that are not or without \
+         both rates, dead times 14 ns and 40 ns, 14 ns with 1 us chips; and 256 detections in a \
+         dead time of 1 ms, solved for hours",
+        "the documented limits: 256 detections in a dead time, 128 in a chip, 2^22 chips to \
+         forget",
+        |_| too_much_light();
+    Light quick "too-little-light-for-the-lanes-is-said":
+        "wrong verdicts on light of one photon in 10,500, 10,600 and 10^12 chips, and on none, \
+         for a code of 31 chips",
+        "the documented limit: one photon in ten periods of the tables, which are the code's \
+         times 34 (1,024 chips at least)",
+        |_| too_little_light();
+};
 
 fn no_light(seed: u64) -> Result<Measured, CaseError> {
     let [dark, lit] = [ideal(GOLD_5, 8, 0.0, 310)?, ideal(GOLD_5, 8, 1e8, 310)?];

@@ -1,6 +1,6 @@
 //! Light without modulation, all modulation, and modulation behind a bright background.
 
-use super::case::{Case, CaseError, Group, Measured, ensure};
+use super::case::{Case, CaseError, Measured, cases, ensure};
 use super::reading::{
     counts_of_scans, drawn, mean_count, mean_counts, model, predicted, simulated,
 };
@@ -14,54 +14,34 @@ use crate::scene::{DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "extinction-ratio-1-is-expected-flat",
-        group: Group::Light,
-        quick: true,
-        what: "tiers that predict a distance for unmodulated light",
-        why: "an extinction ratio of 1 carries no code: every phase step expects the same count",
-        run: |_| unmodulated_prediction(),
-    },
-    Case {
-        name: "extinction-ratio-1-gives-no-estimate",
-        group: Group::Light,
-        quick: true,
-        what: "estimates from the noise of unmodulated light, in 10 scans, by phase and by model, in \
-               the report of a run and in simulations",
-        why: "nothing modulated reaches the detector, so the largest count is chance: \"no estimate\"",
-        run: unmodulated_estimate,
-    },
-    Case {
-        name: "infinite-extinction-ratio",
-        group: Group::Light,
-        quick: true,
-        what: "largest deviation of the mean signed count at phase steps 0, 4, 8 and 20 (S = 8)",
-        why: "ideal detector: r = rate x T x (correlation of the on-chips with the reference), \
-              linear between chips",
-        run: infinite_extinction_ratio,
-    },
-    Case {
-        name: "background-a-million-times-the-signal",
-        group: Group::Light,
-        quick: true,
-        what: "largest relative error of the expected counts, less that of the background, against \
-               the closed form",
-        why: "without dead time counts add up: the signal's part is that without background; \
-              10^-16 of a background 10^6 times as large, over some thousand additions",
-        run: |_| overwhelming_background(),
-    },
-    Case {
-        name: "background-a-million-times-the-signal-in-photons",
-        group: Group::Light,
-        quick: false,
-        what: "deviation of the signed count at the peak, 10 cps of signal in 10 Mcps of background \
-               for 144 days in all, counts drawn from their moments",
-        why: "Poisson light: mean and variance of the signed count in closed form, and \
-              the signal is 11 of the standard errors",
-        run: overwhelming_background_counts,
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    Light quick "extinction-ratio-1-is-expected-flat":
+        "tiers that predict a distance for unmodulated light",
+        "an extinction ratio of 1 carries no code: every phase step expects the same count",
+        |_| unmodulated_prediction();
+    Light quick "extinction-ratio-1-gives-no-estimate":
+        "estimates from the noise of unmodulated light, in 10 scans, by phase and by model, in \
+         the report of a run and in simulations",
+        "nothing modulated reaches the detector, so the largest count is chance: \"no estimate\"",
+        unmodulated_estimate;
+    Light quick "infinite-extinction-ratio":
+        "largest deviation of the mean signed count at phase steps 0, 4, 8 and 20 (S = 8)",
+        "ideal detector: r = rate x T x (correlation of the on-chips with the reference), linear \
+         between chips",
+        infinite_extinction_ratio;
+    Light quick "background-a-million-times-the-signal":
+        "largest relative error of the expected counts, less that of the background, against the \
+         closed form",
+        "without dead time counts add up: the signal's part is that without background; 10^-16 \
+         of a background 10^6 times as large, over some thousand additions",
+        |_| overwhelming_background();
+    Light slow "background-a-million-times-the-signal-in-photons":
+        "deviation of the signed count at the peak, 10 cps of signal in 10 Mcps of background \
+         for 144 days in all, counts drawn from their moments",
+        "Poisson light: mean and variance of the signed count in closed form, and the signal is \
+         11 of the standard errors",
+        overwhelming_background_counts;
+};
 
 /// All of Table I, with light that does not carry its code.
 fn unmodulated() -> Result<Scene, CaseError> {

@@ -7,7 +7,7 @@ use goldtof_fft::{double_pair, single_pair};
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftNum};
 
-use super::case::{Case, CaseError, Group, Measured, ensure};
+use super::case::{Case, CaseError, Measured, cases, ensure};
 use super::reading::{counts, drawn, estimated, mean_count, mean_counts, model, numbers};
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, step_s, worst};
@@ -17,103 +17,62 @@ use crate::response::{CountSampler, MeanResponse, SecondMoments};
 use crate::scan::Step;
 use crate::scene::Scene;
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "the-estimate-of-1e12-counts",
-        group: Group::Numbers,
-        quick: true,
-        what: "largest difference of the estimate from 128-bit fixed-point arithmetic, uneven peaks \
-               of 10^12 counts",
-        why: "sixteen products and sums of doubles: some 10^-16 of the phase each",
-        run: |_| Measured::largest([estimate_errors(0)?], "chips", 1e-14),
-    },
-    Case {
-        name: "near-cancelling-up-and-down-counts",
-        group: Group::Numbers,
-        quick: true,
-        what: "the same for peaks of 1,000 counts on 10^12 to 10^17 common to all steps, of either sign",
-        why: "roots of unity sum to zero, so what all steps have in common must not matter at all: \
-              as exact as without it",
-        run: |_| near_cancelling(),
-    },
-    Case {
-        name: "sums-of-1e12-counts-drawn",
-        group: Group::Numbers,
-        quick: true,
-        what: "deviation of mean and variance of drawn totals of 10^12 counts, 100 Mcps for 3 hours \
-               per step",
-        why: "Poisson light without dead time: mean = variance = rate x time",
-        run: drawn_totals,
-    },
-    Case {
-        name: "expected-counts-of-hours",
-        group: Group::Numbers,
-        quick: true,
-        what: "largest relative difference of expected counts of 10^9 code periods from 10^9 times \
-               those of one, all of Table I",
-        why: "whole code periods all count the same",
-        run: |_| hours_of_periods(),
-    },
-    Case {
-        name: "a-broken-period-after-hours",
-        group: Group::Numbers,
-        quick: true,
-        what: "largest error of the expected count of 10^9 code periods and 17 chips over that of 17 \
-               chips and 10^9 times one period's, in counts",
-        why: "additivity; 10^-16 of 10^8 counts, over some hundred additions",
-        run: |_| broken_period(),
-    },
-    Case {
-        name: "fft-in-double-precision-is-exact",
-        group: Group::Numbers,
-        quick: false,
-        what: "largest distance from whole numbers, correlation of 1,048,575 chips by f64 FFT",
-        why: "rounding grows as eps L log2 L at most, and 0.5 is where an integer would be lost",
-        run: |_| Measured::largest([fft_error(20, double_pair)?], "of 1", 1e-6),
-    },
-    Case {
-        name: "fft-in-single-precision",
-        group: Group::Numbers,
-        quick: false,
-        what: "largest difference of the f32 from the f64 correlation of 1,048,575 chips, relative to \
-               the peak",
-        why: "single precision is good for eps_32 times a small multiple of log2 L = 20",
-        run: |_| {
+pub(super) const CASES: &[Case] = cases! {
+    Numbers quick "the-estimate-of-1e12-counts":
+        "largest difference of the estimate from 128-bit fixed-point arithmetic, uneven peaks of \
+         10^12 counts",
+        "sixteen products and sums of doubles: some 10^-16 of the phase each",
+        |_| Measured::largest([estimate_errors(0)?], "chips", 1e-14);
+    Numbers quick "near-cancelling-up-and-down-counts":
+        "the same for peaks of 1,000 counts on 10^12 to 10^17 common to all steps, of either sign",
+        "roots of unity sum to zero, so what all steps have in common must not matter at all: as \
+         exact as without it",
+        |_| near_cancelling();
+    Numbers quick "sums-of-1e12-counts-drawn":
+        "deviation of mean and variance of drawn totals of 10^12 counts, 100 Mcps for 3 hours \
+         per step",
+        "Poisson light without dead time: mean = variance = rate x time",
+        drawn_totals;
+    Numbers quick "expected-counts-of-hours":
+        "largest relative difference of expected counts of 10^9 code periods from 10^9 times \
+         those of one, all of Table I",
+        "whole code periods all count the same",
+        |_| hours_of_periods();
+    Numbers quick "a-broken-period-after-hours":
+        "largest error of the expected count of 10^9 code periods and 17 chips over that of 17 \
+         chips and 10^9 times one period's, in counts",
+        "additivity; 10^-16 of 10^8 counts, over some hundred additions",
+        |_| broken_period();
+    Numbers slow "fft-in-double-precision-is-exact":
+        "largest distance from whole numbers, correlation of 1,048,575 chips by f64 FFT",
+        "rounding grows as eps L log2 L at most, and 0.5 is where an integer would be lost",
+        |_| Measured::largest([fft_error(20, double_pair)?], "of 1", 1e-6);
+    Numbers slow "fft-in-single-precision":
+        "largest difference of the f32 from the f64 correlation of 1,048,575 chips, relative to \
+         the peak",
+        "single precision is good for eps_32 times a small multiple of log2 L = 20",
+        |_| {
             let error = fft_error(20, single_pair)? / f64::from((1 << 20) - 1);
             Measured::largest([error], "of the peak", 20.0 * f64::from(f32::EPSILON))
-        },
-    },
-    Case {
-        name: "fft-in-single-against-double-precision-degree-11",
-        group: Group::Numbers,
-        quick: true,
-        what: "the same for 2,047 chips",
-        why: "single precision is good for eps_32 times a small multiple of log2 L = 11",
-        run: |_| {
+        };
+    Numbers quick "fft-in-single-against-double-precision-degree-11":
+        "the same for 2,047 chips",
+        "single precision is good for eps_32 times a small multiple of log2 L = 11",
+        |_| {
             let error = fft_error(11, single_pair)? / 2047.0;
             Measured::largest([error], "of the peak", 11.0 * f64::from(f32::EPSILON))
-        },
-    },
-    Case {
-        name: "rates-15-decades-apart",
-        group: Group::Numbers,
-        quick: true,
-        what: "largest relative error of the part of 1 ncps dark counts in the expected total, and of \
-               1 Mcps light beside them",
-        why: "without dead time totals add; a double holds 15.9 decades, and the smaller part is \
-              10^-15 of the sum",
-        run: |_| rates_apart(),
-    },
-    Case {
-        name: "a-count-per-hour",
-        group: Group::Numbers,
-        quick: true,
-        what: "deviation of the mean count, 0.3 mcps of dark counts (one an hour) over 10^4 s \
-               a step",
-        why: "Poisson process; 1.25 10^12 chips to a step, 4 10^11 between counts",
-        run: rare_counts,
-    },
-];
+        };
+    Numbers quick "rates-15-decades-apart":
+        "largest relative error of the part of 1 ncps dark counts in the expected total, and of \
+         1 Mcps light beside them",
+        "without dead time totals add; a double holds 15.9 decades, and the smaller part is \
+         10^-15 of the sum",
+        |_| rates_apart();
+    Numbers quick "a-count-per-hour":
+        "deviation of the mean count, 0.3 mcps of dark counts (one an hour) over 10^4 s a step",
+        "Poisson process; 1.25 10^12 chips to a step, 4 10^11 between counts",
+        rare_counts;
+};
 
 /// 1 in the fixed-point arithmetic.
 const ONE: i128 = 1 << 60;

@@ -1,6 +1,6 @@
 //! From counts to distance: bounds, expectations and diagnoses where they are tempted most.
 
-use super::case::{Case, CaseError, Group, Measured, ensure};
+use super::case::{Case, CaseError, Measured, cases, ensure};
 use super::reading::{drawn, mean_counts, predicted, scanned, simulated};
 use super::scenes::{GOLD_5, table_i, window};
 use super::statistics::{seen, worst};
@@ -16,77 +16,52 @@ use crate::simulate::Tier;
 
 const FIRST: DetectorIndex = DetectorIndex(0);
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "the-fit-reaches-the-bound-of-all-steps",
-        group: Group::Light,
-        quick: false,
-        what: "standard deviation of 400 fits over the Cramer-Rao bound, less one, Table I with a code \
-               of 31 chips, in standard errors of that ratio",
-        why: "the fit takes the likelihood of the same counts, and its errors are nearly normal: a bound \
-              of fewer steps is undercut, a fit of fewer steps falls short; side lobes of a Gold code tell as \
-              much as its peak, so that the peak's 24 steps alone must have a bound 1.25 times as large",
-        run: fit_reaches_bound,
-    },
-    Case {
-        name: "expectations-of-what-is-not-covered",
-        group: Group::Numbers,
-        quick: true,
-        what: "expected errors that are given for a target outside of the scan, for counts that are \
-               clamped, and for bright light of another clock",
-        why: "there the linear theory of the peak that is looked for says nothing of what is found",
-        run: |_| uncovered_expectations(),
-    },
-    Case {
-        name: "all-steps-at-once-drawn",
-        group: Group::Numbers,
-        quick: true,
-        what: "of 300 drawn scans of all 56 steps at once, a code of 7 chips, those in which all steps count the \
-               same",
-        why: "the same photons are counted by every step, but the steps' signs differ: the peak stands out \
-              by thousands of counts",
-        run: all_steps_at_once,
-    },
-    Case {
-        name: "jitter-of-a-nanosecond-merges-nothing",
-        group: Group::Detectors,
-        quick: true,
-        what: "wrong verdicts on whether pulses merge, jitter of 1 ns, dead time of 14 ns, pulses of 7 ns \
-               and of 20 ns",
-        why: "two avalanches are 14 ns apart; jitter brings their pulses within 7 ns of each other once in \
-              10^6, and pulses of 20 ns merge whenever two avalanches are less than 20 ns apart",
-        run: |_| jitter_merges_nothing(),
-    },
-    Case {
-        name: "nobody-else-is-found-where-nobody-is",
-        group: Group::Light,
-        quick: true,
-        what: "of 40 scans of one sensor alone, code of 31 chips, those in which the search finds others, or \
-               nothing at all",
-        why: "thresholds are for one scan in a thousand",
-        run: nobody_else,
-    },
-    Case {
-        name: "a-right-scene-beside-ten-times-brighter-light",
-        group: Group::Light,
-        quick: false,
-        what: "of 10 scans of a sensor beside another one ten times as bright, those whose right scene is \
-               said to be wrong",
-        why: "six tests at 0.2 % each: two or more of ten once in 120",
-        run: right_scene_beside_light,
-    },
-    Case {
-        name: "paths-of-3-m-and-20-km",
-        group: Group::Stiff,
-        quick: true,
-        what: "largest difference of expected signed counts between a second path of 20 km and one as long as \
-               20 km leave over beyond whole code periods, in counts of that path's peak, all of Table I",
-        why: "light that repeats comes the same after whole periods; 20 km are 133,425,638,079 fs, 538 \
-              periods of 248 ns and 1,638,079 fs; a double holds 1.3 10^8 ps to 2 10^-8 ps, and edges of the \
-              light are one if they are 10^-7 chips apart",
-        run: |_| far_paths(),
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    Light slow "the-fit-reaches-the-bound-of-all-steps":
+        "standard deviation of 400 fits over the Cramer-Rao bound, less one, Table I with a code \
+         of 31 chips, in standard errors of that ratio",
+        "the fit takes the likelihood of the same counts, and its errors are nearly normal: a \
+         bound of fewer steps is undercut, a fit of fewer steps falls short; side lobes of a \
+         Gold code tell as much as its peak, so that the peak's 24 steps alone must have a bound \
+         1.25 times as large",
+        fit_reaches_bound;
+    Numbers quick "expectations-of-what-is-not-covered":
+        "expected errors that are given for a target outside of the scan, for counts that are \
+         clamped, and for bright light of another clock",
+        "there the linear theory of the peak that is looked for says nothing of what is found",
+        |_| uncovered_expectations();
+    Numbers quick "all-steps-at-once-drawn":
+        "of 300 drawn scans of all 56 steps at once, a code of 7 chips, those in which all steps \
+         count the same",
+        "the same photons are counted by every step, but the steps' signs differ: the peak \
+         stands out by thousands of counts",
+        all_steps_at_once;
+    Detectors quick "jitter-of-a-nanosecond-merges-nothing":
+        "wrong verdicts on whether pulses merge, jitter of 1 ns, dead time of 14 ns, pulses of 7 \
+         ns and of 20 ns",
+        "two avalanches are 14 ns apart; jitter brings their pulses within 7 ns of each other \
+         once in 10^6, and pulses of 20 ns merge whenever two avalanches are less than 20 ns \
+         apart",
+        |_| jitter_merges_nothing();
+    Light quick "nobody-else-is-found-where-nobody-is":
+        "of 40 scans of one sensor alone, code of 31 chips, those in which the search finds \
+         others, or nothing at all",
+        "thresholds are for one scan in a thousand",
+        nobody_else;
+    Light slow "a-right-scene-beside-ten-times-brighter-light":
+        "of 10 scans of a sensor beside another one ten times as bright, those whose right scene \
+         is said to be wrong",
+        "six tests at 0.2 % each: two or more of ten once in 120",
+        right_scene_beside_light;
+    Stiff quick "paths-of-3-m-and-20-km":
+        "largest difference of expected signed counts between a second path of 20 km and one as \
+         long as 20 km leave over beyond whole code periods, in counts of that path's peak, all \
+         of Table I",
+        "light that repeats comes the same after whole periods; 20 km are 133,425,638,079 fs, \
+         538 periods of 248 ns and 1,638,079 fs; a double holds 1.3 10^8 ps to 2 10^-8 ps, and \
+         edges of the light are one if they are 10^-7 chips apart",
+        |_| far_paths();
+};
 
 /// Table I at 3.2 m with the fit, a code of 31 chips and so many chips a step.
 fn fitted(rate_cps: f64, chips: u64) -> Result<Scene, CaseError> {

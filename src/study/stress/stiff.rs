@@ -1,6 +1,6 @@
 //! Time scales many decades apart.
 
-use super::case::{Case, CaseError, Group, Measured};
+use super::case::{Case, CaseError, Measured, cases};
 use super::reading::{counts, counts_of_scans, detections, plain_counts, predicted};
 use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, differing, seen, step_s};
@@ -12,119 +12,69 @@ const NO_DRIFT: &str = "time is whole chips and an offset, and the code's positi
                         the code: the same random numbers must give the same detections, to the \
                         last bit, however late the step begins";
 
-pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "no-drift-after-1e6-code-periods",
-        group: Group::Stiff,
-        quick: true,
-        what: "detections of a step that differ from those of the step begun 10^6 code periods \
-               earlier (1 fs transition, 1 ps jitter)",
-        why: NO_DRIFT,
-        run: |seed| detections_moved_by(1_000_000, seed),
-    },
-    Case {
-        name: "no-drift-after-1e12-code-periods",
-        group: Group::Stiff,
-        quick: true,
-        what: "detections of a step that differ from those of the step begun 10^12 code periods \
-               (69 hours) earlier",
-        why: NO_DRIFT,
-        run: |seed| detections_moved_by(1_000_000_000_000, seed),
-    },
-    Case {
-        name: "no-drift-of-counts-after-1e12-code-periods",
-        group: Group::Stiff,
-        quick: true,
-        what: "signed and total counts, of both photon engines, that differ from those 10^12 code \
-               periods earlier",
-        why: "counts of whole numbers from the same random numbers: exactly equal, reference \
-              included",
-        run: counts_after_1e12_periods,
-    },
-    Case {
-        name: "an-edge-of-the-light-stands-after-1e12-code-periods",
-        group: Group::Stiff,
-        quick: true,
-        what: "largest distance of 20,000 detections from the edge of the light that they follow, \
-               10^12 code periods after the start",
-        why: "with no light in the off-state none may come before the edge, and with a mean wait of \
-              10 as none of 20,000 comes more than 1 fs behind it (probability 10^-39)",
-        run: edge_after_1e12_periods,
-    },
-    Case {
-        name: "afterpulsing-time-constants-1-ps-to-1-ms",
-        group: Group::Stiff,
-        quick: false,
-        what: "largest deviation of the mean count over the time constants 1 ps, 100 ps, 5 ns, \
-               1 us, 1 ms, without dead time",
-        why: "without dead time afterpulses are a branching process: the rate is the primary rate \
-              over 1 - m with m = -ln(1 - p), whatever the time constant",
-        run: afterpulsing_time_constants,
-    },
-    Case {
-        name: "a-quick-trap-refires-at-the-dead-time",
-        group: Group::Stiff,
-        quick: true,
-        what: "deviation of the mean count with time constant 1 ps, dead time 14 ns, p = 0.5",
-        why: "afterpulses within picoseconds: an avalanche is followed by another with probability \
-              p, so rate = lambda / (1 - p + lambda D), up to tau / D = 10^-4",
-        run: quick_trap,
-    },
-    Case {
-        name: "a-slow-trap-is-constant-light",
-        group: Group::Stiff,
-        quick: false,
-        what: "deviation of the mean count with time constant 1 ms, dead time 14 ns, p = 0.137",
-        why: "delays far beyond the mean interval make afterpulses a Poisson process: \
-              R = (lambda + m R)(1 - R D)",
-        run: slow_trap,
-    },
-    Case {
-        name: "dead-times-from-0-to-many-code-periods",
-        group: Group::Stiff,
-        quick: true,
-        what: "largest deviation of the mean count over the dead times 0, 1 ps, 14 ns, 1 us (4 code \
-               periods) at 50 Mcps",
-        why: "renewal process: rate = lambda / (1 + lambda D)",
-        run: |seed| Measured::deviation(dead_times(seed)?.iter().map(|d| d.mean)),
-    },
-    Case {
-        name: "dead-times-quiet-the-counts",
-        group: Group::Stiff,
-        quick: true,
-        what: "largest deviation of the counts' variance over the same dead times",
-        why: "equilibrium renewal process: variance = lambda T / m^3 + 1/6 + 1/(2 m^4) - 2/(3 m^3) with \
-              m = 1 + lambda D (Cox, Renewal Theory, 1962)",
-        run: |seed| Measured::deviation(dead_times(seed)?.iter().map(|d| d.variance)),
-    },
-    Case {
-        name: "a-dead-time-of-4000-code-periods",
-        group: Group::Stiff,
-        quick: true,
-        what: "distance of the mean count of 1 s from T / (D + 1 / lambda), dead time 1 ms, 50 Mcps",
-        why: "a renewal count differs from T over the mean interval by at most one, however it \
-              starts",
-        run: millisecond_dead_time,
-    },
-    Case {
-        name: "chip-periods-100-ps-to-1-ms",
-        group: Group::Stiff,
-        quick: true,
-        what: "largest relative change of the expected bias and scatter, in chips, when chip period \
-               and every other time are scaled from 8 ns to 100 ps, 1 us and 1 ms",
-        why: "dimensional analysis: nothing but ratios of times can matter",
-        run: |_| chip_periods(),
-    },
-    Case {
-        name: "chip-periods-scaled-by-powers-of-two",
-        group: Group::Stiff,
-        quick: true,
-        what: "counts that change when every time is scaled by 2^-6 (125 ps chips) or 2^17 (1.05 ms \
-               chips)",
-        why: "dimensional analysis, and powers of two are exact: the same bits",
-        run: scaled_by_powers_of_two,
-    },
-];
+pub(super) const CASES: &[Case] = cases! {
+    Stiff quick "no-drift-after-1e6-code-periods":
+        "detections of a step that differ from those of the step begun 10^6 code periods earlier \
+         (1 fs transition, 1 ps jitter)",
+        NO_DRIFT,
+        |seed| detections_moved_by(1_000_000, seed);
+    Stiff quick "no-drift-after-1e12-code-periods":
+        "detections of a step that differ from those of the step begun 10^12 code periods (69 \
+         hours) earlier",
+        NO_DRIFT,
+        |seed| detections_moved_by(1_000_000_000_000, seed);
+    Stiff quick "no-drift-of-counts-after-1e12-code-periods":
+        "signed and total counts, of both photon engines, that differ from those 10^12 code \
+         periods earlier",
+        "counts of whole numbers from the same random numbers: exactly equal, reference included",
+        counts_after_1e12_periods;
+    Stiff quick "an-edge-of-the-light-stands-after-1e12-code-periods":
+        "largest distance of 20,000 detections from the edge of the light that they follow, \
+         10^12 code periods after the start",
+        "with no light in the off-state none may come before the edge, and with a mean wait of \
+         10 as none of 20,000 comes more than 1 fs behind it (probability 10^-39)",
+        edge_after_1e12_periods;
+    Stiff slow "afterpulsing-time-constants-1-ps-to-1-ms":
+        "largest deviation of the mean count over the time constants 1 ps, 100 ps, 5 ns, 1 us, 1 \
+         ms, without dead time",
+        "without dead time afterpulses are a branching process: the rate is the primary rate \
+         over 1 - m with m = -ln(1 - p), whatever the time constant",
+        afterpulsing_time_constants;
+    Stiff quick "a-quick-trap-refires-at-the-dead-time":
+        "deviation of the mean count with time constant 1 ps, dead time 14 ns, p = 0.5",
+        "afterpulses within picoseconds: an avalanche is followed by another with probability p, \
+         so rate = lambda / (1 - p + lambda D), up to tau / D = 10^-4",
+        quick_trap;
+    Stiff slow "a-slow-trap-is-constant-light":
+        "deviation of the mean count with time constant 1 ms, dead time 14 ns, p = 0.137",
+        "delays far beyond the mean interval make afterpulses a Poisson process: R = (lambda + m \
+         R)(1 - R D)",
+        slow_trap;
+    Stiff quick "dead-times-from-0-to-many-code-periods":
+        "largest deviation of the mean count over the dead times 0, 1 ps, 14 ns, 1 us (4 code \
+         periods) at 50 Mcps",
+        "renewal process: rate = lambda / (1 + lambda D)",
+        |seed| Measured::deviation(dead_times(seed)?.iter().map(|d| d.mean));
+    Stiff quick "dead-times-quiet-the-counts":
+        "largest deviation of the counts' variance over the same dead times",
+        "equilibrium renewal process: variance = lambda T / m^3 + 1/6 + 1/(2 m^4) - 2/(3 m^3) \
+         with m = 1 + lambda D (Cox, Renewal Theory, 1962)",
+        |seed| Measured::deviation(dead_times(seed)?.iter().map(|d| d.variance));
+    Stiff quick "a-dead-time-of-4000-code-periods":
+        "distance of the mean count of 1 s from T / (D + 1 / lambda), dead time 1 ms, 50 Mcps",
+        "a renewal count differs from T over the mean interval by at most one, however it starts",
+        millisecond_dead_time;
+    Stiff quick "chip-periods-100-ps-to-1-ms":
+        "largest relative change of the expected bias and scatter, in chips, when chip period \
+         and every other time are scaled from 8 ns to 100 ps, 1 us and 1 ms",
+        "dimensional analysis: nothing but ratios of times can matter",
+        |_| chip_periods();
+    Stiff quick "chip-periods-scaled-by-powers-of-two":
+        "counts that change when every time is scaled by 2^-6 (125 ps chips) or 2^17 (1.05 ms \
+         chips)",
+        "dimensional analysis, and powers of two are exact: the same bits",
+        scaled_by_powers_of_two;
+};
 
 /// Table I with a 1 fs transition and 1 ps of jitter.
 fn stiff_sensor(integration_chips: u64) -> Result<Scene, CaseError> {
