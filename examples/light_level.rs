@@ -9,9 +9,7 @@ use std::error::Error;
 use std::path::Path;
 
 use goldtof::SimulateOptions;
-use goldtof::cosim::engine::Engine;
 use goldtof::scene::Setting;
-use goldtof::simulate::Tier;
 
 /// Mean optical powers of the source, in picowatts.
 const POWERS_PW: [f64; 3] = [2.0, 8.0, 32.0];
@@ -30,8 +28,7 @@ fn table(repetitions: u64) -> Result<Vec<Line>, Box<dyn Error>> {
     for power_pw in POWERS_PW {
         let power: Setting = format!("source[0].mean_power={power_pw} pW").parse()?;
         let scene = goldtof::scene::load_with(Path::new("scenes/quick.toml"), &[power])?;
-        let options =
-            SimulateOptions { fidelity: Tier::Events, engine: Engine::Auto, repetitions, seed: 1 };
+        let options = SimulateOptions { repetitions, ..Default::default() };
         let simulation = goldtof::simulate(&scene, &options)?;
         let path = &simulation.estimates[0];
         let millimetres = |metres: Option<f64>| metres.map_or(f64::NAN, |metres| 1e3 * metres);

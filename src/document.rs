@@ -30,12 +30,8 @@ impl<B: Body> Body for &B {
 /// use goldtof::document::Document;
 ///
 /// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-/// let options = goldtof::SimulateOptions {
-///     fidelity: goldtof::simulate::Tier::Expected,
-///     engine: goldtof::cosim::engine::Engine::Auto,
-///     repetitions: 1,
-///     seed: 1,
-/// };
+/// let fidelity = goldtof::simulate::Tier::Expected;
+/// let options = goldtof::SimulateOptions { fidelity, ..Default::default() };
 /// let simulation = goldtof::simulate(&scene, &options)?;
 /// let document = Document::new(&simulation, "my-program", Some(&scene));
 /// let json = serde_json::to_value(&document)?;

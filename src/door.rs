@@ -12,12 +12,12 @@ use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::estimate::{ImpossibleScan, possible_scan};
-use crate::grade::{Bounds, Grade, GradeRequest, GradeStimulus, Graded, not_graded};
+use crate::grade::{Grade, GradeOptions, GradeRequest, Graded, not_graded};
 use crate::photons::StepCount;
 use crate::rtl::blocks::ScanRegisters;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
-use crate::simulate::Tier;
+use crate::simulate::SimulateOptions;
 use crate::simulate::repeat::{self, Simulation};
 use crate::simulate::scans::ScansError;
 
@@ -55,31 +55,13 @@ pub fn emit(scene: &Scene, options: &EmitOptions) -> Result<Emission, HdlError> 
     deliver::emit_prefixed(&Sensor::new(scene), &options.prefix, &options.made_by)
 }
 
-/// What to simulate.
-#[derive(Debug, Clone, Copy)]
-pub struct SimulateOptions {
-    /// How much of the sensor.
-    pub fidelity: Tier,
-    /// Scans of each detector, at least 1; the tier that draws nothing takes none.
-    pub repetitions: u64,
-    /// How the Verilog is clocked, in the tier that does.
-    pub engine: Engine,
-    /// Seed of all random numbers.
-    pub seed: u64,
-}
-
 /// Simulates a scene from photons to distances, many times.
 ///
 /// ```
 /// use std::path::Path;
 ///
 /// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-/// let options = goldtof::SimulateOptions {
-///     fidelity: goldtof::simulate::Tier::Events,
-///     repetitions: 20,
-///     engine: goldtof::cosim::engine::Engine::Auto,
-///     seed: 1,
-/// };
+/// let options = goldtof::SimulateOptions { repetitions: 20, ..Default::default() };
 /// let simulation = goldtof::simulate(&scene, &options)?;
 /// let path = &simulation.estimates[0];
 /// assert_eq!(path.estimates + path.missed_scans, 20);
@@ -103,8 +85,8 @@ pub fn simulate_watched(
     options: &SimulateOptions,
     on_progress: impl FnMut(u64, u64),
 ) -> Result<Simulation, ScansError> {
-    let SimulateOptions { fidelity, repetitions, engine, seed } = *options;
-    repeat::simulate_watched(&Sensor::new(scene), fidelity, engine, seed, repetitions, on_progress)
+    let scene = scene.clone().with_estimator(options.estimator)?;
+    repeat::simulate_watched(&Sensor::new(&scene), options, on_progress)
 }
 
 /// Which Verilog is compared with the reference model.
@@ -235,23 +217,6 @@ impl Rtl {
     }
 }
 
-/// What to grade, on which design.
-#[derive(Debug, Clone)]
-pub struct GradeOptions {
-    /// The Verilog.
-    pub rtl: Rtl,
-    /// The stimulus.
-    pub stimulus: GradeStimulus,
-    /// Number of clocks; `None` for as many as the stimulus takes.
-    pub clocks: Option<u64>,
-    /// Seed of the stimulus and of the choice of mutants.
-    pub seed: u64,
-    /// Mutants beside the stuck-at faults; 0 for none.
-    pub mutants: u32,
-    /// How long the model checker may take.
-    pub bounds: Bounds,
-}
-
 /// How many faults and mutants of a design a stimulus finds. `on_stage` is told what is
 /// being done.
 ///
@@ -260,11 +225,12 @@ pub struct GradeOptions {
 /// reference model or is none of which faults can be told, or a tool is missing or fails.
 pub fn grade(
     scene: &Scene,
+    rtl: &Rtl,
     options: &GradeOptions,
     on_stage: impl FnMut(&'static str),
 ) -> Result<Grade, CosimFailed> {
-    let graded = grade_some(scene, options, |count| (0..count).collect(), on_stage)?;
-    Ok(graded.grade(options.stimulus, options.seed, options.bounds))
+    let graded = grade_some(scene, rtl, options, |count| (0..count).collect(), on_stage)?;
+    Ok(graded.grade(options))
 }
 
 /// What becomes of some faults and mutants of a design: of those that `choose` says, by
@@ -274,22 +240,19 @@ pub fn grade(
 /// As [`grade`].
 pub(crate) fn grade_some(
     scene: &Scene,
+    rtl: &Rtl,
     options: &GradeOptions,
     choose: impl Fn(usize) -> Vec<usize> + Sync,
     on_stage: impl FnMut(&'static str),
 ) -> Result<Graded, CosimFailed> {
     let sensor = Sensor::new(scene);
-    let design = options.rtl.read(&sensor)?;
+    let design = rtl.read(&sensor)?;
     let request = GradeRequest {
         top: design.top,
         sources: design.sources,
         registers: design.registers,
         cache: cache_dir()?,
-        stimulus: options.stimulus,
-        clocks: options.clocks,
-        seed: options.seed,
-        mutants: options.mutants,
-        bounds: options.bounds,
+        options: *options,
     };
     let graded = crate::grade::grade(&sensor, &request, choose, on_stage);
     Ok(graded.map_err(not_graded)?)

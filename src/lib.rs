@@ -3,7 +3,7 @@
 //!
 //! The way of one scene through the crate: [`scene`] reads and checks it,
 //! [`code`] makes its codes, [`sensor`] fixes what the hardware promises at its
-//! ports, [`rtl`] describes that hardware and [`deliver`] emits it as Verilog,
+//! ports, `rtl` describes that hardware and [`deliver`] emits it as Verilog,
 //! [`photons`] makes the light and the detections, [`mod@reference`] predicts every
 //! port at every clock, [`mod@cosim`] runs the Verilog beside it, [`response`] says what
 //! counts are expected, and [`mod@estimate`] turns counts into a distance. [`mod@simulate`]
@@ -27,12 +27,8 @@
 //! use std::path::Path;
 //!
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-//! let options = goldtof::SimulateOptions {
-//!     fidelity: goldtof::simulate::Tier::Expected,
-//!     engine: goldtof::cosim::engine::Engine::Auto,
-//!     repetitions: 1,
-//!     seed: 1,
-//! };
+//! let fidelity = goldtof::simulate::Tier::Expected;
+//! let options = goldtof::SimulateOptions { fidelity, ..Default::default() };
 //! let simulation = goldtof::simulate(&scene, &options)?;
 //! assert!((simulation.estimates[0].true_distance_m - 3.2).abs() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -82,13 +78,14 @@ pub mod version;
 
 pub use cosim::own::OwnRtl;
 pub use door::{
-    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, GradeOptions, Rtl,
-    SimulateOptions, cosim, emit, estimate, grade, simulate, simulate_watched,
+    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Rtl, cosim, emit,
+    estimate, grade, simulate, simulate_watched,
 };
 pub use files::{FileError, OutputFolder};
-pub use grade::{Bounds as ProofBounds, GradeStimulus};
+pub use grade::{Bounds as ProofBounds, GradeOptions, GradeStimulus};
 pub use interrupt::watch as watch_signals;
 pub use light::SPEED_OF_LIGHT_M_PER_S;
 pub use programs::set_time_limit as set_tool_time_limit;
 pub use report::provenance::Provenance;
 pub use run::{Run, RunError, RunEvent, RunOptions, run};
+pub use simulate::SimulateOptions;

@@ -68,7 +68,7 @@ pub fn binomial_interval(successes: u64, trials: u64) -> [f64; 2] {
 ///
 /// Numbers that determine one another have directions in which nothing varies; rounding
 /// and approximations leave these a variance about zero, of either sign, which is taken for
-/// none. `None` if an entry is no finite number.
+/// none. `None` if an entry is not a finite number.
 pub fn correlating(covariance: &[Vec<f64>], rounding_variance: f64) -> Option<Vec<Vec<f64>>> {
     let n = covariance.len();
     let lower = |row: usize, column: usize| covariance[row.max(column)][row.min(column)];

@@ -4,7 +4,7 @@
 //! name would end the comment that it stands in; an escape sequence would command
 //! the terminal that it is printed on; a mark of writing direction would make a
 //! line read as another. All of them become visible escapes, as Rust writes them:
-//! `\n`, `\u{1b}`, and `\xff` for a byte that is no text.
+//! `\n`, `\u{1b}`, and `\xff` for a byte that is not text.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -44,7 +44,7 @@ pub fn printable_ascii(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c.is_control() || !c.is_ascii())
 }
 
-/// A file's name on one line, bytes that are no text as `\xff`.
+/// A file's name on one line, bytes that are not text as `\xff`.
 pub fn printable_path(path: &Path) -> String {
     let mut shown = String::new();
     for chunk in path.as_os_str().as_encoded_bytes().utf8_chunks() {

@@ -17,7 +17,7 @@ use crate::deliver::{self, Emission, HdlError};
 use crate::document::Body;
 use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
 use crate::files::{FileError, OutputFolder};
-use crate::grade::{self, Bounds, Grade, GradeRequest, GradeStimulus};
+use crate::grade::{self, Grade, GradeOptions, GradeRequest};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 #[cfg(feature = "plots")]
@@ -289,15 +289,11 @@ fn graded(
         sources: cosimulated.sources.clone(),
         registers: cosimulated.registers.clone(),
         cache: cosimulated.cache.clone(),
-        stimulus: GradeStimulus::Adversarial,
-        clocks: None,
-        seed: cosimulated.seed,
-        mutants,
-        bounds: Bounds::default(),
+        options: GradeOptions { mutants, seed: cosimulated.seed, ..Default::default() },
     };
     let graded = grade::grade(sensor, &request, |count| (0..count).collect(), on_stage);
     let graded = graded.map_err(grade::not_graded)?;
-    Ok(graded.grade(request.stimulus, request.seed, request.bounds))
+    Ok(graded.grade(&request.options))
 }
 
 /// What the counts that the Verilog sent say of the distance, detector by detector.

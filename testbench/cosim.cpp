@@ -12,17 +12,23 @@
 #include "goldtof_ports.h"
 
 #include "goldtof_low.h"
+#include "goldtof_x.h"
 #include "process.h"
 #include "verilated_save.h"
 
 bool goldtof_is_opposite = false;
+bool goldtof_has_read_x = false;
 
 namespace {
 
 // What the caller asks for; goldtof's verilated.rs has the same. Arguments: number of
-// clocks, first word of the block's place in the shared file, number of skips, whether the
-// state after the block is asked for.
+// clocks, first word of the block's place in the shared file, number of skips, what of the state is
+// asked for.
 enum What : uint64_t { RUN = 0, RUN_BARE = 1, FINISH = 2 };
+
+// Of the state, added up: a hash of it after the block; itself before the block, to be kept, and
+// the hash if an x was made use of; to be taken from where another process has kept it.
+enum State : uint64_t { HASH = 1, KEEP = 2, TAKE = 4 };
 
 // Between two clocks the scan's counters are moved on; the rest is as it was.
 struct Skip {
@@ -34,15 +40,19 @@ struct Skip {
 // A block in the shared file.
 struct Place {
     uint64_t looks_again;  // whether `low` holds anything
-    uint64_t state;        // a hash of all that the model holds after the block
+    uint64_t state;        // a hash of all that the model holds after the block; 0 if not asked for
+    uint64_t may_read_x;   // whether the model has any that it may make use of at any time
+    uint64_t has_read_x;   // whether one was made use of in the block
+    uint64_t kept_bytes;   // of the state before the block; 0 if there was no room
     uint64_t in[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_IN_WORDS];
     uint64_t out[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_OUT_WORDS];  // after each rising edge
     uint64_t low[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_OUT_WORDS];  // before each rising edge
     Skip skips[GOLDTOF_MOST_SKIPS];
+    uint8_t kept[GOLDTOF_STATE_BYTES];
 };
 
 // Registers start with pseudo-random values, so that one that no reset reaches is
-// seen as a mismatch. The seed is any fixed number.
+// seen as a mismatch. The seed is any fixed number; that of a process and its opposite is the same.
 constexpr int SEED = 1;
 
 // FNV-1a of what Verilator would save of a model.
@@ -57,6 +67,55 @@ public:
     }
 };
 
+// What Verilator would save of a model, into a place that may be too small.
+class Keep final : public VerilatedSerialize {
+public:
+    explicit Keep(uint8_t* to) : m_to{to} {}
+    bool fits = true;
+    uint64_t bytes = 0;
+    void flush() override {
+        const uint64_t more = static_cast<uint64_t>(m_cp - m_bufp);
+        fits = fits && bytes + more <= GOLDTOF_STATE_BYTES;
+        if (fits) std::memcpy(m_to + bytes, m_bufp, more);
+        bytes += more;
+        m_cp = m_bufp;
+    }
+
+private:
+    uint8_t* m_to;
+};
+
+// The other way.
+class Take final : public VerilatedDeserialize {
+public:
+    explicit Take(const uint8_t* from) : m_from{from} {
+        m_endp = m_bufp;
+        fill();
+    }
+    void fill() override {
+        const size_t left = static_cast<size_t>(m_endp - m_cp);
+        std::memmove(m_bufp, m_cp, left);
+        const size_t more = bufferSize() - left;
+        const size_t there = GOLDTOF_STATE_BYTES - m_read;
+        const size_t taken = more < there ? more : there;
+        std::memcpy(m_bufp + left, m_from + m_read, taken);
+        m_read += taken;
+        m_cp = m_bufp;
+        m_endp = m_bufp + left + taken;
+    }
+
+private:
+    const uint8_t* m_from;
+    size_t m_read = 0;
+};
+
+uint64_t keep(GOLDTOF_MODEL* top, Place& place) {
+    Keep keep{place.kept};
+    keep << *top;
+    keep.flush();
+    return keep.fits ? keep.bytes : 0;
+}
+
 uint64_t state_of(GOLDTOF_MODEL* top) {
     StateHash hash;
     hash << *top;
@@ -65,7 +124,14 @@ uint64_t state_of(GOLDTOF_MODEL* top) {
 }
 
 void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_skips,
-         bool wants_state) {
+         uint64_t state) {
+    if (state & TAKE) {
+        Take take{place.kept};
+        take >> *top;
+    }
+    place.may_read_x = GOLDTOF_MAY_READ_X;
+    place.kept_bytes = GOLDTOF_MAY_READ_X && (state & KEEP) ? keep(top, place) : 0;
+    goldtof_has_read_x = false;
     const uint64_t* in = place.in;
     uint64_t* out = place.out;
     uint64_t* low = place.low;
@@ -89,7 +155,9 @@ void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_s
         in += GOLDTOF_IN_WORDS;
         out += GOLDTOF_OUT_WORDS;
     }
-    if (wants_state) place.state = state_of(top);
+    place.has_read_x = goldtof_has_read_x;
+    const bool wants_hash = state & HASH || (state & KEEP && goldtof_has_read_x);
+    place.state = wants_hash ? state_of(top) : 0;
 }
 
 // The same model and clocks with constant inputs and nothing read, as anybody would write
@@ -106,12 +174,12 @@ void run_bare(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t clocks) {
 
 }  // namespace
 
-static void serve(uint64_t* words, bool is_opposite) {
-    goldtof_is_opposite = is_opposite;
+static void serve(uint64_t* words, int number) {
+    goldtof_is_opposite = number == 1;
     // Nothing between its members differs from process to process.
     static VerilatedContext context;
     context.randReset(2);
-    context.randSeed(SEED);
+    context.randSeed(number > 1 ? SEED + number : SEED);
     // Never deleted: the process ends instead, and nothing of it is wanted then.
     GOLDTOF_MODEL* top = new GOLDTOF_MODEL{&context};
     top->GOLDTOF_CLOCK = 0;
@@ -122,7 +190,7 @@ static void serve(uint64_t* words, bool is_opposite) {
         const uint64_t clocks = request.arguments[0], skips = request.arguments[2];
         Place& place = *reinterpret_cast<Place*>(words + request.arguments[1]);
         switch (request.what) {
-        case RUN: run(top, place, clocks, skips, request.arguments[3] != 0); break;
+        case RUN: run(top, place, clocks, skips, request.arguments[3]); break;
         case RUN_BARE: run_bare(top, place.in, clocks); break;
         case FINISH: top->final(); break;
         default: ::_exit(1);

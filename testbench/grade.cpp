@@ -46,7 +46,7 @@ void run(LANES_MODEL* top, const uint64_t* records, uint64_t clocks, uint64_t* f
 
 }  // namespace
 
-static void serve(uint64_t* words, bool /*is_opposite*/) {
+static void serve(uint64_t* words, int /*number*/) {
     VerilatedContext context;
     // Never deleted: the process ends instead, and nothing of it is wanted then.
     LANES_MODEL* top = new LANES_MODEL{&context};

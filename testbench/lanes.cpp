@@ -96,7 +96,7 @@ void check(LANES_MODEL* top, uint64_t* words, const Block& block) {
 
 }  // namespace
 
-static void serve(uint64_t* words, bool /*is_opposite*/) {
+static void serve(uint64_t* words, int /*number*/) {
     VerilatedContext context;
     // Never deleted: the process ends instead, and nothing of it is wanted then.
     LANES_MODEL* top = new LANES_MODEL{&context};

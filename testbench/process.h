@@ -27,9 +27,10 @@
 
 #include "verilated.h"
 
-// Answers requests until there are no more; `words` is the shared file. The opposite process
-// takes the opposite of every bit that Verilog leaves undefined.
-static void serve(uint64_t* words, bool is_opposite);
+// Answers requests until there are no more; `words` is the shared file. Of the processes of a
+// model the first is 0, the one that takes the opposite of every bit that Verilog leaves undefined
+// is 1, and those behind take others.
+static void serve(uint64_t* words, int number);
 
 namespace {
 
@@ -136,7 +137,7 @@ void vl_fatal(const char* file, int number, const char* /*hierarchy*/, const cha
     halt_at("fatal error", file, number, message);
 }
 
-int main(int arguments, char**) {
+int main(int count, char** arguments) {
     caller = ::getppid();
     const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
     line = move_away(STDIN_FILENO, nothing);
@@ -145,7 +146,7 @@ int main(int arguments, char**) {
     std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
     watch_caller();
     try {
-        serve(words, arguments > 1);
+        serve(words, count > 1 ? std::atoi(arguments[1]) : 0);
     } catch (const std::exception& thrown) {
         halt(std::string("a C++ exception: ") + thrown.what());
     } catch (...) {

@@ -135,7 +135,7 @@ struct goldtof_scene *goldtof_scene_load(const char *path);
 // is what errors call the file; without its ending it is the scene's name.
 struct goldtof_scene *goldtof_scene_parse(const char *name, const char *toml);
 
-// Sets a key otherwise than in the text, as `--set` does: `path.distance=5 m`. If it
+// Overrides a key of the text, as `--set` does: `path.distance=5 m`. If it
 // cannot be, the scene stays as it is.
 goldtof_status goldtof_scene_set(struct goldtof_scene *scene, const char *assignment);
 

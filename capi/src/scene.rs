@@ -69,7 +69,7 @@ pub unsafe extern "C" fn goldtof_scene_parse(
     })
 }
 
-/// Sets a key otherwise than in the text, as `--set` does: `path.distance=5 m`. If it
+/// Overrides a key of the text, as `--set` does: `path.distance=5 m`. If it
 /// cannot be, the scene stays as it is.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn goldtof_scene_set(

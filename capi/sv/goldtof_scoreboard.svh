@@ -49,7 +49,7 @@ endpackage
 
 module goldtof_scoreboard #(
     parameter string SCENE = "",       // the scene's file
-    parameter string SET   = "",       // a key otherwise than there: "path.distance=5 m"
+    parameter string SET   = "",       // a key to override: "path.distance=5 m"
     // Widths of the ports, as in the manifest; 1 for those that the sensor does not have.
     parameter int LASERS     = 1,
     parameter int SAMPLES    = 8,      // of all detectors together

@@ -7,11 +7,12 @@
 // Inputs   hostile, with an aim: 1 resets, a receiver that stalls, every kind of hit
 // Length   100000 clocks; 98256 phase steps and 6 scans end in them
 // Counts   30499 hits up and 32440 hits down in the results that come to the stream
-// Covers   38 of 96 cover points (bins 29/31, stream 6/32, scans 3/3, resets 0/30)
+// Covers   47 of 112 cover points (bins 38/47, stream 6/32, scans 3/3, resets 0/30)
 // Not      spad: a bin of lane 0 that is 0 in a memory where it was not (it takes 57316 clocks);
-//          spad: a hit on the last sample of a frame (it takes 42987 clocks); beat 1 of a group
-//          held by the receiver (it takes 42987 clocks); beat 2 of a group held by the receiver
-//          (it takes 42987 clocks); and 54 more
+//          spad: a bin of lane 1 with its top bit set, read out of memory 1 (it takes 42987
+//          clocks); spad: a bin of lane 3 with its top bit set, read out of memory 1 (it takes
+//          42987 clocks); spad: a bin of lane 4 with its top bit set, read out of memory 1 (it
+//          takes 42987 clocks); and 61 more
 // Ends     with PASS, what was exercised, and exit status 0; or at the first clock at which a port
 //          differs with that clock, the port, the expected value and the one seen, and a non-zero
 //          exit status; or with INCONCLUSIVE and a non-zero exit status, if no result was taken

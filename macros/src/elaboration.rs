@@ -181,7 +181,7 @@ fn operands(condition: &Expr) -> Vec<&Expr> {
     }
 }
 
-/// Calls `see` with every name that is no member of something.
+/// Calls `see` with every name that is not a member of something.
 fn each_name(tokens: TokenStream, see: &mut dyn FnMut(&Ident)) {
     let mut after_dot = false;
     for token in tokens {

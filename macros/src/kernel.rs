@@ -278,7 +278,7 @@ impl Kernel {
                 if self.hoisted.len() > before {
                     return refuse(
                         &call.args[0],
-                        "an index of a number that is no literal in a `bit_cast`; give it a \
+                        "an index of a number that is not a literal in a `bit_cast`; give it a \
                          `Local` of its own",
                     );
                 }

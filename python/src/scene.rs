@@ -160,7 +160,7 @@ impl PyScene {
         &self.text
     }
 
-    /// What was set otherwise than in the text, in order: ``path.distance="5 m"``.
+    /// Overridden keys, in order: ``path.distance="5 m"``.
     #[getter]
     fn settings(&self) -> Vec<String> {
         self.scene.origin.settings.clone()

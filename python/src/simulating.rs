@@ -105,6 +105,7 @@ pub(crate) fn simulate<'py>(
         repetitions,
         engine: arguments::engine(engine)?,
         seed,
+        estimator: None,
     };
     let simulation = wait_for(python, on_progress, move |watch| {
         goldtof::simulate_watched(&scene, &options, |done, all| watch.progress(done, all))

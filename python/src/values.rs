@@ -54,7 +54,7 @@ pub(crate) fn to_toml(value: &Bound<'_, PyAny>, place: &str) -> PyResult<toml::V
 fn to_toml_within(value: &Bound<'_, PyAny>, place: &str, levels: usize) -> PyResult<toml::Value> {
     let levels = levels.checked_sub(1).ok_or_else(|| {
         bad_argument(format!(
-            "{place}: more than {MOST_KEY_PARTS} lists and dicts within each other are no scene"
+            "{place}: more than {MOST_KEY_PARTS} lists and dicts within each other are not a scene"
         ))
     })?;
     if let Ok(value) = value.cast::<PyBool>() {

@@ -68,7 +68,7 @@ fn schema<B: Body + JsonSchema>() -> (&'static str, String) {
             "description": "Which document this is: the schema's name.",
         });
     }
-    // Neither numbers without a value nor keys that are no text are in a schema.
+    // Neither numbers without a value nor keys that are not text are in a schema.
     let text = serde_json::to_string_pretty(&schema).unwrap_or_default();
     (B::NAME, text + "\n")
 }

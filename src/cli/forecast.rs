@@ -39,7 +39,7 @@ impl<'o> Forecast<'o> {
 }
 
 /// What the first parts say of all. What comes before the first of them, as building a model,
-/// is no part of their rate.
+/// is not part of their rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trial {
     NotBegun,

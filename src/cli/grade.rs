@@ -8,8 +8,8 @@ use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
 use crate::document::Document;
-use crate::door::{GradeOptions, grade, grade_some};
-use crate::grade::{Bounds, Grade, GradeStimulus, Score};
+use crate::door::{Rtl, grade, grade_some};
+use crate::grade::{Grade, GradeOptions, GradeStimulus, Score};
 use crate::printable::{printable_lines, printable_path};
 use crate::report::quantities::percent;
 use crate::scene::{Scene, SceneReference};
@@ -24,14 +24,8 @@ pub(super) fn run(
     output: &Output,
 ) -> anyhow::Result<Ending> {
     let (scene, scene_text) = arguments.scene.load_with_text()?;
-    let options = GradeOptions {
-        rtl: rtl(&arguments.own, &arguments.scene),
-        stimulus: arguments.stimulus,
-        clocks: arguments.clocks,
-        seed,
-        mutants: arguments.mutants,
-        bounds: Bounds { each_s: arguments.proof_time, all_s: arguments.proof_budget },
-    };
+    let options = GradeOptions { seed, ..arguments.options };
+    let rtl = rtl(&arguments.own, &arguments.scene);
     if let Some(order) = arguments.shard.order() {
         let job = GradeJob {
             scene: SceneText::new(
@@ -39,36 +33,30 @@ pub(super) fn run(
                 scene_text,
                 &arguments.scene.settings,
             ),
-            verilog_sha256: options.rtl.sha256(&scene)?,
-            stimulus: options.stimulus,
-            clocks: options.clocks,
-            mutants: options.mutants,
-            proof_time_s: options.bounds.each_s,
-            proof_budget_s: options.bounds.all_s,
-            seed,
-            asked_fraction: arguments.at_least,
+            verilog_sha256: rtl.sha256(&scene)?,
+            options,
         };
-        return some_variants(job, &scene, &options, &order, output);
+        return some_variants(job, &scene, &rtl, &order, output);
     }
     let progress = output.progress();
-    let graded = grade(&scene, &options, |stage| progress.stage(stage));
+    let graded = grade(&scene, &rtl, &options, |stage| progress.stage(stage));
     progress.end();
-    let grade = Grade { asked_fraction: arguments.at_least, ..graded? };
-    tell(&grade, scene.reference(), output)
+    tell(&graded?, scene.reference(), output)
 }
 
 /// A part of the faults and mutants.
 fn some_variants(
     job: GradeJob,
     scene: &Scene,
-    options: &GradeOptions,
+    rtl: &Rtl,
     order: &Order,
     output: &Output,
 ) -> anyhow::Result<Ending> {
+    let options = job.options;
     order.fulfil(Job::Grade(job), output, |_| {
         let progress = output.progress();
         let choose = |count| shard::variants(order.part, count);
-        let graded = grade_some(scene, options, choose, |stage| progress.stage(stage));
+        let graded = grade_some(scene, rtl, &options, choose, |stage| progress.stage(stage));
         progress.end();
         Ok(Results::Grade(graded?))
     })

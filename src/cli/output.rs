@@ -189,7 +189,7 @@ pub(super) fn clap_colours() -> ColorChoice {
     if no_colours() { ColorChoice::Never } else { ColorChoice::Auto }
 }
 
-/// Characters of a line of the terminal that stdout is; none if it is no terminal.
+/// Characters of a line of the terminal that stdout is; none if it is not a terminal.
 /// `COLUMNS` wins where it is set.
 pub(super) fn terminal_width() -> Option<usize> {
     let stdout = io::stdout();

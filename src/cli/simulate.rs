@@ -12,9 +12,9 @@ use crate::recorded::expected_csv;
 use crate::scene::SceneReference;
 use crate::sensor::Sensor;
 use crate::shard::{self, Job, Part, Results, SceneText, SimulateJob};
-use crate::simulate::forecast;
-use crate::simulate::repeat::{Simulated, Simulation, simulate_with};
+use crate::simulate::repeat::{Simulated, Simulation, simulate_watched};
 use crate::simulate::scans::Prepared;
+use crate::simulate::{SimulateOptions, forecast};
 
 pub(super) fn run(
     arguments: &SimulateArguments,
@@ -23,39 +23,39 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let (scene, text) = arguments.scene.load_with_text()?;
     let reference = scene.reference();
-    let scene = scene.with_estimator(arguments.estimator)?;
+    let options = SimulateOptions { seed, ..arguments.options };
+    let scene = scene.with_estimator(options.estimator)?;
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     let order = arguments.shard.order();
-    let scans = order.as_ref().map_or(arguments.repeat, |order| {
-        let stretch = order.part.stretch(arguments.repeat);
+    let scans = order.as_ref().map_or(options.repetitions, |order| {
+        let stretch = order.part.stretch(options.repetitions);
         stretch.end - stretch.start
     });
-    if let Some(seconds) = forecast::seconds(&sensor, arguments.fidelity, scans) {
+    if let Some(seconds) = forecast::seconds(&sensor, options.fidelity, scans) {
         announce(output, "the simulation", seconds);
     }
     if let Some(order) = order {
-        return part(arguments, &sensor, text, seed, &order, output);
+        return part(arguments, &options, &sensor, text, &order, output);
     }
     if let Some(path) = &arguments.expected {
-        let expected = expected_csv(&sensor, arguments.fidelity.counting())?;
+        let expected = expected_csv(&sensor, options.fidelity.counting())?;
         files::write(path, &expected)?;
     }
-    let simulation =
-        simulate_with(&sensor, arguments.fidelity, arguments.engine, seed, arguments.repeat)?;
+    let simulation = simulate_watched(&sensor, &options, |_, _| ())?;
     tell(reference, &simulation, arguments.check.check, output)
 }
 
 /// Some of the scans.
 fn part(
     arguments: &SimulateArguments,
+    options: &SimulateOptions,
     sensor: &Sensor,
     text: String,
-    seed: u64,
     order: &Order,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let (tier, repetitions) = (arguments.fidelity, arguments.repeat);
+    let SimulateOptions { fidelity: tier, repetitions, engine, seed, .. } = *options;
     anyhow::ensure!(
         tier.draws(),
         "the tier {tier} has no scans that could be shared out; leave out --shard"
@@ -63,17 +63,13 @@ fn part(
     let path = crate::printable::printable_path(&arguments.scene.scene);
     let job = Job::Simulate(SimulateJob {
         scene: SceneText::new(&path, text, &arguments.scene.settings),
-        repetitions,
-        fidelity: tier,
-        engine: arguments.engine,
-        estimator: arguments.estimator,
-        seed,
+        options: *options,
         check: arguments.check.check,
     });
     order.fulfil(job, output, |_| {
         let simulated = Simulated::new(sensor, tier)?;
         let scans = order.part.stretch(repetitions);
-        let prepared = Prepared::with_engine(sensor, tier, arguments.engine)?;
+        let prepared = Prepared::with_engine(sensor, tier, engine)?;
         let gathered = simulated.gather(&prepared, seed, scans, &mut |_, _| ())?;
         Ok(Results::Simulate(gathered))
     })
@@ -85,7 +81,7 @@ pub(super) fn merge(
     shards: Vec<(Part, Results)>,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let scene = job.scene.scene()?.with_estimator(job.estimator)?;
+    let scene = job.scene.scene()?.with_estimator(job.options.estimator)?;
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     let simulation = shard::simulation(job, &sensor, shards)?;

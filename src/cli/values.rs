@@ -39,13 +39,10 @@ pub(super) fn parse_error(text: &str) -> Result<f64, String> {
     match number.trim().parse::<f64>() {
         Ok(value) if (LEAST_ERROR..=MOST_ERROR).contains(&(value * scale)) => Ok(value * scale),
         _ => Err(format!(
-            "\"{text}\" is no relative error from 0.01% to 99%; write for example 1% or 0.01"
+            "\"{text}\" is not a relative error from 0.01% to 99%; write for example 1% or 0.01"
         )),
     }
 }
-
-/// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
-pub(super) const MOST_CLOCKS: u64 = 1 << 50;
 
 /// Longest time that can be asked for: 1000 days.
 const MOST_SECONDS: f64 = 1000.0 * 86_400.0;
@@ -63,7 +60,7 @@ pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
         }
     };
     let seconds = digits.trim().parse::<f64>().map_or(f64::NAN, |n| n * unit_s);
-    // Neither is one that is no number.
+    // Neither is one that is not a number.
     if (1e-3..=MOST_SECONDS).contains(&seconds) {
         Ok(Duration::from_secs_f64(seconds))
     } else {
@@ -81,20 +78,6 @@ pub(super) fn parse_latency(text: &str) -> Result<Latency, String> {
     match text {
         "" => Ok(Latency::Emitted),
         text => text.parse(),
-    }
-}
-
-/// A share of all: `99%` or `0.99`.
-pub(super) fn parse_share(text: &str) -> Result<f64, String> {
-    let (number, scale) = match text.trim().strip_suffix('%') {
-        Some(number) => (number, 0.01),
-        None => (text.trim(), 1.0),
-    };
-    let share = number.trim().parse::<f64>().map_or(f64::NAN, |n| n * scale);
-    if (0.0..=1.0).contains(&share) {
-        Ok(share)
-    } else {
-        Err("write a share from 0% to 100%, as 99% or 0.99".to_owned())
     }
 }
 

@@ -47,7 +47,7 @@ impl fmt::Display for Family {
 
 /// A name that is not a family's.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("\"{0}\" is no family of codes; there are gold, m-sequence, square and chips")]
+#[error("\"{0}\" is not a family of codes; there are gold, m-sequence, square and chips")]
 pub struct UnknownFamily(String);
 
 impl FromStr for Family {

@@ -18,6 +18,7 @@ use super::ports;
 use super::rejected::{in_build, in_users_terms, rejection};
 use super::source::{RTL, SourceFile, is_users};
 use super::tools::Tools;
+use super::undefined;
 use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
@@ -33,9 +34,6 @@ const UNIT: &str = "all.cc";
 const ELABORATED: &str = "elaborated.xml";
 /// What Verilator is told of the scan's counters.
 const CONFIGURATION: &str = "counters.vlt";
-/// Name of the header that the compiler includes before all others.
-const UNDEFINED_HEADER: &str = "undefined.h";
-const UNDEFINED: &str = include_str!("../../testbench/undefined.h");
 /// `--x-initial unique` starts registers at random, so that a missing reset is
 /// a mismatch and not luck, and `--x-assign unique` does so with every x. Lint is the emitter's own tests' business; a user's
 /// RTL is judged by what it does. But what fails when it is elaborated has failed,
@@ -103,8 +101,9 @@ pub fn build_with(
 ) -> Result<Built, CosimError> {
     let tools = Tools::find()?;
     let header = ports::header(top, &Layout::of(interface), registers);
-    let mut parts = vec![tools.versions.as_str(), TESTBENCH, PROCESS, UNDEFINED, &header, top];
-    parts.extend([SAVABLE, drivers::VERSION, env!("CARGO_PKG_VERSION")]);
+    let mut parts =
+        vec![tools.versions.as_str(), TESTBENCH, PROCESS, undefined::TEXT, &header, top];
+    parts.extend([SAVABLE, drivers::VERSION, undefined::VERSION, env!("CARGO_PKG_VERSION")]);
     let clock = low_half::identity(top);
     parts.extend(clock.iter().map(String::as_str));
     parts.extend(VERILATOR_FLAGS);
@@ -118,10 +117,11 @@ pub fn build_with(
         verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
         low_half::write_header(folder, top, interface)?;
+        undefined::mark(folder, top)?;
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("cosim.cpp"), TESTBENCH)?;
-        write(&folder.join(UNDEFINED_HEADER), UNDEFINED)?;
-        link(&tools, folder, &["-include", UNDEFINED_HEADER], &runtime)
+        write(&folder.join(undefined::HEADER), undefined::TEXT)?;
+        link(&tools, folder, &["-include", undefined::HEADER], &runtime)
             .map_err(|error| rejection(error, sources))
     })?;
     let path = cache.join(name).join(PROGRAM);

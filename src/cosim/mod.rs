@@ -55,6 +55,7 @@ pub mod shift;
 mod side_by_side;
 pub mod source;
 pub(crate) mod tools;
+mod undefined;
 #[doc(hidden)]
 pub mod verilated;
 mod viewers;
@@ -85,6 +86,9 @@ use crate::sensor::layout::Layout;
 
 /// Name of the module that is compared, unless a manifest says otherwise.
 pub const TOP: &str = crate::deliver::TOP;
+
+/// Most clocks of a co-simulation: years of them, whose samples 64 bits number.
+pub const MOST_CLOCKS: u64 = 1 << 50;
 
 /// What drives a co-simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

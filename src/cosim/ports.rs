@@ -15,6 +15,9 @@ pub const HEADER: &str = "goldtof_ports.h";
 
 /// Most skips in a block.
 pub(super) const MOST_SKIPS: usize = BLOCK_CLOCKS as usize / 8;
+/// Room for what a model holds, most of which is never touched. A model that holds more runs in
+/// all of its processes to the end.
+pub(super) const STATE_BYTES: u64 = 1 << 24;
 
 /// Writes the header for a top module, and its scan's counters if they are to be moved.
 pub fn header(top: &str, layout: &Layout, registers: Option<&ScanRegisters>) -> String {
@@ -25,6 +28,7 @@ pub fn header(top: &str, layout: &Layout, registers: Option<&ScanRegisters>) -> 
          #define GOLDTOF_IN_WORDS {inputs}\n\
          #define GOLDTOF_OUT_WORDS {outputs}\n\
          #define GOLDTOF_BLOCK_CLOCKS {BLOCK_CLOCKS}\n\
+         #define GOLDTOF_STATE_BYTES {STATE_BYTES}\n\
          #define GOLDTOF_MOST_SKIPS {MOST_SKIPS}\n",
         clock = Layout::CLOCK,
         inputs = layout.inputs.words,

@@ -46,28 +46,29 @@ impl Process {
     /// # Errors
     /// When it cannot be started, or ends before its first clock.
     pub(super) fn load(built: &Built, shared_words: u64) -> Result<Process, CosimError> {
-        Process::load_side(built, shared_words, false)
+        Process::load_another(built, shared_words, 0)
     }
 
-    /// [`Process::load`], and what it prints is not told: the other process prints the same. It
-    /// takes the opposite of every bit that the Verilog leaves undefined.
+    /// [`Process::load`], of the process `number` of a model. What others than the first print is
+    /// not told: it prints the same. The second takes the opposite of every bit that the Verilog
+    /// leaves undefined, those behind take others.
     ///
     /// # Errors
     /// As [`Process::load`].
-    pub(super) fn load_opposite(built: &Built, shared_words: u64) -> Result<Process, CosimError> {
-        Process::load_side(built, shared_words, true)
-    }
-
-    fn load_side(built: &Built, shared_words: u64, opposite: bool) -> Result<Process, CosimError> {
+    pub(super) fn load_another(
+        built: &Built,
+        shared_words: u64,
+        number: u32,
+    ) -> Result<Process, CosimError> {
         let failed = |source| CosimError::Load { path: built.path.clone(), source };
-        let mut process = Process::start(built, shared_words, opposite).map_err(failed)?;
+        let mut process = Process::start(built, shared_words, number).map_err(failed)?;
         match process.answer() {
             Ok(()) => Ok(process),
             Err(reason) => Err(CosimError::Halted { when: When::Start, reason }),
         }
     }
 
-    fn start(built: &Built, shared_words: u64, is_opposite: bool) -> io::Result<Process> {
+    fn start(built: &Built, shared_words: u64, number: u32) -> io::Result<Process> {
         let shared =
             File::from(rustix::fs::memfd_create("goldtof", rustix::fs::MemfdFlags::CLOEXEC)?);
         shared.set_len(shared_words * size_of::<u64>() as u64)?;
@@ -79,13 +80,13 @@ impl Process {
         let program = Program::start(
             Command::new(built.image.path())
                 .arg0(&built.path)
-                .args(is_opposite.then_some("opposite"))
+                .arg(number.to_string())
                 .stdin(OwnedFd::from(other_end))
                 .stdout(shared.try_clone()?)
                 .stderr(theirs),
         )?;
         let words =
-            if is_opposite { pass_on(words, io::sink()) } else { pass_on(words, io::stderr()) };
+            if number > 0 { pass_on(words, io::sink()) } else { pass_on(words, io::stderr()) };
         Ok(Process { program, line, shared, words })
     }
 

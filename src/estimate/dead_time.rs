@@ -1,7 +1,7 @@
 //! Dead time and afterpulses as a histogram has them, if it shows them.
 
 use crate::histogram::correction::{Afterpulses, DeadTime};
-use crate::scene::DetectorIndex;
+use crate::scene::{DetectorIndex, Recharge};
 use crate::sensor::Sensor;
 
 /// Jitter of two detections is taken to reach this many standard deviations of one.
@@ -45,6 +45,15 @@ pub enum Uncorrected {
         /// From one sample to the next.
         sample_ns: f64,
     },
+    /// The dead time has no fixed length.
+    #[error(
+        "with recharge = \"passive\" light prolongs the dead time of {dead_time_ns} ns, so that \
+         the histogram does not show when the detector was blind"
+    )]
+    PassiveRecharge {
+        /// The dead time after the last arrival.
+        dead_time_ns: f64,
+    },
     /// Only counts of phase steps are known.
     #[error("counts of phase steps do not show when the detector was blind")]
     CountsOfSteps,
@@ -62,6 +71,9 @@ pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, U
     let sample_ps = sensor.clock().sample_period_ps();
     let [pulse_ns, sample_ns, dead_time_ns] =
         [spad.pulse_width_ps, sample_ps, spad.dead_time_ps].map(|ps| ps / 1e3);
+    if spad.recharge == Recharge::Passive && dead_time_ns > 0.0 {
+        return Err(Uncorrected::PassiveRecharge { dead_time_ns });
+    }
     if pulse_ns < sample_ns {
         return Err(Uncorrected::PulsesMissed { pulse_ns, sample_ns });
     }

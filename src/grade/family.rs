@@ -47,7 +47,7 @@ impl Family {
             .map(|register| register.path("."))
             .collect();
         let (top, sources) = (&request.top, &request.sources);
-        let seed = request.seed;
+        let seed = request.options.seed;
         let (all, list) = mutants(top, sources, count, seed, &kept, memories, &request.cache)?;
         Ok(Family { good: chosen(&all, None), all, kind: Kind::Mutants(list) })
     }

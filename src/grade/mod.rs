@@ -10,18 +10,10 @@
 //! ```no_run
 //! use std::path::Path;
 //!
-//! use goldtof::GradeStimulus;
-//!
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-//! let options = goldtof::GradeOptions {
-//!     rtl: goldtof::Rtl::Own(goldtof::OwnRtl::folder("my_rtl")),
-//!     stimulus: GradeStimulus::Adversarial,
-//!     clocks: None,
-//!     seed: 1,
-//!     mutants: 100,
-//!     bounds: goldtof::ProofBounds::default(),
-//! };
-//! let grade = goldtof::grade(&scene, &options, |stage| eprintln!("{stage}"))?;
+//! let rtl = goldtof::Rtl::Own(goldtof::OwnRtl::folder("my_rtl"));
+//! let options = goldtof::GradeOptions { mutants: 100, ..Default::default() };
+//! let grade = goldtof::grade(&scene, &rtl, &options, |stage| eprintln!("{stage}"))?;
 //! println!("{} of {} faults", grade.faults.caught, grade.faults.total);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -29,6 +21,7 @@
 mod aiger;
 mod family;
 mod labels;
+mod options;
 mod outcome;
 mod proof;
 mod run;
@@ -42,6 +35,7 @@ use std::thread;
 use serde::{Deserialize, Serialize};
 
 use self::family::Family;
+pub use self::options::{GradeOptions, GradeStimulus};
 pub use self::outcome::{Outcome, Outcomes};
 pub use self::proof::Bounds;
 use self::proof::{Answer, prove};
@@ -55,22 +49,7 @@ use crate::document::Body;
 use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::Sensor;
 
-/// What is graded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-#[serde(rename_all = "lowercase")]
-pub enum GradeStimulus {
-    /// The first four million clocks of a scan's photons.
-    Photons,
-    /// Inputs chosen to hurt, as in a co-simulation.
-    #[cfg_attr(feature = "cli", value(alias = "hostile"))]
-    Adversarial,
-    /// What the emitted testbench has recorded.
-    Testbench,
-}
-
-/// What to grade.
+/// A design, and what of it to grade.
 #[derive(Debug, Clone)]
 pub struct GradeRequest {
     /// Name of the module that is graded on.
@@ -81,16 +60,8 @@ pub struct GradeRequest {
     pub sources: Vec<SourceFile>,
     /// Where built models are kept.
     pub cache: PathBuf,
-    /// The stimulus.
-    pub stimulus: GradeStimulus,
-    /// Its clocks; `None` for as many as it takes.
-    pub clocks: Option<u64>,
-    /// Its seed.
-    pub seed: u64,
-    /// Number of mutants; 0 for none.
-    pub mutants: u32,
-    /// How long the model checker may take.
-    pub bounds: Bounds,
+    /// The stimulus, mutants and limits.
+    pub options: GradeOptions,
 }
 
 impl GradeRequest {
@@ -200,19 +171,19 @@ pub struct Graded {
 
 impl Graded {
     /// What a stimulus is worth by what became of all.
-    pub fn grade(self, stimulus: GradeStimulus, seed: u64, proof_bounds: Bounds) -> Grade {
+    pub fn grade(self, options: &GradeOptions) -> Grade {
         let faults = self.faults.score();
         let mutants = self.mutants.map(Outcomes::score);
         let share = |score: &Score| score.caught_fraction;
         Grade {
-            stimulus,
-            seed,
+            stimulus: options.stimulus,
+            seed: options.seed,
             clocks: self.clocks,
             caught_fraction: share(&faults).min(mutants.as_ref().map_or(1.0, share)),
-            asked_fraction: None,
+            asked_fraction: options.asked_fraction,
             faults,
             mutants,
-            proof_bounds,
+            proof_bounds: options.proof_bounds(),
         }
     }
 }
@@ -275,7 +246,7 @@ pub fn grade(
         Tried::new(family, chosen, &stream, witness.as_ref())
     };
     let (faults, mutants) = thread::scope(|scope| {
-        let mutants = scope.spawn(|| match request.mutants {
+        let mutants = scope.spawn(|| match request.options.mutants {
             0 => Ok(None),
             count => run(Family::mutants(request, memories, count)?).map(Some),
         });
@@ -286,7 +257,8 @@ pub fn grade(
     on_progress("proving what is left");
     let tried = || std::iter::once(&faults).chain(&mutants);
     let questions: Vec<_> = tried().flat_map(Tried::questions).collect();
-    let mut answers = prove(&questions, request.is_users(), request.bounds)?.into_iter();
+    let mut answers =
+        prove(&questions, request.is_users(), request.options.proof_bounds())?.into_iter();
     let mut outcomes = |tried: &Tried| {
         let answers: Vec<Answer> = answers.by_ref().take(tried.open.len()).collect();
         Outcomes { total: tried.total(), of: tried.outcomes(&answers, request) }

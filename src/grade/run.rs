@@ -76,14 +76,14 @@ impl<'a> Stream<'a> {
         let interface = sensor.interface();
         let registers = request.registers.clone();
         let registers = registers.filter(|found| Counters::find(good, found).is_some());
-        let (adversary, clocks) = match request.stimulus {
+        let (adversary, clocks) = match request.options.stimulus {
             GradeStimulus::Photons => {
                 let scan = clocks_for_scans(interface, 1);
                 (None, scan.min(MOST_PHOTON_CLOCKS))
             }
             GradeStimulus::Adversarial => {
                 let adversary = hostile(interface, request, registers.as_ref())?;
-                let clocks = match request.clocks {
+                let clocks = match request.options.clocks {
                     Some(clocks) => clocks,
                     None => adversary.clone().clocks_to_cover(LONGEST_DEFAULT),
                 };
@@ -102,7 +102,7 @@ impl<'a> Stream<'a> {
             }
         };
         Ok(Stream {
-            clocks: request.clocks.unwrap_or(clocks),
+            clocks: request.options.clocks.unwrap_or(clocks),
             models: DetectorIndex::of(&sensor.scene().detectors)
                 .map(|detector| DetectorModel::new(sensor, detector))
                 .collect(),
@@ -116,9 +116,11 @@ impl<'a> Stream<'a> {
     fn stimulus(&self) -> Box<dyn Stimulus + '_> {
         match &self.adversary {
             Some(adversary) => Box::new(adversary.clone()),
-            None => {
-                Box::new(Photons::new(&self.models, self.sensor.interface(), self.request.seed))
-            }
+            None => Box::new(Photons::new(
+                &self.models,
+                self.sensor.interface(),
+                self.request.options.seed,
+            )),
         }
     }
 
@@ -153,7 +155,7 @@ impl<'a> Stream<'a> {
     /// # Errors
     /// When the hardware is not modelled.
     pub(super) fn witness(&self) -> Result<Option<Stream<'a>>, Refusal> {
-        if self.request.stimulus == GradeStimulus::Adversarial {
+        if self.request.options.stimulus == GradeStimulus::Adversarial {
             return Ok(None);
         }
         let interface = self.sensor.interface();
@@ -240,7 +242,7 @@ fn hostile(
     registers: Option<&ScanRegisters>,
 ) -> Result<Adversarial, CosimError> {
     let means = Means::cosim(registers.is_some());
-    Ok(Adversarial::with_means(interface, request.seed, means)?)
+    Ok(Adversarial::with_means(interface, request.options.seed, means)?)
 }
 
 /// What moves the counters on in clocks from `first_clock` on.

@@ -24,18 +24,20 @@ fn request(sensor: &Sensor, clocks: u64, mutants: u32) -> GradeRequest {
         sources: sources_of(&emission.files),
         registers: Some(emission.scan_registers),
         cache: cache_dir().unwrap(),
-        stimulus: GradeStimulus::Adversarial,
-        clocks: Some(clocks),
-        seed: 1,
-        mutants,
-        bounds: Bounds { each_s: 1, all_s: 4 },
+        options: GradeOptions {
+            clocks: Some(clocks),
+            mutants,
+            proof_time_s: 1,
+            proof_budget_s: 4,
+            ..Default::default()
+        },
     }
 }
 
 /// The grade by all faults and mutants.
 fn whole_grade(sensor: &Sensor, request: &GradeRequest) -> Grade {
     let graded = grade(sensor, request, |count| (0..count).collect(), |_| ()).unwrap();
-    graded.grade(request.stimulus, request.seed, request.bounds)
+    graded.grade(&request.options)
 }
 
 #[test]
@@ -62,7 +64,7 @@ fn a_redundant_register_is_proven_equivalent_and_a_port_that_is_stuck_is_not() {
     let sensor = sensor();
     // What the stimulus leaves is little, and is decided far within the bounds.
     let mut request = request(&sensor, 40_000, 0);
-    request.bounds = Bounds { each_s: 20, all_s: 60 };
+    (request.options.proof_time_s, request.options.proof_budget_s) = (20, 60);
     let with = |request: &GradeRequest| whole_grade(&sensor, request).faults;
     let before = with(&request);
     let top = request.sources.iter_mut().find(|file| file.name == "sensor_top.v");

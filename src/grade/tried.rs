@@ -92,7 +92,7 @@ impl Tried {
             return Judged { clock: Some(clock), ..judged(Verdict::Caught) };
         }
         if let Some(clock) = self.shown.get(&number) {
-            let seed = request.seed;
+            let seed = request.options.seed;
             let needs = format!("the adversarial inputs of seed {seed} show it at clock {clock}");
             return Judged { needs: Some(needs), ..judged(Verdict::NotCaught) };
         }

@@ -37,12 +37,12 @@ pub struct Histogram {
     periods: u64,
 }
 
-/// Why counts are no histogram.
+/// Why counts are not a histogram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum HistogramError {
-    /// Bins are no whole chips.
+    /// Bins are not whole chips.
     #[error(
-        "{bins} bins are no whole number of chips of {samples_per_chip} samples; a histogram has \
+        "{bins} bins are not a whole number of chips of {samples_per_chip} samples; a histogram has \
          one bin per sample of the code period"
     )]
     NoWholeChips {

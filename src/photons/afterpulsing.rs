@@ -57,11 +57,21 @@ impl PendingAfterpulses {
         if new == 0 && self.times.is_empty() {
             return;
         }
-        self.times.retain(|&time| time > ready);
+        self.lose(ready);
         for _ in 0..new {
             let delay: f64 = Exp1.sample(&mut self.rng);
-            self.times.push(ready.after(delay * self.afterpulsing.time_constant_chips));
+            let time = ready.after(delay * self.afterpulsing.time_constant_chips);
+            self.times.push(time);
+            if time < self.next {
+                self.next = time;
+            }
         }
+    }
+
+    /// Carriers that are released until a time are gone.
+    #[inline]
+    pub fn lose(&mut self, until: ChipTime) {
+        self.times.retain(|&time| time > until);
         self.next = self
             .times
             .iter()

@@ -10,6 +10,7 @@ use super::random::{Part, StreamKey, StreamRng};
 use super::reorder::ReorderBuffer;
 use super::time::ChipTime;
 use crate::scan::Group;
+use crate::scene::Recharge;
 
 /// The registered time of a detection, relative to the start of its step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +26,8 @@ pub struct Detection {
 ///
 /// A detector that starts ready some time before the step runs from avalanche
 /// to avalanche. The arrivals of each part are Poisson and have no memory, so
-/// an arrival that falls into a dead time is drawn anew from its end.
+/// an arrival that falls into a dead time is drawn anew from its end; with passive
+/// recharge the dead time is first begun anew by it.
 #[derive(Debug, Clone)]
 pub struct StepDetections<'m> {
     model: &'m DetectorModel,
@@ -93,24 +95,44 @@ impl<'m> StepDetections<'m> {
     /// The next avalanche, and the state after its dead time.
     #[inline]
     fn fire(&mut self) -> ChipTime {
-        let mut avalanche = ChipTime::NEVER;
+        let avalanche = self.next_arrival();
+        let mut ready = avalanche.after(self.model.dead_time_chips);
+        if self.model.recharge == Recharge::Passive {
+            ready = self.recharged(avalanche);
+        }
+        self.redraw_arrivals(ready);
+        if let Some(afterpulses) = &mut self.afterpulses {
+            afterpulses.avalanche(ready);
+        }
+        self.horizon = self.registered_from(ready);
+        avalanche
+    }
+
+    /// The first arrival that is still to come.
+    #[inline]
+    fn next_arrival(&self) -> ChipTime {
+        let mut first = ChipTime::NEVER;
         for arrivals in &self.excess {
-            if arrivals.next < avalanche {
-                avalanche = arrivals.next;
+            if arrivals.next < first {
+                first = arrivals.next;
             }
         }
         if let Some(constant) = &self.constant
-            && constant.next < avalanche
+            && constant.next < first
         {
-            avalanche = constant.next;
+            first = constant.next;
         }
         if let Some(afterpulses) = &self.afterpulses
-            && afterpulses.next < avalanche
+            && afterpulses.next < first
         {
-            avalanche = afterpulses.next;
+            first = afterpulses.next;
         }
+        first
+    }
 
-        let ready = avalanche.after(self.model.dead_time_chips);
+    /// Passes over the light that comes until `ready`.
+    #[inline]
+    fn redraw_arrivals(&mut self, ready: ChipTime) {
         for arrivals in &mut self.excess {
             if arrivals.next <= ready {
                 arrivals.redraw(ready);
@@ -121,13 +143,31 @@ impl<'m> StepDetections<'m> {
         {
             constant.redraw(ready);
         }
-        if let Some(afterpulses) = &mut self.afterpulses {
-            afterpulses.avalanche(ready);
-        }
+    }
 
+    /// When a dead time ends that each arrival within it begins anew; a time after the step
+    /// where that is later.
+    fn recharged(&mut self, avalanche: ChipTime) -> ChipTime {
+        let mut arrival = avalanche;
+        loop {
+            let ready = arrival.after(self.model.dead_time_chips);
+            self.redraw_arrivals(arrival);
+            if let Some(afterpulses) = &mut self.afterpulses {
+                afterpulses.lose(arrival);
+            }
+            arrival = self.next_arrival();
+            // In bright light the dead time may never end.
+            if arrival > ready || self.registered_from(ready) >= self.end {
+                return ready;
+            }
+        }
+    }
+
+    /// The earliest time at which what comes at `avalanche` or later may be registered.
+    #[inline]
+    fn registered_from(&self, avalanche: ChipTime) -> ChipTime {
         let bound = self.model.jitter_chips.map_or(0.0, |s| JITTER_BOUND_SIGMAS * s);
-        self.horizon = ready.shifted(self.model.delay_chips - bound);
-        avalanche
+        avalanche.shifted(self.model.delay_chips - bound)
     }
 
     /// Delay and jitter from the avalanche to its registered time.

@@ -297,7 +297,7 @@ fn scan_realignment(sensor: &Sensor, interface: &Interface) -> Part {
         return kept(
             "scan_realignment",
             format!(
-                "{steps} phase steps are no whole number of groups of {}, so a scan does not end \
+                "{steps} phase steps are not a whole number of groups of {}, so a scan does not end \
                  where it began: the next one waits for the code's first chip and loads the \
                  reference anew",
                 interface.parallel()

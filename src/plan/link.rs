@@ -53,8 +53,8 @@ pub fn link_budget(sensor: &Sensor) -> Vec<LinkBudget> {
             signal_to_background: (unwanted_hz > 0.0).then(|| primary_hz / unwanted_hz),
         }
     };
-    let is_lit = |index: &PathIndex| scene.sources[scene.paths[*index].source].mean_power_w > 0.0;
-    PathIndex::of(&scene.paths).filter(is_lit).map(of_path).collect()
+    let emits = |index: &PathIndex| scene.sources[scene.paths[*index].source].emits();
+    PathIndex::of(&scene.paths).filter(emits).map(of_path).collect()
 }
 
 #[cfg(test)]

@@ -29,11 +29,8 @@ pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
 
 /// Paths of `detector` that carry light.
 fn lit_paths(sensor: &Sensor, detector: DetectorIndex) -> impl Iterator<Item = &Path> {
-    sensor.scene().paths.iter().filter(move |path| {
-        path.detector == detector
-            && path.transmission > 0.0
-            && sensor.scene().sources[path.source].mean_power_w > 0.0
-    })
+    let scene = sensor.scene();
+    scene.paths.iter().filter(move |path| path.detector == detector && scene.is_lit(path))
 }
 
 /// A laser's edges in words.

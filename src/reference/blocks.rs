@@ -22,12 +22,15 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// Marks as undefined what is another value in `others`, as many records of a run with the
-    /// opposite of all that the Verilog leaves undefined.
+    /// Marks as undefined, too, what is another value in `others`, as many records of a run with
+    /// other bits for all that the Verilog leaves undefined.
     pub fn mark_undefined(&mut self, others: &Outputs) {
         if self.values != others.values {
+            self.undefined.resize(self.values.len(), 0);
             let pairs = self.values.iter().zip(&others.values);
-            self.undefined = pairs.map(|(value, other)| value ^ other).collect();
+            for (undefined, (value, other)) in self.undefined.iter_mut().zip(pairs) {
+                *undefined |= value ^ other;
+            }
         }
     }
 

@@ -48,7 +48,7 @@ impl Level {
             debug_assert!(samples.contains(&pulse.first));
             // A run that ends where the pulse begins leaves no low sample
             // between the two. Sample 0 has no sample before it: whether it is
-            // high at the very start is no edge anyone could have seen.
+            // high at the very start is not an edge anyone could have seen.
             if pulse.first > self.high_until {
                 hits.push(pulse.first);
             }

@@ -2,15 +2,11 @@
 
 use std::sync::Arc;
 
-use super::MeanResponseError;
+use super::domain::{FINEST_CELL_CHIPS, MeanResponseError, check};
 use super::light::Light;
 use super::sampling::Sampling;
 use crate::code::Code;
 use crate::photons::DetectorModel;
-use crate::photons::tail::Tail;
-
-/// The finest step of integration, as a share of a chip.
-const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
 
 /// Rate x dead time up to which 10^5 dead times are enough to forget a start:
 /// what is left of it is exp(-10^5 2 pi^2 / 256^2), below 10^-12.
@@ -18,8 +14,6 @@ const LARGEST_SATURATION: f64 = 256.0;
 
 /// The longest common code period that is solved.
 const LONGEST_PERIOD_CHIPS: u64 = 1 << 18;
-/// Weights of a jitter's reach take some megabytes.
-const LARGEST_JITTER_CHIPS: u32 = 1 << 10;
 /// A detector must forget within so many chips: some seconds of solving.
 const LONGEST_MEMORY_CHIPS: u64 = 1 << 22;
 
@@ -306,31 +300,6 @@ fn locate(edges: &[f64], time: f64) -> (i64, usize) {
     let chip = time.floor();
     let cell = edges.partition_point(|&edge| edge <= time - chip) - 1;
     (chip as i64, cell.min(edges.len() - 2))
-}
-
-fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
-    let ps = |chips: f64| model.timing.clock.ps(chips);
-    if let Some(afterpulsing) = model.afterpulsing
-        && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS
-    {
-        return Err(MeanResponseError::TimeConstantTooShort {
-            time_constant_ps: ps(afterpulsing.time_constant_chips),
-            least_ps: ps(2.0 * FINEST_CELL_CHIPS),
-        });
-    }
-    let tail_chips = model.tail.as_ref().map_or(0.0, Tail::longest_chips);
-    let jitter_chips = model.jitter_chips.unwrap_or(0.0).max(tail_chips / 6.0);
-    if jitter_chips > f64::from(LARGEST_JITTER_CHIPS) {
-        return Err(MeanResponseError::JitterTooWide { jitter_chips, limit: LARGEST_JITTER_CHIPS });
-    }
-    let dead_time_needed = model.dead_time_chips > 0.0 || model.afterpulsing.is_some();
-    if dead_time_needed && model.dead_time_chips < FINEST_CELL_CHIPS {
-        return Err(MeanResponseError::DeadTimeTooShort {
-            dead_time_ps: ps(model.dead_time_chips),
-            least_ps: ps(FINEST_CELL_CHIPS),
-        });
-    }
-    Ok(())
 }
 
 fn common_period(model: &DetectorModel, light: &Light) -> Result<u64, MeanResponseError> {

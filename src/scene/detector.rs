@@ -2,7 +2,7 @@
 
 use super::budget;
 use super::reader::Section;
-use super::{CounterTiming, Detector, JitterTail, std_of_sum, waveform};
+use super::{JitterTail, std_of_sum, waveform};
 use crate::scan::Clock;
 use crate::scene::SourceIndex;
 
@@ -11,6 +11,98 @@ const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
 /// The counter's edges are late by at most so many chips: the sign looks back over
 /// the difference of their delays, chip by chip.
 const MOST_EDGE_CHIPS: f64 = (1_u32 << 16) as f64;
+
+/// A SPAD with its counter (Table I).
+#[derive(Debug, Clone)]
+pub struct Detector {
+    /// Name that paths refer to.
+    pub name: String,
+    /// Index in [`Scene::sources`] of the source whose code the sign follows.
+    pub reference: SourceIndex,
+    /// Chance that an incident photon fires a ready detector, 0..=1.
+    pub photon_detection_probability: f64,
+    /// Avalanches without light.
+    pub dark_count_rate_cps: f64,
+    /// Background, in photons before the detection probability.
+    pub background_rate_cps: f64,
+    /// Time after an avalanche in which nothing is counted.
+    pub dead_time_ps: f64,
+    /// What light does within the dead time.
+    pub recharge: Recharge,
+    /// Chance that an avalanche causes at least one afterpulse, 0..1.
+    pub afterpulsing_probability: f64,
+    /// Afterpulse delay's exponential time constant, from the dead time's end.
+    pub afterpulsing_time_constant_ps: f64,
+    /// Width of the digital pulse that a detection makes.
+    pub pulse_width_ps: f64,
+    /// Constant delay from avalanche to registered time.
+    pub delay_ps: f64,
+    /// Standard deviations of the independent Gaussian jitters.
+    pub jitter_ps: Vec<f64>,
+    /// The delay that a detection has beside these.
+    pub jitter_tail: JitterTail,
+    /// The continuous-time counter's edges.
+    pub counter: CounterTiming,
+}
+
+impl Detector {
+    /// One that counts every photon at once, without noise, dead time or jitter; its pulses
+    /// are of `pulse_width_ps`.
+    pub fn ideal(name: &str, reference: SourceIndex, pulse_width_ps: f64) -> Detector {
+        Detector {
+            name: name.to_owned(),
+            reference,
+            photon_detection_probability: 1.0,
+            dark_count_rate_cps: 0.0,
+            background_rate_cps: 0.0,
+            dead_time_ps: 0.0,
+            recharge: Recharge::Active,
+            afterpulsing_probability: 0.0,
+            afterpulsing_time_constant_ps: 0.0,
+            pulse_width_ps,
+            delay_ps: 0.0,
+            jitter_ps: Vec::new(),
+            jitter_tail: JitterTail::None,
+            counter: CounterTiming {
+                rising_delay_ps: 0.0,
+                falling_delay_ps: 0.0,
+                transition_ps: 0.0,
+            },
+        }
+    }
+
+    /// Standard deviation of all jitters together.
+    pub fn jitter_std_ps(&self) -> f64 {
+        std_of_sum(&self.jitter_ps)
+    }
+}
+
+/// What an arrival does within the dead time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Recharge {
+    /// Nothing: the detector is quenched until the dead time ends (non-paralyzable).
+    Active,
+    /// It begins the dead time anew, uncounted: the detector recharges slowly and fires again
+    /// before its pulse has left the comparator (paralyzable).
+    Passive,
+}
+
+impl Recharge {
+    /// Each of them, under the name that scenes use.
+    pub const NAMES: [(&'static str, Recharge); 2] =
+        [("active", Recharge::Active), ("passive", Recharge::Passive)];
+}
+
+/// Edge timing of the article's continuous-time counter (Table I).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CounterTiming {
+    /// How late the sign's rising edge comes.
+    pub rising_delay_ps: f64,
+    /// How late the sign's falling edge comes.
+    pub falling_delay_ps: f64,
+    /// Within this distance of an edge either sign is equally likely.
+    pub transition_ps: f64,
+}
 
 /// Reads one detector. `reference` is the index of the source it names, if that
 /// is known, `clock` is for the default pulse width, and `wavelength_nm` is that source's.
@@ -24,6 +116,7 @@ pub(super) fn read(
     let from_budget_cps = budget::read_background(&section, wavelength_nm);
     let background_rate_cps = section.quantity("background_rate");
     let dead_time_ps = section.quantity("dead_time");
+    let recharge = section.choice("recharge", &Recharge::NAMES);
     // One that cannot be read is complained about already.
     let has_dead_time = dead_time_ps.is_none_or(|dead_time_ps| dead_time_ps > 0.0);
     let (afterpulsing_probability, afterpulsing_time_constant_ps) =
@@ -44,6 +137,7 @@ pub(super) fn read(
         dark_count_rate_cps: dark_count_rate_cps?,
         background_rate_cps: from_budget_cps.or(background_rate_cps)?,
         dead_time_ps,
+        recharge: recharge?,
         afterpulsing_probability,
         afterpulsing_time_constant_ps,
         pulse_width_ps: match pulse_width_ps {

@@ -40,6 +40,7 @@ mod wording;
 
 use std::sync::Arc;
 
+pub use detector::*;
 pub use error::{SceneError, SceneErrors};
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use keys::{reference, schema};
@@ -94,6 +95,17 @@ impl Scene {
         SceneReference::new(&self.name, &self.origin)
     }
 
+    /// Whether light of its source arrives over a path.
+    pub fn is_lit(&self, path: &Path) -> bool {
+        self.sources[path.source].emits() && path.transmission > 0.0
+    }
+
+    /// Whether that light carries its source's code.
+    pub fn carries_code(&self, path: &Path) -> bool {
+        let source = &self.sources[path.source];
+        self.is_lit(path) && source.extinction_ratio > 1.0 && source.code.weight() > 0
+    }
+
     /// What follows from clock and scan.
     pub fn timing(&self) -> Timing {
         Timing {
@@ -127,6 +139,13 @@ pub struct Source {
     pub clock: SourceClock,
 }
 
+impl Source {
+    /// Whether it has any light.
+    pub fn emits(&self) -> bool {
+        self.mean_power_w > 0.0
+    }
+}
+
 /// How a source's clock goes beside that of the detectors, which are one sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SourceClock {
@@ -143,58 +162,9 @@ impl SourceClock {
     }
 }
 
-/// A SPAD with its counter (Table I).
-#[derive(Debug, Clone)]
-pub struct Detector {
-    /// Name that paths refer to.
-    pub name: String,
-    /// Index in [`Scene::sources`] of the source whose code the sign follows.
-    pub reference: SourceIndex,
-    /// Chance that an incident photon fires a ready detector, 0..=1.
-    pub photon_detection_probability: f64,
-    /// Avalanches without light.
-    pub dark_count_rate_cps: f64,
-    /// Background, in photons before the detection probability.
-    pub background_rate_cps: f64,
-    /// Non-paralyzable dead time, from the avalanche.
-    pub dead_time_ps: f64,
-    /// Chance that an avalanche causes at least one afterpulse, 0..1.
-    pub afterpulsing_probability: f64,
-    /// Afterpulse delay's exponential time constant, from the dead time's end.
-    pub afterpulsing_time_constant_ps: f64,
-    /// Width of the digital pulse that a detection makes.
-    pub pulse_width_ps: f64,
-    /// Constant delay from avalanche to registered time.
-    pub delay_ps: f64,
-    /// Standard deviations of the independent Gaussian jitters.
-    pub jitter_ps: Vec<f64>,
-    /// The delay that a detection has beside these.
-    pub jitter_tail: JitterTail,
-    /// The continuous-time counter's edges.
-    pub counter: CounterTiming,
-}
-
-impl Detector {
-    /// Standard deviation of all jitters together.
-    pub fn jitter_std_ps(&self) -> f64 {
-        std_of_sum(&self.jitter_ps)
-    }
-}
-
 /// Standard deviation of a sum of independent numbers, from theirs.
 fn std_of_sum(deviations: &[f64]) -> f64 {
     deviations.iter().map(|s| s * s).sum::<f64>().sqrt()
-}
-
-/// Edge timing of the article's continuous-time counter (Table I).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CounterTiming {
-    /// How late the sign's rising edge comes.
-    pub rising_delay_ps: f64,
-    /// How late the sign's falling edge comes.
-    pub falling_delay_ps: f64,
-    /// Within this distance of an edge either sign is equally likely.
-    pub transition_ps: f64,
 }
 
 /// One optical path from a source to a detector.

@@ -16,7 +16,7 @@ pub struct Origin {
     pub file: String,
     /// SHA-256 of its text, in hexadecimal digits.
     pub sha256: String,
-    /// Keys that are set otherwise than in the file: `path.distance=5 m`.
+    /// Overridden keys: `path.distance=5 m`.
     pub settings: Vec<String>,
 }
 
@@ -42,7 +42,7 @@ pub struct SceneReference {
     pub file: String,
     /// SHA-256 of its text, in hexadecimal digits.
     pub sha256: String,
-    /// Keys that were set otherwise than in the file: `path.distance=5 m`.
+    /// Overridden keys: `path.distance=5 m`.
     pub settings: Vec<String>,
 }
 

@@ -28,7 +28,7 @@ pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
     load_with(path, &[])
 }
 
-/// [`load`], with some keys set otherwise than in the file.
+/// [`load`], with some keys of the file overridden.
 ///
 /// # Errors
 /// As there; what is wrong with a setting is told of it, and not of a line.
@@ -92,7 +92,7 @@ pub fn parse(file_name: &str, text: &str) -> Result<Scene, SceneErrors> {
     parse_with(file_name, text, &[])
 }
 
-/// [`parse`], with some keys set otherwise than in the text.
+/// [`parse`], with some keys of the text overridden.
 ///
 /// # Errors
 /// As there.
@@ -115,7 +115,7 @@ pub fn parse_with(file_name: &str, text: &str, settings: &[Setting]) -> Result<S
         });
         let applied = match value {
             Some(value) => setting.apply(document.get_mut(), value),
-            None => Err("the value is no TOML".to_owned()),
+            None => Err("the value is not TOML".to_owned()),
         };
         if let Err(message) = applied {
             diagnostics.report(place.clone(), message);

@@ -149,7 +149,7 @@ impl<'r, 't> Section<'r, 't> {
     /// The quantity `value` of the key `name`, if it is what `key` says.
     pub(super) fn quantity_of(&self, name: &str, value: Value, key: &Key) -> Option<f64> {
         let Kind::Quantity { quantity, .. } = key.kind else {
-            unreachable!("{name} is no quantity");
+            unreachable!("{name} is not a quantity");
         };
         let parsed = self.parse_quantity(value, quantity, key.example);
         let checked = parsed.and_then(|number| match key.holds(number) {
@@ -218,7 +218,7 @@ impl<'r, 't> Section<'r, 't> {
     pub(super) fn integer_of(&self, name: &str, value: Value) -> Option<i64> {
         let key = self.key(name);
         let Kind::Integer { least, most } = key.kind else {
-            unreachable!("{name} is no whole number");
+            unreachable!("{name} is not a whole number");
         };
         let message = match value.get_ref() {
             DeValue::Integer(digits) => {

@@ -100,7 +100,7 @@ fn read_steps(
         }
         _ => {
             let shown = scan.excerpt(value);
-            let message = format!("{shown} is no choice of phase steps; write {STEPS_EXAMPLE}");
+            let message = format!("{shown} is not a choice of phase steps; write {STEPS_EXAMPLE}");
             scan.report_at(KEY, value, &message);
             None
         }

@@ -112,7 +112,7 @@ fn places(key: &str) -> Result<Vec<Place>, String> {
         let (name, after) = rest.split_at(end);
         let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if name.is_empty() || !name.chars().all(is_bare) {
-            return Err(format!("\"{key}\" is no key; {EXAMPLE}"));
+            return Err(format!("\"{key}\" is not a key; {EXAMPLE}"));
         }
         if places.len() >= MOST_KEY_PARTS {
             return Err(too_long());
@@ -136,7 +136,7 @@ fn places(key: &str) -> Result<Vec<Place>, String> {
         match rest.strip_prefix('.') {
             Some(after) => rest = after,
             None if rest.is_empty() => return Ok(places),
-            None => return Err(format!("\"{key}\" is no key; {EXAMPLE}")),
+            None => return Err(format!("\"{key}\" is not a key; {EXAMPLE}")),
         }
     }
 }
@@ -322,8 +322,8 @@ mod tests {
             ("clock[0].chip_period=4 ns", "`clock` is one table"),
             ("clock.chip_period.unit=ns", "`clock.chip_period` is a value"),
             ("clock.chip_period", "there is no \"=\""),
-            ("=4 ns", "is no key"),
-            ("clock..x=4 ns", "is no key"),
+            ("=4 ns", "is not a key"),
+            ("clock..x=4 ns", "is not a key"),
             ("source[0.x=4 ns", "there is no \"=\""),
             ("clock.chip_period=\u{1b}[2J", "\\u{1b}"),
             // Thirty thousand parts would be as many calls within each other.

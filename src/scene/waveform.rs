@@ -1,4 +1,4 @@
-//! Shapes in time that are no step and no Gaussian: a laser's edges, and the tail of a
+//! Shapes in time other than steps and Gaussians: a laser's edges, and the tail of a
 //! detector's jitter.
 
 use super::reader::Section;
@@ -130,7 +130,7 @@ fn rows(text: &str) -> Result<Vec<[f64; 2]>, String> {
         };
         if !(time_ps.is_finite() && amplitude.is_finite() && amplitude >= 0.0) {
             return Err(format!(
-                "its line {number} has a time or an amplitude that is no finite number, or an \
+                "its line {number} has a time or an amplitude that is not a finite number, or an \
                  amplitude below 0; take what is noise for 0"
             ));
         }

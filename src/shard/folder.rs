@@ -199,7 +199,7 @@ pub fn listed(numbers: &[u64]) -> String {
     stretches.map(stretch).collect::<Vec<_>>().join(",")
 }
 
-/// What one shard's file has otherwise than another's, but for its number and results.
+/// Differences between the files of two shards, but for their numbers and results.
 fn differences(this: &Document<Shard>, that: &Document<Shard>) -> Vec<String> {
     let mut differences = this.body.job.differences(&that.body.job);
     differences.extend(other_version(&this.goldtof, &that.goldtof));

@@ -3,7 +3,7 @@
 use super::ShardError;
 use super::job::{GradeJob, Results};
 use super::part::Part;
-use crate::grade::{Bounds, Grade, Graded, Outcomes};
+use crate::grade::{Grade, Graded, Outcomes};
 
 /// Numbers of a part's variants of a kind.
 pub fn variants(part: Part, count: usize) -> Vec<usize> {
@@ -35,8 +35,7 @@ pub fn whole_grade(job: &GradeJob, shards: Vec<(Part, Results)>) -> Result<Grade
         });
     }
     let all = all.ok_or_else(|| ShardError::NoJob { reason: "it has no shards".to_owned() })?;
-    let bounds = Bounds { each_s: job.proof_time_s, all_s: job.proof_budget_s };
-    Ok(Grade { asked_fraction: job.asked_fraction, ..all.grade(job.stimulus, job.seed, bounds) })
+    Ok(all.grade(&job.options))
 }
 
 /// Two shards, if they are of the same variants under the same stimulus.

@@ -6,11 +6,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::ShardError;
-use crate::cosim::engine::Engine;
-use crate::grade::{GradeStimulus, Graded};
+use crate::grade::{GradeOptions, Graded};
 use crate::scene::{self, EstimatorKind, Scene, SceneErrors, SceneReference, Setting};
-use crate::simulate::Tier;
 use crate::simulate::repeat::Gathered;
+use crate::simulate::{SimulateOptions, Tier};
 use crate::study::reproduce::KeptFigure;
 use crate::study::stress::KeptCase;
 use crate::study::sweep::{Axis, Sweep};
@@ -87,7 +86,7 @@ pub struct SceneText {
     pub file: String,
     /// Its text.
     pub text: String,
-    /// Keys that are set otherwise than in the text: `path.distance=5 m`.
+    /// Overridden keys: `path.distance=5 m`.
     pub settings: Vec<String>,
 }
 
@@ -97,16 +96,9 @@ pub struct SceneText {
 pub struct SimulateJob {
     /// The scene.
     pub scene: SceneText,
-    /// Scans of all shards.
-    pub repetitions: u64,
-    /// How they are simulated.
-    pub fidelity: Tier,
-    /// How the Verilog is clocked, where it is.
-    pub engine: Engine,
-    /// The estimator, if it is not the scene's.
-    pub estimator: Option<EstimatorKind>,
-    /// Seed of all random numbers.
-    pub seed: u64,
+    /// Its scans, those of all shards.
+    #[serde(flatten)]
+    pub options: SimulateOptions,
     /// Whether the exit status says if scans are as expected.
     pub check: bool,
 }
@@ -162,19 +154,8 @@ pub struct GradeJob {
     /// SHA-256 of the design's files, in hexadecimal digits.
     pub verilog_sha256: String,
     /// What is graded.
-    pub stimulus: GradeStimulus,
-    /// Its clocks; null for as many as it takes.
-    pub clocks: Option<u64>,
-    /// Mutants beside the stuck-at faults.
-    pub mutants: u32,
-    /// Time to prove that one that is not caught is equivalent.
-    pub proof_time_s: u32,
-    /// Time for all these proofs of a shard together.
-    pub proof_budget_s: u32,
-    /// Seed of the stimulus and of the choice of mutants.
-    pub seed: u64,
-    /// Share that is asked for.
-    pub asked_fraction: Option<f64>,
+    #[serde(flatten)]
+    pub options: GradeOptions,
 }
 
 /// A point of a sweep that is done.
@@ -207,7 +188,7 @@ impl SceneText {
     /// # Errors
     /// What is wrong with it.
     pub fn scene(&self) -> Result<Scene, SceneErrors> {
-        // What is no setting was none when it was written.
+        // What is not a setting was none when it was written.
         let settings = self.settings().unwrap_or_default();
         scene::parse_with(&self.file, &self.text, &settings)
     }

@@ -38,7 +38,7 @@ pub enum ShardError {
     /// A file or folder cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A file is no shard.
+    /// A file is not a shard.
     #[error("{path}: cannot be read as a shard: {reason}; remove it and do that shard again")]
     Unreadable {
         /// The file.

@@ -45,7 +45,7 @@ impl Part {
         let count = |text: &str| {
             let all_digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
             let number = all_digits.then(|| text.parse::<u64>().ok()).flatten();
-            number.ok_or_else(|| format!("\"{text}\" is no number of shards; {FORMS}"))
+            number.ok_or_else(|| format!("\"{text}\" is not a number of shards; {FORMS}"))
         };
         match (number, of) {
             ("task", Some(of)) => Part::new(Task::find(&variable)?.number, count(of)?),
@@ -121,12 +121,12 @@ impl Task {
         let found = NAMES.iter().find_map(|&named_by| Some((named_by, variable(named_by)?)));
         let Some((named_by, text)) = found else {
             return Err(format!(
-                "this is no task of an array: neither {} nor {} is set; {FORMS}",
+                "this is not a task of an array: neither {} nor {} is set; {FORMS}",
                 NAMES[1], NAMES[0]
             ));
         };
         let number =
-            text.parse().map_err(|_| format!("{named_by} is \"{text}\", which is no number"))?;
+            text.parse().map_err(|_| format!("{named_by} is \"{text}\", which is not a number"))?;
         if number == 0 {
             return Err(format!("{named_by} is 0: number the tasks from 1, as --array 1-20"));
         }
@@ -174,15 +174,15 @@ mod tests {
             ("5/4", "there is no shard 5 of 4"),
             ("1/0", "0 shards cannot be made, 1 to 1000000 can"),
             ("1/1000001", "1000001 shards cannot be made"),
-            ("-1/4", "\"-1\" is no number of shards"),
-            ("+1/4", "\"+1\" is no number of shards"),
-            ("1/4/4", "\"4/4\" is no number of shards"),
-            ("1/99999999999999999999", "is no number of shards"),
-            ("/", "\"\" is no number of shards"),
+            ("-1/4", "\"-1\" is not a number of shards"),
+            ("+1/4", "\"+1\" is not a number of shards"),
+            ("1/4/4", "\"4/4\" is not a number of shards"),
+            ("1/99999999999999999999", "is not a number of shards"),
+            ("/", "\"\" is not a number of shards"),
             ("4", "write I/N"),
             ("", "write I/N"),
             ("task", "neither SLURM_ARRAY_TASK_ID nor HQ_TASK_ID is set"),
-            ("task/4", "this is no task of an array"),
+            ("task/4", "this is not a task of an array"),
         ] {
             let error = with(&[], text).expect_err(text);
             assert!(error.contains(told), "{text}: {error}");

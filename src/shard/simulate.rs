@@ -15,7 +15,7 @@ pub fn simulation(
     sensor: &Sensor,
     shards: Vec<(Part, Results)>,
 ) -> Result<Simulation, ShardError> {
-    let simulated = Simulated::new(sensor, job.fidelity)?;
+    let simulated = Simulated::new(sensor, job.options.fidelity)?;
     let mut all = simulated.nothing();
     for (part, results) in shards {
         let Results::Simulate(gathered) = results else {
@@ -25,7 +25,7 @@ pub fn simulation(
         check(part, job, &all, &gathered)?;
         all.append(gathered);
     }
-    Ok(simulated.conclude(job.seed, job.repetitions, all)?)
+    Ok(simulated.conclude(job.options.seed, job.options.repetitions, all)?)
 }
 
 /// Whether results are of a part's scans; `nothing` has as many detectors and paths.
@@ -39,7 +39,7 @@ fn check(
     if gathered.tallies.len() != nothing.tallies.len() {
         return unfit("the scene has another number of detectors");
     }
-    let stretch = part.stretch(job.repetitions);
+    let stretch = part.stretch(job.options.repetitions);
     for (tally, of_none) in gathered.tallies.iter().zip(&nothing.tallies) {
         if tally.scans != stretch.end - stretch.start {
             return unfit("it has another number of scans");

@@ -35,7 +35,7 @@ pub enum HistogramsError {
     /// The expected histogram cannot be had.
     #[error(transparent)]
     MeanResponse(#[from] MeanResponseError),
-    /// What was counted is no histogram.
+    /// What was counted is not a histogram.
     #[error(transparent)]
     Histogram(#[from] HistogramError),
 }

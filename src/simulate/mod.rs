@@ -20,11 +20,13 @@ pub mod effort;
 mod expected;
 pub mod forecast;
 pub mod histograms;
+mod options;
 pub mod path_statistics;
 pub mod repeat;
 mod run_up;
 pub mod scans;
 
+pub use options::SimulateOptions;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::CountingTier;

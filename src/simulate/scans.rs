@@ -1,6 +1,6 @@
 //! Counts of whole scans, one tier or another.
 
-use crate::scene::DetectorIndex;
+use crate::scene::{DetectorIndex, TotalsMissing};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::num::NonZero;
@@ -65,6 +65,9 @@ pub enum ScansError {
     /// The co-simulation could not be done.
     #[error(transparent)]
     Cosim(#[from] CosimError),
+    /// The estimator that is asked for needs total counts.
+    #[error(transparent)]
+    Totals(#[from] TotalsMissing),
     /// Verilog and reference model differ.
     #[error(
         "the Verilog and the reference model differ; `goldtof cosim` with the same scene and seed \

@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use super::support::*;
 
 /// Live Verilog, Tcl, YAML and HTML on lines of their own, an escape sequence, a
-/// mark of direction, quotes, a letter beyond ASCII, and a byte that is no text.
+/// mark of direction, quotes, a letter beyond ASCII, and a byte that is not text.
 const NAME: &[u8] =
     b"q\ninitial $finish;\rcreate_clock [exec id]\nx: y\x1b[31m\xe2\x80\xae\xc2\x9b2J<b>\"'* \\\xc3\xa4\xff.toml";
 

@@ -111,16 +111,16 @@ fn no_model_survives(rtl: &Path) {
     for (with, patience) in [(Signal::INT, 10), (Signal::KILL, 30)] {
         let child = start(cosim(rtl).env("HOW", "loop"));
         let children = format!("/proc/{0}/task/{0}/children", child.id());
-        // One process, and one that takes the opposite of what is undefined.
+        // One process, and three that take other bits for what is undefined.
         let mut models: Vec<String> = Vec::new();
-        wait_until("both models run", || {
+        wait_until("all models run", || {
             let said = fs::read_to_string(&children).unwrap_or_default();
             models = said.split_whitespace().map(str::to_owned).collect();
             let is_model = |process: &String| {
                 let name = fs::read_to_string(format!("/proc/{process}/cmdline"));
                 name.is_ok_and(|name| name.split('\0').any(|word| word.ends_with("/sensor")))
             };
-            models.len() == 2 && models.iter().all(is_model)
+            models.len() == 4 && models.iter().all(is_model)
         });
         signal(&child, with);
         let output = child.wait_with_output().unwrap();

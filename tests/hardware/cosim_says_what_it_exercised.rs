@@ -1,4 +1,4 @@
-//! A match on nothing is no match: what a verdict rests on.
+//! A match on nothing is not a match: what a verdict rests on.
 
 use std::fs;
 use std::path::{Path, PathBuf};

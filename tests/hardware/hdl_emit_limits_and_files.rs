@@ -134,7 +134,7 @@ fn a_folder_that_cannot_be_made_is_named() {
     fs::write(&file, "").expect("written");
     let emission =
         emit(&Sensor::new(&plain()), "goldtof emit test.toml").expect("the scene is fine");
-    let error = write(&emission, &file.join("build")).expect_err("a file is no folder");
+    let error = write(&emission, &file.join("build")).expect_err("a file is not a folder");
     assert!(error.to_string().contains("file/build"), "{error}");
 }
 

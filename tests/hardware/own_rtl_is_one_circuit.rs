@@ -62,6 +62,35 @@ fn an_output_that_rests_on_an_x_is_undefined() {
     assert_eq!((status, &report["verdict"]), (Some(0), &"match".into()), "{report} {stderr}");
 }
 
+/// Long after all processes hold the same: a bit beyond a register's last is selected once.
+#[test]
+fn an_x_is_undefined_however_late_it_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let late = "reg [20:0] n_r; reg [2:0] m_r; \
+                always @(posedge i_clk) begin n_r <= i_rst ? 0 : n_r + 1; m_r <= 3'b000; end \
+                wire [1:0] a = n_r == 21'd70000 ? 2'd3 : 2'd0;";
+    let (status, report, stderr) =
+        edited(folder.path(), late, "o_laser <= transmit_chip ^ m_r[a];");
+    let mismatch = &report["first_mismatch"];
+    assert_eq!(status, Some(1), "{report} {stderr}");
+    let expected = (&"undefined".into(), &(RESET + 70_000).into());
+    assert_eq!((&mismatch["kind"], &mismatch["clock"]), expected);
+}
+
+/// Two registers that nothing resets, XORed, are the same for any bits and for their opposites. Three
+/// times in four they are not for one of the others.
+#[test]
+fn an_x_that_cancels_in_opposites_is_undefined() {
+    let folder = tempfile::tempdir().unwrap();
+    let kept = "reg [63:0] kept_r; always @(posedge i_clk) kept_r <= kept_r;";
+    let is_seen = |pair: usize| {
+        let laser = format!("o_laser <= transmit_chip ^ kept_r[{pair}] ^ kept_r[{}];", pair + 32);
+        let (_, report, _) = edited(folder.path(), kept, &laser);
+        report["first_mismatch"]["kind"] == "undefined"
+    };
+    assert!((0..4).any(is_seen));
+}
+
 #[test]
 fn a_net_of_two_drivers_is_refused_with_both_places() {
     let folder = tempfile::tempdir().unwrap();

@@ -68,7 +68,7 @@ fn its_diagram_has_the_modules_of_the_emission() {
             let file = file.as_str().unwrap();
             let text = fs::read_to_string(out.path().join("rtl").join(file)).unwrap();
             let module = file.strip_suffix(".v").unwrap();
-            // Whole modules that only simulators read are no hardware.
+            // Whole modules that only simulators read are not hardware.
             let first = text.find("module ").unwrap();
             let is_hardware = !text[..first].contains("`ifndef SYNTHESIS");
             // Several of a kind are one block with their number.

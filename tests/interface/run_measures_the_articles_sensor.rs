@@ -5,10 +5,10 @@ use std::fs;
 
 use crate::program::command;
 
-/// The block of README behind "ends like this".
+/// The output of `scripts/run` in README.
 fn printed_in_readme() -> String {
     let readme = fs::read_to_string("README.md").unwrap();
-    let (_, behind) = readme.split_once("ends like this").unwrap();
+    let (_, behind) = readme.split_once("`scripts/run` ends with").unwrap();
     let (_, block) = behind.split_once("```text\n").unwrap();
     block.split_once("```").unwrap().0.to_owned()
 }

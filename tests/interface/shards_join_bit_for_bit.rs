@@ -319,7 +319,7 @@ fn files_that_are_not_what_was_written_are_refused() {
     assert!(refused(&["merge", text(&out)]).contains("it is not a regular file"));
     fs::remove_dir(&file).unwrap();
     fs::write(&file, &written).unwrap();
-    // What is no shard's name is nobody's business.
+    // What is not a shard's name is nobody's business.
     fs::write(out.join("shards/notes.txt"), "mine").unwrap();
     assert_eq!(numbers(done(&["merge", text(&out)])), merged);
 }
@@ -386,7 +386,7 @@ fn shards_that_there_cannot_be_are_refused() {
         ("5/4", "there is no shard 5 of 4: they are numbered from 1 to 4"),
         ("1/0", "0 shards cannot be made"),
         ("x", "write I/N"),
-        ("task/4", "this is no task of an array"),
+        ("task/4", "this is not a task of an array"),
     ] {
         assert!(with(shard).contains(told), "{shard}");
     }

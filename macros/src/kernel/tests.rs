@@ -206,7 +206,7 @@ fn functions_that_are_missing_unused_or_call_themselves_are_refused() {
                 self.part();
             }
         ),
-        "`part` is no function of this kernel",
+        "`part` is not a function of this kernel",
     );
     refused(
         quote!(
@@ -239,7 +239,7 @@ fn functions_that_are_missing_unused_or_call_themselves_are_refused() {
         quote!(
             fn connect(&mut self) {}
         ),
-        "`update` is no function",
+        "`update` is not a function",
     );
 }
 

@@ -1,4 +1,4 @@
-//! What several commands take: a scene, and a part of the work.
+//! Options that several commands share: a scene, a check, a shard of the work.
 
 use std::path::{Path, PathBuf};
 
@@ -13,8 +13,8 @@ use crate::shard::Part;
 pub(in crate::cli) struct SceneArgument {
     /// Scene file (TOML), for example scenes/paper-single.toml
     pub scene: PathBuf,
-    /// Set a key otherwise than the file has it; may be repeated. Of several tables say
-    /// which: --set 'path[0].distance=5 m' --set 'source[laser].mean_power=1 pW'
+    /// Override a key of the file; may be repeated. Several tables are told
+    /// apart by number or name: --set 'path[0].distance=5 m' --set 'source[laser].mean_power=1 pW'
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<Setting>,
 }
@@ -58,23 +58,23 @@ pub(in crate::cli) struct Order<'a> {
     pub out: &'a Path,
 }
 
-/// What the exit status says of scans beside what is expected of them.
+/// Whether the exit status reports a contradicted expectation.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct CheckArgument {
-    /// End with exit status 1 where scans contradict the bias, standard deviation or share of
-    /// missed peaks that are expected of them
+    /// Exit with status 1 if scans contradict their expected bias, standard deviation or
+    /// share of missed peaks
     #[arg(long)]
     pub check: bool,
 }
 
-/// A part of the work, of a command that has no folder otherwise.
+/// A shard of the work, of a command without an output folder of its own.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct ShardArguments {
-    /// Do one of N parts of the work, on this machine or another, for `goldtof merge` to
-    /// join: --shard 3/20, or --shard task/20 in a task of an array (Slurm, HyperQueue)
+    /// Do one of N shards of the work, for `goldtof merge` to join: --shard 3/20, or
+    /// --shard task/20 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard, requires = "out")]
     pub shard: Option<Part>,
-    /// Folder for the shards of all parts; made when missing, for example --out out/many
+    /// Folder for the shards; made when missing, for example --out out/many
     #[arg(long, value_name = "DIR", requires = "shard")]
     pub out: Option<PathBuf>,
 }

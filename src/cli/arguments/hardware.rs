@@ -1,4 +1,4 @@
-//! What the commands take that make Verilog, check it, or grade a stimulus on it.
+//! Options of the commands that emit Verilog, check it, or grade a stimulus.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -6,13 +6,14 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args};
 
 use super::common::{CheckArgument, SceneArgument, ShardArguments};
-use crate::cli::values::{MOST_CLOCKS, parse_latency, parse_share};
+use crate::cli::values::parse_latency;
+use crate::cosim::MOST_CLOCKS;
 use crate::cosim::StimulusKind;
 use crate::cosim::engine::Engine;
 use crate::cosim::latency::Latency;
 use crate::cosim::own::OwnRtl;
 use crate::deliver::Prefix;
-use crate::grade::{Bounds, GradeStimulus};
+use crate::grade::GradeOptions;
 use crate::scene::EstimatorKind;
 
 #[derive(Debug, Args)]
@@ -24,25 +25,25 @@ pub(in crate::cli) struct RunArguments {
     /// for example --out out/quick
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// How counts become distances [default: the scene's]
+    /// Estimator [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
     #[command(flatten)]
     pub check: CheckArgument,
-    /// With one of these waves.vcd is written as well
+    /// With either of these waves.vcd is written, too
     #[command(flatten)]
     pub vcd_window: VcdWindow,
-    /// How Verilog and reference model are clocked
+    /// Co-simulation engine
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
-    /// Grade the adversarial stimulus on the Verilog, too, with every stuck-at fault and
-    /// 0 to 10,000 mutants: the report says how strong a match is, for example --grade or
-    /// --grade=100 [default: no grade; 0 mutants]
+    /// Also grade the adversarial stimulus on the Verilog, with every stuck-at fault and
+    /// 0 to 10,000 mutants, so that the report states the strength of a match, for example
+    /// --grade or --grade=100 [default: no grade; 0 mutants]
     #[arg(long, value_name = "MUTANTS", num_args = 0..=1, require_equals = true,
           default_missing_value = "0", hide_default_value = true,
           value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pub grade: Option<u32>,
-    /// Write what the co-simulation found as a JUnit report, too, for example
+    /// Also write the result of the co-simulation as a JUnit report, for example
     /// --junit run.xml
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
@@ -57,9 +58,9 @@ pub(in crate::cli) struct EmitArguments {
     /// --out rtl
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// What the names of all modules, files and macros begin with, so that several
-    /// sensors can be in one design: a letter, then letters, digits and single
-    /// underscores, at most 64 characters, for example --prefix left_ [default: none]
+    /// Prefix of the names of all modules, files and macros, so that one design can hold
+    /// several sensors: a letter, then letters, digits and single underscores, at most
+    /// 64 characters, for example --prefix left_ [default: none]
     #[arg(long, value_name = "NAME")]
     pub prefix: Option<Prefix>,
 }
@@ -71,37 +72,37 @@ pub(in crate::cli) struct CosimArguments {
     pub scene: SceneArgument,
     #[command(flatten)]
     pub own: OwnArguments,
-    /// Clocks after which the Verilog's results come: "auto" for its own, N, or N,P with
-    /// those of the peak, for example --latency 7 [default: the emitted design's]
+    /// Latency of the Verilog's results in clocks: "auto" to measure it, N, or N,P with
+    /// that of the peak, for example --latency 7 [default: the emitted design's]
     #[arg(long, value_name = "L", default_value = "", hide_default_value = true,
           value_parser = parse_latency)]
     pub latency: Latency,
     /// Clocks to run, reset included, 1 to 2^50, for example --clocks 100000 [default: one
-    /// whole scan of photons, or as long as the adversary needs]
+    /// whole scan of photons, or as many as the adversarial stimulus needs]
     #[arg(long, alias = "cycles", value_name = "N",
           value_parser = clap::value_parser!(u64).range(1..=MOST_CLOCKS))]
     pub clocks: Option<u64>,
-    /// What drives both sides
+    /// Stimulus of both sides
     #[arg(long, value_enum, default_value_t = StimulusKind::Photons)]
     pub stimulus: StimulusKind,
-    /// How both sides are clocked: long runs of photons in lanes, that is 64 time slices
-    /// of the scan and more at once, else in lock-step
+    /// Co-simulation engine: lanes run 64 or more time slices of the scan in parallel;
+    /// auto takes them for long photon runs, and lock-step otherwise
     #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
     /// Write waveforms of all ports, both sides, round the first mismatch (or the first
-    /// result when there is none), with views for GTKWave and Surfer beside them, for
-    /// example --vcd ports.vcd
+    /// result if there is none), with views for GTKWave and Surfer, for example
+    /// --vcd ports.vcd
     #[arg(long, value_name = "FILE")]
     pub vcd: Option<PathBuf>,
     #[command(flatten)]
     pub vcd_window: VcdWindow,
-    /// Write the verdict as a JUnit report, too: a case for each output port, each family
+    /// Also write the verdict as a JUnit report: a case for each output port, each family
     /// of cover points and the stimulus, for example --junit cosim.xml
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
 }
 
-/// Other clocks of waveforms than those round what was found.
+/// A window of clocks for waveforms.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct VcdWindow {
     /// First clock of the waveforms, reset included, 0 to 2^50 [default: 0 with --vcd-clocks,
@@ -114,10 +115,10 @@ pub(in crate::cli) struct VcdWindow {
 }
 
 impl VcdWindow {
-    /// Clocks of waveforms that have a beginning and no length.
+    /// Clocks of a window without a length.
     const CLOCKS: u64 = 2000;
 
-    /// The clocks that were asked for, if any were.
+    /// The window, if one was given.
     pub fn clocks(&self) -> Option<Range<u64>> {
         if self.vcd_from.is_none() && self.vcd_clocks.is_none() {
             return None;
@@ -127,28 +128,29 @@ impl VcdWindow {
     }
 }
 
-/// Verilog to check in place of the emitted one.
+/// The Verilog to check, if not the emitted one.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("own").args(["rtl", "filelist"]).multiple(true))]
 pub(in crate::cli) struct OwnArguments {
-    /// Folder of Verilog to check in place of the emitted one, with the same ports: a
-    /// manifest.json there names its files, else those of it and its subfolders that the
-    /// top module needs are taken, for example --rtl my_rtl
+    /// Folder with Verilog to check in place of the emitted one, with the same ports. Its
+    /// files are those that a manifest.json there lists, else those below it that the top
+    /// module needs, for example --rtl my_rtl
     #[arg(long, value_name = "DIR")]
     pub rtl: Option<PathBuf>,
-    /// List of files and options of the Verilog to check, as simulators take it with -f;
-    /// may be repeated. Paths are relative to the list's folder, for example
+    /// File list of the Verilog to check, as for the option -f of simulators; may be
+    /// repeated. Paths are relative to the list's folder, for example
     /// --filelist my_rtl/files.f
     #[arg(long, value_name = "FILE")]
     pub filelist: Vec<PathBuf>,
     /// Top module of the Verilog to check, for example --top my_top [default: sensor_top]
     #[arg(long, value_name = "NAME", requires = "own")]
     pub top: Option<String>,
-    /// Folder in which files that the Verilog includes are looked for first; may be
-    /// repeated, for example --include my_rtl/include
+    /// Folder to search first for included files; may be repeated, for example
+    /// --include my_rtl/include
     #[arg(short = 'I', long = "include", value_name = "DIR", requires = "own")]
     pub include: Vec<PathBuf>,
-    /// Macro for the Verilog to check; may be repeated, for example --define WIDTH=8
+    /// Macro to define for the Verilog to check; may be repeated, for example
+    /// --define WIDTH=8
     #[arg(short = 'D', long = "define", value_name = "NAME[=VALUE]", requires = "own")]
     pub define: Vec<String>,
 }
@@ -175,29 +177,8 @@ pub(in crate::cli) struct GradeArguments {
     pub scene: SceneArgument,
     #[command(flatten)]
     pub own: OwnArguments,
-    /// What is graded: the first 4 million clocks of photons, the inputs
-    /// chosen to hurt of `cosim` (also `hostile`), or those of the emitted testbench
-    #[arg(long, value_enum, default_value_t = GradeStimulus::Adversarial)]
-    pub stimulus: GradeStimulus,
-    /// Its clocks, reset included: --clocks 100000 [default: as many as it takes]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(16..=MOST_CLOCKS))]
-    pub clocks: Option<u64>,
-    /// Mutants beside the stuck-at faults, 0 for none: --mutants 100
-    #[arg(long, value_name = "N", default_value_t = 1_000,
-          value_parser = clap::value_parser!(u32).range(0..=10_000))]
-    pub mutants: u32,
-    /// Seconds to prove that one that is not caught is equivalent: --proof-time 20
-    #[arg(long, value_name = "S", default_value_t = Bounds::default().each_s,
-          value_parser = clap::value_parser!(u32).range(1..=3_600))]
-    pub proof_time: u32,
-    /// Seconds for all these proofs together: --proof-budget 600
-    #[arg(long, value_name = "S", default_value_t = Bounds::default().all_s,
-          value_parser = clap::value_parser!(u32).range(1..=86_400))]
-    pub proof_budget: u32,
-    /// End with exit status 4 if fewer are caught, of faults or of mutants that are not
-    /// proven equivalent: --at-least 99%
-    #[arg(long, value_name = "SHARE", value_parser = parse_share)]
-    pub at_least: Option<f64>,
+    #[command(flatten)]
+    pub options: GradeOptions,
     #[command(flatten)]
     pub shard: ShardArguments,
 }

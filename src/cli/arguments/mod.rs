@@ -1,4 +1,4 @@
-//! What can be written on the command line.
+//! The command line: options and commands.
 
 mod common;
 mod hardware;
@@ -29,7 +29,7 @@ use super::values::parse_time;
 #[derive(Debug, Parser)]
 #[command(name = "goldtof", version = crate::version::VERSION, propagate_version = true, color = super::output::clap_colours())]
 pub(super) struct Cli {
-    /// Print one JSON document on stdout, and nothing else there
+    /// Print one JSON document, and nothing else, on stdout
     #[arg(long, global = true)]
     pub json: bool,
     /// Seed of all random numbers, 0 to 18446744073709551615, for example --seed 7
@@ -38,13 +38,13 @@ pub(super) struct Cli {
     /// Print no progress and no summary
     #[arg(long, global = true)]
     pub quiet: bool,
-    /// Longest time that an external tool, or a block of clocks of the Verilog, may
-    /// take: a number with its unit (s, min or h), 0.001 s to 24000 h, for example
+    /// Time limit for an external tool, or for a block of clocks of the Verilog: a
+    /// number with its unit (s, min or h), 0.001 s to 24000 h, for example
     /// --tool-timeout 90s
     #[arg(long, global = true, value_name = "TIME", default_value = "10min",
           value_parser = parse_time)]
     pub tool_timeout: Duration,
-    /// Folder for built models, which later runs find again [default: $GOLDTOF_CACHE_DIR, or
+    /// Cache folder for built models [default: $GOLDTOF_CACHE_DIR, or
     /// goldtof in the user's folder for caches], for example --cache target/models
     #[arg(long, global = true, value_name = "DIR")]
     pub cache: Option<PathBuf>,
@@ -54,40 +54,40 @@ pub(super) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// The main job: plan, emit, simulate photons, co-simulate, estimate, report
+    /// Plan, emit, simulate photons, co-simulate, estimate, report: the main job
     Run(RunArguments),
-    /// What is kept and what is left out for a scene, and why
+    /// Show what a scene keeps and leaves out, and why
     #[command(after_help = "Example: goldtof plan scenes/quick.toml")]
     Plan(SceneArgument),
-    /// A code and its correlation properties
+    /// Show a code and its correlation properties
     Codes(CodesArguments),
-    /// Write the Verilog for a scene, and what goes with it
+    /// Write the Verilog of a scene, with testbench, constraints and file lists
     Emit(EmitArguments),
-    /// Run Verilog and the reference model in lock-step
+    /// Compare Verilog with the reference model, clock by clock
     Cosim(CosimArguments),
-    /// How many faults and mutants of a design a stimulus would find
+    /// Measure the fault coverage of a stimulus
     Grade(GradeArguments),
-    /// Photons to distance, many times: bias and standard deviation
+    /// Simulate scans, photons to distance: bias and standard deviation
     Simulate(SimulateArguments),
-    /// A scene over and over, with some of its keys otherwise: a table and a plot
+    /// Simulate a scene over ranges of its keys: a table and a plot
     Sweep(SweepArguments),
-    /// What the shards of a command say together, as if it had run as one
+    /// Join the shards of a command, as if it had run as one
     Merge(MergeArguments),
-    /// A scene to start from, with comments
+    /// Write a commented scene to start from
     New(NewArguments),
-    /// Recorded counts to distance, with residuals and what seems wrong
+    /// Estimate distances from recorded counts, with residuals and a diagnosis
     Estimate(EstimateArguments),
-    /// Error against run time for every way of simulating
+    /// Measure error against run time for every tier of simulation
     Fidelity(FidelityArguments),
-    /// Which sensor to build: step by step, sixteen steps at once, or a histogram
+    /// Compare sensors: one phase step at a time, sixteen, or a histogram
     CompareArchitectures(CompareArchitecturesArguments),
-    /// The article's figures and claims, and the errors it leaves out
+    /// Reproduce the article's figures and claims, and the errors it leaves out
     Reproduce(ReproduceArguments),
-    /// Stiff and extreme cases, each with what is measured and its bound
+    /// Run stiff and extreme cases, each held to its bound
     Stress(StressArguments),
-    /// Completions for a shell, on stdout
+    /// Print completions for a shell
     Completions(CompletionsArguments),
-    /// Manual pages, one for each command
+    /// Write manual pages, one for each command
     Man(ManArguments),
 }
 

@@ -1,4 +1,4 @@
-//! What the commands take that simulate a scene, or range with its counts.
+//! Options of the commands that simulate a scene, or estimate from its counts.
 
 use std::path::PathBuf;
 
@@ -6,10 +6,9 @@ use clap::Args;
 
 use super::common::{CheckArgument, SceneArgument, ShardArguments};
 use crate::cli::values::parse_shard;
-use crate::cosim::engine::Engine;
 use crate::scene::EstimatorKind;
 use crate::shard::Part;
-use crate::simulate::Tier;
+use crate::simulate::{SimulateOptions, Tier};
 use crate::study::sweep::Axis;
 
 #[derive(Debug, Args)]
@@ -19,23 +18,12 @@ use crate::study::sweep::Axis;
 pub(in crate::cli) struct SimulateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Scans to simulate, 1 to 1000000, for example --repeat 1000
-    #[arg(long, value_name = "R", default_value_t = 100,
-          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    pub repeat: u64,
-    /// How much of the sensor to simulate
-    #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
-    pub fidelity: Tier,
-    /// How the Verilog is clocked, where it is (rtl)
-    #[arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto)]
-    pub engine: Engine,
-    /// Write what each phase step, or bin of a histogram, is expected to count, with its
-    /// standard deviation, as CSV, for example --expected expected.csv
+    #[command(flatten)]
+    pub options: SimulateOptions,
+    /// Write the expected count of each phase step, or bin of a histogram, and its
+    /// standard deviation as CSV, for example --expected expected.csv
     #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     pub expected: Option<PathBuf>,
-    /// How counts become distances [default: the scene's]
-    #[arg(long, value_name = "E", value_enum)]
-    pub estimator: Option<EstimatorKind>,
     #[command(flatten)]
     pub check: CheckArgument,
     #[command(flatten)]
@@ -45,23 +33,23 @@ pub(in crate::cli) struct SimulateArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof sweep scenes/quick.toml \
     --over 'source[0].mean_power=1 pW..64 pW x7' --over 'path.distance=1 m, 2 m' --out out/sweep\n\n\
-    A sweep that was cut off goes on where it stopped when it is started again.")]
+    A sweep that was interrupted resumes when it is started again.")]
 pub(in crate::cli) struct SweepArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
     /// A key and its values: a list, as --over 'path.distance=1 m, 2 m, 5 m'; values spaced evenly
     /// by ratio, 'source[0].mean_power=1 pW..64 pW x7'; or by difference,
-    /// 'path.distance=1 m..10 m +10'. Repeated, every combination is taken
+    /// 'path.distance=1 m..10 m +10'. May be repeated, for every combination
     #[arg(long, value_name = "KEY=VALUES", required = true)]
     pub over: Vec<Axis>,
     /// Scans of each point, 1 to 1000000, for example --repeat 1000
     #[arg(long, value_name = "R", default_value_t = 100,
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub repeat: u64,
-    /// How much of the sensor to simulate
+    /// Tier of simulation
     #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
     pub fidelity: Tier,
-    /// How counts become distances [default: the scene's]
+    /// Estimator [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
     /// Folder for sweep.csv, sweep.parquet, sweep.svg and the finished points; made when
@@ -70,8 +58,8 @@ pub(in crate::cli) struct SweepArguments {
     pub out: PathBuf,
     #[command(flatten)]
     pub check: CheckArgument,
-    /// Do one of N parts of the points, on this machine or another, for `goldtof merge` to
-    /// join: --shard 3/20, or --shard task/20 in a task of an array (Slurm, HyperQueue)
+    /// Simulate one of N shards of the points, for `goldtof merge` to join: --shard 3/20, or
+    /// --shard task/20 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<Part>,
 }
@@ -79,10 +67,10 @@ pub(in crate::cli) struct SweepArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof merge out/many")]
 pub(in crate::cli) struct MergeArguments {
-    /// Folder that the shards were written to, with --out
+    /// Output folder of the shards
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// Only say which shards are not there, as `sbatch --array` takes their numbers
+    /// Only list the missing shards, in the format of `sbatch --array`
     #[arg(long)]
     pub missing: bool,
 }
@@ -97,11 +85,11 @@ pub(in crate::cli) struct EstimateArguments {
     /// Counts of one scan, as `run` writes them: columns phase_step, count, and if
     /// there are any detector and total_count; or of one histogram: bin, count, detector
     pub counts: PathBuf,
-    /// How counts become distances [default: the scene's]
+    /// Estimator [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
-    /// Folder for the residuals as CSV and as a plot, a file for each detector; made
-    /// when missing, for example --out out/residuals
+    /// Folder for the residuals of each detector as CSV and as a plot; made when missing,
+    /// for example --out out/residuals
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! What the commands take that run a study.
+//! Options of the commands that run a study.
 
 use std::path::PathBuf;
 
@@ -16,8 +16,8 @@ use crate::study::reproduce::FigureId;
 pub(in crate::cli) struct FidelityArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Error of standard deviation, bias (in standard deviations) and share of missed
-    /// peaks to recommend a tier for, 0.01% to 99%: --target-error 5%, or 0.05
+    /// Largest error of standard deviation, bias (in standard deviations) and share of
+    /// missed peaks for a recommended tier, 0.01% to 99%: --target-error 5%, or 0.05
     #[arg(long, value_name = "E", default_value = "5%",
           value_parser = parse_error)]
     pub target_error: f64,
@@ -25,7 +25,7 @@ pub(in crate::cli) struct FidelityArguments {
     /// missing, for example --out out/fidelity
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Seconds to spend, about, 1 to 86400, for example --budget-s 300
+    /// Approximate run time in seconds, 1 to 86400, for example --budget-s 300
     #[arg(long, value_name = "S", default_value_t = 60,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub budget_s: u64,
@@ -49,7 +49,7 @@ pub(in crate::cli) struct CompareArchitecturesArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof reproduce --figure 8 --out out/article")]
 pub(in crate::cli) struct ReproduceArguments {
-    /// The one figure to make, with the claims that it decides [default: all]
+    /// One figure, with the claims that it decides [default: all]
     #[arg(long, value_name = "N", value_enum)]
     pub figure: Option<FigureId>,
     /// Folder for the figures (SVG) and their data (CSV); made when missing, for
@@ -61,8 +61,8 @@ pub(in crate::cli) struct ReproduceArguments {
     #[arg(long, value_name = "R", default_value_t = 500,
           value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub repeat: u64,
-    /// Do one of N parts of the figures, on this machine or another, for `goldtof merge` to
-    /// join: --shard 3/12, or --shard task/12 in a task of an array (Slurm, HyperQueue)
+    /// Make one of N shards of the figures, for `goldtof merge` to join: --shard 3/12, or
+    /// --shard task/12 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<Part>,
 }
@@ -70,13 +70,13 @@ pub(in crate::cli) struct ReproduceArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof stress --quick")]
 pub(in crate::cli) struct StressArguments {
-    /// The one case to run, for example --case no-light-at-all [default: all]
+    /// One case, for example --case no-light-at-all [default: all]
     #[arg(long, value_name = "NAME", conflicts_with = "quick")]
     pub case: Option<String>,
     /// The fast subset
     #[arg(long)]
     pub quick: bool,
-    /// Name the cases and run none
+    /// List the cases without running them
     #[arg(long, conflicts_with = "shard")]
     pub list: bool,
     #[command(flatten)]

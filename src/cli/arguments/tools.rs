@@ -1,4 +1,4 @@
-//! What the commands take that need no scene: codes, a first scene, completions, manual pages.
+//! Options of the commands without a scene: codes, a first scene, completions, manual pages.
 
 use std::path::PathBuf;
 
@@ -44,10 +44,9 @@ pub(in crate::cli) struct CodesArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof new my-sensor --like multipath")]
 pub(in crate::cli) struct NewArguments {
-    /// Name of the scene: NAME.toml is written into the present folder, or wherever
-    /// NAME leads
+    /// Name of the scene: the file is NAME.toml, and NAME may have a path
     pub name: PathBuf,
-    /// The standard scene to begin with in place of a short one
+    /// The standard scene to copy in place of a minimal one
     #[arg(long, value_name = "SCENE", value_enum)]
     pub like: Option<Like>,
 }
@@ -56,7 +55,7 @@ pub(in crate::cli) struct NewArguments {
 #[command(after_help = "Example: goldtof completions bash > \
     ~/.local/share/bash-completion/completions/goldtof")]
 pub(in crate::cli) struct CompletionsArguments {
-    /// The shell
+    /// Shell
     #[arg(value_enum)]
     pub shell: clap_complete::Shell,
 }

@@ -10,6 +10,7 @@ mod meaning;
 mod model;
 pub mod mutants;
 pub mod netlist;
+mod places;
 mod pulses;
 mod recurrence;
 pub mod run;
@@ -23,6 +24,7 @@ mod tally;
 mod tests;
 pub mod variants;
 pub mod verilog;
+mod watch;
 mod word;
 mod yosys;
 

@@ -1,9 +1,11 @@
 //! Linear recurrences of bits (Berlekamp and Massey): what an LFSR's output, or a
 //! counter's bit of short period, will be.
 
-/// Samples beyond twice the length that a recurrence has to explain; by chance it
-/// does once in 2^24.
-const SPARE_SAMPLES: usize = 24;
+/// Samples that a recurrence has to explain beyond twice its length, and a period beyond itself; by
+/// chance it does once in 2^12.
+pub(super) const SPARE_SAMPLES: usize = 12;
+/// Most samples in which another recurrence than a period is looked for.
+const MOST_SAMPLES: usize = 600;
 
 /// A sequence of bits, each the XOR of some before it.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -17,17 +19,26 @@ pub(super) struct Recurrence {
 }
 
 impl Recurrence {
-    /// The shortest recurrence of a sequence; none if the sequence is too short to
-    /// tell.
+    /// The shortest recurrence of a sequence; none if the sequence is too short to tell.
     pub(super) fn of(bits: &[bool]) -> Option<Recurrence> {
-        let (connection, length) = shortest(bits);
-        if 2 * length + SPARE_SAMPLES > bits.len() {
+        let (connection, length) = shortest(&bits[..bits.len().min(MOST_SAMPLES)]);
+        if 2 * length + SPARE_SAMPLES > bits.len().min(MOST_SAMPLES) {
             return None;
         }
         let mut taps = vec![0; length.div_ceil(64)];
         for (i, &tap) in connection.iter().enumerate().take(length + 1).skip(1) {
             taps[(i - 1) / 64] |= u64::from(tap) << ((i - 1) % 64);
         }
+        Some(Recurrence { taps, length, first: bits[..length].to_vec() })
+    }
+
+    /// The shortest period of a sequence that comes twice; none if the sequence is too short to
+    /// tell.
+    pub(super) fn periodic(bits: &[bool]) -> Option<Recurrence> {
+        let longest = bits.len().checked_sub(SPARE_SAMPLES)?.min(bits.len() / 2);
+        let length = (1..=longest).find(|&length| bits[length..] == bits[..bits.len() - length])?;
+        let mut taps = vec![0; length.div_ceil(64)];
+        taps[(length - 1) / 64] = 1 << ((length - 1) % 64);
         Some(Recurrence { taps, length, first: bits[..length].to_vec() })
     }
 

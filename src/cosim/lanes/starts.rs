@@ -1,46 +1,36 @@
 //! Guesses of the registers' values at the first word of any group.
 //!
 //! A short run from reset is watched there. Each bit is then compared with the bits of
-//! what the sensor is known to have counted by then ([`Tally`]), and, if it is none of
-//! them, with linear recurrences over the number of the group. A guess may be wrong:
-//! nothing rests on it, because every lane's end has to be the next one's start.
+//! what the sensor is known to have counted by then (`super::tally`), and, if it is none of
+//! them, with the bits of the group's numbers ([`numbers`]), with what it was at each chip of a
+//! code ([`CodePlace`]), and with linear recurrences over the groups. A guess may be wrong: nothing
+//! rests on it, because every lane's end has to be the next one's start.
 
 use std::collections::HashMap;
 use std::path::Path;
 
-use rand::{RngExt, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 use super::design::Design;
-use super::model::{BLOCK_CLOCKS, LaneBlock, LaneModel, Table, halted};
+use super::places::{CodePlace, numbers};
 use super::recurrence::Recurrence;
-use super::slices::{FIRST_WORD, settling_clocks};
+use super::slices::settling_clocks;
+#[cfg(test)]
 use super::tally::Tally;
+use super::watch::{FIRST_GROUPS, Watch, Watched};
 use super::{Refusal, Unfit};
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::error::CosimError;
-use crate::reference::canvas::Changes;
-use crate::reference::predictor::{Reference, Surroundings};
-use crate::reference::stimulus::RESET_CLOCKS;
-use crate::scan::{Group, Sample};
 use crate::sensor::interface::Interface;
 
-/// Most clocks that are watched.
-const MOST_CLOCKS: u64 = 4_000_000;
-/// Most groups that are watched.
-const MOST_GROUPS: u64 = 600;
-/// First groups: what the reset left is still on its way.
-const FIRST_GROUPS: usize = 2;
+/// Bits of a register that have to change for it to count a number in binary.
+const COUNTING_BITS: usize = 3;
 /// Groups at the start in which little is counted, so that what is saturated, or else
 /// changes once for good, does so later than what only waits for the reset's end.
 const SETTLED_GROUPS: usize = 8;
-const QUIET_GROUPS: u64 = 12;
-/// Most hits of a detector in a quiet group.
-const QUIET_HITS: usize = 2;
 const GUESSES: &str = "starts.json";
-/// Changes with what this file does.
-const VERSION: &str = "6";
+/// Changes with what this file and `super::watch` do.
+const VERSION: &str = "10";
 
 /// How a register's value is guessed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,6 +39,11 @@ enum Guess {
     Counted(Place),
     /// A recurrence over the groups, from [`FIRST_GROUPS`] on.
     Recurrent(Recurrence),
+    /// A bit of one of [`numbers`].
+    Number(Place),
+    /// A recurrence over the chips of a code, from the one on that stands [`settling_clocks`]
+    /// behind the first group's first word.
+    Code(CodePlace, Recurrence),
     /// What it was when the whole run was watched.
     Watched(Vec<bool>),
     /// It settles while the lane warms up.
@@ -89,7 +84,8 @@ impl Starts {
         parts.extend(codes.iter().map(String::as_str));
         let name = format!("starts-{}", hash(&parts));
         let bytes = once(cache, &name, GUESSES, |folder| {
-            let starts = Watch::new(design, interface)?.run()?;
+            let watched = Watch::new(design, interface)?.run()?;
+            let starts = Evidence { design, interface, watched }.starts();
             let text = serde_json::to_string(&starts).map_err(|error| CosimError::Cache {
                 path: folder.join(GUESSES),
                 source: error.into(),
@@ -116,170 +112,70 @@ impl Starts {
 
     /// The planes of all registers: lane i as at the first word of group `groups[i]`,
     /// where `counted[i]` has been counted. Groups are in order.
-    pub(super) fn planes(&self, groups: &[u64], counted: &[Vec<i64>]) -> Vec<u64> {
+    pub(super) fn planes(
+        &self,
+        interface: &Interface,
+        groups: &[u64],
+        counted: &[Vec<i64>],
+    ) -> Vec<u64> {
         let places: Vec<u64> =
             groups.iter().map(|&group| group.saturating_sub(FIRST_GROUPS as u64)).collect();
-        let plane =
-            |guess: &Guess| match guess {
-                Guess::Settles => 0,
-                Guess::Recurrent(recurrence) => bits(recurrence.at(&places).into_iter()),
-                Guess::Watched(history) => {
-                    bits(groups.iter().map(|&group| history.get(group as usize) == Some(&true)))
-                }
-                Guess::Counted(place) => bits(counted.iter().map(|counted| {
-                    (counted[place.quantity] >> place.bit & 1 == 1) != place.inverted
-                })),
-            };
+        let plane = |guess: &Guess| match guess {
+            Guess::Settles => 0,
+            Guess::Recurrent(recurrence) => bits(recurrence.at(&places).into_iter()),
+            Guess::Number(place) => {
+                let number = |&group: &u64| numbers(interface, group)[place.quantity];
+                bits(groups.iter().map(|group| place.is_set(number(group).cast_signed())))
+            }
+            Guess::Code(place, recurrence) => {
+                bits(at_chips(*place, recurrence, interface, groups).into_iter())
+            }
+            Guess::Watched(history) => {
+                bits(groups.iter().map(|&group| history.get(group as usize) == Some(&true)))
+            }
+            Guess::Counted(place) => {
+                bits(counted.iter().map(|counted| place.is_set(counted[place.quantity])))
+            }
+        };
         self.guesses.iter().map(plane).collect()
     }
+}
+
+/// What a register that follows a code is at the first words of some groups, in any order.
+fn at_chips(
+    place: CodePlace,
+    recurrence: &Recurrence,
+    interface: &Interface,
+    groups: &[u64],
+) -> Vec<bool> {
+    let first_chip = settling_clocks(interface);
+    let chip = |&group: &u64| place.chip(interface, group, first_chip);
+    let chips: Vec<u64> = groups.iter().map(chip).collect();
+    let mut in_order = chips.clone();
+    in_order.sort_unstable();
+    in_order.dedup();
+    let values = recurrence.at(&in_order);
+    let value = |chip: &u64| in_order.binary_search(chip).is_ok_and(|place| values[place]);
+    chips.iter().map(value).collect()
 }
 
 fn bits(values: impl Iterator<Item = bool>) -> u64 {
     values.enumerate().fold(0, |plane, (lane, value)| plane | u64::from(value) << lane)
 }
 
-/// A run that is watched.
-struct Watch<'a> {
+/// What the guesses are made of.
+struct Evidence<'a> {
     design: &'a Design,
     interface: &'a Interface,
-    /// Groups that are watched.
-    groups: u64,
-    model: LaneModel,
-    rng: Xoshiro256PlusPlus,
+    watched: Watched,
 }
 
-impl<'a> Watch<'a> {
-    fn new(design: &'a Design, interface: &'a Interface) -> Result<Watch<'a>, CosimError> {
-        let tables: Vec<Table> =
-            (0..design.tables).map(|output| Table { output, planes: vec![0].into() }).collect();
-        Ok(Watch {
-            design,
-            interface,
-            groups: (MOST_CLOCKS / interface.timing.scan.integration_chips)
-                .clamp(1, MOST_GROUPS)
-                .min(interface.groups()),
-            model: LaneModel::load(design, &tables)?,
-            rng: Xoshiro256PlusPlus::seed_from_u64(1),
-        })
-    }
-
-    /// All registers, and all that has been counted, at the first words of the first
-    /// groups.
-    fn run(mut self) -> Result<Starts, CosimError> {
-        let group_clocks = self.interface.timing.scan.integration_chips;
-        let mut reference = Reference::new(self.interface.clone())?;
-        let mut tally = Tally::new(self.interface);
-        let power_up = self.design.power_up(0);
-        self.model.set_registers(&power_up).map_err(halted)?;
-        let mut samples = vec![0; FIRST_WORD as usize * self.design.samples];
-        self.clock(&samples[..RESET_CLOCKS as usize * self.design.samples], u64::MAX)?;
-        self.clock(&samples[RESET_CLOCKS as usize * self.design.samples..], 0)?;
-        let mut clock = 0;
-        let mut watched = Vec::new();
-        let mut counted = Vec::new();
-        for group in 0..self.groups {
-            watched.push(self.model.registers().map_err(halted)?);
-            counted.push(tally.values());
-            let end = FIRST_WORD + (group + 1) * group_clocks;
-            let hits = self.stimulate(group, &mut samples);
-            let surroundings = Surroundings {
-                clocks: clock..end,
-                resets: std::iter::once(0..RESET_CLOCKS).collect(),
-                stalls: Vec::new(),
-                skips: Vec::new(),
-            };
-            reference.predict_changes(&surroundings, &hits, &mut Changes::default());
-            clock = end;
-            self.clock(&samples, 0)?;
-            for result in reference.take_finished() {
-                tally.add(&result);
-            }
-        }
-        Ok(self.guess(&watched, &counted))
-    }
-
-    /// Clocks all lanes with the samples of lane 0.
-    fn clock(&mut self, samples: &[u64], reset: u64) -> Result<(), CosimError> {
-        for part in samples.chunks(BLOCK_CLOCKS as usize * self.design.samples) {
-            let block = LaneBlock {
-                clocks: (part.len() / self.design.samples) as u64,
-                reset,
-                watched: 0,
-                samples: part.to_vec(),
-                events: Vec::new(),
-                phases: vec![0; self.design.tables],
-            };
-            self.model.submit(&block).map_err(halted)?;
-            self.model.collect().map_err(halted)?;
-        }
-        Ok(())
-    }
-
-    /// Pulses of one sample for a group, for each detector of one sign or of both, and
-    /// none at its end, so that all are counted when it is over.
-    fn stimulate(&mut self, group: u64, samples: &mut Vec<u64>) -> Vec<Vec<Sample>> {
-        let interface = self.interface;
-        let lanes = u64::from(interface.lanes());
-        let clocks = interface.timing.scan.integration_chips;
-        let loud = (clocks - settling_clocks(interface)) * lanes;
-        samples.clear();
-        samples.resize(clocks as usize * self.design.samples, 0);
-        let sampling = interface.timing.sampling();
-        let first = sampling.first_sample(FIRST_WORD + group * clocks);
-        let step = interface.grouping().step_of(Group(group), 0);
-        let phase_step = interface.timing.scan.phase_step(step);
-        let mut all = Vec::new();
-        for (detector, code) in interface.reference_codes.iter().enumerate() {
-            let period = code.len() * lanes;
-            let delay = period - phase_step % period;
-            let sign = self.rng.random_range(0..4u8);
-            let most = self.most_hits(group, loud, sign == 0);
-            let mut hits = Vec::new();
-            // At even and odd samples, so that neighbouring phase steps count differently.
-            let mut sample = self.rng.random_range(0..2);
-            while sample < loud && hits.len() < most {
-                let chip = (group * clocks * lanes + sample + delay) % period / lanes;
-                let up = code.chips[chip as usize] == 1;
-                let wanted = match sign {
-                    0 => up,
-                    1 => !up,
-                    _ => true,
-                };
-                if wanted {
-                    let (clock, lane) = (sample / lanes, sample % lanes);
-                    let plane = detector * interface.lanes() as usize + lane as usize;
-                    samples[clock as usize * self.design.samples + plane] = u64::MAX;
-                    hits.push(first + sample);
-                }
-                sample += self.rng.random_range(2..4);
-            }
-            all.push(hits);
-        }
-        all
-    }
-
-    /// Most hits of a group: few at first, then of any order of magnitude. Where all are
-    /// counted up it grows slowly, so that the largest count does in many steps and
-    /// comes to saturation long after a count below zero has.
-    fn most_hits(&mut self, group: u64, loud: u64, are_up: bool) -> usize {
-        if group < QUIET_GROUPS {
-            return QUIET_HITS;
-        }
-        let octaves = (loud as f64 / 2.0).log2().max(1.0);
-        let grown = (group - QUIET_GROUPS) as f64 / (self.groups as f64 / 2.0);
-        let most = if are_up { grown.min(1.0) } else { 1.0 };
-        self.rng.random_range(0.0..=(octaves * most).max(0.1)).exp2() as usize
-    }
-
-    fn guess(&self, watched: &[Vec<u64>], counted: &[Vec<i64>]) -> Starts {
-        let histories: Vec<Vec<bool>> = (0..self.design.registers.len())
-            .map(|register| {
-                let planes = watched.iter().map(|planes| planes[register]);
-                planes.map(|plane| plane & 1 == 1).collect()
-            })
-            .collect();
-        let whole_run = watched.len() as u64 == self.interface.groups();
-        let guesses = self.counted(&histories, &known_bits(counted));
+impl Evidence<'_> {
+    fn starts(&self) -> Starts {
+        let Watched { histories, counted, .. } = &self.watched;
+        let whole_run = counted.len() as u64 == self.interface.groups();
+        let guesses = self.counted(&known_bits(counted));
+        let binary = self.binary();
         let or_other = |(number, (guess, history)): (usize, (Option<Guess>, &Vec<bool>))| {
             let follows = self.design.follow_inputs[number];
             guess.unwrap_or_else(|| {
@@ -287,19 +183,83 @@ impl<'a> Watch<'a> {
                     return Guess::Watched(history.clone());
                 }
                 let later = history.get(FIRST_GROUPS..).unwrap_or_default();
-                Recurrence::of(later).map_or(Guess::Settles, Guess::Recurrent)
+                let recurrent = || Recurrence::of(later).map(Guess::Recurrent);
+                if follows {
+                    return recurrent().unwrap_or(Guess::Settles);
+                }
+                let periodic = || Recurrence::periodic(later).map(Guess::Recurrent);
+                let number_of = binary.get(number).copied().flatten().map(Guess::Number);
+                let by_itself = || recurrent().or_else(periodic).unwrap_or(Guess::Settles);
+                number_of.or_else(|| self.of_code(number, later)).unwrap_or_else(by_itself)
             })
         };
-        Starts { guesses: guesses.into_iter().zip(&histories).enumerate().map(or_other).collect() }
+        Starts { guesses: guesses.into_iter().zip(histories).enumerate().map(or_other).collect() }
+    }
+
+    /// For each register the bit of a number, if its word has been that number, or a part of it.
+    fn binary(&self) -> Vec<Option<Place>> {
+        let histories = &self.watched.histories;
+        let mut words: HashMap<&str, Vec<usize>> = HashMap::new();
+        for (number, register) in self.design.registers.iter().enumerate() {
+            if !self.design.follow_inputs[number] {
+                words.entry(&register.name.0).or_default().push(number);
+            }
+        }
+        let groups = FIRST_GROUPS as u64..self.watched.counted.len() as u64;
+        let values: Vec<Vec<u64>> = groups.map(|group| numbers(self.interface, group)).collect();
+        let mut places = vec![None; histories.len()];
+        for registers in words.values() {
+            let later =
+                |register: usize| histories[register].get(FIRST_GROUPS..).unwrap_or_default();
+            let changes =
+                |&&register: &&usize| later(register).windows(2).any(|two| two[0] != two[1]);
+            if registers.iter().filter(changes).count() < COUNTING_BITS {
+                continue;
+            }
+            let place = |quantity: usize, offset: u32, register: usize| Place {
+                quantity,
+                bit: offset + self.design.registers[register].name.1,
+                inverted: false,
+            };
+            let is = |place: Place, register: usize| {
+                let was = values.iter().zip(later(register));
+                was.into_iter()
+                    .all(|(of, &is)| place.is_set(of[place.quantity].cast_signed()) == is)
+            };
+            // The lowest bits are constant where steps are done several at once.
+            let mut all = (0..values.first().map_or(0, Vec::len))
+                .flat_map(|quantity| (0..8).map(move |offset| (quantity, offset)));
+            let found = all.find(|&(quantity, offset)| {
+                registers.iter().all(|&register| is(place(quantity, offset, register), register))
+            });
+            if let Some((quantity, offset)) = found {
+                for &register in registers {
+                    places[register] = Some(place(quantity, offset, register));
+                }
+            }
+        }
+        places
+    }
+
+    /// The guess that a register follows a code, if that was so in all groups.
+    fn of_code(&self, register: usize, later: &[bool]) -> Option<Guess> {
+        let chips = &self.watched.chips[register];
+        let recurrence = Recurrence::of(chips).or_else(|| Recurrence::periodic(chips))?;
+        let groups: Vec<u64> = (FIRST_GROUPS as u64..).take(later.len()).collect();
+        let mut places = CodePlace::all(self.interface).into_iter();
+        let place =
+            places.find(|&place| at_chips(place, &recurrence, self.interface, &groups) == later)?;
+        Some(Guess::Code(place, recurrence))
     }
 
     /// Guesses of the registers that have a bit of what has been counted.
-    fn counted(&self, histories: &[Vec<bool>], known: &Known) -> Vec<Option<Guess>> {
+    fn counted(&self, known: &Known) -> Vec<Option<Guess>> {
+        let histories = &self.watched.histories;
         // Where the bits of a word lie among those of a quantity, from the bits that
-        // are without doubt.
+        // are without doubt; then from any.
         let mut offsets: HashMap<&str, Place> = HashMap::new();
         let mut guesses = vec![None; histories.len()];
-        for certain in [true, false] {
+        for certain in [true, false, false] {
             for (number, history) in histories.iter().enumerate() {
                 if guesses[number].is_some() || !self.design.follow_inputs[number] {
                     continue;
@@ -340,6 +300,13 @@ struct Place {
     inverted: bool,
 }
 
+impl Place {
+    /// What a register is where the quantity is `value`.
+    fn is_set(self, value: i64) -> bool {
+        (value >> self.bit & 1 == 1) != self.inverted
+    }
+}
+
 /// For each history of a bit, what has it.
 type Known = HashMap<Vec<bool>, Vec<Place>>;
 
@@ -350,7 +317,7 @@ fn known_bits(counted: &[Vec<i64>]) -> Known {
             for inverted in [false, true] {
                 let history: Vec<bool> = counted
                     .iter()
-                    .map(|values| (values[quantity] >> bit & 1 == 1) != inverted)
+                    .map(|values| Place { quantity, bit, inverted }.is_set(values[quantity]))
                     .collect();
                 known.entry(history).or_default().push(Place { quantity, bit, inverted });
             }

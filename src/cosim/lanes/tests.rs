@@ -128,6 +128,28 @@ fn lanes_equal_lockstep_on_several_detectors_steps_at_once_and_windows() {
     assert_lanes_equal_lockstep("rich", &sensor);
 }
 
+/// So long that few groups are watched: too few to see a reference's period among them, which waits
+/// for a chip in every eighth.
+#[test]
+fn lanes_equal_lockstep_where_phase_steps_are_long() {
+    let long = |name, integration_chips, change: fn(&mut Scene)| {
+        let sensor = small(name, 48, |scene| {
+            scene.scan.integration_chips = integration_chips;
+            for source in &mut scene.sources {
+                source.mean_power_w /= 20.0;
+            }
+            change(scene);
+        });
+        assert_lanes_equal_lockstep(name, &sensor);
+    };
+    long("quick", 125_000, |_| ());
+    long("paper-single", 101_000, |scene| {
+        scene.hardware.parallel = 2;
+        scene.scan.steps = 200;
+        scene.scan.first_step = 16_300;
+    });
+}
+
 /// Pulses longer than the dead time overlap, and many reach from one block of clocks, and
 /// from one lane's slice, into the next.
 #[test]

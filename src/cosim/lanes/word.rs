@@ -125,7 +125,7 @@ impl<'a> Word<'a> {
             let of_slice = |slice: &Slice| slice.group.saturating_sub(before);
             let groups: Vec<u64> = self.slices.iter().map(of_slice).collect();
             let counted = &self.expected.counted[number..number + self.slices.len()];
-            self.setup.starts.planes(&groups, counted)
+            self.setup.starts.planes(self.setup.interface, &groups, counted)
         };
         // A group without hits, after which all that no input reaches is as it should be,
         // also what was no recurrence. Then the rest is set.

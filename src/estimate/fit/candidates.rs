@@ -35,12 +35,8 @@ pub fn known(
             let mut known: Vec<(Arc<Code>, usize)> = vec![(own_code, 0)];
             for path in scene.paths.iter().filter(|path| path.detector == detector) {
                 let source = &scene.sources[path.source];
-                let is_lit = path.transmission > 0.0
-                    && source.mean_power_w > 0.0
-                    && source.extinction_ratio > 1.0
-                    // Its code is at no delay for a whole scan.
-                    && source.clock.is_shared();
-                if !is_lit {
+                // The code of another clock is at no delay for a whole scan.
+                if !scene.carries_code(path) || !source.clock.is_shared() {
                     continue;
                 }
                 match known.iter_mut().find(|(code, _)| code.chips == source.code.chips) {

@@ -5,7 +5,7 @@ use super::grid::{Grid, LONGEST_PERIOD_CHIPS};
 use super::normal::NORMAL_REACH;
 use super::sign::{EdgeTiming, SignTable};
 use crate::photons::DetectorModel;
-use crate::scene::PathIndex;
+use crate::scene::{PathIndex, Recharge};
 
 /// Why a model is left to the plain loop.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -19,6 +19,9 @@ pub enum OutsideDomain {
     /// The tables are for light that turns on and off alike.
     #[error("a laser's rise and fall times differ; the lanes take edges that are alike")]
     UnlikeEdges,
+    /// Lanes pass over what comes within a dead time.
+    #[error("recharge is passive; the lanes take a dead time that nothing begins anew")]
+    PassiveRecharge,
     /// One number decides a Gaussian jitter and no other.
     #[error("the jitter has a tail; the lanes take jitter that is Gaussian")]
     Tail,
@@ -176,6 +179,9 @@ fn check_parts(model: &DetectorModel) -> Result<(), OutsideDomain> {
     }
     if model.excess.iter().any(|light| light.shape.has_gates()) {
         return Err(OutsideDomain::UnlikeEdges);
+    }
+    if model.recharge == Recharge::Passive {
+        return Err(OutsideDomain::PassiveRecharge);
     }
     if model.tail.is_some() {
         return Err(OutsideDomain::Tail);

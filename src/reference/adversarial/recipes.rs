@@ -164,6 +164,11 @@ impl Kitchen<'_> {
                 plain().with(Hits::None),
                 plain().with(Hits::None),
             ],
+            // Each frame that is read has the other memory.
+            BinPoint::Top { lane: l, memory } => {
+                let behind = (0..memory).map(|_| plain().with(lane(l.into())));
+                std::iter::once(self.fresh().with(lane(l.into()))).chain(behind).collect()
+            }
             BinPoint::Carry { adder, .. } => vec![self.fresh().with(of_adder(adder))],
             BinPoint::Clamped { adder } => {
                 vec![self.fresh().with(Hits::None), plain().with(of_adder(adder))]

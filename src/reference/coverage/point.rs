@@ -227,6 +227,13 @@ pub enum BinPoint {
         /// The bit.
         bit: u32,
     },
+    /// A bin of this lane with its top bit set is read out of this memory.
+    Top {
+        /// Sample of the word.
+        lane: u32,
+        /// The memory.
+        memory: usize,
+    },
     /// A word with a hit at each adder.
     FullRow,
     /// Several hits at one adder in a word.

@@ -59,6 +59,9 @@ fn bins(plan: &HistogramPlan, table: &mut CoverTable, detector: DetectorIndex) {
             add(BinPoint::Hit { lane, later }, reason);
         }
         add(BinPoint::Emptied { lane }, None);
+        for memory in 0..if plan.takes_turns() { 2 } else { 1 } {
+            add(BinPoint::Top { lane, memory }, None);
+        }
         if plan.saturates() {
             add(BinPoint::Full { lane }, None);
         }

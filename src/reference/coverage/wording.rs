@@ -129,6 +129,9 @@ impl BinPoint {
             BinPoint::Carry { adder, bit } => {
                 format!("a count of adder {adder} that comes to 2^{bit}")
             }
+            BinPoint::Top { lane, memory } => {
+                format!("a bin of lane {lane} with its top bit set, read out of memory {memory}")
+            }
             BinPoint::FullRow => "a word with a hit at each adder".to_owned(),
             BinPoint::Extra { adder } => format!("several hits at adder {adder} in a word"),
             BinPoint::Border { first } => {

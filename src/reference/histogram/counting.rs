@@ -56,6 +56,7 @@ impl HistogramModel {
                 if (count + 1).is_power_of_two() {
                     let bit = (count + 1).ilog2();
                     self.proves.add(points.carry[adder as usize][bit as usize]);
+                    self.tops[detector] |= u64::from(bit + 1 == self.plan.bin_bits) << lane;
                 }
                 for (first, at) in [(true, 0), (false, frame_samples - 1)] {
                     if sample - frame_start == at {
@@ -94,6 +95,7 @@ impl HistogramModel {
             turn: clock + u64::from(CLOCKS_TO_TURN),
             is_later,
             bins,
+            tops: self.tops.iter_mut().map(std::mem::take).collect(),
             proves,
         });
     }
@@ -108,6 +110,16 @@ impl HistogramModel {
                     self.proves.add(self.points[detector.0].full[lane as usize]);
                 }
             }
+        }
+    }
+
+    /// Lanes with a bin whose top bit is set in the memory that counted.
+    pub(super) fn find_tops(&self, ended: &mut Ended) {
+        let memory = self.half;
+        for (detector, &tops) in DetectorIndex::all().zip(&ended.tops) {
+            let lanes = (0..self.plan.row_bins).filter(|&lane| tops >> lane & 1 == 1);
+            let point = |lane| CoverPoint::Bin { detector, point: BinPoint::Top { lane, memory } };
+            ended.proves.extend(lanes.filter_map(|lane| self.table.number(point(lane))));
         }
     }
 

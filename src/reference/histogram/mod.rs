@@ -35,6 +35,8 @@ pub(super) struct HistogramModel {
     /// Those of each detector's bins.
     points: Vec<BinPoints>,
     was_clamped: bool,
+    /// Of each detector the lanes with a bin whose top bit has come to be set: bit n is lane n.
+    tops: Vec<u64>,
     /// Clocks after whose rising edge a bin's flag comes, with detector and adder.
     flags: VecDeque<(u64, DetectorIndex, u32)>,
     /// Frames that have ended and await their turn.
@@ -52,6 +54,8 @@ struct Ended {
     turn: u64,
     is_later: bool,
     bins: Vec<Vec<u64>>,
+    /// As [`HistogramModel::tops`].
+    tops: Vec<u64>,
     proves: Vec<usize>,
 }
 
@@ -94,6 +98,7 @@ impl HistogramModel {
             bins: vec![vec![0; plan.bins() as usize]; detectors],
             proves: Proofs::default(),
             was_clamped: false,
+            tops: vec![0; detectors],
             flags: VecDeque::new(),
             ended: VecDeque::new(),
             stream: Stream::default(),
@@ -118,6 +123,7 @@ impl HistogramModel {
         self.bins.iter_mut().for_each(|bins| bins.fill(0));
         self.proves.take();
         self.was_clamped = false;
+        self.tops.fill(0);
         self.flags.clear();
         self.ended.clear();
         self.stream = Stream::default();

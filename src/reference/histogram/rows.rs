@@ -197,6 +197,7 @@ impl HistogramModel {
     ) {
         let is_busy = self.stream.is_valid || self.stream.first_shows.is_some();
         self.find_emptied(&mut ended);
+        self.find_tops(&mut ended);
         self.memories[self.half] = Some(ended.bins.clone());
         if !self.plan.takes_turns() {
             return self.send(ended, clock);

@@ -53,7 +53,7 @@ pub enum Fault {
         /// What has none.
         expression: String,
     },
-    /// A name that is no field of the block.
+    /// A name that is not a field of the block.
     #[error("`{name}` is not a signal, constant or loop variable of this block")]
     UnknownName {
         /// The name as rust-hdl has it.

@@ -25,7 +25,7 @@ pub struct Module {
     pub tables: Vec<TablePins>,
     /// Memories.
     pub memories: Vec<Memory>,
-    /// Wires that are no ports.
+    /// Wires that are not ports.
     pub wires: Vec<SignalId>,
     /// Registers and their values after reset.
     pub registers: Vec<(SignalId, Reset)>,

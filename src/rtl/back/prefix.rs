@@ -14,7 +14,7 @@ use super::names::check_name;
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Prefix(String);
 
-/// Why a text is no prefix.
+/// Why a text is not a prefix.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
     "{reason}; a prefix is a letter and then letters, digits and single underscores, at most {} \

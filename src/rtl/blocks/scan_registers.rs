@@ -43,7 +43,7 @@ impl ScanRegisters {
     /// Of the hardware that keeps a interface.
     pub fn of(interface: &Interface) -> ScanRegisters {
         if interface.histogram.is_some() {
-            // Its counters are no LFSRs.
+            // Its counters are not LFSRs.
             return ScanRegisters { chips: None, groups: None };
         }
         let plan = ScanPlan::of(interface);

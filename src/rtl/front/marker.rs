@@ -16,7 +16,7 @@ thread_local! {
     static LEFT: Cell<Option<Marker>> = const { Cell::new(None) };
 }
 
-/// What a block is, where that is no kernel.
+/// What a block is, where that is not a kernel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Marker {
     /// The scope is the description of the block that holds it.

@@ -254,7 +254,7 @@ impl Key {
     /// The bounds of a quantity, in its base unit.
     fn bounds(&self) -> [f64; 2] {
         let Kind::Quantity { quantity, least, most } = self.kind else {
-            unreachable!("{} is no quantity", self.name)
+            unreachable!("{} is not a quantity", self.name)
         };
         [least, most].map(|bound| {
             let read = units::parse(bound, quantity, self.example);

@@ -10,7 +10,7 @@ use crate::scene::units::Quantity::{
     Angle, ClockDrift, ClockOffset, Distance, Illuminance, Power, Rate, SpectralIrradiance, Speed,
     Time, Wavelength,
 };
-use crate::scene::{Architecture, EstimatorKind, OtherLight, Target};
+use crate::scene::{Architecture, EstimatorKind, OtherLight, Recharge, Target};
 
 /// Most phase steps of a code period: the longest code, with the most samples.
 const MOST_PHASE_STEPS: i64 = (MAX_CODE_CHIPS * 64) as i64;
@@ -201,9 +201,13 @@ tables! {
             "{ illuminance = \"10 klux\", filter_width = \"10 nm\", reflectance = 0.5, aperture = \"20 mm\", field_of_view = \"10 mrad\" }";
             "in place of `background_rate` what it follows from";
         dead_time: quantity(Time, "0 s", "10 ms"), Or("0 s"), "14 ns";
-            "non-paralyzable dead time, from the avalanche"
+            "time after an avalanche in which the detector counts nothing"
             "a passively quenched detector with a slow counter has some microseconds; 10^5 \
              dead times of warm-up are within 64 bits of chips";
+        recharge: choice(const { &names(&Recharge::NAMES) }), Or("\"active\""), "\"passive\"";
+            "what light does within the dead time: nothing (\"active\", non-paralyzable), or \
+             begin it anew (\"passive\", paralyzable), which photons are simulated for and \
+             nothing is expected of";
         afterpulsing: table("detector.afterpulsing"),
             Otherwise("none"), "{ probability = 0.137, time_constant = \"5 ns\" }";
             "avalanches that an avalanche causes later";

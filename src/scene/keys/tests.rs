@@ -226,7 +226,7 @@ fn bounds_that_hold_together_are_told_too() {
 #[test]
 fn every_key_that_is_read_is_in_the_table() {
     for table in TABLES {
-        // A window without its `first` is no window.
+        // A window without its `first` is not a window.
         let text = match table.path {
             "scan.steps" => {
                 scene_with("scan.steps", "first", "0").replace("first = 0", "first = 0, qqqqqq = 0")

@@ -13,9 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use super::path_statistics::PathStatistics;
 use super::scans::{Prepared, ScansError};
-use super::{Tier, domain, expected};
+use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
-use crate::cosim::engine::Engine;
 use crate::cosim::exercised::Exercised;
 use crate::document::Body;
 use crate::estimate::{CountingTier, TheoryEffort, theory};
@@ -77,39 +76,25 @@ pub fn simulate(
     seed: u64,
     repetitions: u64,
 ) -> Result<Simulation, ScansError> {
-    simulate_with(sensor, tier, Engine::Auto, seed, repetitions)
+    let options =
+        SimulateOptions { fidelity: tier, seed, repetitions, ..SimulateOptions::default() };
+    simulate_watched(sensor, &options, |_, _| ())
 }
 
-/// [`simulate`], with a way to clock the Verilog where the tier does.
-///
-/// # Errors
-/// When the tier cannot do the scene.
-pub fn simulate_with(
-    sensor: &Sensor,
-    tier: Tier,
-    engine: Engine,
-    seed: u64,
-    repetitions: u64,
-) -> Result<Simulation, ScansError> {
-    simulate_watched(sensor, tier, engine, seed, repetitions, |_, _| ())
-}
-
-/// [`simulate_with`]; `on_progress` hears of each scan, in order, how many are done and
-/// how many there are, of all detectors. If it unwinds, the simulation ends there, and
-/// leaves nothing behind.
+/// Simulates a scene's detectors; `on_progress` hears of each scan, in order, how many are
+/// done and how many there are, of all detectors. If it unwinds, the simulation ends there,
+/// and leaves nothing behind. The estimator is the sensor's.
 ///
 /// # Errors
 /// When the tier cannot do the scene.
 pub fn simulate_watched(
     sensor: &Sensor,
-    tier: Tier,
-    engine: Engine,
-    seed: u64,
-    repetitions: u64,
+    options: &SimulateOptions,
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
-    let prepared = Prepared::with_engine(sensor, tier, engine)?;
+    let SimulateOptions { fidelity, engine, seed, repetitions, .. } = *options;
+    let prepared = Prepared::with_engine(sensor, fidelity, engine)?;
     let simulation = simulate_counting(sensor, &prepared, seed, repetitions, &mut on_progress)?;
     Ok(Simulation { run_time_s: started.elapsed().as_secs_f64(), ..simulation })
 }

@@ -7,7 +7,7 @@ use super::statistics::{Sample, differing, seen, step_s};
 use super::stiff::quick_trap_behind_dead_time;
 use crate::light::photon_rate_hz;
 use crate::scan::Step;
-use crate::scene::{self, Scene};
+use crate::scene::{self, Recharge, Scene};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -25,6 +25,17 @@ pub(super) const CASES: &[Case] = &[
         what: "deviation of the mean count from the photons of 10 pW at 783 nm",
         why: "every photon counts: P T lambda / (h c), with CODATA's exact h and c",
         run: perfect_detector,
+    },
+    Case {
+        name: "passive-recharge-past-its-maximum",
+        group: Group::Detectors,
+        quick: true,
+        what: "deviations of mean and variance of the counts, 50 and 200 Mcps behind a dead time \
+               of 14 ns that each arrival begins anew",
+        why: "paralyzable dead time: rate r = lambda exp(-lambda D), largest at lambda D = 1; the \
+              pair density is r^2 beyond D and 0 within, so the variance of N counts in T is \
+              r T - r^2 D (2 T - D)",
+        run: passive_recharge,
     },
     Case {
         name: "afterpulsing-probability-0",
@@ -120,6 +131,23 @@ fn no_afterpulses(seed: u64) -> Result<Measured, CaseError> {
     scene.detectors[0].afterpulsing_time_constant_ps = 0.0;
     let without = counts(&scene, 248, seed);
     Measured::none(differing(&with_constant, &without), seen(&without), "counts")
+}
+
+/// Simulated far beyond the rate at which a paralyzable detector counts most.
+fn passive_recharge(seed: u64) -> Result<Measured, CaseError> {
+    let dead_time_s = 14e-9;
+    let mut deviations = Vec::new();
+    for primary_cps in [50e6, 200e6] {
+        let mut scene = constant_light(primary_cps, 2_000)?;
+        scene.detectors[0].dead_time_ps = 14e3;
+        scene.detectors[0].recharge = Recharge::Passive;
+        let totals = Sample::of_totals(&counts(&scene, 248, seed));
+        let (rate, time_s) = (primary_cps * (-primary_cps * dead_time_s).exp(), step_s(&scene));
+        deviations.push(totals.z(rate * time_s));
+        let fewer = rate * rate * dead_time_s * (2.0 * time_s - dead_time_s);
+        deviations.push(totals.variance_z(rate * time_s - fewer));
+    }
+    Measured::deviation(deviations)
 }
 
 fn runaway_behind_dead_time(seed: u64) -> Result<Measured, CaseError> {

@@ -214,7 +214,7 @@ mod tests {
     fn mistakes_are_told_with_what_would_be_right() {
         for (axis, told) in [
             ("path.distance", "there is no \"=\""),
-            ("=1 m..2 m +3", "is no key"),
+            ("=1 m..2 m +3", "is not a key"),
             ("a.b=1 m..2 m", "is no number of values"),
             ("a.b=1 m..2", "does not say how many"),
             ("a.b=1 m..2 m x1", "from 2 to 100000"),

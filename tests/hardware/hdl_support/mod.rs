@@ -14,8 +14,8 @@ use std::sync::Arc;
 use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, JitterTail, LaserResponse, OtherLight, Scan,
-    Scene, Source, SourceClock, SourceIndex, Target,
+    CounterTiming, Detector, EstimatorKind, Hardware, LaserResponse, OtherLight, Scan, Scene,
+    Source, SourceClock, SourceIndex, Target,
 };
 use goldtof::sensor::Sensor;
 
@@ -138,23 +138,19 @@ pub fn scene(
             })
             .collect(),
         detectors: vec![Detector {
-            name: "spad".into(),
-            reference: SourceIndex(reference),
             photon_detection_probability: 0.31,
             dark_count_rate_cps: 71e3,
-            background_rate_cps: 0.0,
             dead_time_ps: 14e3,
             afterpulsing_probability: 0.137,
             afterpulsing_time_constant_ps: 5e3,
-            pulse_width_ps: 7e3,
             delay_ps: 1750.0,
             jitter_ps: vec![53.5, 4.0],
-            jitter_tail: JitterTail::None,
             counter: CounterTiming {
                 rising_delay_ps: 340.0,
                 falling_delay_ps: 390.0,
                 transition_ps: 1.5,
             },
+            ..Detector::ideal("spad", SourceIndex(reference), 7e3)
         }],
         paths: Vec::new(),
         scan: Scan {

@@ -48,7 +48,7 @@ fn clock() {
         ("a chip period that is a rate", r#""8 ns""#, r#""125 Mcps""#),
         ("a chip period that is a truth value", r#""8 ns""#, "true"),
         ("a chip period in two units", r#""8 ns""#, r#""8 ns 3 ps""#),
-        ("samples that are no whole number", "samples_per_chip = 8", "samples_per_chip = 8.0"),
+        ("samples that are not a whole number", "samples_per_chip = 8", "samples_per_chip = 8.0"),
         ("samples in quotes", "samples_per_chip = 8", "samples_per_chip = \"8\""),
         ("no samples", "samples_per_chip = 8", "samples_per_chip = 0"),
     ];
@@ -93,7 +93,7 @@ fn code() {
         ("a degree below the least", "degree = 5", "degree = 2"),
         ("a degree beyond 64 bits", "degree = 5", "degree = 99999999999999999999"),
         ("an index below the least", "degree = 5", "degree = 5, index = -3"),
-        ("an index that is no whole number", "degree = 5", "degree = 5, index = 1.5"),
+        ("an index that is not a whole number", "degree = 5", "degree = 5, index = 1.5"),
         ("an index of an m-sequence", CODE, r#"{ family = "m-sequence", degree = 5, index = 1 }"#),
         ("an interleaving depth that is negative", "degree = 5", "degree = 5, interleave = -1"),
         (
@@ -102,7 +102,7 @@ fn code() {
             "degree = 19, interleave = 8",
         ),
         ("polynomials that are text", "degree = 5", r#"degree = 5, polynomials = "5,2,0""#),
-        ("polynomials that are no lists", "degree = 5", "degree = 5, polynomials = [5, 2, 0]"),
+        ("polynomials that are not lists", "degree = 5", "degree = 5, polynomials = [5, 2, 0]"),
         ("exponents in quotes", "degree = 5", r#"degree = 5, polynomials = [["5", "2", "0"]]"#),
         (
             "an exponent beyond the largest degree",

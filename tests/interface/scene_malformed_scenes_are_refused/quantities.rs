@@ -235,7 +235,7 @@ fn steps_that_are_neither_word_nor_window() {
     insta::assert_snapshot!(
         refusal(r#"integration = "20 us""#, "integration = \"20 us\"\nsteps = \"some\""),
         @r#"
-    scenes/x.toml:23:9: scan.steps: "some" is no choice of phase steps; write "all", { first = 0, count = 64 } or { around = "3.2 m", halfwidth = 16 }
+    scenes/x.toml:23:9: scan.steps: "some" is not a choice of phase steps; write "all", { first = 0, count = 64 } or { around = "3.2 m", halfwidth = 16 }
       23 | steps = "some"
          |         ^^^^^^
     "#

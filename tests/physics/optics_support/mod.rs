@@ -9,8 +9,8 @@ use goldtof::code::{Code, Generator};
 use goldtof::photons::{DetectorModel, Pulse, PulseStream};
 use goldtof::scan::{Sample, Step};
 use goldtof::scene::{
-    CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, JitterTail, LaserResponse,
-    OtherLight, Path, Scan, Scene, Source, SourceClock, SourceIndex, Target,
+    CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, LaserResponse, OtherLight,
+    Path, Scan, Scene, Source, SourceClock, SourceIndex, Target,
 };
 
 pub fn code(chips: &[u8]) -> Arc<Code> {
@@ -81,25 +81,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             response: LaserResponse::Ideal,
             clock: SourceClock::default(),
         }],
-        detectors: vec![Detector {
-            name: "spad".to_owned(),
-            reference: SourceIndex(0),
-            photon_detection_probability: 1.0,
-            dark_count_rate_cps: 0.0,
-            background_rate_cps: 0.0,
-            dead_time_ps: 0.0,
-            afterpulsing_probability: 0.0,
-            afterpulsing_time_constant_ps: 0.0,
-            pulse_width_ps: 4000.0,
-            delay_ps: 0.0,
-            jitter_ps: Vec::new(),
-            jitter_tail: JitterTail::None,
-            counter: CounterTiming {
-                rising_delay_ps: 0.0,
-                falling_delay_ps: 0.0,
-                transition_ps: 0.0,
-            },
-        }],
+        detectors: vec![Detector::ideal("spad", SourceIndex(0), 4000.0)],
         paths: vec![Path {
             source: SourceIndex(0),
             detector: DetectorIndex(0),

@@ -1,0 +1,51 @@
+//! What a simulation is asked for: the command line's options, the library's, and a shard's.
+
+use serde::{Deserialize, Serialize};
+
+use super::Tier;
+use crate::cosim::engine::Engine;
+use crate::scene::EstimatorKind;
+
+/// What to simulate.
+///
+/// ```
+/// use goldtof::simulate::{SimulateOptions, Tier};
+///
+/// let options = SimulateOptions { fidelity: Tier::Counts, repetitions: 200, ..Default::default() };
+/// assert_eq!(options.seed, 1);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
+pub struct SimulateOptions {
+    /// Scans of each detector, 1 to 1000000, for example --repeat 1000
+    #[cfg_attr(feature = "cli", arg(long = "repeat", value_name = "R", default_value_t = 100,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)))]
+    pub repetitions: u64,
+    /// Tier of simulation
+    #[cfg_attr(feature = "cli",
+        arg(long, value_name = "T", value_enum, default_value_t = Tier::Events))]
+    pub fidelity: Tier,
+    /// Co-simulation engine of the tier rtl
+    #[cfg_attr(feature = "cli",
+        arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto))]
+    pub engine: Engine,
+    /// Estimator [default: the scene's]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "E", value_enum))]
+    pub estimator: Option<EstimatorKind>,
+    /// Seed of all random numbers
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub seed: u64,
+}
+
+impl Default for SimulateOptions {
+    fn default() -> SimulateOptions {
+        SimulateOptions {
+            repetitions: 100,
+            fidelity: Tier::Events,
+            engine: Engine::Auto,
+            estimator: None,
+            seed: 1,
+        }
+    }
+}
