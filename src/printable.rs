@@ -34,7 +34,6 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 }
 
 /// Text of several lines: line ends and tabs stay.
-#[cfg(feature = "cli")]
 pub fn printable_lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| is_unprintable(c) && c != '\n' && c != '\t')
 }

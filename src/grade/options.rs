@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Bounds;
+#[cfg(feature = "cli")]
 use crate::cosim::MOST_CLOCKS;
 
 /// What is graded.

@@ -17,7 +17,7 @@ const MOST_EDGE_CHIPS: f64 = (1_u32 << 16) as f64;
 pub struct Detector {
     /// Name that paths refer to.
     pub name: String,
-    /// Index in [`Scene::sources`] of the source whose code the sign follows.
+    /// Index in [`Scene::sources`](super::Scene::sources) of the source whose code the sign follows.
     pub reference: SourceIndex,
     /// Chance that an incident photon fires a ready detector, 0..=1.
     pub photon_detection_probability: f64,
