@@ -184,9 +184,9 @@ fn right_scene_beside_light(seed: u64) -> Result<Measured, CaseError> {
     };
     let found = scanned(&sensor, Tier::Sampled, seed, 10)?;
     ensure!(found.iter().all(|counts| seen(counts) > 0), "a scan has counted nothing");
-    // Half as much own light again is seen.
-    let brighter = sensor.with(|scene| scene.sources[0].mean_power_w *= 1.5);
-    let is_told = found.first().is_some_and(|counts| is_accused(&brighter, counts));
+    // Three metres of another distance are seen.
+    let farther = sensor.with(|scene| scene.paths[0].delay_ps += 20_000.0);
+    let is_told = found.first().is_some_and(|counts| is_accused(&farther, counts));
     ensure!(is_told, "a scene that is wrong is not said to be");
     let accused = found.iter().filter(|counts| is_accused(&sensor, counts)).count();
     Measured::between(accused as f64, "scans", [0.0, 1.0])
