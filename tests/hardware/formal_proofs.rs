@@ -72,6 +72,9 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("scan", "scan_controller", "CHIP_COUNT_END   = 9'h1eb", "CHIP_COUNT_END   = 9'h0f5"),
     ("reference", "lane_delay", "{4{i_chips[1]}}", "{4{i_chips[0]}}"),
     ("counts", "detector_channel", "clamp_0_clamped | total_clamped", "clamp_0_clamped"),
+    // Edges at word borders, and hits outside a scan.
+    ("counts", "edge_detector", "{i_samples[2:0], last_sample_r}", "{i_samples[2:0], 1'b0}"),
+    ("counts", "edge_detector", " & {4{i_run}}", ""),
     ("stream", "result_stream", "(~i_last & (|clamped))", "(|clamped)"),
     ("axis", "result_stream", "o_valid <= i_counted | blocked", "o_valid <= i_counted | more_r"),
 ];

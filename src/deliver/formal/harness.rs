@@ -42,8 +42,8 @@ enum Start {
 /// How a proof is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Engine {
-    /// Induction over four clocks with all equivalences of design and specification
-    /// as hypotheses, then property directed reachability for what is left.
+    /// A search through the first clocks after reset, induction over four clocks with all
+    /// equivalences of design and specification as hypotheses, then property directed reachability for what is left.
     Induction,
     /// Property directed reachability alone.
     Reachability,
@@ -316,7 +316,8 @@ impl Harness {
     /// The engine's line in the `.sby` file.
     pub(super) fn engine_line(&self) -> &'static str {
         match self.engine {
-            Engine::Induction => "abc scorr -F 4 -C 100000; pdr",
+            // What shows within the pipelines is found at once; scorr and pdr would look long for it.
+            Engine::Induction => "abc bmc3 -F 9; scorr -F 4 -C 100000; pdr",
             Engine::Reachability => "abc pdr",
             Engine::Steps(_) | Engine::Bounded(_) => "abc bmc3",
         }
