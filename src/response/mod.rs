@@ -54,6 +54,7 @@ mod pairs;
 mod poisson;
 mod sampling;
 mod scan_moments;
+mod span;
 mod tier;
 mod variance;
 

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use super::MeanResponseError;
 use super::expected::MeanResponse;
 use super::grid::{Samples, frame_chips};
-use super::pairs::{DetectorPairs, Reach, before_chips};
+use super::pairs::{DetectorPairs, before_chips};
+use super::span::Reach;
 use crate::photons::DetectorModel;
 use crate::scan::{Group, Step};
 

@@ -1,12 +1,11 @@
 //! Pairs of detections of one detector in one light.
 
-use std::ops::Range;
-
 use super::chain::{Chain, states_needed};
 use super::forward::{self, AllAndMerged, Detections, ReadyStates};
 use super::grid::{Grid, Kinks, Samples};
 use super::light::Light;
 use super::poisson::{self, Waiting};
+use super::span::{Reach, Span};
 use super::{MAX_STATES, MeanResponseError, variance, with_states};
 use crate::photons::DetectorModel;
 
@@ -23,39 +22,6 @@ pub struct DetectorPairs {
     samples: Samples,
     /// Share of each cell of a chip in which a pulse is seen by a sample.
     pub seen: Vec<f64>,
-}
-
-/// Chips in which pairs of detections are looked for.
-pub struct Span {
-    /// Chip of the code period with which it begins.
-    pub first_chip: usize,
-    /// Chips, from that one on, in which a pair may begin.
-    pub begun: usize,
-    /// Chips, from that one on, in which it may end.
-    pub counted: Range<usize>,
-}
-
-impl Span {
-    /// Pairs that begin within a code period and end whenever they do.
-    fn of_period(grid: &Grid) -> Span {
-        let period = grid.period_chips;
-        Span { first_chip: 0, begun: period, counted: 0..period + grid.memory_chips }
-    }
-
-    /// Pairs that begin in the chips before chip `end` of the code period, and end after it.
-    fn across(grid: &Grid, end: usize, reach: Reach) -> Span {
-        let whole_periods = reach.before.next_multiple_of(grid.period_chips);
-        let first_chip = (end + whole_periods - reach.before) % grid.period_chips;
-        let counted = reach.before..reach.before + reach.after;
-        Span { first_chip, begun: reach.before, counted }
-    }
-}
-
-/// Chips before and after the end of a step in which pairs of detections lie that it divides.
-#[derive(Debug, Clone, Copy)]
-pub struct Reach {
-    pub before: usize,
-    pub after: usize,
 }
 
 /// The detector's states, whatever their number.

@@ -9,7 +9,7 @@
 
 use super::forward::{AllAndMerged, Detections};
 use super::grid::{Grid, Rearming};
-use super::pairs::Span;
+use super::span::Span;
 
 /// B_n at the start of every cell of the code period.
 #[derive(Debug, Clone, Default)]

@@ -21,7 +21,7 @@ use super::forward::{Detections, ReadyStates};
 use super::grid::{Grid, Place, Rearming};
 use super::history::History;
 use super::integrator::{CellStep, CellSteps};
-use super::pairs::Span;
+use super::span::Span;
 
 /// Q integrated over each cell in which pairs begin. `signs` has the mean sign of
 /// every cell of the code period; `states` are the ready states whose next pulse counts,
