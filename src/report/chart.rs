@@ -119,7 +119,11 @@ impl Panel {
     /// The same of another column.
     pub fn curves_of(mut self, table: &Table, column: &str, mark: Mark) -> Panel {
         for name in table.names() {
-            let points = table.points(&name, &self.x, (column, &self.y));
+            let mut points = table.points(&name, &self.x, (column, &self.y));
+            if mark == Mark::Rings {
+                // The dots that they are round have the bars.
+                points.iter_mut().for_each(|point| point.interval = None);
+            }
             let known = self.names.iter().position(|known| *known == name);
             let colour = match (mark, known) {
                 (Mark::Rings, _) => BLACK,
