@@ -7,7 +7,7 @@ use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
 use super::fit::moving;
 use super::fit::parameters::Parameters;
-use super::fit::problem::{Problem, window};
+use super::fit::problem::{Problem, Reading, Sides, window};
 use super::fit::template::Axis;
 use super::fit::weights::Weights;
 pub use super::path_bound::{Bound, PathBound};
@@ -71,8 +71,9 @@ pub(super) fn bound_of(
         tier,
         codes: light.paths.iter().map(|p| Arc::clone(&p.code)).collect(),
         steps: Step::all(sensor.timing().scan.steps).collect(),
+        moment_ps: 0.0,
     };
-    let jacobian = problem.central_jacobian(&parameters, counts.response)?;
+    let jacobian = problem.jacobian(&parameters, counts.response, Reading::Exact, Sides::Both)?;
     let axis = Axis::new(sensor, detector, tier, &problem.steps);
     let means = counts.of_steps(&problem.steps);
     let weights = problem.weights_of(counts.second, &parameters, &means, &axis);
@@ -111,13 +112,11 @@ fn bound_of_moving(
     let peak = Step::at(first_maximum(&counts.signed()));
     let samples_per_chip = sensor.clock().samples_per_chip;
     let steps = moving::in_one_go(&window(&sensor.timing().scan, samples_per_chip, peak), peak);
-    let (problem, course) = moving::of_scene(sensor, &model, tier, steps)?;
-    let moving = moving::MovingPath::new(&problem, moment_ps);
-    let means = moving.means(&course)?;
-    let jacobian = moving.jacobian(&course, &means)?;
+    let (problem, parameters) = moving::of_scene(sensor, &model, tier, steps, moment_ps)?;
+    let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both)?;
     let axis = Axis::new(&still, detector, tier, &problem.steps);
     let standing = counts.of_steps(&problem.steps);
-    let weights = problem.weights_of(&second, &course.parameters(), &standing, &axis);
+    let weights = problem.weights_of(&second, &parameters, &standing, &axis);
     let undetermined =
         FitError::Undetermined { steps: problem.steps.len(), unknowns: jacobian.len() };
     let information = weights.information(&jacobian).ok_or(undetermined)?;
@@ -125,7 +124,7 @@ fn bound_of_moving(
     let bound = |path: PathIndex| PathBound {
         path,
         bound_m: distance_m(sensor.clock().ps(deviations[0])),
-        velocity_bound_m_per_s: Some(distance_m(1e12 * deviations[1])),
+        velocity_bound_m_per_s: Some(distance_m(1e12 * deviations[2])),
     };
     Ok(Bound {
         paths: model.modulated_paths().take(1).map(bound).collect(),
@@ -149,7 +148,8 @@ fn check_even(
         for side in [-1.0, 1.0] {
             let mut moved = parameters.clone();
             moved.paths[index].delay_chips += side * std_chips.min(half_sample);
-            let jacobian = problem.central_jacobian(&moved, &problem.response(&moved)?)?;
+            let response = problem.response(&moved)?;
+            let jacobian = problem.jacobian(&moved, &response, Reading::Exact, Sides::Both)?;
             let there = weights.information(&jacobian);
             let there = there.map(|information| information.standard_deviations()[2 * index]);
             let ratio = there.map_or(f64::INFINITY, |there| there / std_chips);
@@ -190,8 +190,10 @@ mod tests {
                 tier,
                 codes: vec![Arc::clone(&model.reference)],
                 steps: Step::all(sensor.timing().scan.steps).collect(),
+                moment_ps: 0.0,
             };
-            let jacobian = problem.central_jacobian(&Parameters::of(&light), &response);
+            let parameters = Parameters::of(&light);
+            let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both);
             let exact = Weights::of(&second.of_scan());
             let exact = exact.information(&jacobian.expect("there is one")).expect("it is regular");
             let exact_m = distance_m(sensor.clock().ps(exact.standard_deviations()[0]));

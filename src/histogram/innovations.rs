@@ -8,6 +8,10 @@ use super::correction::{CorrectionError, DeadTime, Releases, Shares, quotients};
 /// A bin weighs as if it counted at least this share of what bins count on average.
 const LEAST_MEAN: f64 = 1e-6;
 
+/// A bin is expected to count at least this share of its mean, given those before: what they
+/// say is a mean's first order, and may be less than nothing.
+const LEAST_EXPECTED: f64 = 1e-9;
+
 /// Time constants of afterpulses after which they are forgotten.
 const TIME_CONSTANTS: f64 = 6.0;
 
@@ -76,6 +80,23 @@ impl Innovations {
         Ok(bins.collect())
     }
 
+    /// What every bin is expected to count, given the counts of those before it and that all
+    /// counts deviate by `deviations` from the means.
+    ///
+    /// # Errors
+    /// When afterpulses pile up.
+    pub fn expected(
+        &self,
+        counts: &[f64],
+        deviations: &[f64],
+    ) -> Result<Vec<f64>, CorrectionError> {
+        let whitened = self.whitened(deviations)?;
+        let bins = counts.iter().zip(whitened).zip(&self.means);
+        let expected =
+            bins.map(|((count, z), mean)| (count - z * mean.sqrt()).max(LEAST_EXPECTED * mean));
+        Ok(expected.collect())
+    }
+
     /// A histogram of these means: bin by bin, what those before let one expect and what is
     /// the bin's own. Its first bins follow some that are drawn for them and thrown away, and
     /// not its own last ones.
@@ -112,6 +133,16 @@ impl Innovations {
     pub fn means(&self) -> &[f64] {
         &self.means
     }
+}
+
+/// Twice what the logarithm of the likelihood of counts lacks of the largest there is, where they
+/// are Poisson numbers of the means that those before let one expect.
+pub fn deviance(counts: &[f64], expected: &[f64]) -> f64 {
+    let of_bin = |(&count, &expected): (&f64, &f64)| {
+        let of_count = if count > 0.0 { count * (count / expected).ln() } else { 0.0 };
+        2.0 * (of_count - count + expected)
+    };
+    counts.iter().zip(expected).map(of_bin).sum()
 }
 
 /// What has been drawn so far, bin after bin.

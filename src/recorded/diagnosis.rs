@@ -206,7 +206,7 @@ impl Search<'_> {
 
     fn outcome(&self, unknown: Unknown, statistic: f64, fitted: &Fitted) -> TestOutcome {
         let spad = &self.scene.detectors[self.observed.detector()];
-        let value = unknown.of(&fitted.change);
+        let value = fitted.change.value(unknown);
         let std = fitted.errors.iter().find(|(of, _)| *of == unknown);
         let std = std.map(|(_, std)| *std);
         let background = spad.background_rate_cps * spad.photon_detection_probability;

@@ -1,12 +1,12 @@
 //! What counts a scene lets one expect if something about it is otherwise, fitted to
 //! counts that were recorded.
 
-use crate::scene::{DetectorIndex, Scene};
-use nalgebra::{DMatrix, DVector};
-
 use super::no_fit::NoFit;
 use super::observed::{Agreement, Expected, Observed, Weights, differences};
+use crate::estimate::fit::normal::Normal;
+use crate::estimate::fit::scoring::{Counts, Settling, Slopes, settle};
 use crate::photons::DetectorModel;
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 /// Something about a scene that may be otherwise than it says.
@@ -46,43 +46,24 @@ pub(super) struct Fitted {
     pub p_value: Option<f64>,
 }
 
-/// Gauss-Newton steps at most; a fit to the right scene takes some four.
-const MOST_ITERATIONS: usize = 25;
 /// Light is looked for within this many powers of e of the scene's.
 const MOST_LN_LIGHT: f64 = 7.0;
 /// A chip's period is looked for within this many powers of e of the scene's.
 const MOST_LN_CHIP_PERIOD: f64 = 1.5;
-/// A fit has settled when no unknown moves by more standard deviations.
-const SETTLED_SIGMAS: f64 = 1e-3;
+
+/// How far an unknown moves.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    /// For its derivative.
+    nudge: f64,
+    /// In one step of a fit.
+    farthest: f64,
+}
 
 impl Unknown {
-    /// The change that moves this unknown alone.
-    fn change(self, by: f64) -> Change {
-        let mut change = Change::default();
-        match self {
-            Unknown::Delay => change.delay_ps = by,
-            Unknown::Light => change.ln_light = by,
-            Unknown::Constant => change.constant_cps = by,
-            Unknown::DeadTime => change.dead_time_ps = by,
-            Unknown::ChipPeriod => change.ln_chip_period = by,
-        }
-        change
-    }
-
-    pub fn of(self, change: &Change) -> f64 {
-        match self {
-            Unknown::Delay => change.delay_ps,
-            Unknown::Light => change.ln_light,
-            Unknown::Constant => change.constant_cps,
-            Unknown::DeadTime => change.dead_time_ps,
-            Unknown::ChipPeriod => change.ln_chip_period,
-        }
-    }
-
-    /// A step for its derivative, and the farthest that one step of a fit goes.
-    fn steps(self, sensor: &Sensor, detector: DetectorIndex) -> [f64; 2] {
+    fn reach(self, sensor: &Sensor, detector: DetectorIndex) -> Reach {
         let chip_ps = sensor.scene().chip_period_ps;
-        match self {
+        let [nudge, farthest] = match self {
             Unknown::Delay => [2e-3 * chip_ps, 0.5 * chip_ps],
             Unknown::Light => [5e-3, 1.0],
             Unknown::ChipPeriod => [2e-3, 0.1],
@@ -96,18 +77,24 @@ impl Unknown {
                 let dead_time_ps = sensor.scene().detectors[detector].dead_time_ps;
                 [5e-3 * dead_time_ps, 0.3 * dead_time_ps]
             }
-        }
+        };
+        Reach { nudge, farthest }
     }
 }
 
 impl Change {
-    fn plus(&self, other: &Change) -> Change {
-        Change {
-            delay_ps: self.delay_ps + other.delay_ps,
-            ln_light: self.ln_light + other.ln_light,
-            constant_cps: self.constant_cps + other.constant_cps,
-            dead_time_ps: self.dead_time_ps + other.dead_time_ps,
-            ln_chip_period: self.ln_chip_period + other.ln_chip_period,
+    /// By how much an unknown is otherwise.
+    pub fn value(mut self, unknown: Unknown) -> f64 {
+        *self.value_mut(unknown)
+    }
+
+    fn value_mut(&mut self, unknown: Unknown) -> &mut f64 {
+        match unknown {
+            Unknown::Delay => &mut self.delay_ps,
+            Unknown::Light => &mut self.ln_light,
+            Unknown::Constant => &mut self.constant_cps,
+            Unknown::DeadTime => &mut self.dead_time_ps,
+            Unknown::ChipPeriod => &mut self.ln_chip_period,
         }
     }
 
@@ -175,100 +162,112 @@ pub(super) fn fit(
     unknowns: &[Unknown],
     start: Change,
 ) -> Result<Fitted, NoFit> {
-    let problem = Problem { sensor, observed, values: observed.values(), unknowns };
+    let values = observed.values();
     let mut change = start;
     let mut expected = change.expected(sensor, observed)?;
     let mut errors = Vec::new();
     if !unknowns.is_empty() {
         // Weights of where the fit began may be off: those of where it ended are not.
         for _ in 0..2 {
-            (change, errors) = problem.settle(change, &expected)?;
+            let start = Place { change, means: expected.means.clone() };
+            let mut scene = SceneCounts {
+                weights: expected.weights(&start.means)?,
+                weighed_at: change,
+                reach: unknowns.iter().map(|u| u.reach(sensor, observed.detector())).collect(),
+                known: &expected,
+                sensor,
+                observed,
+                values: &values,
+                unknowns,
+            };
+            let settled = settle(&mut scene, start, Settling::FINE)?;
+            change = scene.changed(&settled.place.change, &settled.step);
+            let sigmas = settled.normal.standard_deviations();
+            errors = unknowns.iter().copied().zip(sigmas).collect();
             expected = change.expected(sensor, observed)?;
         }
     }
-    let agreement = expected.judge(&problem.values)?;
+    let agreement = expected.judge(&values)?;
     let degrees = agreement.numbers.saturating_sub(unknowns.len());
     Ok(Fitted { change, errors, expected, p_value: agreement.p_value(degrees), agreement, degrees })
 }
 
-struct Problem<'p> {
+/// Counts that were recorded, and what of the scene may be otherwise.
+struct SceneCounts<'p> {
     sensor: &'p Sensor,
     observed: Observed<'p>,
-    values: Vec<f64>,
+    values: &'p [f64],
     unknowns: &'p [Unknown],
+    /// Of each unknown.
+    reach: Vec<Reach>,
+    /// What weights are scaled from, to the light as it changes.
+    known: &'p Expected,
+    weights: Weights,
+    weighed_at: Change,
 }
 
-impl Problem<'_> {
-    /// Gauss-Newton with weights from `known`, scaled to the light as it changes.
-    fn settle(
-        &self,
-        start: Change,
-        known: &Expected,
-    ) -> Result<(Change, Vec<(Unknown, f64)>), NoFit> {
-        let mut change = start;
-        let mut errors = Vec::new();
-        for _ in 0..MOST_ITERATIONS {
-            let means = change.means(self.sensor, self.observed)?;
-            let weights = known.weights(&means)?;
-            let residuals = weights.whitened(&differences(&self.values, &means))?;
-            let columns = self.columns(&change, &weights)?;
-            let (step, sigmas) = solve(&columns, &residuals).ok_or(NoFit::Undetermined)?;
-            let mut settled = true;
-            let mut share: f64 = 1.0;
-            for ((unknown, step), sigma) in self.unknowns.iter().zip(&step).zip(&sigmas) {
-                let [_, farthest] = unknown.steps(self.sensor, self.observed.detector());
-                share = share.min(farthest / step.abs().max(f64::MIN_POSITIVE));
-                settled &= (step / sigma).abs() < SETTLED_SIGMAS;
-            }
-            for (unknown, step) in self.unknowns.iter().zip(&step) {
-                change = change.plus(&unknown.change(share * step));
-            }
-            errors = self.unknowns.iter().copied().zip(sigmas).collect();
-            if settled {
-                break;
-            }
+/// A change of the scene, and what it lets one expect.
+struct Place {
+    change: Change,
+    means: Vec<f64>,
+}
+
+impl SceneCounts<'_> {
+    fn changed(&self, change: &Change, step: &[f64]) -> Change {
+        let mut changed = *change;
+        for (unknown, by) in self.unknowns.iter().zip(step) {
+            *changed.value_mut(*unknown) += by;
         }
-        Ok((change, errors))
+        changed
+    }
+}
+
+impl Counts for SceneCounts<'_> {
+    type Place = Place;
+    type Error = NoFit;
+
+    fn residuals(&self, place: &Place) -> Result<Vec<f64>, NoFit> {
+        self.weights.whitened(&differences(self.values, &place.means))
     }
 
-    /// Whitened derivatives of the expected counts by every unknown.
-    fn columns(&self, change: &Change, weights: &Weights) -> Result<Vec<Vec<f64>>, NoFit> {
-        let of_unknown = |unknown: &Unknown| {
-            let [step, _] = unknown.steps(self.sensor, self.observed.detector());
+    fn slopes(&mut self, place: &Place, _anew: bool) -> Result<Slopes, NoFit> {
+        let of_unknown = |(unknown, reach): (&Unknown, &Reach)| {
             let at = |by: f64| {
-                let changed = change.plus(&unknown.change(by));
+                let mut changed = place.change;
+                *changed.value_mut(*unknown) += by;
                 changed.means(self.sensor, self.observed)
             };
             // A rate cannot be less than none.
+            let step = reach.nudge;
             let down = if *unknown == Unknown::Constant { 0.0 } else { step };
-            let (below, above) = (at(-down)?, at(step)?);
-            let slopes: Vec<f64> = differences(&above, &below)
-                .into_iter()
-                .map(|difference| difference / (step + down))
-                .collect();
-            weights.whitened(&slopes)
+            let mut slopes = differences(&at(step)?, &at(-down)?);
+            slopes.iter_mut().for_each(|difference| *difference /= step + down);
+            self.weights.whitened(&slopes)
         };
-        self.unknowns.iter().map(of_unknown).collect()
+        let columns = self.unknowns.iter().zip(&self.reach).map(of_unknown);
+        Ok(Slopes { columns: columns.collect::<Result<_, _>>()?, are_best: true })
     }
-}
 
-/// The least squares step and the standard deviations; none if the columns are nearly
-/// dependent.
-fn solve(columns: &[Vec<f64>], residuals: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    let size = columns.len();
-    let scales: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt()).collect();
-    let information =
-        DMatrix::from_fn(size, size, |i, j| dot(&columns[i], &columns[j]) * scales[i] * scales[j]);
-    let factor = nalgebra::Cholesky::new(information)?;
-    if factor.l_dirty().diagonal().min() < 1e-5 {
-        return None;
+    fn step(&self, _place: &Place, normal: &Normal) -> Vec<f64> {
+        let limits = self.reach.iter().map(|reach| [-reach.farthest, reach.farthest]);
+        normal.solution_within(&limits.collect::<Vec<_>>())
     }
-    let gradient = DVector::from_fn(size, |i, _| dot(&columns[i], residuals) * scales[i]);
-    let step = factor.solve(&gradient);
-    let inverse = factor.inverse();
-    let step: Vec<f64> = (0..size).map(|i| step[i] * scales[i]).collect();
-    let sigmas: Vec<f64> = (0..size).map(|i| inverse[(i, i)].sqrt() * scales[i]).collect();
-    let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-    (finite(&step) && finite(&sigmas)).then_some((step, sigmas))
+
+    fn moved(&self, place: &Place, step: &[f64]) -> Result<Place, NoFit> {
+        let change = self.changed(&place.change, step);
+        Ok(Place { means: change.means(self.sensor, self.observed)?, change })
+    }
+
+    fn weigh(&mut self, place: &Place, _fall: f64) -> Result<bool, NoFit> {
+        if self.weighed_at == place.change {
+            return Ok(false);
+        }
+        self.weights = self.known.weights(&place.means)?;
+        self.weighed_at = place.change;
+        Ok(true)
+    }
+
+    fn undetermined(&self, _place: &Place) -> NoFit {
+        NoFit::Undetermined
+    }
 }

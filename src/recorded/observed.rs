@@ -10,7 +10,7 @@ use crate::estimate::histogram::dead_time;
 use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
 use crate::histogram::correction::DeadTime;
 use crate::histogram::correlation::Correlator;
-use crate::histogram::innovations::Innovations;
+use crate::histogram::innovations::{Innovations, deviance};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{CountMoments, MeanCount, MeanResponse, SecondMoments};
 use crate::scene::DetectorIndex;
@@ -19,9 +19,6 @@ use crate::sensor::Sensor;
 /// Neighbouring bins are summed for the chi-square until this many hits are expected in
 /// each sum: its distribution is known well where sums are not small.
 pub(super) const HITS_OF_A_SUM: f64 = 5.0;
-/// A bin is expected to count at least this, given those before: what they say is a mean's
-/// first order, and may be less than nothing.
-const LEAST_EXPECTED: f64 = 1e-9;
 
 /// What was recorded of one detector.
 #[derive(Debug, Clone, Copy)]
@@ -233,23 +230,17 @@ fn of_bins(
     deviations: &[f64],
     innovations: &Innovations,
 ) -> Result<Agreement, NoFit> {
-    let whitened = innovations.whitened(deviations)?;
+    let expected = innovations.expected(values, deviations)?;
     let mut agreement = Agreement {
-        whitened: Vec::new(),
+        whitened: innovations.whitened(deviations)?,
         chi_square: 0.0,
         numbers: 0,
         excess_variance: 0.0,
-        deviance: 0.0,
+        deviance: deviance(values, &expected),
     };
     let (mut sum, mut hits) = (0.0, 0.0);
-    for ((value, z), mean) in values.iter().zip(&whitened).zip(innovations.means()) {
+    for (z, mean) in agreement.whitened.iter().zip(innovations.means()) {
         let innovation = z * mean.sqrt();
-        let expected = (value - innovation).max(LEAST_EXPECTED * mean);
-        let of_count = match *value > 0.0 {
-            true => value * (value / expected).ln(),
-            false => 0.0,
-        };
-        agreement.deviance += 2.0 * (of_count - value + expected);
         sum += innovation;
         hits += mean;
         if hits >= HITS_OF_A_SUM {
@@ -259,7 +250,6 @@ fn of_bins(
             (sum, hits) = (0.0, 0.0);
         }
     }
-    agreement.whitened = whitened;
     Ok(agreement)
 }
 

@@ -1,18 +1,18 @@
 //! The model estimator on a histogram: delay and strength of the path, and the constant
 //! light, fitted to its bins.
 //!
-//! Whoever knows the bins before expects of a bin what its mean and their deviations say, and
-//! what is beyond that is apart from all else ([`Innovations`]): weighted least squares of
-//! 16,376 bins with their covariance, in as much time as the bins take to read.
+//! A bin is a Poisson number of the mean that the bins before it let one expect
+//! ([`Innovations`]): the likelihood of 16,376 bins in as much time as they take to read, which
+//! holds where hardly any bin counts at all.
 
 use std::sync::Arc;
 
 use super::error::FitError;
-use super::gauss_newton::{CONVERGED_SIGMAS, bounded};
 use super::model_estimate::{FittedPath, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
 use super::problem::Problem;
+use super::scoring::{Counts, Settling, Slopes, settle};
 use super::start;
 use crate::estimate::dead_time::{dead_time, periods};
 use crate::estimate::path_bound::{Bound, PathBound};
@@ -21,31 +21,25 @@ use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::histogram::Histogram;
 use crate::histogram::correction::{DeadTime, PrimaryLight};
 use crate::histogram::correlation::Correlator;
-use crate::histogram::innovations::Innovations;
+use crate::histogram::innovations::{Innovations, deviance};
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanCount, MeanResponse};
 use crate::scene::{DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
-
-/// Most Gauss-Newton steps.
-const MOST_ITERATIONS: usize = 24;
-
-/// From this many steps on shares of them are taken that make the counts likelier: where a
-/// light's edge stands between two bins full ones may go to and fro, and no gradient vanishes.
-const FULL_STEPS: usize = 8;
-const SHARES: [f64; 4] = [0.5, 0.2, 0.08, 0.03];
 
 /// A fit whose chi-square is so many standard deviations too large is tried again from other
 /// starts, so many chips from the first.
 const RETRIED_SIGMAS: f64 = 2.0;
 const OTHER_STARTS_CHIPS: [f64; 6] = [-0.25, 0.25, -0.5, 0.5, -1.0, 1.0];
 
-/// Where a fit settled.
-#[derive(Debug, Clone)]
+/// Bins by which a fit is moved to see whether that is likelier.
+const OTHER_BINS: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
+
+/// Where a fit has settled.
 struct Settled {
     estimate: ModelEstimate,
-    /// -2 ln(likelihood) of the counts.
-    unlikelihood: f64,
+    parameters: Parameters,
+    misfit: f64,
 }
 
 /// Fits histograms of one detector.
@@ -60,12 +54,108 @@ pub struct BinFitter<'s> {
     periods: f64,
 }
 
-/// Where a fit stands.
-struct Place<'m> {
+/// Light that bins may come from.
+struct Bins<'m> {
     parameters: Parameters,
     response: MeanResponse<'m>,
-    means: Vec<f64>,
     innovations: Innovations,
+    means: Vec<f64>,
+    /// What every bin is expected to count, given those before.
+    expected: Vec<f64>,
+}
+
+/// A histogram that is fitted.
+struct BinCounts<'f> {
+    fitter: &'f BinFitter<'f>,
+    problem: Problem<'f>,
+    counts: &'f [f64],
+    /// Derivatives by strength and background, and where they are of.
+    light: Option<(Parameters, [Vec<f64>; 2])>,
+}
+
+impl<'f> Counts for BinCounts<'f> {
+    type Place = Bins<'f>;
+    type Error = FitError;
+
+    fn residuals(&self, here: &Bins<'f>) -> Result<Vec<f64>, FitError> {
+        let bins = self.counts.iter().zip(&here.expected);
+        Ok(bins.map(|(count, mean)| (count - mean) / mean.sqrt()).collect())
+    }
+
+    fn misfit(&self, here: &Bins<'f>) -> Result<f64, FitError> {
+        Ok(deviance(self.counts, &here.expected))
+    }
+
+    fn slopes(&mut self, here: &Bins<'f>, anew: bool) -> Result<Slopes, FitError> {
+        let is_good = |(of, _): &(Parameters, [Vec<f64>; 2])| match anew {
+            true => &here.parameters == of,
+            false => !here.parameters.differ_from(of),
+        };
+        let (of, light) = match self.light.take().filter(is_good) {
+            Some(known) => known,
+            None => {
+                let light = [self.light_column(here, 1)?, self.light_column(here, 2)?];
+                (here.parameters.clone(), light)
+            }
+        };
+        let are_best = of == here.parameters;
+        let columns = [self.delay_column(here)?, light[0].clone(), light[1].clone()];
+        self.light = Some((of, light));
+        let of_unit = |column: Vec<f64>| {
+            let bins = column.into_iter().zip(&here.expected);
+            bins.map(|(slope, mean)| slope / mean.sqrt()).collect()
+        };
+        Ok(Slopes { columns: columns.map(of_unit).into(), are_best })
+    }
+
+    fn step(&self, here: &Bins<'f>, normal: &Normal) -> Vec<f64> {
+        here.parameters.step(normal, self.problem.most_walk())
+    }
+
+    fn moved(&self, here: &Bins<'f>, step: &[f64]) -> Result<Bins<'f>, FitError> {
+        self.bins(here.parameters.moved(step))
+    }
+
+    fn weigh(&mut self, _here: &Bins<'f>, _fall: f64) -> Result<bool, FitError> {
+        Ok(false)
+    }
+
+    fn undetermined(&self, here: &Bins<'f>) -> FitError {
+        FitError::Undetermined { steps: here.means.len(), unknowns: here.parameters.len() }
+    }
+}
+
+impl<'f> BinCounts<'f> {
+    fn bins(&self, parameters: Parameters) -> Result<Bins<'f>, FitError> {
+        let response = self.problem.response(&parameters)?;
+        let means = response.mean_bins();
+        let (innovations, expected) = self.expected(&means)?;
+        Ok(Bins { parameters, response, innovations, means, expected })
+    }
+
+    /// What every bin of some means is expected to count, given those before.
+    fn expected(&self, means: &[f64]) -> Result<(Innovations, Vec<f64>), FitError> {
+        let innovations = Innovations::new(self.fitter.dead_time, means, self.fitter.periods)?;
+        let expected = innovations.expected(self.counts, &differences(self.counts, means))?;
+        Ok((innovations, expected))
+    }
+
+    /// Derivative of what bins are expected to count by the delay, from both sides.
+    fn delay_column(&self, here: &Bins) -> Result<Vec<f64>, FitError> {
+        let at = |chips: f64| -> Result<Vec<f64>, FitError> {
+            let delayed = here.response.delayed(self.problem.clock().ps(chips))?;
+            Ok(self.expected(&delayed.mean_bins())?.1)
+        };
+        let (early, late) = (at(-DELAY_STEP_CHIPS)?, at(DELAY_STEP_CHIPS)?);
+        Ok(slopes(&early, &late, 2.0 * DELAY_STEP_CHIPS))
+    }
+
+    /// Derivative by the logarithm of the strength, or by the constant light.
+    fn light_column(&self, here: &Bins, index: usize) -> Result<Vec<f64>, FitError> {
+        let (nudged, step) = here.parameters.nudged(index, 1.0);
+        let means = self.problem.response(&nudged)?.mean_bins();
+        Ok(slopes(&here.expected, &self.expected(&means)?.1, step))
+    }
 }
 
 impl<'s> BinFitter<'s> {
@@ -146,84 +236,71 @@ impl<'s> BinFitter<'s> {
         Ok(start.parameters)
     }
 
-    /// The fit from the phase's delay. Few counts put that half a chip off, and the fit may
-    /// settle in a wrong place, or nowhere; the likeliest of those from other starts is taken
-    /// then.
+    /// The fit from the phase's delay. Few counts put that half a chip off, and between each two
+    /// bins the likelihood has a peak of its own: the likeliest is taken of those from all
+    /// starts that may lead to a better one.
     fn fit_from(
         &self,
         counts: &[f64],
         light: Option<PrimaryLight>,
     ) -> Result<ModelEstimate, FitError> {
         let start = self.start(counts, light)?;
-        let first = self.settle(counts, start.clone());
-        let fits_well = |settled: &Settled| settled.estimate.alarm_sigmas() < RETRIED_SIGMAS;
-        if first.as_ref().is_ok_and(fits_well) {
-            return first.map(|settled| settled.estimate);
-        }
-        let others = OTHER_STARTS_CHIPS.iter().filter_map(|by| {
-            let mut there = start.clone();
-            there.paths[0].delay_chips += by;
+        let mut best = self.settle(counts, start.clone());
+        let fits_badly = |settled: &Settled| settled.estimate.alarm_sigmas() >= RETRIED_SIGMAS;
+        let others = match &best {
+            Ok(first) if !fits_badly(first) => self.likelier(counts, first)?,
+            _ => OTHER_STARTS_CHIPS.iter().map(|&by| start.later(by)).collect(),
+        };
+        for there in others {
             // One that does not settle is no better.
-            self.settle(counts, there).ok()
-        });
-        let all = others.chain(first.as_ref().ok().cloned());
-        let best = all.min_by(|a, b| a.unlikelihood.total_cmp(&b.unlikelihood));
-        best.map_or_else(|| first.map(|settled| settled.estimate), |best| Ok(best.estimate))
+            let Ok(other) = self.settle(counts, there) else { continue };
+            if best.as_ref().map_or(true, |best| other.misfit < best.misfit) {
+                best = Ok(other);
+            }
+        }
+        best.map(|settled| settled.estimate)
+    }
+
+    /// Light that comes up to a bin earlier or later, where that is likelier.
+    fn likelier(&self, counts: &[f64], here: &Settled) -> Result<Vec<Parameters>, FitError> {
+        let counts = self.counts(counts);
+        let mut found = Vec::new();
+        for bins in OTHER_BINS {
+            let there = here.parameters.later(bins * self.sensor.clock().sample_period_chips());
+            let place = counts.bins(there)?;
+            if counts.misfit(&place)? < here.misfit {
+                found.push(place.parameters);
+            }
+        }
+        Ok(found)
     }
 
     fn settle(&self, counts: &[f64], start: Parameters) -> Result<Settled, FitError> {
-        let problem = self.problem();
-        let mut place = self.place(&problem, start)?;
-        let mut known: Option<(Parameters, [Vec<f64>; 2])> = None;
-        for iteration in 1..=MOST_ITERATIONS {
-            let light = match known.take() {
-                Some((at, light)) if !place.parameters.differ_from(&at) => (at, light),
-                _ => (place.parameters.clone(), place.light_columns(&problem)?),
-            };
-            let delay = place.delay_column(&problem)?;
-            let columns = [&delay, &light.1[0], &light.1[1]];
-            let residuals = place.residuals(counts)?;
-            let normal = self.normal(&place, &columns, &residuals)?;
-            let full = bounded(&normal, &place.parameters);
-            let moved = match iteration <= FULL_STEPS {
-                true => place.parameters.moved(&full, 1.0),
-                // Where no way leads down is the minimum.
-                false => match self.downwards(&problem, counts, &place, &full)? {
-                    Some(lower) => lower,
-                    None => place.parameters.clone(),
-                },
-            };
-            let step = moved.minus(&place.parameters);
-            if normal.largest_step_sigmas(&step) < CONVERGED_SIGMAS {
-                let unlikelihood = place.unlikelihood(counts)?;
-                let chi_square = residuals.iter().map(|r| r * r).sum();
-                let chi_square = self.chi_square_as_of_normal(chi_square, &place);
-                let estimate = self.outcome(&moved, &normal, chi_square, iteration);
-                return Ok(Settled { estimate, unlikelihood });
-            }
-            known = Some(light);
-            place = self.place(&problem, moved)?;
+        let mut counts = self.counts(counts);
+        let start = counts.bins(start)?;
+        let settled = settle(&mut counts, start, Settling::FINE)?;
+        if !settled.has_settled {
+            return Err(FitError::NotConverged { steps: settled.steps });
         }
-        Err(FitError::NotConverged { steps: MOST_ITERATIONS })
+        let place = &settled.place;
+        let deviations = differences(counts.counts, &place.means);
+        let residuals = place.innovations.whitened(&deviations)?;
+        let chi_square = residuals.iter().map(|r| r * r).sum();
+        let chi_square = self.chi_square_as_of_normal(chi_square, place);
+        let fitted = place.parameters.moved(&settled.step);
+        let estimate = self.outcome(&fitted, &settled.normal, chi_square, settled.steps);
+        Ok(Settled { estimate, parameters: fitted, misfit: settled.misfit })
     }
 
-    /// A share of a step that leads to where the counts are likelier; `None` if there is none.
-    fn downwards(
-        &self,
-        problem: &Problem,
-        counts: &[f64],
-        place: &Place,
-        full: &[f64],
-    ) -> Result<Option<Parameters>, FitError> {
-        let here = place.unlikelihood(counts)?;
-        let lower = SHARES.iter().find_map(|&share| {
-            let moved = place.parameters.moved(full, share);
-            // A step of few counts may lead to light that has no response.
-            let there = self.place(problem, moved).ok()?;
-            let is_lower = there.unlikelihood(counts).is_ok_and(|there| there < here);
-            is_lower.then_some(there.parameters)
-        });
-        Ok(lower)
+    fn counts<'f>(&'f self, counts: &'f [f64]) -> BinCounts<'f> {
+        let problem = Problem {
+            model: &self.model,
+            tier: CountingTier::Sampled,
+            codes: vec![Arc::clone(&self.model.reference)],
+            steps: Vec::new(),
+            moment_ps: 0.0,
+        };
+        BinCounts { fitter: self, problem, counts, light: None }
     }
 
     /// What the fit says of the expected histogram of the scene's own light.
@@ -240,12 +317,12 @@ impl<'s> BinFitter<'s> {
     /// # Errors
     /// When the mean response cannot be had, or the bins do not determine all unknowns.
     pub fn bound(&self) -> Result<Bound, FitError> {
-        let problem = self.problem();
-        let place = self.place(&problem, Parameters::of(&Light::of(&self.model)))?;
-        let [strength, constant] = place.light_columns(&problem)?;
-        let delay = place.delay_column(&problem)?;
-        let nothing = vec![0.0; place.means.len()];
-        let normal = self.normal(&place, &[&delay, &strength, &constant], &nothing)?;
+        let means = MeanResponse::new(&self.model)?.mean_bins();
+        let mut counts = self.counts(&means);
+        let bins = counts.bins(Parameters::of(&Light::of(&self.model)))?;
+        let (slopes, residuals) = (counts.slopes(&bins, true)?, counts.residuals(&bins)?);
+        let normal = counts.normal(&slopes.columns, &residuals);
+        let normal = normal.ok_or_else(|| counts.undetermined(&bins))?;
         let delay_std_chips = normal.standard_deviations()[0];
         Ok(Bound {
             paths: vec![PathBound {
@@ -253,50 +330,14 @@ impl<'s> BinFitter<'s> {
                 bound_m: distance_m(self.sensor.clock().ps(delay_std_chips)),
                 velocity_bound_m_per_s: None,
             }],
-            steps: place.means.len(),
+            steps: bins.means.len(),
         })
-    }
-
-    fn problem(&self) -> Problem<'_> {
-        Problem {
-            model: &self.model,
-            tier: CountingTier::Sampled,
-            codes: vec![Arc::clone(&self.model.reference)],
-            steps: Vec::new(),
-        }
-    }
-
-    fn place<'m>(
-        &self,
-        problem: &Problem<'m>,
-        parameters: Parameters,
-    ) -> Result<Place<'m>, FitError> {
-        let response = problem.response(&parameters)?;
-        let means = response.mean_bins();
-        Ok(Place {
-            innovations: Innovations::new(self.dead_time, &means, self.periods)?,
-            parameters,
-            response,
-            means,
-        })
-    }
-
-    fn normal(
-        &self,
-        place: &Place,
-        columns: &[&Vec<f64>],
-        residuals: &[f64],
-    ) -> Result<Normal, FitError> {
-        let whitened: Result<Vec<Vec<f64>>, _> =
-            columns.iter().map(|column| place.innovations.whitened(column)).collect();
-        let normal = Normal::of_whitened(&whitened?, residuals);
-        normal.ok_or(FitError::Undetermined { steps: place.means.len(), unknowns: columns.len() })
     }
 
     /// Bins of few counts make chi-square scatter more than that of normal numbers does, by
     /// 1 / mean each. As many standard deviations from its expectation, in those of normal
     /// numbers.
-    fn chi_square_as_of_normal(&self, chi_square: f64, place: &Place) -> f64 {
+    fn chi_square_as_of_normal(&self, chi_square: f64, place: &Bins) -> f64 {
         let degrees = (place.means.len() - place.parameters.len()) as f64;
         let excess: f64 = place.innovations.means().iter().map(|mean| 1.0 / mean).sum();
         degrees + (chi_square - degrees) * (2.0 * degrees / (2.0 * degrees + excess)).sqrt()
@@ -337,39 +378,8 @@ impl<'s> BinFitter<'s> {
     }
 }
 
-impl Place<'_> {
-    /// Deviations of counts, with unit covariance.
-    fn residuals(&self, counts: &[f64]) -> Result<Vec<f64>, FitError> {
-        Ok(self.innovations.whitened(&differences(counts, &self.means))?)
-    }
-
-    /// -2 ln(likelihood) of counts.
-    fn unlikelihood(&self, counts: &[f64]) -> Result<f64, FitError> {
-        let residuals = self.residuals(counts)?;
-        let variances = self.innovations.means().iter();
-        let ln_determinant: f64 = variances.map(|mean| mean.ln()).sum();
-        Ok(residuals.iter().map(|r| r * r).sum::<f64>() + ln_determinant)
-    }
-
-    /// Derivative of every bin's mean by the delay, from both sides.
-    fn delay_column(&self, problem: &Problem) -> Result<Vec<f64>, FitError> {
-        let at = |chips: f64| -> Result<Vec<f64>, FitError> {
-            Ok(self.response.delayed(problem.clock().ps(chips))?.mean_bins())
-        };
-        let (early, late) = (at(-DELAY_STEP_CHIPS)?, at(DELAY_STEP_CHIPS)?);
-        let slope = |d: f64| d / (2.0 * DELAY_STEP_CHIPS);
-        Ok(differences(&late, &early).into_iter().map(slope).collect())
-    }
-
-    /// Derivatives by the logarithm of the strength, and by the constant light.
-    fn light_columns(&self, problem: &Problem) -> Result<[Vec<f64>; 2], FitError> {
-        let column = |index: usize| -> Result<Vec<f64>, FitError> {
-            let (nudged, step) = self.parameters.nudged(index, 1.0);
-            let means = problem.response(&nudged)?.mean_bins();
-            Ok(differences(&means, &self.means).into_iter().map(|d| d / step).collect())
-        };
-        Ok([column(1)?, column(2)?])
-    }
+fn slopes(from: &[f64], to: &[f64], step: f64) -> Vec<f64> {
+    differences(to, from).into_iter().map(|difference| difference / step).collect()
 }
 
 fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {

@@ -1,46 +1,86 @@
-//! From a start to the unknowns that the counts of a whole scan fit best.
+//! From a start to the unknowns that the counts of a scan's steps fit best.
 //!
 //! Rough derivatives, of the light's first order, cost nothing beside an expected
 //! response, and a fit with the exact response and rough derivatives goes to nearly
 //! the same place: they serve while hypotheses are compared. The end is found, and
-//! its covariance told, with exact ones.
+//! its covariance told, with exact ones, or with those of a node nearby.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::error::FitError;
+use super::known_moments::{KnownMoments, Linear};
 use super::normal::Normal;
 use super::parameters::{Column, Parameters};
-use super::problem::Problem;
+use super::problem::{Problem, Reading, Sides};
+use super::scoring::{Counts, Settled, Settling, Slopes, settle};
 use super::template::{Axis, Template};
 use super::weights::Weights;
 use crate::code::Code;
 use crate::response::{MeanCount, MeanResponse};
 
-/// Most steps with rough derivatives, and with exact ones.
-const MOST_ROUGH: usize = 12;
-const MOST_EXACT: usize = 12;
-
-/// A fit has settled when no unknown moves by more than this share of its standard
-/// deviation, or chi-square falls by less than that squared, about: corners of the
-/// correlation let no gradient vanish.
-const ROUGHLY_SIGMAS: f64 = 0.15;
-const SETTLED_SIGMAS: f64 = 0.01;
-
-/// Shares of a step that are tried where the whole makes matters worse.
-const SHARES: [f64; 5] = [1.0, 0.4, 0.16, 0.06, 0.02];
-
 /// Light that counts may come from, and how well it fits.
 #[derive(Debug, Clone)]
-pub struct Hypothesis {
+pub struct Hypothesis<'m> {
     pub codes: Vec<Arc<Code>>,
     pub parameters: Parameters,
     pub expected: Vec<MeanCount>,
+    response: Arc<MeanResponse<'m>>,
     /// What is expected beyond that on average over where steps begin in the code
     /// period; kept while light changes little, for it costs the most.
     beyond_average: Arc<Vec<MeanCount>>,
+    /// Once a fit has settled there.
     pub chi_square: f64,
     /// Steps taken so far.
     pub iterations: usize,
+}
+
+impl<'m> Hypothesis<'m> {
+    /// That the light of a problem is such.
+    pub fn of(
+        problem: &Problem<'m>,
+        parameters: Parameters,
+        reading: Reading,
+    ) -> Result<Hypothesis<'m>, FitError> {
+        let response = Arc::new(problem.response(&parameters)?);
+        let expected = problem.means_of(&parameters, &response)?;
+        let mut beyond = Vec::new();
+        if reading == Reading::OnAverage {
+            let average = problem.means_read(&parameters, &response, reading)?;
+            beyond.extend(expected.iter().zip(&average).map(|(exact, mean)| MeanCount {
+                signed: exact.signed - mean.signed,
+                total: exact.total - mean.total,
+            }));
+        }
+        Ok(Hypothesis {
+            chi_square: f64::INFINITY,
+            beyond_average: Arc::new(beyond),
+            codes: problem.codes.clone(),
+            parameters,
+            expected,
+            response,
+            iterations: 0,
+        })
+    }
+
+    /// Weights of this detector at this light, for some steps.
+    pub fn weights(
+        &self,
+        steps: &Problem,
+        known: &KnownMoments,
+        axis: &Axis,
+    ) -> Result<Weights, FitError> {
+        let problem = Problem { codes: self.codes.clone(), ..steps.clone() };
+        Ok(known.scan_weights(&problem, &self.parameters, &self.expected, axis)?)
+    }
+}
+
+impl<'m> Settled<Hypothesis<'m>> {
+    /// The end, to which the last step leads, and the normal equations there.
+    pub fn at_end(self) -> (Hypothesis<'m>, Normal) {
+        let parameters = self.place.parameters.moved(&self.step);
+        (Hypothesis { parameters, chi_square: self.misfit, ..self.place }, self.normal)
+    }
 }
 
 /// The counts of a scan, and what hypotheses about them share.
@@ -50,6 +90,168 @@ pub struct Descent<'a, 'm> {
     pub measured: &'a [MeanCount],
     pub axis: &'a Axis,
     pub weights: Weights,
+    /// How expected counts are read where light has moved by a step.
+    pub reading: Reading,
+}
+
+/// Where the derivatives of a fit come from.
+pub enum Source<'a> {
+    /// The light's first order.
+    Templates(&'a [Arc<Template>]),
+    /// Nodes nearby, which are kept from scan to scan, and the last of them.
+    Nodes(&'a KnownMoments, Option<Arc<Linear>>),
+    /// Where the fit stands.
+    Differences,
+}
+
+/// A fit that is under way.
+pub struct Descending<'a, 'd, 'm> {
+    descent: &'d Descent<'a, 'm>,
+    source: Source<'d>,
+    /// Whence weights of this detector are taken near the end; `None` if they are kept.
+    known: Option<&'d KnownMoments>,
+    /// A combination of the unknowns that stays as it is.
+    held: Option<&'d [f64]>,
+    pub weights: Cow<'d, Weights>,
+    /// Where they are of, if they are this detector's.
+    weighed_at: Option<Parameters>,
+    weighings: usize,
+    /// Exact derivatives, and where they are of.
+    linearised: Option<(Vec<Column>, Parameters)>,
+}
+
+impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
+    /// One that keeps its weights.
+    pub fn new(descent: &'d Descent<'a, 'm>, source: Source<'d>) -> Descending<'a, 'd, 'm> {
+        Descending {
+            weights: Cow::Borrowed(&descent.weights),
+            descent,
+            source,
+            known: None,
+            held: None,
+            weighed_at: None,
+            weighings: 0,
+            linearised: None,
+        }
+    }
+
+    /// One that takes weights of this detector within a standard deviation of the end, as
+    /// often as such a problem needs. Those at the start may be `weighed_at` some light.
+    pub fn weighing(
+        self,
+        known: &'d KnownMoments,
+        weighed_at: Option<Parameters>,
+    ) -> Descending<'a, 'd, 'm> {
+        Descending { known: Some(known), weighings: weighed_at.iter().len(), weighed_at, ..self }
+    }
+
+    /// Derivatives of a node near a hypothesis, where they come from nodes.
+    fn of_node(&mut self, here: &Hypothesis<'m>) -> Option<Vec<Column>> {
+        let Source::Nodes(known, last) = &mut self.source else {
+            return None;
+        };
+        let problem = self.descent.problem_of(&here.codes);
+        if !last.as_ref().is_some_and(|linear| linear.holds_for(&here.parameters, &problem)) {
+            *last = known.linear(&problem, &here.parameters).ok();
+        }
+        Some(last.as_ref()?.columns_at(&here.parameters))
+    }
+
+    /// Whitened derivatives where the fit stands, or so near that they are good enough.
+    fn differences(&mut self, here: &Hypothesis<'m>, anew: bool) -> Result<Slopes, FitError> {
+        let is_good = |(_, of): &(Vec<Column>, Parameters)| match anew {
+            true => &here.parameters == of,
+            false => !here.parameters.differ_from(of),
+        };
+        let (columns, of) = match self.linearised.take().filter(is_good) {
+            Some(known) => known,
+            None => {
+                let problem = self.descent.problem_of(&here.codes);
+                let (parameters, reading) = (&here.parameters, self.descent.reading);
+                let columns = problem.jacobian(parameters, &here.response, reading, Sides::One)?;
+                (columns, here.parameters.clone())
+            }
+        };
+        let slopes = Slopes {
+            columns: self.weights.whitened_columns(&columns),
+            are_best: of == here.parameters,
+        };
+        self.linearised = Some((columns, of));
+        Ok(slopes)
+    }
+
+    fn is_rough(&self) -> bool {
+        matches!(self.source, Source::Templates(_))
+    }
+}
+
+impl<'m> Counts for Descending<'_, '_, 'm> {
+    type Place = Hypothesis<'m>;
+    type Error = FitError;
+
+    fn residuals(&self, here: &Hypothesis<'m>) -> Result<Vec<f64>, FitError> {
+        Ok(self.weights.residuals(self.descent.measured, &here.expected))
+    }
+
+    fn slopes(&mut self, here: &Hypothesis<'m>, anew: bool) -> Result<Slopes, FitError> {
+        let near = match self.source {
+            Source::Templates(templates) => Some(self.descent.rough_columns(here, templates)),
+            Source::Nodes(..) if !anew => self.of_node(here),
+            Source::Nodes(..) | Source::Differences => None,
+        };
+        match near {
+            Some(columns) => Ok(Slopes {
+                columns: self.weights.whitened_columns(&columns),
+                are_best: self.is_rough(),
+            }),
+            None => self.differences(here, anew),
+        }
+    }
+
+    fn normal(&self, columns: &[Vec<f64>], residuals: &[f64]) -> Option<Normal> {
+        let normal = Normal::of_whitened(columns, residuals);
+        // Between two steps counts follow a delay in a straight line: rough derivatives of
+        // two paths that are less than two steps apart are not independent.
+        let damped = || self.is_rough().then(|| Normal::damped(columns, residuals)).flatten();
+        let normal = normal.or_else(damped)?;
+        Some(match self.held {
+            Some(held) => normal.holding(held),
+            None => normal,
+        })
+    }
+
+    fn step(&self, here: &Hypothesis<'m>, normal: &Normal) -> Vec<f64> {
+        here.parameters.step(normal, self.descent.problem.most_walk())
+    }
+
+    fn moved(&self, here: &Hypothesis<'m>, step: &[f64]) -> Result<Hypothesis<'m>, FitError> {
+        let (codes, parameters) = (here.codes.clone(), here.parameters.moved(step));
+        let there = match self.is_rough() {
+            true => self.descent.near_hypothesis(here, codes, parameters)?,
+            false => self.descent.hypothesis(&codes, parameters)?,
+        };
+        Ok(Hypothesis { iterations: here.iterations + 1, ..there })
+    }
+
+    fn weigh(&mut self, here: &Hypothesis<'m>, fall: f64) -> Result<bool, FitError> {
+        let problem = self.descent.problem;
+        let Some(known) = self.known else {
+            return Ok(false);
+        };
+        let is_of_here = self.weighed_at.as_ref() == Some(&here.parameters);
+        if is_of_here || fall >= 1.0 || self.weighings >= problem.most_weighings() {
+            return Ok(false);
+        }
+        self.weighings += 1;
+        self.weighed_at = Some(here.parameters.clone());
+        self.weights = Cow::Owned(here.weights(problem, known, self.descent.axis)?);
+        Ok(true)
+    }
+
+    fn undetermined(&self, here: &Hypothesis<'m>) -> FitError {
+        let steps = self.descent.measured.len();
+        FitError::Undetermined { steps, unknowns: here.parameters.len() }
+    }
 }
 
 impl<'m> Descent<'_, 'm> {
@@ -58,28 +260,13 @@ impl<'m> Descent<'_, 'm> {
         Problem { codes: codes.to_vec(), ..self.problem.clone() }
     }
 
-    /// What is expected of some light, and how well it fits.
+    /// What is expected of some light.
     pub fn hypothesis(
         &self,
-        codes: Vec<Arc<Code>>,
+        codes: &[Arc<Code>],
         parameters: Parameters,
-    ) -> Result<Hypothesis, FitError> {
-        let problem = self.problem_of(&codes);
-        let response = problem.response(&parameters)?;
-        let expected = problem.means_of(&response);
-        let average = problem.means_on_average(&response);
-        let beyond = expected.iter().zip(&average).map(|(exact, mean)| MeanCount {
-            signed: exact.signed - mean.signed,
-            total: exact.total - mean.total,
-        });
-        Ok(Hypothesis {
-            chi_square: self.weights.chi_square(self.measured, &expected),
-            beyond_average: Arc::new(beyond.collect()),
-            codes,
-            parameters,
-            expected,
-            iterations: 0,
-        })
+    ) -> Result<Hypothesis<'m>, FitError> {
+        Hypothesis::of(&self.problem_of(codes), parameters, self.reading)
     }
 
     /// The same for light that is little different from that of `near`.
@@ -88,42 +275,39 @@ impl<'m> Descent<'_, 'm> {
         near: &Hypothesis,
         codes: Vec<Arc<Code>>,
         parameters: Parameters,
-    ) -> Result<Hypothesis, FitError> {
+    ) -> Result<Hypothesis<'m>, FitError> {
         let problem = self.problem_of(&codes);
-        let mut expected = problem.means_on_average(&problem.response(&parameters)?);
+        let response = Arc::new(problem.response(&parameters)?);
+        let mut expected = problem.means_read(&parameters, &response, self.reading)?;
         for (mean, beyond) in expected.iter_mut().zip(near.beyond_average.iter()) {
             mean.signed += beyond.signed;
             mean.total += beyond.total;
         }
         Ok(Hypothesis {
-            chi_square: self.weights.chi_square(self.measured, &expected),
+            chi_square: f64::INFINITY,
             beyond_average: Arc::clone(&near.beyond_average),
             codes,
             parameters,
             expected,
+            response,
             iterations: near.iterations,
         })
     }
 
-    /// A hypothesis of other weights, with these.
-    pub fn weighed(&self, here: Hypothesis) -> Hypothesis {
-        Hypothesis { chi_square: self.weights.chi_square(self.measured, &here.expected), ..here }
-    }
-
     /// The same light, with all that is expected of it worked out.
-    fn refreshed(&self, here: Hypothesis) -> Result<Hypothesis, FitError> {
+    fn refreshed(&self, here: Hypothesis<'m>) -> Result<Hypothesis<'m>, FitError> {
         Ok(Hypothesis {
             iterations: here.iterations,
-            ..self.hypothesis(here.codes, here.parameters)?
+            ..self.hypothesis(&here.codes, here.parameters)?
         })
     }
 
     /// Goes down with rough derivatives. `templates` are those of the codes.
     pub fn roughly(
         &self,
-        start: Hypothesis,
+        start: Hypothesis<'m>,
         templates: &[Arc<Template>],
-    ) -> Result<Hypothesis, FitError> {
+    ) -> Result<Hypothesis<'m>, FitError> {
         let near = self.downwards(start, templates, None)?;
         let here = self.refreshed(near)?;
         self.downwards(here, templates, None)
@@ -133,96 +317,36 @@ impl<'m> Descent<'_, 'm> {
     /// be `held` as it is.
     pub fn downwards(
         &self,
-        start: Hypothesis,
+        start: Hypothesis<'m>,
         templates: &[Arc<Template>],
         held: Option<&[f64]>,
-    ) -> Result<Hypothesis, FitError> {
-        let mut here = start;
-        for _ in 0..MOST_ROUGH {
-            let columns = self.rough_columns(&here, templates);
-            // Between two steps counts follow a delay in a straight line: rough derivatives of
-            // two paths that are less than two steps apart are not independent.
-            let damped = self.weights.damped_normal(&columns, self.measured, &here.expected);
-            let mut normal = damped.ok_or_else(|| self.undetermined(&here))?;
-            if let Some(held) = held {
-                normal = normal.holding(held);
-            }
-            let Some(next) = self.step(&here, &normal) else {
-                break;
-            };
-            let moved = normal.largest_step_sigmas(&next.parameters.minus(&here.parameters));
-            let fell = here.chi_square - next.chi_square;
-            here = next;
-            if moved < ROUGHLY_SIGMAS || fell < ROUGHLY_SIGMAS * ROUGHLY_SIGMAS {
-                break;
-            }
-        }
-        Ok(here)
+    ) -> Result<Hypothesis<'m>, FitError> {
+        let descending = Descending::new(self, Source::Templates(templates));
+        let mut descending = Descending { held, ..descending };
+        let settled = settle(&mut descending, start, Settling::ROUGH)?;
+        Ok(Hypothesis { chi_square: settled.misfit, ..settled.place })
     }
 
     /// Goes down with exact derivatives, to where it settles.
-    pub fn exactly(&self, start: Hypothesis) -> Result<(Hypothesis, Normal), FitError> {
-        let problem = self.problem_of(&start.codes);
-        let mut here = start;
-        let (mut columns, mut linearised) = self.exact_columns(&problem, &here)?;
-        for _ in 0..MOST_EXACT {
-            let normal = self.normal(&columns, &here).ok_or_else(|| self.undetermined(&here))?;
-            let Some(next) = self.step(&here, &normal) else {
-                if here.parameters == linearised {
-                    return Ok((here, normal));
-                }
-                (columns, linearised) = self.exact_columns(&problem, &here)?;
-                continue;
-            };
-            let moved = normal.largest_step_sigmas(&next.parameters.minus(&here.parameters));
-            let fell = here.chi_square - next.chi_square;
-            here = self.refreshed(next)?;
-            let is_far = here.parameters.differ_from(&linearised);
-            if moved < SETTLED_SIGMAS || fell < SETTLED_SIGMAS * SETTLED_SIGMAS {
-                return Ok((here, normal));
-            }
-            if is_far {
-                (columns, linearised) = self.exact_columns(&problem, &here)?;
-            }
+    pub fn exactly(&self, start: Hypothesis<'m>) -> Result<(Hypothesis<'m>, Normal), FitError> {
+        let mut descending = Descending::new(self, Source::Differences);
+        Ok(settle(&mut descending, start, Settling::FINE)?.at_end())
+    }
+
+    /// The same with weights of the light there, which are kept.
+    pub fn exactly_weighed(
+        &mut self,
+        start: Hypothesis<'m>,
+        known: &KnownMoments,
+    ) -> Result<(Hypothesis<'m>, Normal), FitError> {
+        self.weights = start.weights(self.problem, known, self.axis)?;
+        let at = Some(start.parameters.clone());
+        let mut descending = Descending::new(self, Source::Differences).weighing(known, at);
+        let settled = settle(&mut descending, start, Settling::FINE)?;
+        if let Cow::Owned(weights) = descending.weights {
+            self.weights = weights;
         }
-        let normal = self.normal(&columns, &here).ok_or_else(|| self.undetermined(&here))?;
-        Ok((here, normal))
-    }
-
-    fn exact_columns(
-        &self,
-        problem: &Problem<'m>,
-        here: &Hypothesis,
-    ) -> Result<(Vec<Column>, Parameters), FitError> {
-        let response: MeanResponse = problem.response(&here.parameters)?;
-        let columns = problem.jacobian_on_average(&here.parameters, &response)?;
-        Ok((columns, here.parameters.clone()))
-    }
-
-    fn normal(&self, columns: &[Column], here: &Hypothesis) -> Option<Normal> {
-        self.weights.normal(columns, self.measured, &here.expected)
-    }
-
-    fn undetermined(&self, here: &Hypothesis) -> FitError {
-        FitError::Undetermined { steps: self.measured.len(), unknowns: here.parameters.len() }
-    }
-
-    /// A step that lowers chi-square, `None` if there is none.
-    fn step(&self, here: &Hypothesis, normal: &Normal) -> Option<Hypothesis> {
-        let mut full = normal.solution();
-        let constant = here.parameters.constant;
-        if full.last().is_some_and(|step| constant + step < 0.0) {
-            // There is no less than no background.
-            full = normal.solution_with_last(-constant);
-        }
-        SHARES.iter().find_map(|&share| {
-            let parameters = here.parameters.moved(&full, share);
-            // A step of few counts may lead to light that has no response.
-            let codes = here.codes.clone();
-            let tried = self.near_hypothesis(here, codes, parameters).ok()?;
-            (tried.chi_square < here.chi_square)
-                .then_some(Hypothesis { iterations: here.iterations + 1, ..tried })
-        })
+        Ok(settled.at_end())
     }
 
     /// What a detection more or less of the light's rate makes of the signed counts'

@@ -4,17 +4,17 @@ use std::sync::{Arc, OnceLock};
 
 use super::air::{Air, own_threshold};
 use super::error::FitError;
-use super::gauss_newton::Fitted;
 use super::joint;
 use super::known_moments::KnownMoments;
 use super::model_estimate::ModelEstimate;
-use super::moving::{self, Course, MovingPath};
+use super::moving;
+use super::one_path::Fitted;
 use super::parameters::Parameters;
 use super::problem::{Problem, window};
 use super::template::Axis;
 use super::{candidates, start};
 use crate::code::Code;
-use crate::estimate::{CountingTier, NoEstimate, TheoryEffort};
+use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, distance_m};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::MeanCount;
 use crate::scan::Step;
@@ -122,6 +122,7 @@ impl<'s> Fitter<'s> {
             tier: self.tier,
             codes: Vec::new(),
             steps: Step::all(sensor.timing().scan.steps).collect(),
+            moment_ps: 0.0,
         };
         let air = self.air.get_or_init(|| candidates::air(sensor, detector, self.other, &problem));
         let air = air.as_ref().map_err(Clone::clone)?;
@@ -146,10 +147,12 @@ impl Fitter<'_> {
             tier,
             codes: vec![Arc::clone(code)],
             steps: Step::all(scan.steps).collect(),
+            moment_ps: 0.0,
         };
         if let Some(moment_ps) = self.moment_ps()? {
             problem.steps = moving::in_one_go(&round_peak, start.peak);
-            return self.fit_moving(&problem, moment_ps, &start.parameters, counts);
+            problem.moment_ps = moment_ps;
+            return self.fit_moving(&problem, start.parameters, counts);
         }
         let has_slipping_light = !self.moments.slipping(&problem)?.is_none();
         if has_slipping_light {
@@ -199,17 +202,18 @@ impl Fitter<'_> {
         start: &Parameters,
         counts: &[MeanCount],
     ) -> Result<Fitted, FitError> {
-        let mut best = self.settle(problem, axis, start, counts)?;
+        let settle =
+            |start: &Parameters| Fitted::new(problem, axis, &self.moments, start.clone(), counts);
+        let mut best = settle(start)?;
         if !problem.shares_light() {
             return Ok(best);
         }
         let step_chips = self.sensor.clock().sample_period_chips();
         let settled = best.parameters.clone();
         for steps in NEIGHBOURS {
-            let mut there = settled.clone();
-            there.paths[0].delay_chips += steps * step_chips;
+            let there = settled.later(steps * step_chips);
             // One that does not settle is no better.
-            if let Ok(other) = self.settle(problem, axis, &there, counts)
+            if let Ok(other) = settle(&there)
                 && other.unlikelihood() < best.unlikelihood()
             {
                 best = other;
@@ -218,30 +222,21 @@ impl Fitter<'_> {
         Ok(best)
     }
 
-    fn settle(
-        &self,
-        problem: &Problem,
-        axis: &Axis,
-        start: &Parameters,
-        counts: &[MeanCount],
-    ) -> Result<Fitted, FitError> {
-        match Fitted::near_node(problem, axis, &self.moments, start, counts)? {
-            Some(fitted) => Ok(fitted),
-            None => Fitted::new(problem, axis, &self.moments, start.clone(), counts),
-        }
-    }
-
     /// The fit of a path that moves.
     fn fit_moving(
         &self,
         problem: &Problem,
-        moment_ps: f64,
-        start: &Parameters,
+        start: Parameters,
         counts: &[MeanCount],
     ) -> Result<ModelEstimate, FitError> {
-        let measured: Vec<MeanCount> = problem.steps.iter().map(|&s| counts[s.index()]).collect();
-        let start = Course::still(start).ok_or(FitError::Dark)?;
-        MovingPath::new(problem, moment_ps).fit(&self.moments, start, &measured)
+        let axis = Axis::new(self.sensor, self.detector, self.tier, &problem.steps);
+        let start = Parameters { walk: Some(0.0), ..start };
+        let fitted = Fitted::new(problem, &axis, &self.moments, start, counts)?;
+        let limit = problem.most_walk();
+        if fitted.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
+            return Err(FitError::TooFast { limit_m_per_s: distance_m(1e12 * limit) });
+        }
+        Ok(fitted.estimate(problem))
     }
 }
 

@@ -8,7 +8,6 @@
 use super::air::Air;
 use super::descent::Hypothesis;
 use super::error::FitError;
-use super::gauss_newton::{MOST_ITERATIONS, WEIGHED_SIGMAS};
 use super::known_moments::KnownMoments;
 use super::normal::Normal;
 use super::pairs::{self, Split};
@@ -25,8 +24,8 @@ const SURE: f64 = 2.0;
 
 /// All light that a scan shows.
 #[derive(Debug)]
-pub struct Found {
-    pub hypothesis: Hypothesis,
+pub struct Found<'m> {
+    pub hypothesis: Hypothesis<'m>,
     pub normal: Normal,
     /// To be added to the variances of each path's delay (chips^2) and ln(strength): for other
     /// hypotheses that fit nearly as well, and for what no covariance shows.
@@ -40,12 +39,12 @@ pub struct Found {
 }
 
 /// All light that stands out, and the detector's own if it does.
-pub fn all_light(
+pub fn all_light<'m>(
     air: &Air,
-    problem: &Problem,
+    problem: &Problem<'m>,
     known: &KnownMoments,
     measured: &[MeanCount],
-) -> Result<Found, FitError> {
+) -> Result<Found<'m>, FitError> {
     let [light, own] = air.thresholds();
     let (mut search, mut here) = Search::new(air, problem, known, measured)?;
     let mut ambiguous: Vec<Split> = Vec::new();
@@ -88,16 +87,16 @@ pub fn all_light(
 /// The path of another source that the counts need least, by number, and all light without it,
 /// if that fits nearly as well: light that stood out before all was fitted may be what that
 /// lacked then. A find must lower chi-square as much as it had to stand out.
-fn find_in_doubt(
-    search: &Search,
-    found: &Found,
+fn find_in_doubt<'m>(
+    search: &Search<'_, 'm>,
+    found: &Found<'m>,
     threshold: f64,
-) -> Result<Option<(usize, Hypothesis)>, FitError> {
+) -> Result<Option<(usize, Hypothesis<'m>)>, FitError> {
     let own = &search.air.known[0].code.chips;
     let here = &found.hypothesis;
     let std = found.normal.standard_deviations();
     let is_sure = |path: usize| std[2 * path + 1] * SURE * threshold < 1.0;
-    let mut least: Option<(f64, usize, Hypothesis)> = None;
+    let mut least: Option<(f64, usize, Hypothesis<'m>)> = None;
     for path in 0..here.codes.len() {
         if &here.codes[path].chips == own || is_sure(path) {
             continue;
@@ -113,7 +112,11 @@ fn find_in_doubt(
 
 /// What a split says now that all light is found: that may leave no room for what was likely
 /// without it. `None` for one path that was not taken for two, since that was tried anew.
-fn beside_all(search: &Search, here: &Hypothesis, split: Split) -> Option<Split> {
+fn beside_all<'m>(
+    search: &Search<'_, 'm>,
+    here: &Hypothesis<'m>,
+    split: Split<'m>,
+) -> Option<Split<'m>> {
     if split.paths_when_taken() == here.codes.len() {
         return Some(split);
     }
@@ -143,34 +146,20 @@ fn beside_all(search: &Search, here: &Hypothesis, split: Split) -> Option<Split>
 }
 
 /// The last fit, with exact derivatives and weights of the light that was found.
-fn finish(
-    search: &mut Search,
-    here: Hypothesis,
+fn finish<'m>(
+    search: &mut Search<'_, 'm>,
+    here: Hypothesis<'m>,
     doubts: &[Split],
     known: &KnownMoments,
-) -> Result<Found, FitError> {
-    let problem = search.descent.problem_of(&here.codes);
-    let axis = &search.air.axis;
-    let (mut hypothesis, mut normal) = (here, None);
-    for _ in 0..problem.most_weighings() {
-        let (parameters, expected) = (&hypothesis.parameters, &hypothesis.expected);
-        search.descent.weights = known.scan_weights(&problem, parameters, expected, axis)?;
-        let before = parameters.clone();
-        let (settled, found) = search.descent.exactly(search.descent.weighed(hypothesis))?;
-        let moved = found.largest_step_sigmas(&settled.parameters.minus(&before));
-        (hypothesis, normal) = (settled, Some(found));
-        if moved < WEIGHED_SIGMAS {
-            break;
-        }
-    }
-    let normal = normal.ok_or(FitError::NotConverged { steps: MOST_ITERATIONS })?;
+) -> Result<Found<'m>, FitError> {
+    let (hypothesis, normal) = search.descent.exactly_weighed(here, known)?;
     let sigma = search.sigma();
     let values = search.descent.weights.values();
     let [pattern, _] =
         search.descent.gains(&hypothesis.codes, &hypothesis.parameters, &hypothesis.expected);
     Ok(Found {
         beyond_normal: beyond_normal(search, &hypothesis, &normal, doubts),
-        unit: pattern * axis.periods,
+        unit: pattern * search.air.axis.periods,
         hypothesis,
         normal,
         sigma,
@@ -187,7 +176,7 @@ fn has_own(air: &Air, here: &Hypothesis) -> bool {
 /// The best way to take a path for two that are close together, with a say on
 /// whether the counts tell.
 /// Pairs must gain more than `least_gain`.
-fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Option<Split> {
+fn split<'m>(search: &Search<'_, 'm>, here: &Hypothesis<'m>, least_gain: f64) -> Option<Split<'m>> {
     let residual = search.residual(here);
     let sigma = search.sigma();
     let mut best: Option<Split> = None;
@@ -220,9 +209,9 @@ fn split(search: &Search, here: &Hypothesis, least_gain: f64) -> Option<Split> {
 
 /// What the normal equations do not say of each path's delay (chips^2) and ln(strength): to be
 /// added to their variances.
-fn beyond_normal(
-    search: &Search,
-    hypothesis: &Hypothesis,
+fn beyond_normal<'m>(
+    search: &Search<'_, 'm>,
+    hypothesis: &Hypothesis<'m>,
     normal: &Normal,
     doubts: &[Split],
 ) -> Vec<[f64; 2]> {

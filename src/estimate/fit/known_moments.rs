@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::long_scan::{self, PerDetection};
 use super::parameters::{Column, Parameters, PathParameters};
-use super::problem::Problem;
+use super::problem::{Problem, Reading, Sides};
 use super::shared_light;
 use super::shared_steps::SharedSteps;
 use super::slipping::SlippingLight;
@@ -92,13 +92,14 @@ impl Key {
 pub struct Linear {
     pub parameters: Parameters,
     pub means: Vec<MeanCount>,
-    columns: Vec<Column>,
+    pub columns: Vec<Column>,
 }
 
 impl Linear {
     /// Whether the derivatives are good for some parameters: half as far again as to
     /// the border to the next node.
-    pub fn holds_for(&self, parameters: &Parameters, dead_time_chips: f64) -> bool {
+    pub fn holds_for(&self, parameters: &Parameters, problem: &Problem) -> bool {
+        let dead_time_chips = problem.model.dead_time_chips;
         let octave = octave(&self.parameters, dead_time_chips);
         let rate = 0.75 * OF_SLOPES.rate(octave, dead_time_chips);
         let pairs = parameters.paths.iter().zip(&self.parameters.paths);
@@ -107,6 +108,18 @@ impl Linear {
                 && (here.ln_rate.exp() - node.ln_rate.exp()).abs() <= rate
         });
         near.all(|near| near) && (parameters.constant - self.parameters.constant).abs() <= rate
+    }
+
+    /// What is expected of light nearby, to first order.
+    pub fn means_at(&self, parameters: &Parameters) -> Vec<MeanCount> {
+        let mut means = self.means.clone();
+        for (column, by) in self.columns.iter().zip(parameters.minus(&self.parameters)) {
+            for (mean, slope) in means.iter_mut().zip(column) {
+                mean.signed += by * slope.signed;
+                mean.total += by * slope.total;
+            }
+        }
+        means
     }
 
     /// Derivatives for strengths near the node's: by delay and by the logarithm of the
@@ -183,8 +196,8 @@ impl KnownMoments {
         }
         let response = problem.response(&node)?;
         let linear = Arc::new(Linear {
-            means: problem.means_of(&response),
-            columns: problem.central_jacobian(&node, &response)?,
+            means: problem.means_of(&node, &response)?,
+            columns: problem.jacobian(&node, &response, Reading::Exact, Sides::Both)?,
             parameters: node,
         });
         let mut known = known();
@@ -295,7 +308,7 @@ fn nearest(
             * spacing.delay_chips,
         ln_rate: rate.ln(),
     });
-    let node = Parameters { paths: paths.collect(), constant };
+    let node = Parameters { paths: paths.collect(), walk: None, constant };
     (place, node)
 }
 
@@ -312,6 +325,7 @@ mod tests {
                     delay_chips: 2.0 + 0.0137 * number,
                     ln_rate: -4.0 + 0.0311 * number,
                 }],
+                walk: None,
                 constant: 1e-3 * number,
             };
             let (place, node) = nearest(&parameters, &OF_STEPS, 2.0);

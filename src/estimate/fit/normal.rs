@@ -11,7 +11,8 @@ const DAMPING: f64 = 1e-8;
 pub struct Normal {
     /// Scale of every unknown: one over the root of its information.
     scales: Vec<f64>,
-    /// Inverse of the scaled information matrix.
+    /// Scaled information matrix, and its inverse.
+    information: DMatrix<f64>,
     inverse: DMatrix<f64>,
     /// Scaled gradient.
     gradient: DVector<f64>,
@@ -42,7 +43,8 @@ impl Normal {
         }
         let normal = Normal {
             gradient: DVector::from_fn(size, |i, _| dot(&columns[i], residuals) * scales[i]),
-            inverse: inverse(matrix)?,
+            inverse: inverse(matrix.clone())?,
+            information: matrix,
             scales,
         };
         normal.is_finite().then_some(normal)
@@ -55,24 +57,37 @@ impl Normal {
             && finite(&self.standard_deviations())
     }
 
-    /// The Gauss-Newton step.
+    /// The step to where the squares of linear residuals are least, wherever that is.
+    #[cfg(test)]
     pub fn solution(&self) -> Vec<f64> {
         let step = &self.inverse * &self.gradient;
         step.iter().zip(&self.scales).map(|(s, scale)| s * scale).collect()
     }
 
-    /// The best step of those that move the last unknown by `last_step`.
-    pub fn solution_with_last(&self, last_step: f64) -> Vec<f64> {
-        let mut step = self.solution();
-        let last = step.len() - 1;
-        let excess = (step[last] - last_step) / (self.inverse[(last, last)] * self.scales[last]);
-        for ((step, shared), scale) in
-            step.iter_mut().zip(&self.inverse.column(last)).zip(&self.scales)
-        {
-            *step -= shared * scale * excess;
+    /// The best step of those that leave every unknown between two limits, nearly: one
+    /// unknown after another that goes beyond is held at its limit.
+    pub fn solution_within(&self, limits: &[[f64; 2]]) -> Vec<f64> {
+        let mut inverse = self.inverse.clone();
+        let mut step = &inverse * &self.gradient;
+        for _ in limits {
+            let over = |i: usize| {
+                let [least, most] = limits[i].map(|limit| limit / self.scales[i]);
+                let by = step[i] - step[i].clamp(least, most);
+                (by != 0.0 && inverse[(i, i)] > 0.0).then(|| (by, i))
+            };
+            let farthest = (0..limits.len()).filter_map(over);
+            let Some((by, held)) = farthest.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())) else {
+                break;
+            };
+            let shared = inverse.column(held).clone_owned();
+            let variance = shared[held];
+            step -= &shared * (by / variance);
+            inverse -= &shared * shared.transpose() / variance;
+            inverse.row_mut(held).fill(0.0);
+            inverse.column_mut(held).fill(0.0);
         }
-        step[last] = last_step;
-        step
+        let pairs = step.iter().zip(&self.scales).zip(limits);
+        pairs.map(|((step, scale), [least, most])| (step * scale).clamp(*least, *most)).collect()
     }
 
     /// Standard deviation of each unknown, the others unknown too.
@@ -103,10 +118,12 @@ impl Normal {
         DVector::from_iterator(self.scales.len(), pairs.map(|(c, scale)| c * scale))
     }
 
-    /// The largest of a step's components in standard deviations.
-    pub fn largest_step_sigmas(&self, step: &[f64]) -> f64 {
-        let components = step.iter().zip(self.standard_deviations());
-        components.map(|(step, std)| (step / std).abs()).fold(0.0, f64::max)
+    /// By how much a step lowers the sum of squared residuals, if these are linear.
+    pub fn fall(&self, step: &[f64]) -> f64 {
+        let pairs = step.iter().zip(&self.scales);
+        let step =
+            DVector::from_iterator(self.scales.len(), pairs.map(|(step, scale)| step / scale));
+        2.0 * self.gradient.dot(&step) - step.dot(&(&self.information * &step))
     }
 }
 

@@ -12,7 +12,7 @@ use crate::estimate::distance_m;
 /// Deviations that a pair must have on average to be told apart in 95 % of scans.
 const IN_95_PERCENT: f64 = 1.645;
 
-impl Found {
+impl Found<'_> {
     /// The estimate: own paths first, the strongest of them first of all.
     pub fn estimate(&self, air: &Air, problem: &Problem) -> ModelEstimate {
         let clock = problem.clock();

@@ -1,5 +1,6 @@
 //! The unknowns of a fit, their steps for derivatives, and what these are of counts.
 
+use super::normal::Normal;
 use crate::code::Code;
 use crate::response::{Light, LightPath, MeanCount};
 
@@ -14,10 +15,18 @@ const CONSTANT_STEP: f64 = 5e-3;
 const LINEAR_CHIPS: f64 = 1.0 / 64.0;
 const LINEAR_SHARE: f64 = 0.03;
 
-/// The unknowns: delay and ln(strength) of each path, and the background.
+/// Farthest that one step of a fit moves a delay, in chips, and the logarithm of a strength.
+const MOST_DELAY_STEP: f64 = 0.5;
+const MOST_LN_RATE_STEP: f64 = 2.0;
+
+/// The unknowns: delay and ln(strength) of each path, how the only path moves if it does, and
+/// the background, in this order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
     pub paths: Vec<PathParameters>,
+    /// Change of the delay per time, 2 v / c; `None` of paths that stand still. The delay is
+    /// then that at the [problem's moment](super::problem::Problem::moment_ps).
+    pub walk: Option<f64>,
     /// Background per chip.
     pub constant: f64,
 }
@@ -42,25 +51,45 @@ impl Parameters {
         };
         Parameters {
             paths: light.paths.iter().map(path).collect(),
+            walk: None,
             constant: light.constant_per_chip,
         }
     }
 
     /// Number of unknowns.
     pub fn len(&self) -> usize {
-        2 * self.paths.len() + 1
+        2 * self.paths.len() + usize::from(self.walk.is_some()) + 1
     }
 
-    /// All unknowns moved by `share` of a step. Background stays at or above
-    /// zero, strengths within e^2 of what they were, delays within half a chip.
-    pub fn moved(&self, step: &[f64], share: f64) -> Parameters {
+    /// The step that normal equations ask for, with every unknown within reach, no less than no
+    /// background, and a walk of `most_walk` at most.
+    pub fn step(&self, normal: &Normal, most_walk: f64) -> Vec<f64> {
+        let reach = [MOST_DELAY_STEP, MOST_LN_RATE_STEP].map(|most| [-most, most]);
+        let mut limits: Vec<[f64; 2]> = self.paths.iter().flat_map(|_| reach).collect();
+        limits.extend(self.walk.map(|walk| [-most_walk - walk, most_walk - walk]));
+        limits.push([-self.constant, f64::INFINITY]);
+        normal.solution_within(&limits)
+    }
+
+    /// All unknowns moved by a step.
+    pub fn moved(&self, step: &[f64]) -> Parameters {
         let mut moved = self.clone();
         for (path, step) in moved.paths.iter_mut().zip(step.chunks(2)) {
-            path.delay_chips += (share * step[0]).clamp(-0.5, 0.5);
-            path.ln_rate += (share * step[1]).clamp(-2.0, 2.0);
+            path.delay_chips += step[0];
+            path.ln_rate += step[1];
         }
-        moved.constant = (self.constant + share * step[step.len() - 1]).max(0.0);
+        if let Some(walk) = &mut moved.walk {
+            *walk += step[2 * self.paths.len()];
+        }
+        moved.constant = (self.constant + step[step.len() - 1]).max(0.0);
         moved
+    }
+
+    /// The same with all light later by some chips.
+    pub fn later(&self, chips: f64) -> Parameters {
+        let mut later = self.clone();
+        later.paths.iter_mut().for_each(|path| path.delay_chips += chips);
+        later
     }
 
     /// The differences of all unknowns.
@@ -69,6 +98,7 @@ impl Parameters {
         let mut differences: Vec<f64> = pairs
             .flat_map(|(a, b)| [a.delay_chips - b.delay_chips, a.ln_rate - b.ln_rate])
             .collect();
+        differences.extend(self.walk.zip(other.walk).map(|(a, b)| a - b));
         differences.push(self.constant - other.constant);
         differences
     }
@@ -76,9 +106,12 @@ impl Parameters {
     /// Whether derivatives at `other` are too far off for a fit that is here.
     pub fn differ_from(&self, other: &Parameters) -> bool {
         let differences = self.minus(other);
-        let (constant, paths) = differences.split_last().unwrap_or((&0.0, &[]));
+        let (paths, rest) = differences.split_at(2 * self.paths.len());
         let far = |path: &[f64]| path[0].abs() > LINEAR_CHIPS || path[1].abs() > LINEAR_SHARE;
-        paths.chunks(2).any(far) || constant.abs() > LINEAR_SHARE * self.brightest()
+        let constant = rest.last().copied().unwrap_or_default();
+        paths.chunks(2).any(far)
+            || self.walk != other.walk
+            || constant.abs() > LINEAR_SHARE * self.brightest()
     }
 
     /// Adds a path with a code, whose mean is taken from the background.
@@ -107,13 +140,18 @@ impl Parameters {
         index < 2 * self.paths.len() && index.is_multiple_of(2)
     }
 
+    /// Number of the unknown that is the walk.
+    pub fn walk_index(&self) -> Option<usize> {
+        self.walk.map(|_| 2 * self.paths.len())
+    }
+
     /// Everything that shines, per chip.
     pub fn brightest(&self) -> f64 {
         self.constant + self.paths.iter().map(|p| p.ln_rate.exp()).sum::<f64>()
     }
 
-    /// Unknown number `index` moved by `sign` times its step for derivatives,
-    /// and that step.
+    /// Unknown number `index`, which is not the walk, moved by `sign` times its step for
+    /// derivatives, and that step.
     pub fn nudged(&self, index: usize, sign: f64) -> (Parameters, f64) {
         let mut nudged = self.clone();
         let step = match nudged.paths.get_mut(index / 2) {

@@ -22,6 +22,26 @@ pub struct Problem<'m> {
     pub codes: Vec<Arc<Code>>,
     /// Numbers of the steps in the scan, ascending.
     pub steps: Vec<Step>,
+    /// The moment that the delay of a path that moves is told of, from the start of the scan.
+    pub moment_ps: f64,
+}
+
+/// How expected counts are read off a response.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// As they are.
+    Exact,
+    /// With what is left of whole code periods on average.
+    OnAverage,
+}
+
+/// Sides from which derivatives are taken. Those by delays are from both in any case, or a fit
+/// that stands on the tip of a peak would not see the other side of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sides {
+    /// Of one more solution for each unknown.
+    One,
+    Both,
 }
 
 /// 3 S steps round a peak, or what the scan has of them.
@@ -71,48 +91,35 @@ impl<'m> Problem<'m> {
 
     /// Expected counts of the steps that take part.
     pub fn means(&self, parameters: &Parameters) -> Result<Vec<MeanCount>, MeanResponseError> {
-        Ok(self.means_of(&self.response(parameters)?))
+        self.means_of(parameters, &self.response(parameters)?)
     }
 
-    /// Expected counts of the steps that take part.
-    pub fn means_of(&self, response: &MeanResponse) -> Vec<MeanCount> {
-        if self.takes_all_steps() {
-            return response.mean_counts();
-        }
-        self.steps.iter().map(|&s| response.mean_count(s)).collect()
-    }
-
-    /// The same with what is left of whole code periods on average.
-    pub fn means_on_average(&self, response: &MeanResponse) -> Vec<MeanCount> {
-        match self.takes_all_steps() {
-            true => response.mean_counts_on_average(),
-            false => self.means_of(response),
-        }
-    }
-
-    /// Derivatives by every unknown of what is expected [on
-    /// average](Self::means_on_average); `response` is that at `parameters`.
-    pub fn jacobian_on_average(
+    /// Expected counts of the steps that take part, from the response to the light.
+    pub fn means_of(
         &self,
         parameters: &Parameters,
         response: &MeanResponse,
-    ) -> Result<Vec<Column>, MeanResponseError> {
-        let here = self.means_on_average(response);
-        let at = |parameters: &Parameters| -> Result<Vec<MeanCount>, MeanResponseError> {
-            Ok(self.means_on_average(&self.response(parameters)?))
-        };
-        (0..parameters.len())
-            .map(|index| {
-                let (above, up) = parameters.nudged(index, 1.0);
-                if !parameters.is_delay(index) {
-                    return Ok(slope(&here, &at(&above)?, up));
-                }
-                // From both sides, or a fit that stands on the tip of a peak would not
-                // see the other side of it.
-                let (below, down) = parameters.nudged(index, -1.0);
-                Ok(slope(&at(&below)?, &at(&above)?, up - down))
-            })
-            .collect()
+    ) -> Result<Vec<MeanCount>, MeanResponseError> {
+        if let Some(walk) = parameters.walk {
+            return self.means_on_the_way(response, walk);
+        }
+        if self.takes_all_steps() {
+            return Ok(response.mean_counts());
+        }
+        Ok(self.steps.iter().map(|&s| response.mean_count(s)).collect())
+    }
+
+    /// The same, read as `reading` says.
+    pub fn means_read(
+        &self,
+        parameters: &Parameters,
+        response: &MeanResponse,
+        reading: Reading,
+    ) -> Result<Vec<MeanCount>, MeanResponseError> {
+        match reading == Reading::OnAverage && self.takes_all_steps() {
+            true => Ok(response.mean_counts_on_average()),
+            false => self.means_of(parameters, response),
+        }
     }
 
     /// How often a fit makes its weights. Those of steps that count the same light depend
@@ -136,54 +143,39 @@ impl<'m> Problem<'m> {
         self.steps.len() as u64 == self.model.timing.scan.steps
     }
 
-    /// Derivatives by every unknown; `response` and `means` are those at
-    /// `parameters`. Good for steps of a fit: by strengths and background they are
-    /// one-sided, of one more solution each. By delays they are from both sides, or a
-    /// fit that stands on the tip of a peak would not see the other side of it.
+    /// Derivatives of the expected counts by every unknown; `response` is that at `parameters`.
     pub fn jacobian(
         &self,
         parameters: &Parameters,
         response: &MeanResponse,
-        means: &[MeanCount],
+        reading: Reading,
+        sides: Sides,
     ) -> Result<Vec<Column>, MeanResponseError> {
-        (0..parameters.len())
-            .map(|index| {
-                if parameters.is_delay(index) {
-                    return self.central_slope(parameters, response, index);
+        let of = |response: &MeanResponse| self.means_read(parameters, response, reading);
+        let at = |there: &Parameters| self.means_read(there, &self.response(there)?, reading);
+        let here = (sides == Sides::One).then(|| of(response)).transpose()?;
+        let mut columns: Vec<Column> = Vec::with_capacity(parameters.len());
+        for index in 0..parameters.len() {
+            let column = if parameters.walk_index() == Some(index) {
+                self.slope_by_walk(&columns[0])
+            } else if parameters.paths.len() == 1 && parameters.is_delay(index) {
+                // All light earlier or later at once: the same solution, read off there.
+                let delayed = |by: f64| of(&response.delayed(self.clock().ps(by))?);
+                let (below, above) = (delayed(-DELAY_STEP_CHIPS)?, delayed(DELAY_STEP_CHIPS)?);
+                slope(&below, &above, 2.0 * DELAY_STEP_CHIPS)
+            } else {
+                let (above, up) = parameters.nudged(index, 1.0);
+                match &here {
+                    Some(here) if !parameters.is_delay(index) => slope(here, &at(&above)?, up),
+                    _ => {
+                        let (below, down) = parameters.nudged(index, -1.0);
+                        slope(&at(&below)?, &at(&above)?, up - down)
+                    }
                 }
-                let (nudged, step) = parameters.nudged(index, 1.0);
-                Ok(slope(means, &self.means(&nudged)?, step))
-            })
-            .collect()
-    }
-
-    /// Derivatives by every unknown, from both sides; `response` is that at
-    /// `parameters`.
-    pub fn central_jacobian(
-        &self,
-        parameters: &Parameters,
-        response: &MeanResponse,
-    ) -> Result<Vec<Column>, MeanResponseError> {
-        (0..parameters.len()).map(|index| self.central_slope(parameters, response, index)).collect()
-    }
-
-    fn central_slope(
-        &self,
-        parameters: &Parameters,
-        response: &MeanResponse,
-        index: usize,
-    ) -> Result<Column, MeanResponseError> {
-        if parameters.paths.len() == 1 && parameters.is_delay(index) {
-            // All light earlier or later at once: the same solution, read off there.
-            let at = |by: f64| -> Result<Vec<MeanCount>, MeanResponseError> {
-                Ok(self.means_of(&response.delayed(self.clock().ps(by))?))
             };
-            let (below, above) = (at(-DELAY_STEP_CHIPS)?, at(DELAY_STEP_CHIPS)?);
-            return Ok(slope(&below, &above, 2.0 * DELAY_STEP_CHIPS));
+            columns.push(column);
         }
-        let (above, up) = parameters.nudged(index, 1.0);
-        let (below, down) = parameters.nudged(index, -1.0);
-        Ok(slope(&self.means(&below)?, &self.means(&above)?, up - down))
+        Ok(columns)
     }
 
     /// The place of a step of the scan on the axis.

@@ -44,9 +44,9 @@ impl Place {
 /// in place of what a straight valley would make of it, which may be more. Any ln(ratio) is as
 /// likely before anything is counted. `None` where the ratio is known so well that the valley
 /// does not bend.
-pub fn beyond_normal(
-    search: &Search,
-    best: &Hypothesis,
+pub fn beyond_normal<'m>(
+    search: &Search<'_, 'm>,
+    best: &Hypothesis<'m>,
     normal: &Normal,
     pair @ [first, second]: [usize; 2],
 ) -> Option<[[f64; 2]; 2]> {
@@ -65,7 +65,12 @@ pub fn beyond_normal(
 }
 
 /// Places along the valley of two paths; the first is where they fit best.
-fn walk(search: &Search, best: &Hypothesis, pair: [usize; 2], ln_ratio_std: f64) -> Vec<Place> {
+fn walk<'m>(
+    search: &Search<'_, 'm>,
+    best: &Hypothesis<'m>,
+    pair: [usize; 2],
+    ln_ratio_std: f64,
+) -> Vec<Place> {
     let step = (STEP_SIGMAS * ln_ratio_std).min(MOST_STEP);
     let mut found = vec![Place::of(best, pair)];
     for side in [-step, step] {

@@ -7,7 +7,7 @@ use super::descent::{Descent, Hypothesis};
 use super::error::FitError;
 use super::known_moments::KnownMoments;
 use super::parameters::{Parameters, PathParameters};
-use super::problem::Problem;
+use super::problem::{Problem, Reading};
 use super::template::{Axis, Template};
 use crate::code::Code;
 use crate::response::MeanCount;
@@ -25,18 +25,18 @@ impl<'a, 'm> Search<'a, 'm> {
         problem: &'a Problem<'m>,
         known: &KnownMoments,
         measured: &'a [MeanCount],
-    ) -> Result<(Search<'a, 'm>, Hypothesis), FitError> {
+    ) -> Result<(Search<'a, 'm>, Hypothesis<'m>), FitError> {
         let model = problem.model;
         let detected = measured.iter().map(|count| count.total).sum::<f64>()
             / (measured.len() as f64 * air.axis.chips);
         let dead = (detected * model.dead_time_chips).min(0.95);
         let constant = detected / (1.0 - dead);
-        let background = Parameters { paths: Vec::new(), constant };
+        let background = Parameters { paths: Vec::new(), walk: None, constant };
         let nothing = Problem { codes: Vec::new(), ..problem.clone() };
-        let expected = nothing.means(&background)?;
-        let weights = known.scan_weights(&nothing, &background, &expected, &air.axis)?;
-        let descent = Descent { problem, measured, axis: &air.axis, weights };
-        let start = descent.hypothesis(Vec::new(), background)?;
+        let start = Hypothesis::of(&nothing, background, Reading::OnAverage)?;
+        let weights = start.weights(&nothing, known, &air.axis)?;
+        let reading = Reading::OnAverage;
+        let descent = Descent { problem, measured, axis: &air.axis, weights, reading };
         let search = Search { air, descent };
         let start = search.descent.roughly(start, &[])?;
         Ok((search, start))
@@ -61,10 +61,10 @@ impl<'a, 'm> Search<'a, 'm> {
     /// The same light and a path with a code, fitted.
     pub fn with(
         &self,
-        here: &Hypothesis,
+        here: &Hypothesis<'m>,
         code: &Arc<Code>,
         path: PathParameters,
-    ) -> Result<Hypothesis, FitError> {
+    ) -> Result<Hypothesis<'m>, FitError> {
         let mut codes = here.codes.clone();
         codes.push(Arc::clone(code));
         let mut parameters = here.parameters.clone();
@@ -75,7 +75,7 @@ impl<'a, 'm> Search<'a, 'm> {
     }
 
     /// The same light without a path, fitted.
-    pub fn without(&self, here: &Hypothesis, path: usize) -> Result<Hypothesis, FitError> {
+    pub fn without(&self, here: &Hypothesis<'m>, path: usize) -> Result<Hypothesis<'m>, FitError> {
         let (mut codes, mut parameters) = (here.codes.clone(), here.parameters.clone());
         parameters.remove_path(path, &codes.remove(path));
         let templates = self.templates(&codes);
@@ -87,10 +87,10 @@ impl<'a, 'm> Search<'a, 'm> {
     /// Two paths in place of one, fitted.
     pub fn with_pair(
         &self,
-        here: &Hypothesis,
+        here: &Hypothesis<'m>,
         path: usize,
         pair: [PathParameters; 2],
-    ) -> Result<Hypothesis, FitError> {
+    ) -> Result<Hypothesis<'m>, FitError> {
         let mut codes = here.codes.clone();
         codes.push(Arc::clone(&here.codes[path]));
         let mut parameters = here.parameters.clone();
@@ -104,9 +104,9 @@ impl<'a, 'm> Search<'a, 'm> {
     /// One path in place of two, fitted. The second number is the larger one.
     pub fn with_one(
         &self,
-        here: &Hypothesis,
+        here: &Hypothesis<'m>,
         [first, second]: [usize; 2],
-    ) -> Result<Hypothesis, FitError> {
+    ) -> Result<Hypothesis<'m>, FitError> {
         let mut codes = here.codes.clone();
         codes.remove(second);
         let mut parameters = here.parameters.clone();
@@ -125,10 +125,10 @@ impl<'a, 'm> Search<'a, 'm> {
     /// else fitted.
     pub fn with_ratio(
         &self,
-        here: &Hypothesis,
+        here: &Hypothesis<'m>,
         [first, second]: [usize; 2],
         by: f64,
-    ) -> Result<Hypothesis, FitError> {
+    ) -> Result<Hypothesis<'m>, FitError> {
         let mut parameters = here.parameters.clone();
         let [a, b] = [first, second].map(|path| parameters.paths[path]);
         let [rate_a, rate_b] = [a, b].map(|path| path.ln_rate.exp());

@@ -66,6 +66,7 @@ pub fn start(
                 delay_chips: sensor.clock().chips(phase.delay_ps),
                 ln_rate: rate.ln(),
             }],
+            walk: None,
             constant: mean - rate * ones,
         },
         peak: Step::at(peak),

@@ -1,0 +1,187 @@
+//! The loop of every fit: Fisher scoring of a quasi-likelihood.
+//!
+//! Unknowns let one expect the means of counts, and these the covariances. A step solves the
+//! normal equations of the counts' deviations from the means, with covariances of where the
+//! fit stands; a shorter one is taken where the whole makes matters worse. Steps of a scan,
+//! alone or in groups, bins of a histogram, and scenes that may be otherwise are
+//! [`Counts`] each.
+
+use super::normal::Normal;
+
+/// Shares of a step that are tried where the whole makes matters worse.
+const SHARES: [f64; 5] = [1.0, 0.4, 0.16, 0.064, 0.0256];
+
+/// Counts that were measured, and what unknowns let one expect of them.
+pub trait Counts {
+    /// Where a fit stands: the unknowns, and the means that they let one expect.
+    type Place;
+    /// Why nothing is expected somewhere.
+    type Error;
+
+    /// Deviations of the counts from the means of a place, with unit covariance.
+    ///
+    /// # Errors
+    /// When the covariances do not allow it.
+    fn residuals(&self, place: &Self::Place) -> Result<Vec<f64>, Self::Error>;
+
+    /// What a fit makes as small as it can: -2 ln(likelihood), less a constant.
+    ///
+    /// # Errors
+    /// As for the deviations.
+    fn misfit(&self, place: &Self::Place) -> Result<f64, Self::Error> {
+        Ok(squares(&self.residuals(place)?))
+    }
+
+    /// Derivatives of the means by every unknown, in the deviations' units. They may be those of some place nearby, unless
+    /// they are asked for `anew`.
+    ///
+    /// # Errors
+    /// When nothing is expected nearby.
+    fn slopes(&mut self, place: &Self::Place, anew: bool) -> Result<Slopes, Self::Error>;
+
+    /// The normal equations; `None` if they are singular, or say nothing finite.
+    fn normal(&self, columns: &[Vec<f64>], residuals: &[f64]) -> Option<Normal> {
+        Normal::of_whitened(columns, residuals)
+    }
+
+    /// The step that normal equations ask for, with every unknown within reach.
+    fn step(&self, place: &Self::Place, normal: &Normal) -> Vec<f64>;
+
+    /// The place a step further.
+    ///
+    /// # Errors
+    /// When nothing is expected there.
+    fn moved(&self, place: &Self::Place, step: &[f64]) -> Result<Self::Place, Self::Error>;
+
+    /// Whether means are straight lines from one place to another.
+    fn is_linear(&self, _from: &Self::Place, _to: &Self::Place) -> bool {
+        false
+    }
+
+    /// Takes covariances of a place, to which a step has led that promised to lower the squares
+    /// by some `fall`; says whether it did, for those in use may be of there, or good enough.
+    ///
+    /// # Errors
+    /// When there are none.
+    fn weigh(&mut self, place: &Self::Place, fall: f64) -> Result<bool, Self::Error>;
+
+    /// What to say where the counts do not determine the unknowns.
+    fn undetermined(&self, place: &Self::Place) -> Self::Error;
+}
+
+/// Derivatives of means by unknowns, with unit covariance of the counts.
+pub struct Slopes {
+    pub columns: Vec<Vec<f64>>,
+    /// Whether none better can be had.
+    pub are_best: bool,
+}
+
+/// When a fit has settled: where a step lowers the misfit by less than the square of so many
+/// standard deviations, as promised by the normal equations or as found. Corners of a
+/// correlation let no gradient vanish.
+#[derive(Debug, Clone, Copy)]
+pub struct Settling {
+    sigmas: f64,
+    most_steps: usize,
+}
+
+impl Settling {
+    /// For an estimate.
+    pub const FINE: Settling = Settling { sigmas: 0.03, most_steps: 50 };
+    /// For a comparison of hypotheses.
+    pub const ROUGH: Settling = Settling { sigmas: 0.15, most_steps: 12 };
+}
+
+/// Where a fit has ended.
+pub struct Settled<P> {
+    pub place: P,
+    /// From there to where the squares are least: too short to make a difference.
+    pub step: Vec<f64>,
+    pub normal: Normal,
+    /// Least that was found.
+    pub misfit: f64,
+    /// Steps taken.
+    pub steps: usize,
+    /// Whether it settled within the most steps.
+    pub has_settled: bool,
+}
+
+/// From `start` to where counts fit best.
+///
+/// # Errors
+/// When nothing is expected of the start, or the counts do not determine the unknowns.
+pub fn settle<C: Counts>(
+    counts: &mut C,
+    start: C::Place,
+    settling: Settling,
+) -> Result<Settled<C::Place>, C::Error> {
+    let enough = settling.sigmas * settling.sigmas;
+    let mut here = start;
+    let mut anew = false;
+    let mut steps = 0;
+    loop {
+        let slopes = counts.slopes(&here, anew)?;
+        let residuals = counts.residuals(&here)?;
+        let misfit = counts.misfit(&here)?;
+        let normal = counts.normal(&slopes.columns, &residuals);
+        let normal = normal.ok_or_else(|| counts.undetermined(&here))?;
+        let step = counts.step(&here, &normal);
+        let promised = normal.fall(&step);
+        let next = match promised < enough {
+            true => None,
+            false => downhill(counts, &here, &step, misfit),
+        };
+        let Some(next) = next else {
+            if promised >= enough && !slopes.are_best {
+                // No way leads down, perhaps for derivatives from elsewhere.
+                anew = true;
+                continue;
+            }
+            if !counts.weigh(&here, 0.0)? {
+                let step = if promised < enough { step } else { vec![0.0; step.len()] };
+                let place = here;
+                return Ok(Settled { place, step, normal, misfit, steps, has_settled: true });
+            }
+            anew = false;
+            continue;
+        };
+        steps += 1;
+        let is_there = next.is_whole && counts.is_linear(&here, &next.place);
+        here = next.place;
+        anew = false;
+        let is_weighed_anew = !is_there && counts.weigh(&here, promised)?;
+        let fell = misfit - next.misfit;
+        let has_settled = is_there || !is_weighed_anew && fell < enough;
+        if has_settled || steps == settling.most_steps {
+            let (place, step, misfit) = (here, vec![0.0; step.len()], next.misfit);
+            return Ok(Settled { place, step, normal, misfit, steps, has_settled });
+        }
+    }
+}
+
+/// A place whose counts fit better.
+struct Lower<P> {
+    place: P,
+    misfit: f64,
+    is_whole: bool,
+}
+
+/// The place a step further, or a share of it; `None` where all make matters worse.
+fn downhill<C: Counts>(
+    counts: &C,
+    here: &C::Place,
+    step: &[f64],
+    misfit: f64,
+) -> Option<Lower<C::Place>> {
+    SHARES.iter().find_map(|&share| {
+        let step: Vec<f64> = step.iter().map(|by| share * by).collect();
+        // A step of few counts may lead to light that has no response.
+        let place = counts.moved(here, &step).ok()?;
+        let there = counts.misfit(&place).ok()?;
+        (there < misfit).then_some(Lower { place, misfit: there, is_whole: share == 1.0 })
+    })
+}
+
+fn squares(residuals: &[f64]) -> f64 {
+    residuals.iter().map(|residual| residual * residual).sum()
+}
