@@ -8,7 +8,7 @@ use crate::estimate::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
 use crate::estimate::{Prediction, Theory, distance_m, folded, share_error};
-use crate::scene::EstimatorKind;
+use crate::scene::{EstimatorKind, PathIndex};
 use crate::simulate::path_statistics::PathStatistics;
 
 /// What is expected of a path's errors, or why nothing is.
@@ -35,14 +35,9 @@ pub fn statistics(
             Err(spread) => (Moments::NONE, Some(spread.to_string())),
         };
         let bias_m = moments.mean.map(|mean| fold(mean, range_m));
-        let found = tally.found[place];
-        let missed_scans = tally.scans - found;
+        let missed_scans = tally.scans - tally.found[place];
         let of_scans = |count: u64| (tally.scans > 0).then(|| count as f64 / tally.scans as f64);
-        let bound = coverage::bound_m(ranging.sensor, path, ranging.counting, &theory.bound);
-        let (bound_m, bound_remark) = match bound {
-            Ok(bound_m) => (Some(bound_m), None),
-            Err(reason) => (None, Some(format!("no bound: {reason}"))),
-        };
+        let (bound_m, bound_remark) = bound_of(ranging, path, theory);
         let with_error = |share| (share, share_error(ranging.sensor, ranging.detector, share));
         let expectation = Expectation {
             errors: expected[place].as_ref().ok().copied(),
@@ -50,8 +45,6 @@ pub fn statistics(
         };
         let evidence = Evidence { errors_m, scans: tally.scans, missed: missed_scans, range_m };
         let contradictions = family.contradictions(&evidence, &expectation);
-        let unexpected = expected[place].as_ref().err();
-        let unexpected = unexpected.map(|reason| format!("no expectation: {reason}"));
         PathStatistics {
             detector: scene.detectors[ranging.detector].name.clone(),
             source: scene.sources[scene.paths[path].source].name.clone(),
@@ -64,7 +57,7 @@ pub fn statistics(
             missed_fraction_ci95: (tally.scans > 0)
                 .then(|| share_interval(missed_scans, tally.scans)),
             expected_missed_fraction: missed[place],
-            correct_coarse_fraction: of_scans(found),
+            correct_coarse_fraction: of_scans(tally.found[place]),
             mean_distance_m: bias_m.map(|bias_m| fold_distance(true_distance_m + bias_m, range_m)),
             bias_m,
             std_m: moments.std,
@@ -80,10 +73,28 @@ pub fn statistics(
             chi_square_alarm_fraction: (tally.fits > 0)
                 .then(|| tally.alarms as f64 / tally.fits as f64),
             detected_rate_cps,
-            remark: joined([tally.remark(), spread, unexpected, folded(ranging.sensor, path)]),
+            remark: joined([
+                tally.remark(),
+                spread,
+                unexpected(&expected[place]),
+                folded(ranging.sensor, path),
+            ]),
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
+}
+
+/// The bound of a path, in metres, or why there is none.
+fn bound_of(ranging: &Ranging, path: PathIndex, theory: &Theory) -> (Option<f64>, Option<String>) {
+    match coverage::bound_m(ranging.sensor, path, ranging.counting, &theory.bound) {
+        Ok(bound_m) => (Some(bound_m), None),
+        Err(reason) => (None, Some(format!("no bound: {reason}"))),
+    }
+}
+
+/// Why nothing is expected of a path's errors, where that is so.
+fn unexpected(expected: &Expected) -> Option<String> {
+    expected.as_ref().err().map(|reason| format!("no expectation: {reason}"))
 }
 
 /// What each path's errors and share of misses are expected to be.
