@@ -23,6 +23,45 @@ pub fn normal_density(x: f64) -> f64 {
     Normal::standard().pdf(x)
 }
 
+/// A normal law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalLaw {
+    /// Its mean.
+    pub mean: f64,
+    /// Its standard deviation.
+    pub std: f64,
+}
+
+/// The numbers of a normal law within an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PartOfNormal {
+    /// Share of all numbers.
+    pub share: f64,
+    /// Mean and standard deviation of these.
+    pub part: NormalLaw,
+}
+
+impl NormalLaw {
+    /// The part of it between two numbers (Johnson, Kotz and Balakrishnan 1994, 13.10.1).
+    pub fn within(self, low: f64, high: f64) -> PartOfNormal {
+        let std = self.std.max(f64::MIN_POSITIVE);
+        let [low, high] = [low, high].map(|end| (end - self.mean) / std);
+        // From the nearer tail, whose digits are not lost beside one.
+        let share = match low > 0.0 {
+            true => normal_cdf(-low) - normal_cdf(-high),
+            false => normal_cdf(high) - normal_cdf(low),
+        };
+        let share = share.max(f64::MIN_POSITIVE);
+        let [at_low, at_high] = [low, high].map(normal_density);
+        let mean = (at_low - at_high) / share;
+        let variance = 1.0 + (low * at_low - high * at_high) / share - mean * mean;
+        PartOfNormal {
+            share,
+            part: NormalLaw { mean: self.mean + std * mean, std: std * variance.max(0.0).sqrt() },
+        }
+    }
+}
+
 /// Density of the sum of an exponential number, whose mean is `mean`, and a normal one
 /// of mean 0 and standard deviation `sigma`.
 pub fn exponential_normal_density(x: f64, mean: f64, sigma: f64) -> f64 {
@@ -98,6 +137,24 @@ fn null_variance(variances: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Half of a normal law, a symmetric part of it (standard deviation 0.5396 between -1 and 1),
+    /// all of it, and a slice so thin that it is even.
+    #[test]
+    fn parts_of_a_normal_law_have_the_known_moments() {
+        let law = NormalLaw { mean: 5.0, std: 2.0 };
+        for (low, high, share, mean, std) in [
+            (5.0, 1e3, 0.5, 5.0 + 2.0 * 0.797_885, 2.0 * 0.602_810),
+            (3.0, 7.0, 0.682_689, 5.0, 2.0 * 0.539_560),
+            (-95.0, 105.0, 1.0, 5.0, 2.0),
+            (8.999, 9.001, 0.002 * 0.026_995, 9.0, 0.002 / 12.0_f64.sqrt()),
+        ] {
+            let found = law.within(low, high);
+            assert!((found.share - share).abs() < 1e-6, "{low} {high}: {found:?}");
+            assert!((found.part.mean - mean).abs() < 1e-5, "{low} {high}: {found:?}");
+            assert!((found.part.std - std).abs() < 1e-5, "{low} {high}: {found:?}");
+        }
+    }
 
     #[test]
     fn the_normal_distribution_has_its_tabulated_values() {

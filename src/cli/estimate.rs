@@ -53,5 +53,6 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
     let text: String = assessments.iter().map(Assessment::to_string).collect();
     let document = Estimates { assessments: &assessments };
     output.answer(Some(&scene), &document, &text)?;
-    Ok(Ending::Done)
+    let holds = assessments.iter().all(|one| one.estimate.expectation_holds != Some(false));
+    Ok(Ending::of_check(arguments.check.check, holds))
 }

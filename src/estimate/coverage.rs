@@ -7,8 +7,11 @@
 
 use super::approximation::Approximation;
 use super::expected_counts::ExpectedCounts;
+use super::fit::error::FitError;
 use super::fit::slipping::SlippingLight;
+use super::fit::{FittedPath, ModelEstimate, own_threshold};
 use super::missed::errors_wrap;
+use super::path_bound::Bound;
 use super::prediction::Prediction;
 use super::{CountingTier, calibration_offset_ps, true_delay};
 use crate::math::normal_cdf;
@@ -37,6 +40,67 @@ pub fn check_scene(
         Err(_) | Ok(None) => Ok(()),
         Ok(Some(clamped)) => clamped.check(),
     }
+}
+
+/// Whether anything can be expected of a path's estimates by the fit, whose answer to the
+/// expected counts is `fitted`: as [`check_scene`], and all light is told apart.
+///
+/// # Errors
+/// What does not hold.
+///
+/// # Panics
+/// If the scene has no such path.
+pub fn check_fit(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    counting: CountingTier,
+    fitted: &ModelEstimate,
+) -> Result<(), Approximation> {
+    check_scene(sensor, detector, path, counting)?;
+    let untold = fitted.untold.as_ref();
+    Approximation {
+        name: "that the fit tells all paths apart",
+        measure: "paths of the scene that the expected counts do not show",
+        size: untold.map_or(0, |untold| untold.missing + untold.missing_of_others) as f64,
+        bound: 0.0,
+        concerns_misses: true,
+    }
+    .check()?;
+    let model = DetectorModel::new(sensor, detector);
+    if model.modulated_paths().count() + model.slipping().count() <= 1 {
+        return Ok(());
+    }
+    let chips = sensor.timing().scan.steps as f64 / f64::from(sensor.clock().samples_per_chip);
+    let weakest = fitted.paths.iter().map(FittedPath::significance).fold(f64::INFINITY, f64::min);
+    Approximation {
+        name: "that each path stands out of other light in every scan",
+        measure: "chance of the weakest not to",
+        size: normal_cdf(own_threshold(chips) - weakest),
+        bound: 0.02,
+        concerns_misses: true,
+    }
+    .check()
+}
+
+/// The Cramer-Rao bound of a path, in metres; none where nothing can be expected of its
+/// estimates, since counts that do not show it, or are clamped, have another.
+///
+/// # Errors
+/// Why there is none, in words.
+///
+/// # Panics
+/// If the scene has no such path.
+pub fn bound_m(
+    sensor: &Sensor,
+    path: PathIndex,
+    counting: CountingTier,
+    bound: &Result<Bound, FitError>,
+) -> Result<f64, String> {
+    let bound = bound.as_ref().map_err(ToString::to_string)?;
+    let detector = sensor.scene().paths[path].detector;
+    check_scene(sensor, detector, path, counting).map_err(|reason| reason.to_string())?;
+    bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
 }
 
 /// How far a path's delay is outside of the scan.
@@ -110,6 +174,34 @@ pub(crate) fn most_counts(sensor: &Sensor, model: &DetectorModel) -> f64 {
     }
 }
 
+/// Whether histograms of so many code periods show, bin by bin, in what share of them the
+/// detector was ready, `ready` on average.
+///
+/// Dead time is taken out by dividing by that share. It scatters with the periods, and where
+/// the detector was never ready there is nothing to divide.
+///
+/// # Errors
+/// What does not hold.
+pub(super) fn check_ready(ready: &[f64], periods: f64) -> Result<(), Approximation> {
+    let least = ready.iter().copied().fold(1.0, f64::min);
+    Approximation {
+        name: "that a histogram shows how often the detector was ready",
+        measure: "relative error of that share, in the bin of the least",
+        size: ((1.0 - least) / (least * periods)).sqrt(),
+        bound: 0.2,
+        concerns_misses: true,
+    }
+    .check()?;
+    Approximation {
+        name: "that the detector is ready in each bin at least once",
+        measure: "chance that it never is, in the bin of the least",
+        size: (1.0 - least).powf(periods),
+        bound: 0.01,
+        concerns_misses: true,
+    }
+    .check()
+}
+
 /// Whether light of other clocks may be taken as constant by the phase.
 ///
 /// # Errors
@@ -179,6 +271,22 @@ pub(super) fn check_phase(
     .check()
 }
 
+/// Whether bias and standard deviation of the share of a path's errors that counts for it are
+/// those of the middle of a normal law, and not of its tail.
+///
+/// # Errors
+/// What does not hold.
+pub(super) fn check_counted(share: f64) -> Result<(), Approximation> {
+    Approximation {
+        name: "that the path's errors count for it",
+        measure: "share of them that are nearer to another path, or too large",
+        size: 1.0 - share,
+        bound: 0.95,
+        concerns_misses: false,
+    }
+    .check()
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -212,6 +320,8 @@ mod tests {
         assert!((why.size - beyond).abs() < 0.6, "{why}");
         let told = theory(&far, FIRST.0, &[FIRST.1], CountingTier::Sampled);
         assert_eq!((told.predictions[0].is_err(), told.missed[0]), (true, None));
+        let bound = bound_m(&far, FIRST.1, CountingTier::Sampled, &told.bound);
+        assert_eq!(bound, Err(why.to_string()));
         for inside in ["path.distance=24 m", "path.distance=26.5 m"] {
             assert_eq!(refused(&sensor("scenes/quick.toml", &[window, inside])), None);
         }

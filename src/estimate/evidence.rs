@@ -4,8 +4,9 @@
 //! intervals: of a binomial share, of the mean and of the variance of normal errors (of the
 //! variance also by its fourth moment, where errors have long tails). What an expectation
 //! does not claim to say more precisely is let pass: [`STD_SHARE`], [`BIAS_IN_STD`] and
-//! [`BIAS_M`], [`MISSED_SHARE`]. All comparisons of a family together accuse an expectation
-//! that holds with a chance of [`FAMILY_WISE`] at most.
+//! [`BIAS_M`], [`MISSED_SHARE`]. All comparisons of a family, of all paths of a simulation or of
+//! all points of a sweep, together accuse an expectation that holds with a chance of
+//! [`FAMILY_WISE`] at most.
 
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, Normal};
 
@@ -30,13 +31,20 @@ const NEVER_FOUND: u64 = 5;
 /// What is expected of a path's estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expectation {
-    /// Mean error of the scans that find the path.
-    pub bias_m: f64,
-    /// Its standard deviation in one scan.
-    pub std_m: f64,
+    /// Errors of the scans that find the path; none where they are not known.
+    pub errors: Option<ExpectedErrors>,
     /// Share of scans that miss the path, and the error of that share where it is from drawn
     /// scans; none where it is not known.
     pub missed: Option<(f64, f64)>,
+}
+
+/// What is expected of the errors of the scans that find a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExpectedErrors {
+    /// Their mean.
+    pub bias_m: f64,
+    /// Standard deviation of one scan's.
+    pub std_m: f64,
 }
 
 /// What scans say of a path.
@@ -66,6 +74,11 @@ impl Family {
         Family { level: FAMILY_WISE / (3 * paths.max(1)) as f64 }
     }
 
+    /// The same of one of so many simulations, which are a family together.
+    pub fn one_of(self, simulations: usize) -> Family {
+        Family { level: self.level / simulations.max(1) as f64 }
+    }
+
     /// How scans contradict an expectation, in words; empty where they bear it out. None
     /// where there is nothing to compare.
     pub fn contradictions(
@@ -73,16 +86,17 @@ impl Family {
         evidence: &Evidence,
         expected: &Expectation,
     ) -> Option<Vec<String>> {
+        let is_told = expected.missed.is_some() || expected.errors.is_some();
         let is_compared = expected.missed.is_some() || !evidence.errors_m.is_empty();
-        if evidence.scans == 0 || !is_compared && evidence.scans < NEVER_FOUND {
+        if evidence.scans == 0 || !is_told || !is_compared && evidence.scans < NEVER_FOUND {
             return None;
         }
-        let found = [
-            self.of_missed(evidence, expected.missed),
-            self.of_bias(evidence, expected),
-            self.of_scatter(evidence, expected),
-        ];
-        Some(found.into_iter().flatten().collect())
+        let of_errors = |errors: ExpectedErrors| {
+            [self.of_bias(evidence, &errors), self.of_scatter(evidence, &errors)]
+        };
+        let found = [self.of_missed(evidence, expected.missed)];
+        let found = found.into_iter().chain(expected.errors.map(of_errors).into_iter().flatten());
+        Some(found.flatten().collect())
     }
 
     fn of_missed(&self, evidence: &Evidence, expected: Option<(f64, f64)>) -> Option<String> {
@@ -106,7 +120,7 @@ impl Family {
             .then(|| format!("missed {percent:.2} % of {scans}, expected {:.2} %", 100.0 * share))
     }
 
-    fn of_bias(&self, evidence: &Evidence, expected: &Expectation) -> Option<String> {
+    fn of_bias(&self, evidence: &Evidence, expected: &ExpectedErrors) -> Option<String> {
         let off = Off::of(evidence, expected)?;
         let least_std_m = expected.std_m * (1.0 + STD_SHARE) / off.count.sqrt();
         let tolerance_m = BIAS_IN_STD * expected.std_m + BIAS_M;
@@ -117,7 +131,7 @@ impl Family {
         })
     }
 
-    fn of_scatter(&self, evidence: &Evidence, expected: &Expectation) -> Option<String> {
+    fn of_scatter(&self, evidence: &Evidence, expected: &ExpectedErrors) -> Option<String> {
         let off = Off::of(evidence, expected).filter(|off| off.count > 1.0)?;
         let std_m = off.variance.sqrt();
         let degrees = off.count - 1.0;
@@ -151,7 +165,7 @@ struct Off {
 
 impl Off {
     /// None without estimates.
-    fn of(evidence: &Evidence, expected: &Expectation) -> Option<Off> {
+    fn of(evidence: &Evidence, expected: &ExpectedErrors) -> Option<Off> {
         let off = |error_m: &f64| fold(error_m - expected.bias_m, evidence.range_m);
         let off_m: Vec<f64> = evidence.errors_m.iter().map(off).collect();
         let count = off_m.len() as f64;
@@ -178,8 +192,10 @@ mod tests {
 
     use super::*;
 
-    const EXPECTED: Expectation =
-        Expectation { bias_m: 0.02, std_m: 0.01, missed: Some((0.0, 0.0)) };
+    const EXPECTED: Expectation = Expectation {
+        errors: Some(ExpectedErrors { bias_m: 0.02, std_m: 0.01 }),
+        missed: Some((0.0, 0.0)),
+    };
 
     fn errors_m(seed: u64, count: usize, mean_m: f64, std_m: f64) -> Vec<f64> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -240,6 +256,32 @@ mod tests {
             at_least -= term;
             term *= (scans - missed) as f64 / (missed + 1) as f64 * most / (1.0 - most);
         }
+    }
+
+    /// A share that is expected is held against the scans, whatever is known of errors.
+    #[test]
+    fn a_share_without_expected_errors_is_compared_all_the_same() {
+        let share = Expectation { errors: None, ..EXPECTED };
+        assert_eq!(accused(&[0.5; 30], 0, &share), [""; 0]);
+        assert_eq!(accused(&[0.5; 30], 30, &share), ["missed 50.00 % of 60, expected 0.00 %"]);
+        let nothing = Expectation { missed: None, ..share };
+        let evidence = Evidence { errors_m: &[], scans: 60, missed: 60, range_m: 100.0 };
+        assert_eq!(Family::of_paths(1).contradictions(&evidence, &nothing), None);
+    }
+
+    /// What one simulation alone would be accused of at a level, a thousand together are not.
+    #[test]
+    fn simulations_of_a_family_share_its_level() {
+        let off_m = |sigmas: f64| 0.02 + 0.01 * (BIAS_IN_STD + sigmas * 1.05) + BIAS_M;
+        let is_accused = |sigmas: f64, simulations: usize| {
+            let errors_m = [off_m(sigmas)];
+            let evidence = Evidence { errors_m: &errors_m, scans: 1, missed: 0, range_m: 100.0 };
+            let family = Family::of_paths(1).one_of(simulations);
+            !family.contradictions(&evidence, &EXPECTED).expect("there is a scan").is_empty()
+        };
+        // Two-sided normal quantiles of 1e-4 / 3 and of 1e-7 / 3.
+        assert_eq!([4.14, 4.16].map(|sigmas| is_accused(sigmas, 1)), [false, true]);
+        assert_eq!([5.51, 5.53].map(|sigmas| is_accused(sigmas, 1000)), [false, true]);
     }
 
     #[test]

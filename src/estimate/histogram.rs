@@ -16,11 +16,11 @@ use super::prediction::{
     peak_of_path,
 };
 use super::{
-    CountingTier, Prediction, PredictionError, TheoryEffort, calibration_offset_ps, delay_error_ps,
-    distance_m,
+    CountingTier, Prediction, PredictionError, TheoryEffort, calibration_offset_ps, coverage,
+    delay_error_ps, distance_m,
 };
 use crate::histogram::Histogram;
-use crate::histogram::correction::{CorrectionError, DeadTime};
+use crate::histogram::correction::{CorrectionError, DeadTime, PrimaryLight};
 use crate::histogram::correlation::Correlator;
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
@@ -102,8 +102,8 @@ struct Expected<'e, 'm> {
     response: &'e MeanResponse<'m>,
     /// Values that the estimator takes, of all phase steps.
     values: Vec<f64>,
-    /// Variance of each bin that they are sums of, where bins are apart again.
-    bin_variance: Option<Vec<f64>>,
+    /// The light that they are sums of, where dead time is taken out.
+    light: Option<PrimaryLight>,
 }
 
 impl<'e, 'm> Expected<'e, 'm> {
@@ -113,21 +113,24 @@ impl<'e, 'm> Expected<'e, 'm> {
     ) -> Result<Expected<'e, 'm>, CorrectionError> {
         let sensor = phase.sensor;
         let bins = response.mean_bins();
-        let (values, bin_variance) = match phase.dead_time {
+        let (values, light) = match phase.dead_time {
             Err(_) => (phase.correlator.correlate(&bins), None),
             Ok(dead_time) => {
                 let periods = periods(sensor);
                 let means: Vec<f64> = bins.iter().map(|bin| bin / periods).collect();
                 let light = dead_time.correct_means(&means, periods)?;
                 let values = phase.correlator.correlate(&light.per_period);
-                (values, Some(light.variance))
+                (values, Some(light))
             }
         };
-        Ok(Expected { phase, response, values, bin_variance })
+        Ok(Expected { phase, response, values, light })
     }
 
     fn predict(&self, path: PathIndex) -> Result<Prediction, PredictionError> {
         check_path_is_modulated(self.response.model(), path)?;
+        if let Some(light) = &self.light {
+            coverage::check_ready(&light.ready, periods(self.phase.sensor))?;
+        }
         let (sensor, values) = (self.phase.sensor, &self.values);
         let timing = sensor.timing();
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -149,25 +152,30 @@ impl<'e, 'm> Expected<'e, 'm> {
         let true_delay_ps = sensor.scene().paths[path].delay_ps;
         let error_ps = delay_error_ps(estimate.delay_ps, true_delay_ps, timing.code_period_ps());
         let failures = coarse_failure_bound_fraction(values, peak, peak_variance, sensor);
-        Ok(Prediction {
+        let predicted = Prediction {
             bias_m: distance_m(error_ps),
             std_m: distance_m(sensor.clock().ps(phase_std / PI)),
             estimate,
             detection_rate_hz: self.response.detection_rate_hz(),
             phase_std_rad: phase_std,
             coarse_failure_bound_fraction: failures,
-            missed_fraction: match is_never_largest(values, peak, peak_variance, sensor) {
-                true => Some(1.0),
-                false => (failures < SURELY_FOUND).then_some(failures),
-            },
+            missed_fraction: None,
             coarse_spread_m: coarse_spread_m(values, peak, peak_variance, timing),
             is_drawn: false,
+        };
+        let (_, counted) = predicted.counted(sensor, path, CountingTier::Sampled);
+        Ok(Prediction {
+            missed_fraction: match is_never_largest(values, peak, peak_variance, sensor) {
+                true => Some(1.0),
+                false => (failures < SURELY_FOUND).then_some(1.0 - counted + failures),
+            },
+            ..predicted
         })
     }
 
     /// Variance of the sum of weight x value over phase steps.
     fn variance_of_sum(&self, weighted: &[(Step, f64)]) -> Result<f64, PredictionError> {
-        let Some(variance) = &self.bin_variance else {
+        let Some(PrimaryLight { variance, .. }) = &self.light else {
             return Ok(SecondMoments::new(self.response)?.variance_of_sum(weighted));
         };
         let model = self.response.model();

@@ -2,10 +2,12 @@
 //! predict needs.
 
 use super::approximation::Approximation;
+use super::missed::counted_errors_ps;
 use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum};
-use super::{delay_error_ps, distance_m};
+use super::{CountingTier, delay_error_ps, distance_m};
 use crate::histogram::correction::CorrectionError;
-use crate::math::normal_cdf;
+use crate::light::round_trip_ps;
+use crate::math::{NormalLaw, PartOfNormal, normal_cdf};
 use crate::photons::DetectorModel;
 use crate::response::MeanResponseError;
 use crate::scan::{Step, Timing};
@@ -58,6 +60,21 @@ impl Prediction {
     /// step.
     pub fn is_linear(&self) -> bool {
         self.phase_std_rad <= LINEAR_PHASE_RAD && self.coarse_spread_in_std() <= COARSE_SPREAD
+    }
+
+    /// The path's errors, as normal ones, of which those count for it that are not nearer to
+    /// another path, or too large: bias and standard deviation of these, and their share.
+    pub(super) fn counted(
+        self,
+        sensor: &Sensor,
+        path: PathIndex,
+        counting: CountingTier,
+    ) -> (Prediction, f64) {
+        let [mean, std] = [self.bias_m, self.std_m].map(round_trip_ps);
+        let PartOfNormal { share, part } =
+            counted_errors_ps(sensor, path, counting, NormalLaw { mean, std });
+        let [bias_m, std_m] = [part.mean, part.std].map(distance_m);
+        (Prediction { bias_m, std_m, ..self }, share)
     }
 
     /// [`Self::coarse_spread_m`] in standard deviations of the linearisation.

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::bound::bound;
 use super::coverage;
-use super::evidence::{Evidence, Expectation, Family};
+use super::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use super::histogram::{self, PhaseOfHistogram};
 use super::theory::covered;
 use super::unwrap::{check_normal, fold, fold_distance};
@@ -351,8 +351,8 @@ impl EstimateReport {
         self.true_distance_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
         let bound = bound(sensor, detector, CountingTier::Sampled);
-        match &bound {
-            Ok(bound) => self.bound_m = bound.of_path(path),
+        match coverage::bound_m(sensor, path, CountingTier::Sampled, &bound) {
+            Ok(bound_m) => self.bound_m = Some(bound_m),
             Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
         }
         match expectation(sensor, detector, path, basis) {
@@ -368,7 +368,8 @@ impl EstimateReport {
                     self.error_m.map(|error_m| fold(error_m - bias_m, range_m) / std_m);
                 let with_error = |share| (share, share_error(sensor, detector, share));
                 let missed = missed.map(with_error);
-                self.take_evidence(sensor, &Expectation { bias_m, std_m, missed });
+                let errors = Some(ExpectedErrors { bias_m, std_m });
+                self.take_evidence(sensor, &Expectation { errors, missed });
             }
             Err(reason) => self.add_remark(&format!("no expectation: {reason}")),
         }
@@ -466,8 +467,8 @@ fn expectation(
         let Prediction { bias_m, std_m, missed_fraction: missed, .. } = expected;
         return Ok(Expected { bias_m, std_m, missed });
     }
-    coverage::check_scene(sensor, detector, path, tier).map_err(|e| e.to_string())?;
     let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
+    coverage::check_fit(sensor, detector, path, tier, &fitted).map_err(|e| e.to_string())?;
     let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
     let code_period_ps = sensor.code_period_of_path_ps(path);
     let true_ps = true_delay(sensor, path, tier).delay_ps;

@@ -72,7 +72,13 @@ pub(super) fn covered(
     coverage::check_scene(sensor, detector, path, counting)?;
     let predicted = predicted?;
     coverage::check_phase(sensor, path, &predicted)?;
-    Ok(predicted)
+    // Drawn scans are those that find the path already.
+    if predicted.is_drawn {
+        return Ok(predicted);
+    }
+    let (counted, share) = predicted.counted(sensor, path, counting);
+    coverage::check_counted(share)?;
+    Ok(counted)
 }
 
 /// [`predict`] for some paths and [`bound`](super::bound::bound) together, which

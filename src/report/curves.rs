@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use super::chart::{Axis, Mark, Panel};
 use super::figure::Figure;
 use crate::cosim;
-use crate::estimate::{CountingTier, Theory, TheoryEffort, theory};
+use crate::estimate::coverage::bound_m;
+use crate::estimate::{CountingTier, TheoryEffort, theory};
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 use crate::simulate::{Tier, forecast};
@@ -80,24 +81,24 @@ impl Points {
         let chips = POWERS
             .map(|power| (chips as f64 * 4f64.powi(power)).round())
             .filter(|chips| (1.0..1e12).contains(chips));
-        let theories: Vec<(f64, Theory)> = chips
+        let theories: Vec<_> = chips
             .collect::<Vec<f64>>()
             .into_par_iter()
             .map(|chips| {
                 let at = sensor.with(|scene| scene.scan.integration_chips = chips as u64);
                 let theory = theory(&at, detector, &[path], CountingTier::Sampled);
-                (at.timing().integration_ps() * 1e-6, theory)
+                let bound = bound_m(&at, path, CountingTier::Sampled, &theory.bound);
+                (at.timing().integration_ps() * 1e-6, theory, bound)
             })
             .collect();
         let mut points = Points::default();
-        for (x, theory) in theories {
+        for (x, theory, bound) in theories {
             if let Some(Ok(phase)) = theory.predictions.first() {
                 let rms_m = phase.bias_m.hypot(phase.std_m);
                 points.rms.push((x, rms_m * 1e3));
                 points.scatter.push((x, phase.std_m * 1e3));
             }
-            let bound = theory.bound.ok().and_then(|bound| bound.of_path(path));
-            points.bound.extend(bound.map(|bound_m| (x, bound_m * 1e3)));
+            points.bound.extend(bound.ok().map(|bound_m| (x, bound_m * 1e3)));
         }
         match points.rms.is_empty() && points.bound.is_empty() {
             true => Err("theory expects nothing of this light".to_owned()),

@@ -2,14 +2,24 @@
 
 use std::time::Instant;
 
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
 use super::scans::scans;
 use super::{Tier, effort};
 use crate::estimate::TheoryEffort;
+use crate::estimate::fit::{BinFitter, Fitter};
 use crate::photons::DetectorModel;
 use crate::reference::stimulus::clocks_for_scans;
+use crate::response::{MeanCount, MeanResponse};
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
+/// Fits that are told to take no longer together are not tried.
+const LEAST_FITS_S: f64 = 5.0;
+/// Fits that are tried: the first, and some with its tables.
+const TRIED_FITS: usize = 3;
 /// Detections of the short simulation, about, and phase steps that it has at most.
 const DETECTIONS: f64 = 2e5;
 const STEPS: u64 = 64;
@@ -35,10 +45,60 @@ pub fn seconds(sensor: &Sensor, tier: Tier, repetitions: u64) -> Option<f64> {
             }
         };
         if sensor.scene().estimator == EstimatorKind::Model && tier.draws() {
-            seconds += repetitions as f64 * effort.map_or(0.0, |effort| effort.fit_s());
+            let told_s = effort.map_or(0.0, |effort| effort.fit_s());
+            if repetitions as f64 * told_s > LEAST_FITS_S {
+                seconds += fits_s(sensor, detector, tier, repetitions).unwrap_or(0.0);
+            }
         }
     }
     (seconds > 0.0).then_some(seconds)
+}
+
+/// What the fits of all scans take, by how long the first few do; none where one fails.
+fn fits_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier, repetitions: u64) -> Option<f64> {
+    let model = DetectorModel::new(sensor, detector);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    let mut noisy = |mean: f64, variance: f64| -> f64 {
+        let z: f64 = StandardNormal.sample(&mut rng);
+        mean + z * variance.max(0.0).sqrt()
+    };
+    let took_s = if sensor.scene().hardware.architecture == Architecture::Histogram {
+        let fitter = BinFitter::new(sensor, detector).ok()?;
+        let bins = MeanResponse::new(&model).ok()?.mean_bins();
+        trial(|| {
+            let counts: Vec<f64> = bins.iter().map(|&bin| noisy(bin, bin).max(0.0)).collect();
+            fitter.fit_means(&counts).is_ok()
+        })
+    } else {
+        let counting = tier.counting();
+        let fitter = Fitter::new(sensor, detector, counting, sensor.scene().other_light);
+        let means = MeanResponse::of_tier(&model, counting).ok()?.mean_counts();
+        trial(|| {
+            let counts = means.iter().map(|mean| MeanCount {
+                signed: noisy(mean.signed, mean.total),
+                total: noisy(mean.total, mean.total).max(0.0),
+            });
+            fitter.fit_means(&counts.collect::<Vec<_>>()).is_ok()
+        })
+    };
+    Some(all_fits_s(&took_s?, repetitions, rayon::current_num_threads()))
+}
+
+/// How long some fits take, one after another; none if one fails.
+fn trial(mut fit: impl FnMut() -> bool) -> Option<Vec<f64>> {
+    let one = |_| {
+        let started = Instant::now();
+        fit().then(|| started.elapsed().as_secs_f64())
+    };
+    (0..TRIED_FITS).map(one).collect()
+}
+
+/// How long so many fits take on some cores, by the first few. The first makes tables that
+/// others find again: it is no part of their rate.
+fn all_fits_s(took_s: &[f64], fits: u64, cores: usize) -> f64 {
+    let Some((first_s, others_s)) = took_s.split_first() else { return 0.0 };
+    let each_s = others_s.iter().sum::<f64>() / others_s.len().max(1) as f64;
+    first_s + each_s * fits.saturating_sub(1) as f64 / cores.max(1) as f64
 }
 
 /// What one scan takes, by how long a short one of the same light does.
@@ -81,4 +141,17 @@ fn scan_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> Option<f64> {
     let started = Instant::now();
     scans(&short, detector, tier, 1, 1, |_| ()).ok()?;
     Some(work * started.elapsed().as_secs_f64())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A first fit of ten seconds, which is not the rate of the others.
+    #[test]
+    fn the_first_fits_tables_are_forecast_once() {
+        let forecast_s = all_fits_s(&[10.0, 0.1, 0.3], 101, 2);
+        assert!((forecast_s - 20.0).abs() < 1e-9, "{forecast_s}");
+        assert!((all_fits_s(&[10.0], 101, 2) - 10.0).abs() < 1e-9);
+    }
 }

@@ -4,6 +4,7 @@
 #![allow(clippy::too_many_lines)]
 
 mod builds_check_what_they_promise;
+mod check_ends_with_one;
 mod ci_reads_reports;
 mod cli_keeps_its_contract;
 mod code_correlations_obey_their_theorems;

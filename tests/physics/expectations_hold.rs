@@ -55,3 +55,90 @@ fn nothing_is_expected_of_a_path_that_the_scan_does_not_come_by() {
         assert!(remark.contains("the true delay is in the scan"), "{tier}: {remark}");
     }
 }
+
+/// A scene file with a second path of equal strength, and settings.
+fn with_equal_path(settings: &[&str], second: &str) -> Scene {
+    let settings: Vec<_> = settings.iter().map(|text| text.parse().expect("a setting")).collect();
+    let mut scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
+    let distance_m: f64 = second.parse().expect("a number");
+    let mut other = scene.paths[0].clone();
+    other.delay_ps = 2.0 * distance_m / 299_792_458.0 * 1e12;
+    scene.paths.push(other);
+    scene
+}
+
+/// The phase sees one peak between two equal paths: an estimate on either side of the middle
+/// counts for the nearer path, whose errors are half of a normal law. Of all estimates the bias
+/// is twice as large as the standard deviation of those that count for the path.
+#[test]
+fn estimates_that_count_for_another_path_are_not_expected_of_this_one() {
+    let histogram = "hardware.architecture=histogram";
+    let strong = ["source.mean_power=5 pW", "scan.integration=1 ms"];
+    for (settings, second, tells_share) in [
+        (&[histogram, strong[0], strong[1]][..], "3.4", true),
+        (&[histogram, strong[0], "scan.integration=10 us"][..], "3.4", false),
+        (&["source.code={ family = \"square\" }"][..], "3.7", true),
+    ] {
+        let scene = with_equal_path(settings, second);
+        let found = simulated(&scene, Tier::Events, 200);
+        assert_eq!(found.estimates.len(), 2);
+        for path in &found.estimates {
+            let told = format!("{settings:?}: {path:?}");
+            assert_eq!(path.expectation_holds, Some(true), "{told}");
+            let missed = path.expected_missed_fraction;
+            assert_eq!(missed.is_some(), tells_share, "{told}");
+            assert!(missed.is_none_or(|missed| (0.05..0.95).contains(&missed)), "{told}");
+            let [bias_m, expected_m] = [path.bias_m, path.expected_bias_m].map(Option::unwrap);
+            let std_m = path.expected_std_m.expect("a deviation");
+            let error_m = std_m / (path.estimates as f64).sqrt();
+            assert!((bias_m - expected_m).abs() < 5.0 * error_m + 1e-3, "{told}");
+        }
+    }
+}
+
+/// Dead time is taken out of a histogram by the share of its periods in which the detector was
+/// ready. One period says nothing of that, and four hardly anything under bright light.
+#[test]
+fn histograms_of_few_periods_have_no_expectation() {
+    let of = |power: &str, integration: &str| {
+        let settings = [
+            "hardware.architecture=histogram".to_owned(),
+            format!("source.mean_power={power}"),
+            format!("scan.integration={integration}"),
+        ];
+        let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("a setting")).collect();
+        let scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
+        of_first_path(&scene, Tier::Events, 20)
+    };
+    for (power, integration) in [("20 pW", "0.24 us"), ("60 pW", "0.99 us"), ("200 pW", "5 us")] {
+        let found = of(power, integration);
+        let values = [found.expected_bias_m, found.expected_std_m, found.expected_missed_fraction];
+        assert_eq!(values, [None; 3], "{power} {integration}");
+        let remark = found.remark.expect("a remark");
+        assert!(remark.contains("ready"), "{power} {integration}: {remark}");
+    }
+    assert_eq!(of("20 pW", "20 us").expectation_holds, Some(true));
+}
+
+/// The fit to a histogram takes one path: of two it says nothing, and nothing is missed as
+/// seldom as the phase would miss it.
+#[test]
+fn nothing_is_expected_of_a_fit_that_is_refused() {
+    let histogram = ["hardware.architecture=histogram", "estimate.estimator=model"];
+    let found = simulated(&with_equal_path(&histogram, "9"), Tier::Events, 20);
+    for path in found.estimates {
+        assert_eq!((path.missed_fraction, path.expected_missed_fraction), (Some(1.0), None));
+        assert_eq!(path.expectation_holds, None);
+    }
+}
+
+/// Two paths so close that the expected counts are those of one: the standard deviation that the
+/// fit says is a bound for what may hide, and no expectation.
+#[test]
+fn nothing_is_expected_of_paths_that_are_not_told_apart() {
+    let scene = with_equal_path(&["estimate.estimator=model"], "3.21");
+    let found = simulated(&scene, Tier::Events, 3);
+    assert_eq!(found.estimates.iter().find_map(|path| path.expected_std_m), None);
+    let remarks: Vec<_> = found.estimates.into_iter().filter_map(|path| path.remark).collect();
+    assert!(remarks.iter().any(|remark| remark.contains("tells all paths apart")), "{remarks:?}");
+}

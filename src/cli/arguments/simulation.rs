@@ -92,4 +92,6 @@ pub(in crate::cli) struct EstimateArguments {
     /// for example --out out/residuals
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub check: CheckArgument,
 }

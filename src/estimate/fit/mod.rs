@@ -48,6 +48,7 @@ pub(super) mod template;
 mod weighing;
 pub(super) mod weights;
 
+pub(super) use self::air::own_threshold;
 pub use self::bins::BinFitter;
 use self::descent::share_of_ones;
 pub use self::error::FitError;

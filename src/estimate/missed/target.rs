@@ -1,6 +1,7 @@
 //! Which estimates have found a path.
 
 use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, true_delay};
+use crate::math::{NormalLaw, PartOfNormal};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
@@ -50,6 +51,24 @@ impl Accepted {
             }
         }
         accepted
+    }
+}
+
+/// Normal errors of a path, in ps, that count for it: none beyond the tolerance, or nearer to
+/// another path. Of errors that wrap all count but those nearer to another path.
+pub(crate) fn counted_errors_ps(
+    sensor: &Sensor,
+    path: PathIndex,
+    counting: CountingTier,
+    errors_ps: NormalLaw,
+) -> PartOfNormal {
+    let accepted = Accepted::of(sensor, path, counting);
+    let tolerance_ps =
+        tolerance_ps(sensor.clock().chip_period_ps, sensor.code_period_of_path_ps(path));
+    let is_alone = accepted == Accepted { low_ps: -tolerance_ps, high_ps: tolerance_ps };
+    match is_alone && errors_wrap(sensor, path) {
+        true => PartOfNormal { share: 1.0, part: errors_ps },
+        false => errors_ps.within(accepted.low_ps, accepted.high_ps),
     }
 }
 

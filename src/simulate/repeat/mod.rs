@@ -15,8 +15,10 @@ use super::path_statistics::PathStatistics;
 use super::scans::{Prepared, ScansError};
 use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
+use crate::cosim::engine::Engine;
 use crate::cosim::exercised::Exercised;
 use crate::document::Body;
+use crate::estimate::evidence::Family;
 use crate::estimate::{CountingTier, TheoryEffort, theory};
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
@@ -95,34 +97,26 @@ pub fn simulate_watched(
     let started = Instant::now();
     let SimulateOptions { fidelity, engine, seed, repetitions, .. } = *options;
     let prepared = Prepared::with_engine(sensor, fidelity, engine)?;
-    let simulation = simulate_counting(sensor, &prepared, seed, repetitions, &mut on_progress)?;
+    let simulated = Simulated::new(sensor, fidelity)?;
+    let simulation = simulated.simulate(&prepared, seed, repetitions, &mut on_progress)?;
     Ok(Simulation { run_time_s: started.elapsed().as_secs_f64(), ..simulation })
 }
 
-/// [`simulate`] with a tier that was prepared for the scene before, which is not in
-/// the run time.
+/// [`simulate`] as one of so many `simulations`, whose scans are held against what is
+/// expected of them together.
 ///
 /// # Errors
 /// When the tier cannot do the scene.
-pub(crate) fn simulate_prepared(
+pub fn simulate_one_of(
     sensor: &Sensor,
-    prepared: &Prepared,
+    tier: Tier,
     seed: u64,
     repetitions: u64,
+    simulations: usize,
 ) -> Result<Simulation, ScansError> {
-    simulate_counting(sensor, prepared, seed, repetitions, &mut |_, _| ())
-}
-
-fn simulate_counting(
-    sensor: &Sensor,
-    prepared: &Prepared,
-    seed: u64,
-    repetitions: u64,
-    on_progress: &mut dyn FnMut(u64, u64),
-) -> Result<Simulation, ScansError> {
-    let simulated = Simulated::new(sensor, prepared.tier())?;
-    let gathered = simulated.gather(prepared, seed, 0..repetitions, on_progress)?;
-    simulated.conclude(seed, repetitions, gathered)
+    let prepared = Prepared::with_engine(sensor, tier, Engine::Auto)?;
+    let simulated = Simulated::new(sensor, tier)?.one_of(simulations);
+    simulated.simulate(&prepared, seed, repetitions, &mut |_, _| ())
 }
 
 /// What the scans of a stretch say, detector by detector.
@@ -159,6 +153,8 @@ pub struct Simulated<'a> {
     tier: Tier,
     /// For each detector.
     rangings: Vec<Ranging<'a>>,
+    /// The comparisons of scans with expectations that it belongs to.
+    family: Family,
 }
 
 impl<'a> Simulated<'a> {
@@ -180,7 +176,29 @@ impl<'a> Simulated<'a> {
             Architecture::Histogram => CountingTier::Sampled,
         };
         let ranging = |detector| Ranging::new(sensor, detector, counting);
-        Ok(Simulated { sensor, tier, rangings: detectors().map(ranging).collect() })
+        let family = Family::of_paths(sensor.scene().paths.len());
+        Ok(Simulated { sensor, tier, rangings: detectors().map(ranging).collect(), family })
+    }
+
+    /// The same as one of so many simulations whose scans are held against expectations
+    /// together.
+    pub fn one_of(self, simulations: usize) -> Simulated<'a> {
+        Simulated { family: self.family.one_of(simulations), ..self }
+    }
+
+    /// All scans, and what they say. What prepared the tier is not in the run time.
+    ///
+    /// # Errors
+    /// When the tier cannot do the scene.
+    pub fn simulate(
+        &self,
+        prepared: &Prepared,
+        seed: u64,
+        repetitions: u64,
+        on_progress: &mut dyn FnMut(u64, u64),
+    ) -> Result<Simulation, ScansError> {
+        let gathered = self.gather(prepared, seed, 0..repetitions, on_progress)?;
+        self.conclude(seed, repetitions, gathered)
     }
 
     /// What is gathered of no scans.
@@ -293,7 +311,7 @@ impl<'a> Simulated<'a> {
         let measured_s = repetitions as f64 * integrations * integration_s;
         let rate_cps = tally.detections as f64 / measured_s;
         let theory = theory(sensor, detector, &ranging.paths, ranging.counting);
-        let mut estimates = statistics(ranging, tally, &theory, rate_cps);
+        let mut estimates = statistics(ranging, tally, &theory, rate_cps, self.family);
         if !self.tier.draws() {
             expected::answer(sensor, detector, &theory, &mut estimates)?;
         }

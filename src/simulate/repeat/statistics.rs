@@ -4,15 +4,15 @@ use super::answers::Ranging;
 use super::moments::{Moments, share_interval};
 use super::tally::Tally;
 use crate::estimate::coverage;
-use crate::estimate::evidence::{Evidence, Expectation, Family};
+use crate::estimate::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
-use crate::estimate::{Theory, distance_m, folded, share_error};
+use crate::estimate::{Prediction, Theory, distance_m, folded, share_error};
 use crate::scene::{EstimatorKind, PathIndex};
 use crate::simulate::path_statistics::PathStatistics;
 
-/// Bias and standard deviation that are expected of a path, in metres, or why none are.
-type Expected = Result<(f64, f64), String>;
+/// What is expected of a path's errors, or why nothing is.
+type Expected = Result<ExpectedErrors, String>;
 
 /// One entry per path of a detector.
 pub fn statistics(
@@ -20,9 +20,10 @@ pub fn statistics(
     tally: &Tally,
     theory: &Theory,
     detected_rate_cps: f64,
+    family: Family,
 ) -> Vec<PathStatistics> {
     let scene = ranging.sensor.scene();
-    let expected = expectations(ranging, theory);
+    let (expected, missed) = expectations(ranging, theory);
     let of_path = |place: usize| {
         let path = ranging.paths[place];
         let truth = &ranging.truths[place];
@@ -34,16 +35,16 @@ pub fn statistics(
             Err(spread) => (Moments::NONE, Some(spread.to_string())),
         };
         let bias_m = moments.mean.map(|mean| fold(mean, range_m));
-        let found = tally.found[place];
-        let missed_scans = tally.scans - found;
+        let missed_scans = tally.scans - tally.found[place];
         let of_scans = |count: u64| (tally.scans > 0).then(|| count as f64 / tally.scans as f64);
-        let (bound_m, bound_remark) = match bound_of(theory, path) {
-            Ok(bound_m) => (Some(bound_m), None),
-            Err(reason) => (None, Some(format!("no bound: {reason}"))),
+        let (bound_m, bound_remark) = bound_of(ranging, path, theory);
+        let with_error = |share| (share, share_error(ranging.sensor, ranging.detector, share));
+        let expectation = Expectation {
+            errors: expected[place].as_ref().ok().copied(),
+            missed: missed[place].map(with_error),
         };
-        let contradictions = contradictions(ranging, tally, place, &expected, theory);
-        let unexpected = expected[place].as_ref().err();
-        let unexpected = unexpected.map(|reason| format!("no expectation: {reason}"));
+        let evidence = Evidence { errors_m, scans: tally.scans, missed: missed_scans, range_m };
+        let contradictions = family.contradictions(&evidence, &expectation);
         PathStatistics {
             detector: scene.detectors[ranging.detector].name.clone(),
             source: scene.sources[scene.paths[path].source].name.clone(),
@@ -55,15 +56,15 @@ pub fn statistics(
             missed_fraction: of_scans(missed_scans),
             missed_fraction_ci95: (tally.scans > 0)
                 .then(|| share_interval(missed_scans, tally.scans)),
-            expected_missed_fraction: theory.missed[place],
-            correct_coarse_fraction: of_scans(found),
+            expected_missed_fraction: missed[place],
+            correct_coarse_fraction: of_scans(tally.found[place]),
             mean_distance_m: bias_m.map(|bias_m| fold_distance(true_distance_m + bias_m, range_m)),
             bias_m,
             std_m: moments.std,
             bias_std_error_m: moments.std_error,
             std_std_error_m: moments.std_std_error,
-            expected_bias_m: expected[place].as_ref().ok().map(|(bias_m, _)| *bias_m),
-            expected_std_m: expected[place].as_ref().ok().map(|(_, std_m)| *std_m),
+            expected_bias_m: expectation.errors.map(|errors| errors.bias_m),
+            expected_std_m: expectation.errors.map(|errors| errors.std_m),
             expectation_holds: contradictions.as_ref().map(Vec::is_empty),
             expectation_remark: contradictions.filter(|c| !c.is_empty()).map(|c| c.join("; ")),
             bound_m,
@@ -72,57 +73,50 @@ pub fn statistics(
             chi_square_alarm_fraction: (tally.fits > 0)
                 .then(|| tally.alarms as f64 / tally.fits as f64),
             detected_rate_cps,
-            remark: joined([tally.remark(), spread, unexpected, folded(ranging.sensor, path)]),
+            remark: joined([
+                tally.remark(),
+                spread,
+                unexpected(&expected[place]),
+                folded(ranging.sensor, path),
+            ]),
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
 }
 
-/// How a path's scans contradict what is expected of them; none where nothing is.
-fn contradictions(
-    ranging: &Ranging,
-    tally: &Tally,
-    place: usize,
-    expected: &[Expected],
-    theory: &Theory,
-) -> Option<Vec<String>> {
-    let &(bias_m, std_m) = expected[place].as_ref().ok()?;
-    let with_error = |share| (share, share_error(ranging.sensor, ranging.detector, share));
-    let expectation = Expectation { bias_m, std_m, missed: theory.missed[place].map(with_error) };
-    let evidence = Evidence {
-        errors_m: &tally.errors_m[place],
-        scans: tally.scans,
-        missed: tally.scans - tally.found[place],
-        range_m: distance_m(ranging.code_period_ps),
-    };
-    Family::of_paths(ranging.sensor.scene().paths.len()).contradictions(&evidence, &expectation)
-}
-
 /// The bound of a path, in metres, or why there is none.
-fn bound_of(theory: &Theory, path: PathIndex) -> Result<f64, String> {
-    let bound = theory.bound.as_ref().map_err(ToString::to_string)?;
-    bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
+fn bound_of(ranging: &Ranging, path: PathIndex, theory: &Theory) -> (Option<f64>, Option<String>) {
+    match coverage::bound_m(ranging.sensor, path, ranging.counting, &theory.bound) {
+        Ok(bound_m) => (Some(bound_m), None),
+        Err(reason) => (None, Some(format!("no bound: {reason}"))),
+    }
 }
 
-/// What each path's estimate is expected to be.
-fn expectations(ranging: &Ranging, theory: &Theory) -> Vec<Expected> {
+/// Why nothing is expected of a path's errors, where that is so.
+fn unexpected(expected: &Expected) -> Option<String> {
+    expected.as_ref().err().map(|reason| format!("no expectation: {reason}"))
+}
+
+/// What each path's errors and share of misses are expected to be.
+fn expectations(ranging: &Ranging, theory: &Theory) -> (Vec<Expected>, Vec<Option<f64>>) {
     let range_m = distance_m(ranging.code_period_ps);
-    match ranging.sensor.scene().estimator {
-        EstimatorKind::Fft => theory
-            .predictions
-            .iter()
-            .map(|predicted| match predicted {
-                Ok(expected) => match check_normal(expected.std_m, range_m) {
-                    Ok(()) => Ok((expected.bias_m, expected.std_m)),
-                    // Errors of longer codes are cut off at a chip.
-                    Err(spread) => Err(spread.to_string()),
-                },
-                Err(reason) => Err(reason.to_string()),
-            })
-            .collect(),
-        EstimatorKind::Model => fitted_to_means(ranging, theory)
-            .unwrap_or_else(|reason| vec![Err(reason.to_string()); ranging.paths.len()]),
+    if ranging.sensor.scene().estimator == EstimatorKind::Model {
+        return match fitted_to_means(ranging, theory) {
+            Ok(expected) => (expected, theory.missed.clone()),
+            // Scans that are not fitted find no path.
+            Err(reason) => {
+                let paths = ranging.paths.len();
+                (vec![Err(reason.to_string()); paths], vec![None; paths])
+            }
+        };
     }
+    let errors = theory.predictions.iter().map(|predicted| {
+        let Prediction { bias_m, std_m, .. } = predicted.as_ref().map_err(ToString::to_string)?;
+        // Errors of longer codes are cut off at a chip.
+        check_normal(*std_m, range_m).map_err(|spread| spread.to_string())?;
+        Ok(ExpectedErrors { bias_m: *bias_m, std_m: *std_m })
+    });
+    (errors.collect(), theory.missed.clone())
 }
 
 /// The fit's answer to the expected counts.
@@ -135,9 +129,10 @@ fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<Expected>, 
         let path = ranging.paths[place];
         let bound = theory.bound.as_ref().ok();
         let std_m = bound.map_or(std_m, |bound| bound.at_least(path, std_m));
-        let covered =
-            coverage::check_scene(ranging.sensor, ranging.detector, path, ranging.counting);
-        expected[place] = covered.map(|()| (bias_m, std_m)).map_err(|reason| reason.to_string());
+        let Ranging { sensor, detector, counting, .. } = *ranging;
+        let covered = coverage::check_fit(sensor, detector, path, counting, &fitted);
+        let errors = ExpectedErrors { bias_m, std_m };
+        expected[place] = covered.map(|()| errors).map_err(|reason| reason.to_string());
     }
     Ok(expected)
 }

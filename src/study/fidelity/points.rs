@@ -8,7 +8,7 @@ use super::{FidelityError, Reference, TierPoint, Verdict};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::path_statistics::PathStatistics;
-use crate::simulate::repeat::simulate_prepared;
+use crate::simulate::repeat::Simulated;
 use crate::simulate::scans::Prepared;
 
 /// Numbers of scans that are tried, as far as the time goes, before as many as are
@@ -42,10 +42,12 @@ pub fn grow(
 ) -> Result<Vec<Run>, FidelityError> {
     let tier = prepared.tier();
     let mut runs: Vec<Run> = Vec::new();
+    // The runs of all tiers are held against expectations together.
+    let simulated = Simulated::new(sensor, tier)?.one_of(Tier::ALL.len() * REPETITIONS.len());
     let started = Instant::now();
     let mut repetitions = REPETITIONS[0];
     loop {
-        let simulation = simulate_prepared(sensor, prepared, seed, repetitions)?;
+        let simulation = simulated.simulate(prepared, seed, repetitions, &mut |_, _| ())?;
         let mut statistics = simulation.estimates.into_iter();
         let run = Run {
             tier,

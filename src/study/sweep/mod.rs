@@ -1,7 +1,7 @@
 //! A scene simulated many times over, with some of its keys otherwise each time.
 //!
-//! Every point is what [`simulate`] gives of the scene with the point's settings and the
-//! sweep's seed, whatever came before it: neither order nor interruption nor threads
+//! Every point is what [`simulate_one_of`] gives of the scene with the point's settings and
+//! the sweep's seed, whatever came before it: neither order nor interruption nor threads
 //! change a number. Each finished point is a file of its own in the folder, on the
 //! disk before the next one begins, so that a sweep that was cut off goes on behind the
 //! last one ([`Store`]).
@@ -24,7 +24,7 @@ pub use table::contradicted;
 pub(crate) use table::empty;
 
 use crate::report::table::{Table, Unreadable};
-use crate::simulate::repeat::simulate;
+use crate::simulate::repeat::simulate_one_of;
 use crate::simulate::scans::ScansError;
 
 /// Why a sweep came to no table.
@@ -79,7 +79,8 @@ pub fn run_points(
             continue;
         }
         let point = sweep.point(number)?;
-        let table = match simulate(&point.sensor, sweep.fidelity, sweep.seed, sweep.repeat) {
+        let Sweep { fidelity, seed, repeat, .. } = *sweep;
+        let table = match simulate_one_of(&point.sensor, fidelity, seed, repeat, sweep.len()) {
             Ok(simulation) => table::of_point(&sweep.axes, &point, &simulation),
             Err(error @ (ScansError::Cosim(_) | ScansError::Mismatch)) => return Err(error.into()),
             Err(reason) => table::refused(&sweep.axes, &point, &reason.to_string()),
