@@ -4,7 +4,7 @@
 //! The mean response of this very detector to this very light can be worked out
 //! ([`MeanResponse`](crate::response::MeanResponse)), so nothing need be read off a phase: weighted least
 //! squares of (r\[k\], N\[k\]) with the full 2 x 2 covariance of each step, by
-//! Gauss-Newton. Range walk, circular error and interference are in the model
+//! Fisher scoring ([`scoring`]). Range walk, circular error and interference are in the model
 //! and do not bias the fit. The background is always unknown, which makes
 //! extinction ratio and background harmless at the price of under 2 % of
 //! precision.

@@ -73,7 +73,7 @@ impl Normal {
             let over = |i: usize| {
                 let [least, most] = limits[i].map(|limit| limit / self.scales[i]);
                 let by = step[i] - step[i].clamp(least, most);
-                (by != 0.0 && inverse[(i, i)] > 0.0).then(|| (by, i))
+                (by != 0.0 && inverse[(i, i)] > 0.0).then_some((by, i))
             };
             let farthest = (0..limits.len()).filter_map(over);
             let Some((by, held)) = farthest.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())) else {

@@ -185,3 +185,78 @@ fn downhill<C: Counts>(
 fn squares(residuals: &[f64]) -> f64 {
     residuals.iter().map(|residual| residual * residual).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Poisson numbers of one mean, whose logarithm is the unknown.
+    struct OneRate {
+        counts: Vec<f64>,
+        weight: f64,
+    }
+
+    impl Counts for OneRate {
+        type Place = f64;
+        type Error = ();
+
+        fn residuals(&self, ln_rate: &f64) -> Result<Vec<f64>, ()> {
+            Ok(self.counts.iter().map(|count| (count - ln_rate.exp()) * self.weight).collect())
+        }
+
+        fn slopes(&mut self, ln_rate: &f64, _anew: bool) -> Result<Slopes, ()> {
+            let column = vec![ln_rate.exp() * self.weight; self.counts.len()];
+            Ok(Slopes { columns: vec![column], are_best: true })
+        }
+
+        fn step(&self, _ln_rate: &f64, normal: &Normal) -> Vec<f64> {
+            normal.solution_within(&[[-8.0, 8.0]])
+        }
+
+        fn moved(&self, ln_rate: &f64, step: &[f64]) -> Result<f64, ()> {
+            Ok(ln_rate + step[0])
+        }
+
+        fn weigh(&mut self, ln_rate: &f64, _fall: f64) -> Result<bool, ()> {
+            let weight = (-0.5 * ln_rate).exp();
+            let is_new = weight != self.weight;
+            self.weight = weight;
+            Ok(is_new)
+        }
+
+        fn undetermined(&self, _ln_rate: &f64) {}
+    }
+
+    /// The likeliest rate is the mean of the counts, known to a part in the root of their sum,
+    /// wherever the fit starts: from far below, the whole first step leads e^8 times too high.
+    #[test]
+    fn the_rate_of_poisson_numbers_is_their_mean() {
+        for start in [-3.0_f64, 0.0, 6.0] {
+            let counts = vec![3.0, 5.0, 7.0, 9.0];
+            let mut counts = OneRate { counts, weight: (-0.5 * start).exp() };
+            let settled = settle(&mut counts, start, Settling::FINE).expect("rates have means");
+            assert!(settled.has_settled, "{start}");
+            let ln_rate = settled.place + settled.step[0];
+            assert!((ln_rate - 6.0_f64.ln()).abs() < 1e-3, "{start}: {ln_rate}");
+            let std = settled.normal.standard_deviations()[0];
+            assert!((std - 24.0_f64.powf(-0.5)).abs() < 1e-2, "{start}: {std}");
+        }
+    }
+
+    /// Two unknowns that go together: where one is held at a limit, the other is the best beside
+    /// it, by hand, and the squares fall by what these say.
+    #[test]
+    fn a_step_stays_within_limits_and_is_the_best_there() {
+        let columns = [vec![1.0, 1.0, 0.0], vec![0.0, 1.0, 1.0]];
+        let residuals = [3.0, 5.0, 4.0];
+        let normal = Normal::of_whitened(&columns, &residuals).expect("it is regular");
+        let free = normal.solution_within(&[[-9.0, 9.0]; 2]);
+        // 2 a + b = 8, a + 2 b = 9.
+        assert!((free[0] - 7.0 / 3.0).abs() < 1e-12 && (free[1] - 10.0 / 3.0).abs() < 1e-12);
+        let held = normal.solution_within(&[[-9.0, 9.0], [-2.0, 2.0]]);
+        // 2 a = 8 - 2.
+        assert!((held[0] - 3.0).abs() < 1e-12 && held[1] == 2.0, "{held:?}");
+        // From 9 + 25 + 16 to (0, 0, 2).
+        assert!((normal.fall(&held) - 46.0).abs() < 1e-9, "{}", normal.fall(&held));
+    }
+}
