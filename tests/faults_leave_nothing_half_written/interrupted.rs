@@ -44,7 +44,7 @@ fn ctrl_c_ends_a_simulation_with_130() {
     let folder = tempfile::tempdir().unwrap();
     let endless = endless_scene(folder.path());
     let endless = text(&endless);
-    interrupted_after(pause, &mut goldtof(&["simulate", endless, "--repeat", "1000000"]));
+    interrupted_after(pause, &mut goldtof(&["simulate", endless, "--repeat", "100"]));
     interrupted_after(pause, &mut goldtof(&["fidelity", endless, "--budget-s", "86400"]));
 }
 
@@ -146,7 +146,7 @@ fn a_hang_up_that_nohup_ignores_stays_ignored() {
     let mut command = listening("sh");
     command.args(["-c", "trap '' HUP; exec \"$@\"", "sh"]);
     command.arg(env!("CARGO_BIN_EXE_goldtof"));
-    command.args(["simulate", text(&endless), "--repeat", "1000000"]);
+    command.args(["simulate", text(&endless), "--repeat", "100"]);
     let mut child = start(&mut command);
     std::thread::sleep(Duration::from_millis(500));
     signal(&child, Signal::HUP);
