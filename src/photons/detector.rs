@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rand::RngExt;
 
 use super::afterpulsing::Afterpulsing;
+use super::dead_time::DeadTime;
 use super::light::{ExcessLight, LightRates};
 use super::memory::Memory;
 use super::movement::Movement;
@@ -198,6 +199,11 @@ impl DetectorModel {
         let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter + tail).max(4.0);
         let chips = memory + margin;
         chips.ceil() as i64
+    }
+
+    /// Its dead time, of rates per chip.
+    pub(crate) fn dead_time(&self) -> DeadTime {
+        DeadTime(self.dead_time_chips)
     }
 
     /// What it remembers under all of its light.

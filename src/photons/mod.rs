@@ -29,6 +29,7 @@
 
 pub(crate) mod afterpulsing;
 pub(crate) mod counter;
+mod dead_time;
 pub(crate) mod detector;
 pub mod fast;
 mod full;
@@ -45,6 +46,7 @@ pub(crate) mod tail;
 pub(crate) mod time;
 
 pub use counter::{StepCount, count_step};
+pub(crate) use dead_time::DeadTime;
 pub use detector::DetectorModel;
 pub use full::OptionalPart;
 pub use sampled::{Pulse, PulseStream};

@@ -363,10 +363,10 @@ impl<'m> Descent<'_, 'm> {
         let lit = lit.map(|(path, code)| path.ln_rate.exp() * share_of_ones(code));
         let primary = parameters.constant + lit.sum::<f64>();
         let per_primary = detected / primary.max(f64::MIN_POSITIVE);
-        let dead = self.problem.model.dead_time_chips;
+        let dead_time = self.problem.model.dead_time();
         // A pattern of chips lowers what follows it within itself by half.
-        let pattern = per_primary / (1.0 + 0.5 * primary * dead.min(1.0));
-        [pattern, per_primary * (1.0 - (detected * dead).min(0.95))]
+        let pattern = per_primary / (1.0 + 0.5 * primary * dead_time.0.min(1.0));
+        [pattern, per_primary * dead_time.ready_share(detected)]
     }
 
     fn rough_columns(&self, here: &Hypothesis, templates: &[Arc<Template>]) -> Vec<Column> {

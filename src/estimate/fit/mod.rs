@@ -130,7 +130,7 @@ fn detections_between_steps(sensor: &Sensor, detector: DetectorIndex) -> f64 {
     let light = Light::of(&model);
     let lit = light.paths.iter().map(|path| path.rate_per_chip * share_of_ones(&path.code));
     let primary = light.constant_per_chip + lit.sum::<f64>();
-    let detected = primary / (1.0 + primary * model.dead_time_chips);
+    let detected = model.dead_time().detected(primary);
     let chips = &model.reference.chips;
     let next = chips.iter().cycle().skip(1);
     let edges = chips.iter().zip(next).filter(|(chip, next)| chip != next).count() as f64;

@@ -29,8 +29,7 @@ impl<'a, 'm> Search<'a, 'm> {
         let model = problem.model;
         let detected = measured.iter().map(|count| count.total).sum::<f64>()
             / (measured.len() as f64 * air.axis.chips);
-        let dead = (detected * model.dead_time_chips).min(0.95);
-        let constant = detected / (1.0 - dead);
+        let constant = model.dead_time().primary(detected);
         let background = Parameters { paths: Vec::new(), walk: None, constant };
         let nothing = Problem { codes: Vec::new(), ..problem.clone() };
         let start = Hypothesis::of(&nothing, background, Reading::OnAverage)?;

@@ -4,6 +4,7 @@ use super::coarse::best_match;
 use super::parameters::{Parameters, PathParameters};
 use crate::estimate::phase::estimate_at;
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
+use crate::photons::DeadTime;
 use crate::response::MeanCount;
 use crate::scan::Step;
 use crate::scene::DetectorIndex;
@@ -52,8 +53,8 @@ pub fn start(
         CountingTier::Sampled => (spad.pulse_width_ps / sample_ps).min(1.0),
     };
     let detected = largest.total / sensor.timing().scan.integration_chips as f64 / seen;
-    let dead = sensor.clock().chips(detected * spad.dead_time_ps).min(0.95);
-    let mean = detected * (1.0 - spad.afterpulsing_probability) / (1.0 - dead);
+    let dead_time = DeadTime(sensor.clock().chips(spad.dead_time_ps));
+    let mean = dead_time.primary(detected) * (1.0 - spad.afterpulsing_probability);
     let zeros = 1.0 - ones;
     if ones * zeros <= 0.0 {
         return Err(NoEstimate::NotModulated);
