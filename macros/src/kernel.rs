@@ -70,7 +70,7 @@ impl Kernel {
     fn function(&mut self, name: &Ident) -> Result<Vec<Stmt>> {
         let found = self.functions.iter().find(|f| f.sig.ident == *name);
         let Some(body) = found.map(|f| f.block.clone()) else {
-            return refuse(name, "no function of this kernel");
+            return refuse(name, "not a function of this kernel");
         };
         if self.open.contains(name) {
             return refuse(name, "called by itself");

@@ -188,7 +188,7 @@ pub(super) fn check_ready(ready: &[f64], periods: f64) -> Result<(), Approximati
         name: "that a histogram shows how often the detector was ready",
         measure: "relative error of that share, in the bin of the least",
         size: ((1.0 - least) / (least * periods)).sqrt(),
-        bound: 0.2,
+        bound: 0.25,
         concerns_misses: true,
     }
     .check()?;

@@ -37,15 +37,16 @@ fn a_histogram_is_four_times_as_precise_as_sixteen_steps() {
             let steps = points(compared, "sequential, near the peak", estimator);
             let histograms = points(compared, "histogram", estimator);
             assert_eq!(steps.len(), 8);
-            assert_eq!(histograms.len(), 8);
-            let pairs = steps.iter().zip(histograms);
-            pairs
-                .map(|(steps, histogram)| {
-                    let times = steps.measuring_time_s / histogram.measuring_time_s;
-                    assert!((times - 1.0).abs() < 1e-3);
-                    steps.std_m / histogram.std_m
-                })
-                .collect()
+            // Seven code periods say too little of the dead time to expect anything of the phase
+            // in bright light.
+            assert!(histograms.len() >= 7);
+            let of_that_time = |histogram: &Point| -> f64 {
+                let mut steps = steps.iter();
+                let times = |steps: &Point| steps.measuring_time_s / histogram.measuring_time_s;
+                let found = steps.find(|steps| (times(steps) - 1.0).abs() < 1e-3);
+                found.expect("sequential steps take as long").std_m / histogram.std_m
+            };
+            histograms.into_iter().map(of_that_time).collect()
         };
         for ratio in ratios(EstimatorKind::Model) {
             assert!((3.6..4.5).contains(&ratio), "{detected_mcps}: {ratio}");
@@ -80,7 +81,7 @@ fn the_front_is_what_nothing_beats() {
         });
         assert_eq!(point.pareto, !is_beaten);
     }
-    assert!(all.iter().filter(|point| point.pareto).count() >= 8);
+    assert!(all.iter().filter(|point| point.pareto).count() >= 7);
     let mut part = scene(8e6);
     part.scan.steps = 64;
     assert!(compare(&part).is_err());
