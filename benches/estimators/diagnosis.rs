@@ -135,29 +135,9 @@ fn wrong_codes(written: &Sensor, degree: u32, place: Place, has_totals: bool) ->
 /// Sensors that are as their scene says: what share is accused.
 pub fn right_scenes(_: &Scene) -> Outcome {
     println!("sensors that are as their scene says, sampled photons, GOLDTOF_SCANS scans each");
-    let near_far = r#"
-        clock = { chip_period = "8 ns", samples_per_chip = 4 }
-        source = [
-            { name = "a", code = { family = "gold", degree = 7, index = 3 }, mean_power = "1.2 pW", extinction_ratio = 10 },
-            { name = "b", code = { family = "gold", degree = 7, index = 9 }, mean_power = "12 pW", extinction_ratio = 10 },
-        ]
-        path = [
-            { source = "a", detector = "spad", delay = "77.3 ns" },
-            { source = "b", detector = "spad", delay = "501.1 ns" },
-        ]
-        scan = { steps = "all", integration = "100 us" }
-        estimate = { estimator = "model" }
-        [[detector]]
-        name = "spad"
-        reference = "a"
-        photon_detection_probability = 0.31
-        dark_count_rate = "71 kcps"
-        dead_time = "14 ns"
-        afterpulsing = { probability = 0.137, time_constant = "5 ns" }
-        delay = "1.75 ns"
-        jitter = ["53.5 ps", "4 ps"]
-    "#;
-    let near_far = Sensor::new(&scene::parse("near-far.toml", near_far)?);
+    let model = ["estimate.estimator=model".parse()?];
+    let near_far = scene::load_with(Path::new("tests/scenes/near-far.toml"), &model)?;
+    let near_far = Sensor::new(&near_far);
     for (name, sensor) in [("another source ten times as bright", near_far), ("quick", quick(5)?)] {
         let started = Instant::now();
         let told: Vec<Diagnosis> = (0..scans())

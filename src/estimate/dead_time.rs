@@ -1,7 +1,7 @@
 //! Dead time and afterpulses as a histogram has them, if it shows them.
 
 use crate::histogram::correction::{Afterpulses, DeadTime};
-use crate::scene::{DetectorIndex, Recharge};
+use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// Jitter of two detections is taken to reach this many standard deviations of one.
@@ -71,7 +71,7 @@ pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, U
     let sample_ps = sensor.clock().sample_period_ps();
     let [pulse_ns, sample_ns, dead_time_ns] =
         [spad.pulse_width_ps, sample_ps, spad.dead_time_ps].map(|ps| ps / 1e3);
-    if spad.recharge == Recharge::Passive && dead_time_ns > 0.0 {
+    if spad.is_paralyzable() {
         return Err(Uncorrected::PassiveRecharge { dead_time_ns });
     }
     if pulse_ns < sample_ns {

@@ -29,24 +29,24 @@ pub struct GradeOptions {
     /// Stimulus to grade: the first 4 million clocks of photons, the adversarial
     /// stimulus of `cosim` (also `hostile`), or that of the emitted testbench
     #[cfg_attr(feature = "cli",
-        arg(long, value_enum, default_value_t = GradeStimulus::Adversarial))]
+        arg(long, value_enum, default_value_t = GradeOptions::default().stimulus))]
     pub stimulus: GradeStimulus,
     /// Clocks of the stimulus, reset included: --clocks 100000 [default: as many as it needs]
     #[cfg_attr(feature = "cli", arg(long, value_name = "N",
         value_parser = clap::value_parser!(u64).range(16..=MOST_CLOCKS)))]
     pub clocks: Option<u64>,
     /// Mutants beside the stuck-at faults, 0 for none: --mutants 100
-    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = 1_000,
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = GradeOptions::default().mutants,
         value_parser = clap::value_parser!(u32).range(0..=10_000)))]
     pub mutants: u32,
     /// Time limit in seconds for the proof that a survivor is equivalent: --proof-time 20
     #[cfg_attr(feature = "cli", arg(long = "proof-time", value_name = "S",
-        default_value_t = Bounds::default().each_s,
+        default_value_t = GradeOptions::default().proof_time_s,
         value_parser = clap::value_parser!(u32).range(1..=3_600)))]
     pub proof_time_s: u32,
     /// Time limit in seconds for all these proofs together: --proof-budget 600
     #[cfg_attr(feature = "cli", arg(long = "proof-budget", value_name = "S",
-        default_value_t = Bounds::default().all_s,
+        default_value_t = GradeOptions::default().proof_budget_s,
         value_parser = clap::value_parser!(u32).range(1..=86_400)))]
     pub proof_budget_s: u32,
     /// Seed of the stimulus and of the choice of mutants

@@ -15,7 +15,7 @@ use super::shape::PulseShape;
 use super::tail::Tail;
 use crate::code::Code;
 use crate::scan::{Group, Timing};
-use crate::scene::{CounterTiming, DetectorIndex, PathIndex, Recharge};
+use crate::scene::{CounterTiming, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// The ready-made numbers behind every phase step of one detector.
@@ -34,7 +34,8 @@ pub struct DetectorModel {
     /// Rate of the background per chip.
     pub(crate) constant_per_chip: f64,
     pub(crate) dead_time_chips: f64,
-    pub(crate) recharge: Recharge,
+    /// Whether each arrival within the dead time begins it anew.
+    pub(crate) is_paralyzable: bool,
     pub(crate) afterpulsing: Option<Afterpulsing>,
     pub(crate) delay_chips: f64,
     /// Standard deviation of all jitters together; `None` if zero.
@@ -97,7 +98,7 @@ impl DetectorModel {
             excess,
             constant_per_chip: clock.per_chip(constant_hz),
             dead_time_chips: chips(spad.dead_time_ps),
-            recharge: spad.recharge,
+            is_paralyzable: spad.is_paralyzable(),
             afterpulsing: Afterpulsing::new(
                 spad.afterpulsing_probability,
                 chips(spad.afterpulsing_time_constant_ps),
@@ -213,13 +214,10 @@ impl DetectorModel {
 
     /// What it remembers under light of at most `brightest_per_chip` primary detections.
     pub(crate) fn memory_under(&self, brightest_per_chip: f64) -> Memory {
-        // Passive recharge: blind where anything came within the last dead time, whatever
+        // A paralyzable detector is blind where anything came within the last dead time, whatever
         // came before.
-        let quenched_by_per_chip = match self.recharge {
-            Recharge::Active => brightest_per_chip,
-            Recharge::Passive => 0.0,
-        };
-        Memory::new(self.dead_time_chips, self.afterpulsing, quenched_by_per_chip)
+        let remembered_per_chip = if self.is_paralyzable { 0.0 } else { brightest_per_chip };
+        Memory::new(self.dead_time_chips, self.afterpulsing, remembered_per_chip)
     }
 
     /// Bound on the detections per chip: what the brightest light makes with its
@@ -235,12 +233,10 @@ impl DetectorModel {
     /// What a chip costs at most, in detections of the plain loop without afterpulses:
     /// an avalanche goes over all afterpulses that are pending.
     pub(crate) fn most_work_per_chip(&self) -> f64 {
-        let detections = match self.recharge {
-            Recharge::Active => self.most_detections_per_chip(),
-            // Each arrival is drawn, counted or not.
-            Recharge::Passive => self.most_detections_per_chip() + self.brightest_per_chip(),
-        };
-        detections * (1.0 + PENDING_WORK * self.most_pending_afterpulses())
+        // A paralyzable detector's arrivals are drawn one by one, counted or not.
+        let lost = if self.is_paralyzable { self.brightest_per_chip() } else { 0.0 };
+        (self.most_detections_per_chip() + lost)
+            * (1.0 + PENDING_WORK * self.most_pending_afterpulses())
     }
 
     /// Afterpulses that are still to come, on average, in the brightest light.

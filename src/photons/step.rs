@@ -10,7 +10,6 @@ use super::random::{Part, StreamKey, StreamRng};
 use super::reorder::ReorderBuffer;
 use super::time::ChipTime;
 use crate::scan::Group;
-use crate::scene::Recharge;
 
 /// The registered time of a detection, relative to the start of its step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,7 +96,7 @@ impl<'m> StepDetections<'m> {
     fn fire(&mut self) -> ChipTime {
         let avalanche = self.next_arrival();
         let mut ready = avalanche.after(self.model.dead_time_chips);
-        if self.model.recharge == Recharge::Passive {
+        if self.model.is_paralyzable {
             ready = self.recharged(avalanche);
         }
         self.redraw_arrivals(ready);

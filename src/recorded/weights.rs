@@ -16,9 +16,6 @@ pub(super) struct Whitening {
     pub excess_variance: f64,
 }
 
-/// Variance that rounding to whole numbers alone would have: no count has less.
-const ROUNDING: f64 = 1.0 / 12.0;
-
 impl Whitening {
     pub fn of(moments: &[CountMoments], has_totals: bool) -> Whitening {
         let mut whitening = Whitening {
@@ -28,7 +25,10 @@ impl Whitening {
             excess_variance: 0.0,
         };
         for moment in moments {
-            let factor = factor(moment, has_totals);
+            let factor = match moment.whitening() {
+                [of_signed, ..] if !has_totals => [of_signed, 0.0, 0.0],
+                of_both => of_both,
+            };
             whitening.factors.push(factor);
             let determinant = factor[0] * if has_totals { factor[2] } else { 1.0 };
             whitening.ln_determinant -= 2.0 * determinant.ln();
@@ -61,18 +61,6 @@ pub(super) fn tail(chi_square: f64, degrees: usize, excess_variance: f64) -> Opt
     let variance = 2.0 * mean + excess_variance;
     let distribution = ChiSquared::new(2.0 * mean * mean / variance).ok()?;
     Some(distribution.sf(chi_square * 2.0 * mean / variance))
-}
-
-/// Cholesky's factor of a step's covariance, inverted.
-fn factor(moment: &CountMoments, has_totals: bool) -> [f64; 3] {
-    let signed = moment.signed_variance.max(ROUNDING).sqrt();
-    if !has_totals {
-        return [1.0 / signed, 0.0, 0.0];
-    }
-    let shared = moment.covariance / signed;
-    let own = moment.total_variance - shared * shared;
-    let own = own.max(1e-3 * ROUNDING).sqrt();
-    [1.0 / signed, -shared / (signed * own), 1.0 / own]
 }
 
 /// Sum of the fourth cumulants of a step's whitened counts that chi-square's variance

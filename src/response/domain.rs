@@ -2,7 +2,6 @@
 
 use crate::photons::DetectorModel;
 use crate::photons::tail::Tail;
-use crate::scene::Recharge;
 
 /// The finest step of integration, as a share of a chip.
 pub(super) const FINEST_CELL_CHIPS: f64 = 1.0 / 128.0;
@@ -177,7 +176,7 @@ pub enum MeanResponseError {
 /// Whether a detector is one whose mean response is solved, whatever its light.
 pub(super) fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     let ps = |chips: f64| model.timing.clock.ps(chips);
-    if model.recharge == Recharge::Passive && model.dead_time_chips > 0.0 {
+    if model.is_paralyzable {
         return Err(MeanResponseError::PassiveRecharge);
     }
     if let Some(afterpulsing) = model.afterpulsing

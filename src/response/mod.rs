@@ -64,6 +64,7 @@ pub use domain::MeanResponseError;
 pub(crate) use effort::Effort;
 pub use expected::MeanResponse;
 pub use light::{Light, LightPath};
+pub(crate) use moments::ROUNDING;
 pub use moments::{CountMoments, GroupMoments, SecondMoments};
 pub(crate) use sampling::{check_merging, merged_share};
 pub use tier::CountingTier;

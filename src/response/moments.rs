@@ -13,6 +13,9 @@ use super::span::Reach;
 use crate::photons::DetectorModel;
 use crate::scan::{Group, Step};
 
+/// A count that is never anything but its mean weighs as if it had the variance of rounding.
+pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
+
 /// Moments of the signed count r and the total count N of one phase step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CountMoments {
@@ -26,6 +29,18 @@ pub struct CountMoments {
     pub total_variance: f64,
     /// Covariance of r and N.
     pub covariance: f64,
+}
+
+impl CountMoments {
+    /// Factor W of the inverse covariance, W^T W = C^-1, as (a, b, c): a r and b r + c N have
+    /// unit covariance.
+    pub(crate) fn whitening(&self) -> [f64; 3] {
+        // Cholesky of C = [[v, c], [c, n]], then the inverse of its factor.
+        let signed = self.signed_variance.max(ROUNDING).sqrt();
+        let shared = self.covariance / signed;
+        let rest = (self.total_variance - shared * shared).max(1e-3 * ROUNDING).sqrt();
+        [1.0 / signed, -shared / (signed * rest), 1.0 / rest]
+    }
 }
 
 /// Moments of the counts of one group of phase steps, which share their light.

@@ -71,6 +71,11 @@ impl Detector {
         }
     }
 
+    /// Whether light within the dead time prolongs it.
+    pub fn is_paralyzable(&self) -> bool {
+        self.recharge == Recharge::Passive && self.dead_time_ps > 0.0
+    }
+
     /// Standard deviation of all jitters together.
     pub fn jitter_std_ps(&self) -> f64 {
         std_of_sum(&self.jitter_ps)

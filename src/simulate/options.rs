@@ -19,16 +19,16 @@ use crate::scene::EstimatorKind;
 #[cfg_attr(feature = "cli", derive(clap::Args))]
 pub struct SimulateOptions {
     /// Scans of each detector, 1 to 1000000, for example --repeat 1000
-    #[cfg_attr(feature = "cli", arg(long = "repeat", value_name = "R", default_value_t = 100,
+    #[cfg_attr(feature = "cli", arg(long = "repeat", value_name = "R", default_value_t = SimulateOptions::default().repetitions,
         value_parser = clap::value_parser!(u64).range(1..=1_000_000)))]
     pub repetitions: u64,
     /// Tier of simulation
     #[cfg_attr(feature = "cli",
-        arg(long, value_name = "T", value_enum, default_value_t = Tier::Events))]
+        arg(long, value_name = "T", value_enum, default_value_t = SimulateOptions::default().fidelity))]
     pub fidelity: Tier,
     /// Co-simulation engine of the tier rtl
     #[cfg_attr(feature = "cli",
-        arg(long, value_name = "E", value_enum, default_value_t = Engine::Auto))]
+        arg(long, value_name = "E", value_enum, default_value_t = SimulateOptions::default().engine))]
     pub engine: Engine,
     /// Estimator [default: the scene's]
     #[cfg_attr(feature = "cli", arg(long, value_name = "E", value_enum))]

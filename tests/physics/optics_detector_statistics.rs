@@ -8,7 +8,7 @@ use crate::optics_support::{
 };
 use goldtof::photons::{Detection, DetectorModel};
 use goldtof::scan::Group;
-use goldtof::scene::{DetectorIndex, Scene};
+use goldtof::scene::{DetectorIndex, Recharge, Scene};
 use goldtof::sensor::Sensor;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -121,20 +121,30 @@ fn naive_detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> 
     let dead_time = key(spad.dead_time_ps / scene.chip_period_ps);
     let time_constant = spad.afterpulsing_time_constant_ps / scene.chip_period_ps;
     let mut ready = i64::MIN;
+    let mut has_traps = false;
     let mut registered = Vec::new();
     while let Some(Reverse(time)) = candidates.pop() {
         if time < ready {
+            if spad.recharge == Recharge::Passive {
+                ready = time + dead_time;
+            }
+            continue;
+        }
+        if std::mem::take(&mut has_traps) {
+            // A unit-rate Poisson process up to the mean number, from the dead time's end on.
+            let mean = -(1.0 - spad.afterpulsing_probability).ln();
+            let mut passed = exponential(rng);
+            while passed < mean {
+                candidates.push(Reverse(ready + key(exponential(rng) * time_constant)));
+                passed += exponential(rng);
+            }
+            // One of them may come before this one.
+            candidates.push(Reverse(time));
             continue;
         }
         ready = time + dead_time;
+        has_traps = true;
         registered.push(time as f64 * 1e-12 + spad.delay_ps / scene.chip_period_ps);
-        // A unit-rate Poisson process up to the mean number.
-        let mean = -(1.0 - spad.afterpulsing_probability).ln();
-        let mut passed = exponential(rng);
-        while passed < mean {
-            candidates.push(Reverse(ready + key(exponential(rng) * time_constant)));
-            passed += exponential(rng);
-        }
     }
     registered.retain(|&time| (0.0..end).contains(&time));
     registered
@@ -142,10 +152,21 @@ fn naive_detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> 
 
 #[test]
 fn modulated_light_with_dead_time_and_afterpulses_agrees_with_a_naive_simulator() {
+    agrees_with_a_naive_simulator(Recharge::Active);
+}
+
+/// 40 million primary detections per second, each of which blinds the detector for 14 ns more.
+#[test]
+fn a_paralyzable_dead_time_with_afterpulses_agrees_with_a_naive_simulator() {
+    agrees_with_a_naive_simulator(Recharge::Passive);
+}
+
+fn agrees_with_a_naive_simulator(recharge: Recharge) {
     let chips = [1, 1, 1, 0, 1, 0, 0];
     let length = 7 * 40;
     let mut scene = table_i_scene(code(&chips), 40e6, length);
     scene.detectors[0].jitter_ps.clear();
+    scene.detectors[0].recharge = recharge;
     let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
     let steps = 6_000;
 

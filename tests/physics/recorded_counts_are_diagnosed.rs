@@ -221,33 +221,7 @@ fn what_is_the_other_way_round_is_told_as_such() {
 /// Another source's light is ten times as bright: the phase takes its side lobe for the peak.
 #[test]
 fn a_right_scene_with_brighter_light_of_others_is_not_accused() {
-    let scene = Sensor::new(
-        &scene::parse(
-            "near-far.toml",
-            r#"
-            clock = { chip_period = "8 ns", samples_per_chip = 4 }
-            source = [
-                { name = "a", code = { family = "gold", degree = 7, index = 3 }, mean_power = "1.2 pW", extinction_ratio = 10 },
-                { name = "b", code = { family = "gold", degree = 7, index = 9 }, mean_power = "12 pW", extinction_ratio = 10 },
-            ]
-            path = [
-                { source = "a", detector = "spad", delay = "77.3 ns" },
-                { source = "b", detector = "spad", delay = "501.1 ns" },
-            ]
-            scan = { steps = "all", integration = "100 us" }
-            [[detector]]
-            name = "spad"
-            reference = "a"
-            photon_detection_probability = 0.31
-            dark_count_rate = "71 kcps"
-            dead_time = "14 ns"
-            afterpulsing = { probability = 0.137, time_constant = "5 ns" }
-            delay = "1.75 ns"
-            jitter = ["53.5 ps", "4 ps"]
-            "#,
-        )
-        .unwrap(),
-    );
+    let scene = Sensor::new(&scene::load(Path::new("tests/scenes/near-far.toml")).unwrap());
     let found = causes(&scene, &scene, true, scans_or(6));
     let accused = share("near and far", &found, |causes| !causes.is_empty());
     assert!(accused[0] < 0.01, "{accused:?}");

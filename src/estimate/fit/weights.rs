@@ -6,7 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::normal::Normal;
 use super::parameters::Column;
 use super::shared_steps::SharedSteps;
-use crate::response::{CountMoments, MeanCount};
+use crate::response::{CountMoments, MeanCount, ROUNDING};
 
 /// Factors W of each step's inverse covariance, W^T W = C^-1.
 #[derive(Debug, Clone)]
@@ -31,23 +31,12 @@ struct GroupFactor {
     whitening: DMatrix<f64>,
 }
 
-/// A count that is never anything but its mean weighs as if it had the variance of
-/// rounding.
-const ROUNDING: f64 = 1.0 / 12.0;
-
 impl Weights {
     pub fn of(moments: &[CountMoments]) -> Weights {
         let variances = moments.iter().map(|m| m.signed_variance.max(ROUNDING));
         let variance = variances.sum::<f64>() / moments.len() as f64;
-        let factors = moments.iter().map(|m| {
-            // Cholesky of C = [[v, c], [c, n]], then the inverse of its factor.
-            let signed = m.signed_variance.max(ROUNDING).sqrt();
-            let shared = m.covariance / signed;
-            let rest = (m.total_variance - shared * shared).max(ROUNDING * 1e-3).sqrt();
-            [1.0 / signed, -shared / (signed * rest), 1.0 / rest]
-        });
         Weights {
-            factors: factors.collect(),
+            factors: moments.iter().map(CountMoments::whitening).collect(),
             groups: Vec::new(),
             together: None,
             beside: vec![variance],

@@ -5,7 +5,7 @@ use super::grid::{Grid, LONGEST_PERIOD_CHIPS};
 use super::normal::NORMAL_REACH;
 use super::sign::{EdgeTiming, SignTable};
 use crate::photons::DetectorModel;
-use crate::scene::{PathIndex, Recharge};
+use crate::scene::PathIndex;
 
 /// Why a model is left to the plain loop.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -180,7 +180,7 @@ fn check_parts(model: &DetectorModel) -> Result<(), OutsideDomain> {
     if model.excess.iter().any(|light| light.shape.has_gates()) {
         return Err(OutsideDomain::UnlikeEdges);
     }
-    if model.recharge == Recharge::Passive {
+    if model.is_paralyzable {
         return Err(OutsideDomain::PassiveRecharge);
     }
     if model.tail.is_some() {
