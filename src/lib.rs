@@ -36,7 +36,7 @@
 // Links to what is private lead its next maintainer on (`--document-private-items`).
 #![allow(rustdoc::private_intra_doc_links)]
 // What the program alone calls.
-#![cfg_attr(not(feature = "cli"), allow(dead_code))]
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 pub mod batch;
 #[cfg(feature = "cli")]
