@@ -149,9 +149,9 @@ fn spread(line: Line) -> Vec<Line> {
         return vec![line];
     };
     let slopes: Vec<_> = parts.windows(2).map(|pair| pair[1].slope_to(&pair[0])).collect();
-    let is_even = slopes.iter().all(|slope| {
-        slope.as_deref().is_some_and(is_of_places) && *slope == slopes[0]
-    });
+    let is_even = slopes
+        .iter()
+        .all(|slope| slope.as_deref().is_some_and(is_of_places) && *slope == slopes[0]);
     if parts.len() < LEAST_TRIPS + 1 || !is_even {
         return vec![line];
     }
@@ -329,8 +329,10 @@ pub fn joined(stores: Vec<Step>) -> Vec<Step> {
     sorted.sort_by_key(|step| (order.iter().position(|id| *id == id_of(step)), low_of(step)));
     let mut out: Vec<Step> = Vec::new();
     for step in sorted {
-        if let (Some(Step::Store { id, low, value }), Step::Store { id: next, low: from, value: above }) =
-            (out.last_mut(), &step)
+        if let (
+            Some(Step::Store { id, low, value }),
+            Step::Store { id: next, low: from, value: above },
+        ) = (out.last_mut(), &step)
             && *id == *next
             && *low + value.width() == *from
             && let Some(both) = fused(above, value)

@@ -276,7 +276,10 @@ fn instance_head(types: &[ModuleType], this: &ModuleType, group: &Group) -> Head
             false => {
                 let name = format!("{}_{}", group.name.to_uppercase(), parameter.name);
                 values.reverse();
-                let head = format!("localparam [{}:0] {name} =", parameter.width as usize * values.len() - 1);
+                let head = format!(
+                    "localparam [{}:0] {name} =",
+                    parameter.width as usize * values.len() - 1
+                );
                 let mut table = String::new();
                 push_broken(&mut table, 4, &head, &format!("{{{}}};", values.join(", ")));
                 tables.push(table);

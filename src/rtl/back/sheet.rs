@@ -166,9 +166,8 @@ impl Sheet {
         let is_output = |name: &str| {
             self.ports.iter().any(|port| port.name == name && port.kind == "output wire")
         };
-        let is_known = |name: &str| {
-            inner(name).is_some() || self.ports.iter().any(|port| port.name == name)
-        };
+        let is_known =
+            |name: &str| inner(name).is_some() || self.ports.iter().any(|port| port.name == name);
         self.assigns.iter().enumerate().find_map(|(at, line)| {
             let Line::Store { target: Term::Name(target), value: Term::Name(value) } = line else {
                 return None;
@@ -187,7 +186,8 @@ impl Sheet {
     /// What a loop builds up is a variable.
     fn declare_folds(&mut self) {
         for line in &self.assigns {
-            let Line::Fold { target: Term::Name(target) | Term::Part { name: target, .. }, .. } = line
+            let Line::Fold { target: Term::Name(target) | Term::Part { name: target, .. }, .. } =
+                line
             else {
                 continue;
             };
@@ -399,9 +399,8 @@ fn group(
     let each: Vec<Vec<(String, Expr)>> =
         members.iter().map(|member| connections(&module.instances[*member], packing)).collect();
     if members.len() == 1 {
-        let term = |(port, value): &(String, Expr)| {
-            (port.clone(), Term::of(value, &packing.signals))
-        };
+        let term =
+            |(port, value): &(String, Expr)| (port.clone(), Term::of(value, &packing.signals));
         let connections = each[0].iter().map(term).collect();
         return Group { name: first.name.clone(), members, connections };
     }
@@ -477,7 +476,8 @@ fn memories(module: &Module, packing: &Packing) -> Vec<Memory> {
         let inputs = pins.write.iter().chain(&pins.read).map(|value| packing.term(value));
         let q = packing.term(&Expr::Signal { id: pins.q, width: contents.width });
         let clock = Term::Name("i_clk".to_owned());
-        let ports = ["i_clk", "i_write", "i_write_address", "i_data", "i_read", "i_address", "o_word"];
+        let ports =
+            ["i_clk", "i_write", "i_write_address", "i_data", "i_read", "i_address", "o_word"];
         Memory {
             name: contents.name.clone(),
             about: contents.about.clone(),

@@ -343,8 +343,11 @@ impl Names {
             // An instance's outputs are what the rest of the module reads, so
             // they get the shorter names.
             let is_input = port.kind == AtomKind::InputParameter;
-            let role =
-                if is_input { Role::InstanceInput(instance) } else { Role::InstanceOutput(instance) };
+            let role = if is_input {
+                Role::InstanceInput(instance)
+            } else {
+                Role::InstanceOutput(instance)
+            };
             let short = |port: &str| match is_input {
                 true => port.to_owned(),
                 false => port.strip_prefix("o_").unwrap_or(port).to_owned(),
@@ -370,7 +373,12 @@ impl Names {
             pins.push((port_name.clone(), id));
         }
         let element = name.element.clone();
-        self.instances.push(InstancePins { name: name.name.clone(), child: index, element, ports: pins });
+        self.instances.push(InstancePins {
+            name: name.name.clone(),
+            child: index,
+            element,
+            ports: pins,
+        });
     }
 
     fn check(&self) -> Result<(), Fault> {

@@ -57,8 +57,12 @@ impl Term {
         match expr {
             Expr::Signal { id, .. } => Term::Name(signals[*id].name.clone()),
             Expr::Slice { id, high, low } => Term::part(&signals[*id], *high, *low),
-            Expr::Literal { value, width } => Term::Literal { value: *value, width: (*width).into() },
-            Expr::Concat(parts) => Term::Concat(parts.iter().map(|p| Term::of(p, signals)).collect()),
+            Expr::Literal { value, width } => {
+                Term::Literal { value: *value, width: (*width).into() }
+            }
+            Expr::Concat(parts) => {
+                Term::Concat(parts.iter().map(|p| Term::of(p, signals)).collect())
+            }
             Expr::Repeat { count, bit } => Term::Repeat { count: (*count).into(), bit: boxed(bit) },
             Expr::Lookup { table, index } => {
                 Term::Lookup { table: signals[*table].name.clone(), index: boxed(index) }
@@ -143,8 +147,10 @@ pub trait Numbers: Clone + PartialEq {
     /// What is this where `name` is `at`, and grows by `slope` with it.
     fn along(&self, slope: &[(Says, Num)], name: &str, at: i128) -> Self {
         let numbers = self.numbers();
-        let along =
-            numbers.iter().zip(slope).map(|((_, number), (_, slope))| number.along(slope, name, at));
+        let along = numbers
+            .iter()
+            .zip(slope)
+            .map(|((_, number), (_, slope))| number.along(slope, name, at));
         self.with(along.collect::<Vec<_>>())
     }
 }

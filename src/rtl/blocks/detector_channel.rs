@@ -80,7 +80,10 @@ pub struct DetectorChannel {
     early: Vec<Register<Word>>,
     #[each(bank in 0..plan.delays())]
     // Linters know by the name that the last bank has no use for the low bits.
-    #[about(first_of(bank, "reference for the second bank's steps and all later ones, and so on"))]
+    #[about(first_of(
+        bank,
+        "reference for the second bank's steps and all later ones, and so on"
+    ))]
     #[width(plan.later_bits())]
     window_and_unused: Vec<Register<Word>>,
     #[each(bank in 0..plan.delays())]
@@ -340,7 +343,8 @@ impl Logic for DetectorChannel {
         }
         if self.plan.delays() > 0 {
             self.hits[0].d.next = self.edges.o_hits.val();
-            self.window_and_unused[0].d.next = bit_cast(self.stepper.o_window.val(), self.plan.later_bits());
+            self.window_and_unused[0].d.next =
+                bit_cast(self.stepper.o_window.val(), self.plan.later_bits());
             self.dump[0].d.next = self.i_dump.val();
         }
         for b in 1..self.window_and_unused.len() {

@@ -353,13 +353,22 @@ impl Logic for ResultStream {
         }
     }
 
+    /// What comes in behind the last makes no difference.
     fn move_up(&mut self) {
-        for c in 1..(self.count.len() - 1) {
+        let last = self.plan.counts() - 1;
+        for c in 1..last {
             self.count[c].d.next = self.count[c + 1].q.val();
             self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
         }
+        self.count[last].d.next = self.i_count[last].val();
+        self.next_ends[last].d.next = false;
         for c in 1..self.detector.len() {
             self.detector[c - 1].d.next = self.detector[c].q.val();
+        }
+        if self.next_detector.is_present() {
+            let further = self.plan.further();
+            self.detector[last - 1].d.next =
+                bit_cast(false, further).replace_bit(further.saturating_sub(1), true);
         }
     }
 
