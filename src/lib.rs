@@ -35,6 +35,8 @@
 
 // Links to what is private lead its next maintainer on (`--document-private-items`).
 #![allow(rustdoc::private_intra_doc_links)]
+// What the program alone calls.
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -43,7 +45,6 @@ pub mod plan;
 #[doc(hidden)]
 pub mod report;
 mod run;
-#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod shard;
 pub mod simulate;

@@ -50,8 +50,7 @@ impl<B: Body> Body for &B {
 /// assert_eq!(json["distance_m"], 3.2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Document<B> {
     /// Which document this is: the schema's name.
     pub document: Cow<'static, str>,

@@ -32,8 +32,7 @@ use serde::Serialize;
 use crate::sensor::Sensor;
 
 /// Every part of the hardware and of the simulation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Plan {
     /// Parts of the hardware, along the way of the data.
     pub hardware: Vec<Part>,
