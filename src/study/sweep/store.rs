@@ -143,7 +143,7 @@ impl Store {
             let text = read(&path)?;
             let there: Document<Definition> =
                 serde_json::from_str(&text).map_err(|reason| unreadable(&path, &reason))?;
-            let differences = differences(&definition, &there);
+            let differences = differences(definition, &there);
             if !differences.is_empty() {
                 return Err(StoreError::Other { path: printable_path(folder.path()), differences });
             }
