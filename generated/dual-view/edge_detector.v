@@ -26,12 +26,14 @@ module edge_detector (
     wire [7:0] rising;
     wire [3:0] pairs;
     wire [3:0] earlier;
+    genvar g;
 
     assign rising = i_samples & ~{i_samples[6:0], last_sample_r} & {8{i_run}};
-    assign pairs =
-        {rising[6] | rising[7], rising[4] | rising[5], rising[2] | rising[3],
-        rising[0] | rising[1]};
-    assign earlier = {i_samples[6], i_samples[4], i_samples[2], i_samples[0]};
+
+    for (g = 0; g < 4; g = g + 1) begin : gen_pairs
+        assign pairs[g] = rising[2*g] | rising[2*g + 1];
+        assign earlier[g] = i_samples[2*g];
+    end
 
     always @(posedge i_clk) begin
         if (i_rst) begin

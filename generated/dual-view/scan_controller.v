@@ -84,11 +84,9 @@ module scan_controller (
             o_pre_last_chip <= o_run & chip_count_matched;
             if (o_last_chip) begin
                 chip_count_r <= CHIP_COUNT_FIRST;
+                last_step_r <= step_count_matched;
             end else begin
                 chip_count_r <= {^(chip_count_r & CHIP_COUNT_TAPS), chip_count_r[13:1]};
-            end
-            if (o_last_chip) begin
-                last_step_r <= step_count_matched;
             end
             if (scan_last_chip_r) begin
                 step_count_r <= STEP_COUNT_FIRST;

@@ -35,11 +35,10 @@ module sensor_top (
     output wire        o_overrun      // a result was lost since reset
 );
 
+    localparam [21:0] TRANSMIT_V_LOAD = {11'h1ff, 11'h7ff};
+
     wire [1:0]  chips;
-    wire        transmit_0_chip;
-    wire        transmit_0_epoch;
-    wire        transmit_1_chip;
-    wire        transmit_1_epoch_unused;
+    wire [1:0]  transmit_epoch_some_unused;
     wire        controller_run;
     wire        controller_pre_last_chip;
     wire        controller_last_chip;
@@ -47,28 +46,19 @@ module sensor_top (
     wire        controller_counted;
     wire        controller_scan_counted;
     wire [16:0] channel_count;
+    genvar g;
 
-    assign chips = {transmit_1_chip, transmit_0_chip};
-
-    gold_generator #(
-        .V_LOAD(11'h7ff)
-    ) transmit_0 (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
-        .i_advance (1'b1),
-        .o_chip    (transmit_0_chip),
-        .o_epoch   (transmit_0_epoch)
-    );
-
-    gold_generator #(
-        .V_LOAD(11'h1ff)
-    ) transmit_1 (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
-        .i_advance (1'b1),
-        .o_chip    (transmit_1_chip),
-        .o_epoch   (transmit_1_epoch_unused)
-    );
+    for (g = 0; g < 2; g = g + 1) begin : gen_transmit
+        gold_generator #(
+            .V_LOAD(TRANSMIT_V_LOAD[11*g +: 11])
+        ) transmit (
+            .i_clk     (i_clk),
+            .i_rst     (i_rst),
+            .i_advance (1'b1),
+            .o_chip    (chips[g]),
+            .o_epoch   (transmit_epoch_some_unused[g])
+        );
+    end
 
     scan_controller controller (
         .i_clk           (i_clk),
@@ -111,7 +101,7 @@ module sensor_top (
             o_epoch <= 1'b0;
         end else begin
             o_laser <= chips;
-            o_epoch <= transmit_0_epoch;
+            o_epoch <= transmit_epoch_some_unused[0];
         end
     end
 

@@ -29,7 +29,7 @@ module histogram_control (
     output wire        o_held_half,   // memory of the word three clocks ago
     // the word five clocks ago is one of a frame's first code period
     output wire        o_added_first,
-    output reg  [10:0] o_write_row,   // row of the word six clocks ago
+    output wire [10:0] o_write_row,   // row of the word six clocks ago
     output wire        o_write_half,  // its memory
 
     // Reader
@@ -42,7 +42,7 @@ module histogram_control (
     output reg         o_overrun      // a frame was lost
 );
 
-    localparam [10:0] LAST_ROW_BUT_ONE = 11'h7fd; // the row before the last
+    localparam [10:0] LAST_ROW_BUT_ONE = 11'd2045; // the row before the last
     // the first code period of a frame, so that the last is all ones
     localparam [2:0] FIRST_PERIOD     = 3'd1;
 
@@ -52,11 +52,7 @@ module histogram_control (
     reg  [2:0]  period_r;         // code period of the frame
     reg         period_is_last_r; // the present one is the last
     reg         first_r;          // the first code period of a frame
-    reg  [10:0] row_before_0_r;   // row of the word 1 clock ago
-    reg  [10:0] row_before_1_r;   // row of the word 2 clocks ago
-    reg  [10:0] row_before_2_r;   // row of the word 3 clocks ago
-    reg  [10:0] row_before_3_r;   // row of the word 4 clocks ago
-    reg  [10:0] row_before_4_r;   // row of the word 5 clocks ago
+    reg  [65:0] row_before_r;     // rows of the words 1 to 6 clocks ago
     reg  [5:0]  half_before_r;    // memory of the words 1 to 6 clocks ago
     reg  [4:0]  first_before_r;   // whether the words 1 to 5 clocks ago are of a first code period
     reg         reads_r;          // rows are read
@@ -67,20 +63,19 @@ module histogram_control (
     reg         room_r;           // none waits
     wire        ends;             // the last row of a frame
     wire [3:0]  next_period;      // the next one, and above it whether the present one is all ones
-    wire        goes;             // the reader goes on
     wire        busy;             // rows of the frame before are still to be taken
 
     assign ends = row_is_last_r & period_is_last_r;
     assign next_period = {1'b0, period_r} + 4'd1;
     assign o_held_first = first_before_r[2];
     assign o_added_first = first_before_r[4];
+    assign o_write_row = row_before_r[65:55];
     assign o_come_half = half_before_r[1];
     assign o_held_half = half_before_r[2];
     assign o_write_half = half_before_r[5];
-    assign goes = room_r | i_ready;
-    assign busy = reads_r | (|out_r) | ~goes;
-    assign o_go = goes;
-    assign o_shows = goes & out_r[2];
+    assign o_go = room_r | i_ready;
+    assign busy = reads_r | (|out_r) | ~o_go;
+    assign o_shows = o_go & out_r[2];
 
     always @(posedge i_clk) begin
         if (i_rst) begin
@@ -93,14 +88,9 @@ module histogram_control (
             period_is_last_r <= 1'b0;
             first_r <= 1'b1;
             o_half <= 1'b0;
-            row_before_0_r <= 11'd0;
-            row_before_1_r <= 11'd0;
-            row_before_2_r <= 11'd0;
-            row_before_3_r <= 11'd0;
-            row_before_4_r <= 11'd0;
-            o_write_row <= 11'd0;
+            row_before_r <= 66'd0;
             half_before_r <= 6'd0;
-            first_before_r <= 5'h1f;
+            first_before_r <= {5{1'b1}};
             reads_r <= 1'b0;
             o_read_row <= 11'd0;
             read_is_last_r <= 1'b0;
@@ -129,15 +119,10 @@ module histogram_control (
             if (ends) begin
                 period_r <= FIRST_PERIOD;
             end
-            row_before_0_r <= o_row;
-            row_before_1_r <= row_before_0_r;
-            row_before_2_r <= row_before_1_r;
-            row_before_3_r <= row_before_2_r;
-            row_before_4_r <= row_before_3_r;
-            o_write_row <= row_before_4_r;
+            row_before_r <= {row_before_r[54:0], o_row};
             first_before_r <= {first_before_r[3:0], first_r};
             half_before_r <= {half_before_r[4:0], o_half};
-            if (goes) begin
+            if (o_go) begin
                 out_r <= {out_r[1:0], reads_r};
                 last_out_r <= {last_out_r[1:0], read_is_last_r};
                 o_valid <= out_r[2];

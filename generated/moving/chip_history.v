@@ -17,7 +17,7 @@ module chip_history (
     output reg  [1:0] o_chips    // reference chips, the present one in bit 0
 );
 
-    localparam [1:0] CHIPS_LOAD = 2'd0; // after reset and at a scan's start
+    localparam [1:0] CHIPS_LOAD = 2'h0; // after reset and at a scan's start
 
     assign o_advance = ~i_wrap;
 

@@ -34,7 +34,7 @@ module scan_controller (
     localparam [13:0] CHIP_COUNT_END   = 14'h19c4; // 13096 shifts on, 3 chips before a step's last
 
     // Step counter: an LFSR of the polynomial 7,6,0 (exponents)
-    localparam [6:0] STEP_COUNT_TAPS  = 7'd3;
+    localparam [6:0] STEP_COUNT_TAPS  = 7'h03;
     localparam [6:0] STEP_COUNT_FIRST = 7'h7f; // at a scan's first step
     localparam [6:0] STEP_COUNT_END   = 7'h70; // 63 shifts on, one step before a scan's last
 
@@ -85,11 +85,9 @@ module scan_controller (
             o_pre_last_chip <= o_run & chip_count_matched;
             if (o_last_chip) begin
                 chip_count_r <= CHIP_COUNT_FIRST;
+                last_step_r <= step_count_r == STEP_COUNT_END;
             end else if (o_run) begin
                 chip_count_r <= {^(chip_count_r & CHIP_COUNT_TAPS), chip_count_r[13:1]};
-            end
-            if (o_last_chip) begin
-                last_step_r <= step_count_r == STEP_COUNT_END;
             end
             if (scan_last_chip_r) begin
                 step_count_r <= STEP_COUNT_FIRST;

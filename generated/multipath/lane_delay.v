@@ -21,7 +21,7 @@ module lane_delay (
     output reg  [7:0] o_window         // reference of each sample, bit 0 earliest
 );
 
-    localparam [6:0] DELAYED_LOAD = 7'd0; // after reset and at a scan's start
+    localparam [6:0] DELAYED_LOAD = 7'h00; // after reset and at a scan's start
 
     reg  [6:0] delayed_r;      // lanes that take the previous chip
     wire [6:0] longer;         // those of the next step

@@ -33,7 +33,7 @@ module scan_controller (
     localparam [13:0] CHIP_COUNT_END   = 14'h19c4; // 13096 shifts on, 3 chips before a step's last
 
     // Step counter: an LFSR of the polynomial 15,14,0 (exponents)
-    localparam [14:0] STEP_COUNT_TAPS  = 15'd3;
+    localparam [14:0] STEP_COUNT_TAPS  = 15'h0003;
     localparam [14:0] STEP_COUNT_FIRST = 15'h7fff; // at a scan's first step
     localparam [14:0] STEP_COUNT_END   = 15'h2aa9; // 32750 shifts on, one step before a scan's last
 
@@ -84,11 +84,9 @@ module scan_controller (
             o_pre_last_chip <= o_run & chip_count_matched;
             if (o_last_chip) begin
                 chip_count_r <= CHIP_COUNT_FIRST;
+                last_step_r <= step_count_matched;
             end else begin
                 chip_count_r <= {^(chip_count_r & CHIP_COUNT_TAPS), chip_count_r[13:1]};
-            end
-            if (o_last_chip) begin
-                last_step_r <= step_count_matched;
             end
             if (scan_last_chip_r) begin
                 step_count_r <= STEP_COUNT_FIRST;

@@ -25,9 +25,12 @@ module updown_correlator (
     wire [3:0] addend;          // signed count of one word
     wire [3:0] early_reference; // reference of each pair's earlier sample
     wire [3:0] late_reference;  // reference of each pair's later sample
+    genvar g;
 
-    assign early_reference = {i_reference[6], i_reference[4], i_reference[2], i_reference[0]};
-    assign late_reference = {i_reference[7], i_reference[5], i_reference[3], i_reference[1]};
+    for (g = 0; g < 4; g = g + 1) begin : gen_early_reference
+        assign early_reference[g] = i_reference[2*g];
+        assign late_reference[g] = i_reference[2*g + 1];
+    end
 
     quad_counter quad (
         .i_clk  (i_clk),

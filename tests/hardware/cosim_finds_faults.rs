@@ -180,8 +180,8 @@ const TOTALS: &[Fault] = &[
     ("result_stream.v", "{i_clamped[4:3], i_clamped[1:0]}", "{i_clamped[4:2], i_clamped[0]}"),
     (
         "result_stream.v",
-        "detector_r[3:0] <= detector_r[4:1];",
-        "detector_r[3:0] <= detector_r[4:1]; waiting_total_r <= i_total[13:7];",
+        "detector_r <= {1'b1, detector_r[4:1]};",
+        "detector_r <= {1'b1, detector_r[4:1]}; waiting_total_r <= i_total[13:7];",
     ),
 ];
 

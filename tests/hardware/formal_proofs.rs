@@ -71,11 +71,11 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("scan", "scan_controller", "if (scan_last_chip_r) begin", "if (1'b0) begin"),
     ("scan", "scan_controller", "CHIP_COUNT_END   = 9'h1eb", "CHIP_COUNT_END   = 9'h0f5"),
     ("reference", "lane_delay", "{4{i_chips[1]}}", "{4{i_chips[0]}}"),
-    ("counts", "detector_channel", "clamp_0_clamped | total_clamped", "clamp_0_clamped"),
+    ("counts", "detector_channel", "clamp_clamped[0] | total_clamped", "clamp_clamped[0]"),
     // Edges at word borders, and hits outside a scan.
     ("counts", "edge_detector", "{i_samples[2:0], last_sample_r}", "{i_samples[2:0], 1'b0}"),
     ("counts", "edge_detector", " & {4{i_run}}", ""),
-    ("stream", "result_stream", "(~i_last & (|clamped))", "(|clamped)"),
+    ("stream", "result_stream", "(~i_last & (|i_clamped))", "(|i_clamped)"),
     ("axis", "result_stream", "o_valid <= i_counted | blocked", "o_valid <= i_counted | more_r"),
 ];
 
@@ -133,14 +133,14 @@ const FAULTS_OF_HISTOGRAMS: &[(&str, &str, &str, &str)] = &[
     // A frame a code period short, a row too early, and a loss that is not told in one state of
     // the reader.
     ("scan", "histogram_control", "FIRST_PERIOD     = 2'd1", "FIRST_PERIOD     = 2'd2"),
-    ("scan", "histogram_control", "= row_before_4_r", "= row_before_3_r"),
+    ("scan", "histogram_control", "= row_before_r[29:25]", "= row_before_r[24:20]"),
     ("stream", "histogram_control", "ends & busy)", "ends & busy & ~(reads_r & read_is_last_r))"),
     ("stream", "histogram_control", "room_r <= 1'b1;", "room_r <= room_r;"),
 ];
 
 /// The same for one memory.
 const FAULTS_OF_ONE_MEMORY: &[(&str, &str, &str, &str)] =
-    &[("stream", "histogram_control", "~i_ready)", "~i_ready & row_before_2_r != 5'd17)")];
+    &[("stream", "histogram_control", "~i_ready)", "~i_ready & row_before_r[14:10] != 5'd17)")];
 
 #[test]
 fn each_proof_refuses_a_fault_in_a_histogram() {

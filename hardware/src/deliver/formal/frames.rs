@@ -1,6 +1,6 @@
 //! When a histogram's words begin and end frames, and which rows come to the stream.
 
-use super::harness::{Engine, Harness, constant, range};
+use super::harness::{Engine, Harness, constant, element, range};
 use crate::sensor::histogram::{CLOCKS_TO_ROW, HistogramPlan};
 use crate::sensor::interface::Interface;
 
@@ -182,7 +182,7 @@ impl Frames {
         for clocks in 1..=CLOCKS_TO_WRITE {
             let port = match clocks {
                 CLOCKS_TO_WRITE => "o_write_row".to_owned(),
-                _ => format!("row_before_{}_r", clocks - 1),
+                _ => element("row_before_r", clocks - 1, CLOCKS_TO_WRITE, bits),
             };
             let signal = format!("row_{clocks}_seen");
             see(harness, &signal, &port, bits);

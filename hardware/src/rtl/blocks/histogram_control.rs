@@ -149,7 +149,7 @@ pub struct HistogramControl {
     #[when(plan.takes_turns())]
     half: Optional<Register<bool>>,
     #[each(clocks in 1..7)]
-    #[about(first_of(clocks as usize - 1, "rows of the words 1 to 5 clocks ago"))]
+    #[about(first_of(clocks as usize - 1, "rows of the words 1 to 6 clocks ago"))]
     #[width(plan.row_bits())]
     row_before: Vec<Register<Word>>,
     /// memory of the words 1 to 6 clocks ago

@@ -15,6 +15,7 @@
 //! - a bare literal, and `signed_cast(x)`, take the width of what they meet;
 //!   everything else has to agree, or the back end refuses;
 //! - `bit_cast(x, w)` zero-extends or truncates;
+//! - a `Local` may be built up: `x.next = x.val() | y`; once something else has read it, it is complete;
 //! - numbers are evaluated in branches that are not taken, too: subtract with saturation;
 //! - `a & b == c` binds as in Rust; the back end prints the parentheses.
 

@@ -355,7 +355,7 @@ impl Logic for ResultStream {
 
     /// What comes in behind the last makes no difference.
     fn move_up(&mut self) {
-        let last = self.plan.counts() - 1;
+        let last = self.plan.counts().saturating_sub(1);
         for c in 1..last {
             self.count[c].d.next = self.count[c + 1].q.val();
             self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
@@ -367,7 +367,7 @@ impl Logic for ResultStream {
         }
         if self.next_detector.is_present() {
             let further = self.plan.further();
-            self.detector[last - 1].d.next =
+            self.detector[last.saturating_sub(1)].d.next =
                 bit_cast(false, further).replace_bit(further.saturating_sub(1), true);
         }
     }
