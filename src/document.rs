@@ -25,15 +25,11 @@ impl<B: Body> Body for &B {
 /// (`clocks`, `phase_steps`). Signed numbers are signed. A field that has no value is null.
 ///
 /// ```
-/// use std::path::Path;
-///
 /// use goldtof::document::Document;
 ///
-/// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-/// let fidelity = goldtof::simulate::Tier::Expected;
-/// let options = goldtof::SimulateOptions { fidelity, ..Default::default() };
-/// let simulation = goldtof::simulate(&scene, &options)?;
-/// let document = Document::new(&simulation, "my-program", Some(&scene));
+/// let sensor = goldtof::Sensor::load("scenes/quick.toml")?;
+/// let expected = sensor.expected()?;
+/// let document = Document::new(&expected, "my-program", Some(sensor.scene()));
 /// let json = serde_json::to_value(&document)?;
 /// assert_eq!(json["document"], "simulate");
 /// assert_eq!(json["scene"]["name"], "quick");

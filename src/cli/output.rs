@@ -87,11 +87,7 @@ impl Output {
 
     /// A progress bar over the points of a sweep, drawn only for people who can see it.
     pub fn points(&self, total: usize) -> ProgressBar {
-        let target = match self.quiet {
-            true => ProgressDrawTarget::hidden(),
-            false => ProgressDrawTarget::stderr(),
-        };
-        let bar = ProgressBar::with_draw_target(Some(total as u64), target);
+        let bar = ProgressBar::with_draw_target(Some(total as u64), self.target());
         let style = "sweep [{bar:40}] {percent}% {human_pos} of {human_len} points, {eta} left";
         if let Ok(style) = ProgressStyle::with_template(style) {
             bar.set_style(style.progress_chars("=> "));
@@ -100,17 +96,14 @@ impl Output {
     }
 
     /// Shows how far a command is, to people who can see it.
-    pub fn progress(&self) -> Progress {
-        Progress {
-            bar: ProgressBar::with_draw_target(
-                None,
-                if self.quiet {
-                    ProgressDrawTarget::hidden()
-                } else {
-                    ProgressDrawTarget::stderr()
-                },
-            ),
-            counts: Cell::new(false),
+    pub fn bar(&self) -> Bar {
+        Bar { bar: ProgressBar::with_draw_target(None, self.target()), counts: Cell::new(false) }
+    }
+
+    fn target(&self) -> ProgressDrawTarget {
+        match self.quiet {
+            true => ProgressDrawTarget::hidden(),
+            false => ProgressDrawTarget::stderr(),
         }
     }
 
@@ -129,19 +122,19 @@ impl Output {
 
 /// How far a command is: the name of a stage that cannot tell how long it takes, then
 /// clocks that are done.
-pub(super) struct Progress {
+pub(super) struct Bar {
     bar: ProgressBar,
     counts: Cell<bool>,
 }
 
-impl Progress {
+impl Bar {
     /// Between two pictures of a stage.
     const TICK: Duration = Duration::from_millis(150);
 
     /// Names what is being done.
     pub fn stage(&self, what: &'static str) {
         self.show("{spinner} {msg} ({elapsed})", what);
-        self.bar.enable_steady_tick(Progress::TICK);
+        self.bar.enable_steady_tick(Bar::TICK);
     }
 
     /// `done` clocks `of` all are done. What was done before the first of them does

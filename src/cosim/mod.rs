@@ -1,25 +1,12 @@
 //! Co-simulation: Verilog in Verilator, beside the reference model, clock by clock.
 //!
 //! ```no_run
-//! use std::path::Path;
+//! use goldtof::{CosimOptions, OwnRtl, Sensor};
 //!
-//! use goldtof::cosim::StimulusKind;
-//! use goldtof::cosim::engine::Engine;
-//! use goldtof::cosim::latency::Latency;
-//! use goldtof::cosim::own::OwnRtl;
-//! use goldtof::cosim::window::Window;
-//!
-//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-//! let options = goldtof::CosimOptions {
-//!     rtl: goldtof::Rtl::Own(OwnRtl::folder("my_rtl")),
-//!     stimulus: StimulusKind::Photons,
-//!     engine: Engine::Auto,
-//!     latency: Latency::Auto,
-//!     window: Window::Found,
-//!     clocks: Some(100_000),
-//!     seed: 1,
-//! };
-//! let found = goldtof::cosim(&scene, &options, |done, of| eprintln!("{done} of {of} clocks"))?;
+//! let sensor = Sensor::load("scenes/quick.toml")?;
+//! let own = OwnRtl::folder("my_rtl");
+//! let options = CosimOptions { own, clocks: Some(100_000), ..Default::default() };
+//! let found = goldtof::cosim(&sensor, &options, |progress| eprintln!("{progress}"))?;
 //! println!("{}: {} phase steps", found.report.verdict, found.report.phase_steps);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -91,10 +78,13 @@ pub const TOP: &str = crate::deliver::TOP;
 pub const MOST_CLOCKS: u64 = 1 << 50;
 
 /// What drives a co-simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema, clap::ValueEnum)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, schemars::JsonSchema, clap::ValueEnum,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum StimulusKind {
     /// Simulated detections of the scene.
+    #[default]
     Photons,
     /// Inputs chosen to hurt.
     Adversarial,

@@ -8,12 +8,10 @@
 //! equivalent, or inputs exist that show it, or nobody knows.
 //!
 //! ```no_run
-//! use std::path::Path;
-//!
-//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-//! let rtl = goldtof::Rtl::Own(goldtof::OwnRtl::folder("my_rtl"));
-//! let options = goldtof::GradeOptions { mutants: 100, ..Default::default() };
-//! let grade = goldtof::grade(&scene, &rtl, &options, |stage| eprintln!("{stage}"))?;
+//! let sensor = goldtof::Sensor::load("scenes/quick.toml")?;
+//! let own = goldtof::OwnRtl::folder("my_rtl");
+//! let options = goldtof::GradeOptions { own, mutants: 100, ..Default::default() };
+//! let grade = goldtof::grade(&sensor, &options, |progress| eprintln!("{progress}"))?;
 //! println!("{} of {} faults", grade.faults.caught, grade.faults.total);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

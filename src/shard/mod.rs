@@ -20,9 +20,7 @@ mod sweep;
 pub use file::Shard;
 pub use folder::{Collected, Folder, listed};
 pub use grade::{variants, whole_grade};
-pub use job::{
-    GradeJob, Job, PointRows, ReproduceJob, Results, SceneText, SimulateJob, StressJob, SweepJob,
-};
+pub use job::{GradeJob, Job, PointRows, Results, SceneText, SimulateJob, StressJob, SweepJob};
 pub use part::Part;
 pub use reproduce::figures;
 pub use simulate::simulation;

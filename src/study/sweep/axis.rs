@@ -2,13 +2,17 @@
 
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 use crate::scene::Setting;
 
 /// Most values of an axis.
 const MOST_VALUES: u32 = 100_000;
 
-/// A key, and the values that it takes in turn.
-#[derive(Debug, Clone, PartialEq)]
+/// A key, and the values that it takes in turn. In JSON it is its text.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(into = "String", try_from = "String")]
+#[schemars(with = "String")]
 pub struct Axis {
     /// As it was written, `source[0].mean_power=1 pW..64 pW x7`.
     pub text: String,
@@ -33,6 +37,20 @@ pub struct Value {
 
 const FORMS: &str = "write a list, \"1 pW, 4 pW, 16 pW\", values spaced evenly by ratio, \
                      \"1 pW..64 pW x7\", or by difference, \"1 m..10 m +10\"";
+
+impl From<Axis> for String {
+    fn from(axis: Axis) -> String {
+        axis.text
+    }
+}
+
+impl TryFrom<String> for Axis {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Axis, String> {
+        text.parse()
+    }
+}
 
 impl FromStr for Axis {
     type Err = String;
