@@ -9,7 +9,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use goldtof::cosim::{StimulusKind, Verdict};
-use goldtof::{CosimOptions, EmitOptions, OwnRtl, Sensor};
+use goldtof::{CosimOptions, EmitOptions, Jobs as _, OwnRtl, Sensor};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args_os().skip(1).map(PathBuf::from);

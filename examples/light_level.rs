@@ -8,7 +8,7 @@
 use std::error::Error;
 
 use goldtof::scene::Setting;
-use goldtof::{Sensor, SimulateOptions};
+use goldtof::{Jobs as _, Sensor, SimulateOptions};
 
 /// Mean optical powers of the source, in picowatts.
 const POWERS_PW: [f64; 3] = [2.0, 8.0, 32.0];

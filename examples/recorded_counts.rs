@@ -9,7 +9,7 @@ use std::error::Error;
 use std::path::Path;
 
 use goldtof::photons::StepCount;
-use goldtof::{EstimateOptions, RunOptions, Sensor};
+use goldtof::{EstimateOptions, Jobs as _, RunOptions, Sensor};
 
 /// The distance that the counts give, and that of the target, in metres.
 fn distances(folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {

@@ -1,7 +1,5 @@
-//! The library's doors: what can be done with a [`Sensor`]. Each job is a method whose options
-//! have defaults. The function of a longer job's name does the same and tells its [`Progress`].
-
-use std::fmt;
+//! The library's doors: the jobs of a [`Sensor`] are methods ([`Jobs`]) whose options have
+//! defaults. The function of a longer job's name does the same and tells its [`Progress`].
 
 use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
@@ -16,7 +14,9 @@ use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::estimate::{ImpossibleScan, possible_scan};
 use crate::grade::{Grade, GradeOptions, GradeRequest, Graded, not_graded};
 use crate::photons::StepCount;
+use crate::progress::Progress;
 use crate::rtl::blocks::ScanRegisters;
+use crate::run::{Run, RunError, RunOptions, run};
 use crate::scene::{Detector, DetectorIndex, EstimatorKind, TotalsMissing};
 use crate::sensor::Sensor;
 use crate::simulate::repeat::{self, Simulation};
@@ -24,35 +24,26 @@ use crate::simulate::scans::ScansError;
 use crate::simulate::{SimulateOptions, Tier};
 use crate::version::MADE_BY;
 
-/// How far a job is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Progress {
-    /// What is being done, where nothing is counted.
-    Stage(&'static str),
-    /// Scans or clocks.
-    Parts {
-        /// Those that are done.
-        done: u64,
-        /// All.
-        of: u64,
-    },
-}
+/// What can be done with a sensor.
+///
+/// ```
+/// use goldtof::{Jobs as _, Sensor};
+///
+/// let expected = Sensor::load("scenes/quick.toml")?.expected()?;
+/// assert!(expected.estimates[0].expected_std_m.is_some());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait Jobs {
+    /// The sensor.
+    fn sensor(&self) -> &Sensor;
 
-impl fmt::Display for Progress {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Progress::Stage(what) => f.write_str(what),
-            Progress::Parts { done, of } => write!(f, "{done} of {of}"),
-        }
-    }
-}
-
-impl Sensor {
     /// Verilog of the sensor, with testbench, constraints and file lists; [`deliver::write`] puts
     /// it into a folder.
     ///
     /// ```
-    /// let sensor = goldtof::Sensor::load("scenes/paper-single.toml")?;
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let sensor = Sensor::load("scenes/paper-single.toml")?;
     /// let prefix = Some("left_".parse()?);
     /// let emission = sensor.emit(&goldtof::EmitOptions { prefix, ..Default::default() })?;
     /// assert_eq!(emission.clock_hz, 125e6); // one clock is one chip of 8 ns
@@ -63,16 +54,18 @@ impl Sensor {
     ///
     /// # Errors
     /// When the scene asks for more than the hardware supports.
-    pub fn emit(&self, options: &EmitOptions) -> Result<Emission, HdlError> {
+    fn emit(&self, options: &EmitOptions) -> Result<Emission, HdlError> {
         let prefix = options.prefix.clone().unwrap_or_default();
-        deliver::emit_prefixed(self, &prefix, &options.made_by)
+        deliver::emit_prefixed(self.sensor(), &prefix, &options.made_by)
     }
 
     /// Expected bias and standard deviation of each path's distance, from the exact mean response
     /// of the detectors, without random numbers.
     ///
     /// ```
-    /// let expected = goldtof::Sensor::load("scenes/quick.toml")?.expected()?;
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let expected = Sensor::load("scenes/quick.toml")?.expected()?;
     /// let path = &expected.estimates[0];
     /// assert!((path.true_distance_m - 3.2).abs() < 1e-9);
     /// println!("{:?} m, {:?} m", path.expected_bias_m, path.expected_std_m);
@@ -81,14 +74,16 @@ impl Sensor {
     ///
     /// # Errors
     /// When the scene is beyond the exact response.
-    pub fn expected(&self) -> Result<Simulation, ScansError> {
+    fn expected(&self) -> Result<Simulation, ScansError> {
         self.simulate(&SimulateOptions { fidelity: Tier::Expected, ..Default::default() })
     }
 
     /// Repeated scans, photons to distances.
     ///
     /// ```
-    /// let sensor = goldtof::Sensor::load("scenes/quick.toml")?;
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let sensor = Sensor::load("scenes/quick.toml")?;
     /// let options = goldtof::SimulateOptions { repetitions: 20, ..Default::default() };
     /// let simulation = sensor.simulate(&options)?;
     /// let path = &simulation.estimates[0];
@@ -98,8 +93,8 @@ impl Sensor {
     ///
     /// # Errors
     /// When the scene is outside the tier's domain, or a tool that it needs is missing or fails.
-    pub fn simulate(&self, options: &SimulateOptions) -> Result<Simulation, ScansError> {
-        simulate(self, options, |_| ())
+    fn simulate(&self, options: &SimulateOptions) -> Result<Simulation, ScansError> {
+        simulate(self.sensor(), options, |_| ())
     }
 
     /// Verilog, emitted or your own, against the bit-exact reference model: every output port at
@@ -109,8 +104,9 @@ impl Sensor {
     /// use std::path::Path;
     ///
     /// use goldtof::cosim::{StimulusKind, Verdict};
+    /// use goldtof::{Jobs as _, Sensor};
     ///
-    /// let sensor = goldtof::Sensor::load("scenes/quick.toml")?;
+    /// let sensor = Sensor::load("scenes/quick.toml")?;
     /// let mut found = sensor.cosim(&goldtof::CosimOptions {
     ///     own: goldtof::OwnRtl::folder("my_rtl"),
     ///     stimulus: StimulusKind::Adversarial,
@@ -125,8 +121,8 @@ impl Sensor {
     /// # Errors
     /// When the scene has no hardware, the Verilog does not fit it or ends its own simulation,
     /// or a tool is missing or fails.
-    pub fn cosim(&self, options: &CosimOptions) -> Result<Cosimulation, CosimFailed> {
-        cosim(self, options, |_| ())
+    fn cosim(&self, options: &CosimOptions) -> Result<Cosimulation, CosimFailed> {
+        cosim(self.sensor(), options, |_| ())
     }
 
     /// Fault coverage of a stimulus on the emitted Verilog or your own.
@@ -134,8 +130,8 @@ impl Sensor {
     /// # Errors
     /// When the scene has no hardware, the Verilog does not fit it, differs from the reference
     /// model or cannot be graded, or a tool is missing or fails.
-    pub fn grade(&self, options: &GradeOptions) -> Result<Grade, CosimFailed> {
-        grade(self, options, |_| ())
+    fn grade(&self, options: &GradeOptions) -> Result<Grade, CosimFailed> {
+        grade(self.sensor(), options, |_| ())
     }
 
     /// Distance from the counts of a scan, one of each phase step in their order, beside the
@@ -143,8 +139,9 @@ impl Sensor {
     ///
     /// ```
     /// use goldtof::photons::StepCount;
+    /// use goldtof::{Jobs as _, Sensor};
     ///
-    /// let sensor = goldtof::Sensor::load("scenes/quick.toml")?;
+    /// let sensor = Sensor::load("scenes/quick.toml")?;
     /// // All light is counted up in phase step 40 and its neighbours.
     /// let counts: Vec<StepCount> = (0..sensor.scene().scan.steps as i64)
     ///     .map(|step| (100 - 12 * (step - 40).abs()).max(0))
@@ -159,12 +156,12 @@ impl Sensor {
     /// # Errors
     /// When the scene has no such detector, its scan another number of steps, or its hardware
     /// cannot have counted that.
-    pub fn estimate(
+    fn estimate(
         &self,
         options: &EstimateOptions,
         counts: &[StepCount],
     ) -> Result<EstimateReport, EstimateError> {
-        let sensor = self.with_estimator(options.estimator)?;
+        let sensor = self.sensor().with_estimator(options.estimator)?;
         let scene = sensor.scene();
         let is_meant = |detector: &Detector| {
             options.detector.as_ref().is_none_or(|name| detector.name == *name)
@@ -181,6 +178,34 @@ impl Sensor {
         let told = |count: &StepCount| (count.signed, has_totals.then_some(count.total));
         let counts = possible_scan(scene, &counts.iter().map(told).collect::<Vec<_>>())?;
         Ok(estimate_scan(&sensor, DetectorIndex(detector), &counts))
+    }
+
+    /// The main job: plan, emission, photon simulation, co-simulation, estimates and report, into
+    /// `options.out`: the Verilog (in `rtl`), `counts.csv`, of histograms `bins.csv` too,
+    /// `report.html`, after a mismatch `mismatch.vcd`, and `waves.vcd` if asked for. A mismatch of
+    /// Verilog and reference model is a result.
+    ///
+    /// ```no_run
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let sensor = Sensor::load("scenes/quick.toml")?;
+    /// let options = goldtof::RunOptions { out: "out/quick".into(), ..Default::default() };
+    /// let run = sensor.run(&options)?;
+    /// println!("{}: {:?}", run.cosim.verdict, run.estimates[0].distance_m);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the scene has no hardware, a tool is missing or fails, or a file cannot be
+    /// written.
+    fn run(&self, options: &RunOptions) -> Result<Run, RunError> {
+        run(self.sensor(), options, |_| ())
+    }
+}
+
+impl Jobs for Sensor {
+    fn sensor(&self) -> &Sensor {
+        self
     }
 }
 
@@ -294,7 +319,7 @@ pub enum EstimateError {
     Totals(#[from] TotalsMissing),
 }
 
-/// [`Sensor::simulate`] with its progress in scans, of all detectors. If `on_progress` unwinds,
+/// [`Jobs::simulate`] with its progress in scans, of all detectors. If `on_progress` unwinds,
 /// the simulation ends there, and leaves nothing behind.
 ///
 /// # Errors
@@ -308,7 +333,7 @@ pub fn simulate(
     repeat::simulate_watched(&sensor.with_estimator(options.estimator)?, options, parts)
 }
 
-/// [`Sensor::cosim`] with its progress in clocks.
+/// [`Jobs::cosim`] with its progress in clocks.
 ///
 /// # Errors
 /// As there.
@@ -336,7 +361,7 @@ pub fn cosim(
     Ok(done)
 }
 
-/// [`Sensor::grade`] with its progress in stages.
+/// [`Jobs::grade`] with its progress in stages.
 ///
 /// # Errors
 /// As there.

@@ -9,9 +9,9 @@
 //! [`mod@estimate`] turns counts into a distance. [`mod@simulate`] repeats that, and [`study`]
 //! has sweeps, stress cases and the article's figures.
 //!
-//! A [`Sensor`] is the door: it loads a scene, and emits, simulates, co-simulates, grades,
-//! estimates, or runs the main job, each with options that have defaults. The functions of the
-//! same names also tell how far they are. The feature `cli` is the program; it is on by default,
+//! A [`Sensor`] is the door. It loads a scene; its [`Jobs`] emit, simulate, co-simulate, grade,
+//! estimate, or run all of it, with options that have defaults. The functions of the same names
+//! also tell how far they are. The feature `cli` is the program; it is on by default,
 //! and a library user can do without (`default-features = false`).
 //!
 //! What is left out of this documentation though it is public (the hardware's blocks,
@@ -24,9 +24,11 @@
 //! [`SPEED_OF_LIGHT_M_PER_S`].
 //!
 //! ```
-//! let sensor = goldtof::Sensor::load("scenes/quick.toml")?;
+//! use goldtof::{Jobs as _, Sensor, SimulateOptions};
+//!
+//! let sensor = Sensor::load("scenes/quick.toml")?;
 //! let expected = sensor.expected()?;
-//! let options = goldtof::SimulateOptions { repetitions: 200, ..Default::default() };
+//! let options = SimulateOptions { repetitions: 200, ..Default::default() };
 //! let simulated = sensor.simulate(&options)?;
 //! let (expected, simulated) = (&expected.estimates[0], &simulated.estimates[0]);
 //! let ratio = simulated.std_m.unwrap() / expected.expected_std_m.unwrap();
@@ -39,48 +41,37 @@
 // What the program alone calls.
 #![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
-pub mod batch;
 #[cfg(feature = "cli")]
 pub mod cli;
-pub mod code;
-pub mod cosim;
-pub mod deliver;
-mod digest;
-pub mod document;
 mod door;
-pub mod estimate;
-mod exact;
-pub(crate) mod files;
-pub mod grade;
-pub mod histogram;
-pub(crate) mod interrupt;
-pub(crate) mod light;
-pub(crate) mod math;
-pub mod photons;
 pub mod plan;
-pub(crate) mod printable;
-pub(crate) mod programs;
-pub mod recorded;
-#[doc(hidden)]
-pub mod reference;
+mod progress;
 #[doc(hidden)]
 pub mod report;
-pub mod response;
-#[doc(hidden)]
-pub mod rtl;
 mod run;
-pub mod scan;
-pub mod scene;
-pub mod sensor;
 #[doc(hidden)]
 pub mod shard;
 pub mod simulate;
 pub mod study;
-pub mod version;
+
+#[doc(inline)]
+pub use goldtof_estimation::{estimate, recorded};
+pub use goldtof_hardware::deliver;
+#[doc(hidden)]
+pub use goldtof_hardware::{reference, rtl};
+#[doc(inline)]
+pub use goldtof_physics::{histogram, photons, response};
+#[doc(inline)]
+pub use goldtof_sensor::{code, document, scan, scene, sensor};
+use goldtof_sensor::{exact, light, math};
+pub use goldtof_system::version;
+use goldtof_system::{digest, files, interrupt, printable, programs};
+#[doc(inline)]
+pub use goldtof_verification::{batch, cosim, grade};
 
 pub use cosim::own::OwnRtl;
 pub use door::{
-    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Progress, cosim, grade,
+    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Jobs, cosim, grade,
     simulate,
 };
 pub use files::{FileError, OutputFolder};
@@ -88,6 +79,7 @@ pub use grade::{Bounds as ProofBounds, GradeOptions, GradeStimulus};
 pub use interrupt::watch as watch_signals;
 pub use light::SPEED_OF_LIGHT_M_PER_S;
 pub use programs::set_time_limit as set_tool_time_limit;
+pub use progress::Progress;
 pub use report::provenance::Provenance;
 pub use run::{Run, RunError, RunEvent, RunOptions, run};
 pub use sensor::Sensor;

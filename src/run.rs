@@ -15,7 +15,6 @@ use crate::cosim::window::Window;
 use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict, cosimulate};
 use crate::deliver::{self, Emission, HdlError};
 use crate::document::Body;
-use crate::door::Progress;
 use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
 use crate::files::{FileError, OutputFolder};
 use crate::grade::{self, Grade, GradeOptions, GradeRequest};
@@ -25,6 +24,7 @@ use crate::plan::figures::Figures;
 use crate::plan::overview::with_cells;
 use crate::plan::resources::{Resources, resources};
 use crate::plan::{self, Plan};
+use crate::progress::Progress;
 use crate::reference::predictor::ReferenceError;
 use crate::report::curves::IntegrationCurves;
 use crate::report::page::Page;
@@ -158,29 +158,7 @@ pub enum RunError {
     Totals(#[from] TotalsMissing),
 }
 
-impl Sensor {
-    /// The main job: plan, emission, photon simulation, co-simulation, estimates and report, into
-    /// `options.out`: the Verilog (in `rtl`), `counts.csv`, of histograms `bins.csv` too,
-    /// `report.html`, after a mismatch `mismatch.vcd`, and `waves.vcd` if asked for. A mismatch of
-    /// Verilog and reference model is a result.
-    ///
-    /// ```no_run
-    /// let sensor = goldtof::Sensor::load("scenes/quick.toml")?;
-    /// let options = goldtof::RunOptions { out: "out/quick".into(), ..Default::default() };
-    /// let run = sensor.run(&options)?;
-    /// println!("{}: {:?}", run.cosim.verdict, run.estimates[0].distance_m);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// When the scene has no hardware, a tool is missing or fails, or a file cannot be
-    /// written.
-    pub fn run(&self, options: &RunOptions) -> Result<Run, RunError> {
-        run(self, options, |_| ())
-    }
-}
-
-/// [`Sensor::run`] with its progress.
+/// [`Jobs::run`](crate::Jobs::run) with its progress.
 ///
 /// # Errors
 /// As there.

@@ -13,8 +13,8 @@ use crate::document::Body;
 use crate::door::EstimateOptions;
 use crate::recorded::{
     Assessment, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram, read_recorded,
-    residual_plot,
 };
+use crate::report::residual_plot;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 

@@ -11,7 +11,7 @@ use goldtof::cosim::{Cosimulation, VcdClocks, Verdict};
 use goldtof::deliver::{emit, write};
 use goldtof::scene::Scene;
 use goldtof::sensor::Sensor;
-use goldtof::{CosimOptions, OwnRtl};
+use goldtof::{CosimOptions, Jobs as _, OwnRtl};
 use vcd::{Command, IdCode, ScopeItem, TimescaleUnit, Value};
 
 use crate::hdl_support::{Family, code, run, scene};

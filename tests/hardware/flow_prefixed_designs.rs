@@ -10,7 +10,7 @@ use goldtof::cosim::{StimulusKind, Verdict};
 use goldtof::deliver::{Emission, Prefix, emit, emit_prefixed, write};
 use goldtof::scene::Scene;
 use goldtof::sensor::Sensor;
-use goldtof::{CosimOptions, OwnRtl};
+use goldtof::{CosimOptions, Jobs as _, OwnRtl};
 use serde_json::Value;
 
 use crate::hdl_support::{Family, code, random_scene, run, scene, stimulus};

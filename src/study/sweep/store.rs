@@ -44,43 +44,41 @@ pub enum StoreError {
     },
 }
 
-impl Document<SweepOptions> {
-    /// What another sweep has otherwise, in words.
-    fn differences(&self, other: &Document<SweepOptions>) -> String {
-        let settings = |document: &Document<SweepOptions>| {
-            let scene = document.scene.as_ref();
-            scene.map_or_else(Vec::new, |scene| scene.settings.clone())
-        };
-        let list = |texts: &[String]| match texts {
-            [] => "none".to_owned(),
-            _ => texts.join(" "),
-        };
-        let pairs = |document: &Document<SweepOptions>| {
-            let SweepOptions { over, repetitions, fidelity, estimator, seed } = &document.body;
-            let over: Vec<String> = over.iter().map(|axis| axis.text.clone()).collect();
-            let estimator = estimator.map_or_else(|| "the scene's".to_owned(), |e| e.to_string());
-            [
-                ("version", document.goldtof.to_string()),
-                ("--set", list(&settings(document))),
-                ("--over", list(&over)),
-                ("--repeat", repetitions.to_string()),
-                ("--fidelity", fidelity.to_string()),
-                ("--estimator", estimator),
-                ("--seed", seed.to_string()),
-            ]
-        };
-        let pairs = pairs(self).into_iter().zip(pairs(other));
-        let differing = pairs.filter(|(here, there)| here != there);
-        let mut differences: Vec<String> = differing
-            .map(|((what, here), (_, there))| format!("{what} was {there}, now {here}"))
-            .collect();
-        let text =
-            |document: &Document<SweepOptions>| document.scene.as_ref().map(|s| s.sha256.clone());
-        if text(self) != text(other) {
-            differences.push("the scene's file has changed since".to_owned());
-        }
-        differences.join("; ")
+/// What of a sweep differs from another, in words.
+fn differences(this: &Document<SweepOptions>, other: &Document<SweepOptions>) -> String {
+    let settings = |document: &Document<SweepOptions>| {
+        let scene = document.scene.as_ref();
+        scene.map_or_else(Vec::new, |scene| scene.settings.clone())
+    };
+    let list = |texts: &[String]| match texts {
+        [] => "none".to_owned(),
+        _ => texts.join(" "),
+    };
+    let pairs = |document: &Document<SweepOptions>| {
+        let SweepOptions { over, repetitions, fidelity, estimator, seed } = &document.body;
+        let over: Vec<String> = over.iter().map(|axis| axis.text.clone()).collect();
+        let estimator = estimator.map_or_else(|| "the scene's".to_owned(), |e| e.to_string());
+        [
+            ("version", document.goldtof.to_string()),
+            ("--set", list(&settings(document))),
+            ("--over", list(&over)),
+            ("--repeat", repetitions.to_string()),
+            ("--fidelity", fidelity.to_string()),
+            ("--estimator", estimator),
+            ("--seed", seed.to_string()),
+        ]
+    };
+    let pairs = pairs(this).into_iter().zip(pairs(other));
+    let differing = pairs.filter(|(here, there)| here != there);
+    let mut differences: Vec<String> = differing
+        .map(|((what, here), (_, there))| format!("{what} was {there}, now {here}"))
+        .collect();
+    let text =
+        |document: &Document<SweepOptions>| document.scene.as_ref().map(|s| s.sha256.clone());
+    if text(this) != text(other) {
+        differences.push("the scene's file has changed since".to_owned());
     }
+    differences.join("; ")
 }
 
 /// The folder of a sweep.
@@ -105,7 +103,7 @@ impl Store {
             let text = read(&path)?;
             let there: Document<SweepOptions> =
                 serde_json::from_str(&text).map_err(|reason| unreadable(&path, &reason))?;
-            let differences = definition.differences(&there);
+            let differences = differences(definition, &there);
             if !differences.is_empty() {
                 return Err(StoreError::Other { path: printable_path(folder.path()), differences });
             }
