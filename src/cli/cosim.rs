@@ -14,9 +14,10 @@ use super::warnings::warn_of_far_paths;
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
 use crate::cosim::{Report, StimulusKind, VcdClocks, Verdict};
-use crate::door::{CosimOptions, Progress, cosim};
+use crate::door::{CosimOptions, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
+use crate::progress::Progress;
 use crate::sensor::Sensor;
 
 #[derive(Debug, Args)]

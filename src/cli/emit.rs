@@ -9,7 +9,7 @@ use super::ending::Ending;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
 use crate::deliver::{self, Emission};
-use crate::door::EmitOptions;
+use crate::door::{EmitOptions, Jobs as _};
 use crate::printable::printable_path;
 use crate::sensor::Sensor;
 
