@@ -45,10 +45,10 @@ const MISMATCH: &str = "mismatch.vcd";
 const WAVES: &str = "waves.vcd";
 const RTL: &str = "rtl";
 
-/// Said of an estimate after a mismatch.
+/// Remark on an estimate after a mismatch.
 const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from the reference model";
 
-/// What a run is to do beside what its scene says.
+/// Options of the main job.
 #[derive(Debug, Clone, clap::Args)]
 pub struct RunOptions {
     /// Folder for the Verilog, counts.csv and report.html; made when missing,
@@ -110,7 +110,7 @@ pub enum RunEvent<'a> {
     Compared(&'a cosim::Report),
 }
 
-/// What a run found; as JSON the document of `goldtof run`.
+/// Results of a run; the JSON of `goldtof run`.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Run {
     /// The scene's name.
@@ -118,19 +118,18 @@ pub struct Run {
     pub scene: String,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// What was kept and left out.
+    /// Parts that are kept and left out.
     pub plan: Plan,
     /// The Verilog.
     pub emit: Emission,
     /// Verilog and reference model, side by side.
     pub cosim: cosim::Report,
-    /// What the Verilog's counts say of the distance, by the scene's estimator; one
-    /// entry per detector.
+    /// Distances from the Verilog's counts by the scene's estimator, one entry per detector.
     pub estimates: Vec<EstimateReport>,
     /// The same by the other estimator, on the same counts.
     pub other_estimates: Vec<EstimateReport>,
-    /// What the adversarial stimulus is worth on this Verilog, if that was asked for and the
-    /// Verilog matches.
+    /// Fault coverage of the adversarial stimulus on this Verilog, if asked for and if the Verilog
+    /// matches.
     pub grade: Option<Grade>,
 }
 
@@ -226,7 +225,7 @@ fn remove_other_runs(folder: &OutputFolder) -> Result<(), RunError> {
     Ok(folder.sync()?)
 }
 
-/// What the report shows that the co-simulation has no say in.
+/// Parts of the report that do not depend on the co-simulation.
 struct Shown {
     resources: Option<Resources>,
     waves: Vec<Wave>,
@@ -270,7 +269,7 @@ fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimEr
     })
 }
 
-/// What the adversarial stimulus is worth on the design of a co-simulation.
+/// Fault coverage of the adversarial stimulus on the design of a co-simulation.
 fn graded(
     sensor: &Sensor,
     cosimulated: &Request,
@@ -289,7 +288,7 @@ fn graded(
     Ok(graded.grade(&request.options))
 }
 
-/// What the counts that the Verilog sent say of the distance, detector by detector.
+/// Distances from the counts that the Verilog sent, detector by detector.
 fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
     let of_detector = |(detector, sent): (DetectorIndex, &Vec<SentCount>)| {
         let mut estimate = match histogram_of(sensor, sent) {

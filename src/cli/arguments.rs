@@ -203,7 +203,7 @@ impl VcdWindow {
 mod tests {
     use clap::CommandFactory as _;
 
-    /// Each option that takes what is not in a list says how it is written.
+    /// Each option with free values has an example in its help.
     #[test]
     fn every_option_and_every_command_has_an_example() {
         let mut command = super::Cli::command();

@@ -49,7 +49,7 @@ pub(super) fn run(
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     for path in [&arguments.vcd, &arguments.junit].into_iter().flatten() {
-        // Better now than after a long run.
+        // An unwritable file is reported before the run, not after it.
         check_target(path)?;
     }
     let options = CosimOptions {
@@ -84,7 +84,7 @@ fn window(arguments: &CosimArguments) -> anyhow::Result<Window> {
     Ok(asked.map_or(Window::Found, Window::Clocks))
 }
 
-/// A result; if it is an error, the JUnit report says so before the program ends.
+/// Passes a result on; an error goes into the JUnit report first.
 pub(super) fn with_junit<T, E: Into<anyhow::Error>>(
     junit: Option<&Path>,
     scene: &str,
@@ -196,7 +196,7 @@ pub(super) fn score(report: &Report) -> String {
     )
 }
 
-/// How each port differs, and what would take a design that is late.
+/// The difference at each port, and a hint at `--latency auto`.
 fn differences(report: &Report) -> String {
     let mut text = String::new();
     for difference in &report.differences {
@@ -211,7 +211,7 @@ fn differences(report: &Report) -> String {
     text
 }
 
-/// What the verdict rests on, and what it lacks.
+/// Coverage behind the verdict, and what is missing for one.
 pub(super) fn exercised(report: &Report) -> String {
     let mut text = format!("clocked: {}\n", report.engines_text());
     text += &format!("exercised: {}\n", report.exercised.text());

@@ -79,7 +79,7 @@ fn some_variants(
     })
 }
 
-/// What the faults and mutants of all shards say.
+/// The grade by the faults and mutants of all shards.
 pub(super) fn merge(
     job: &GradeJob,
     shards: Vec<(Part, Results)>,
@@ -110,7 +110,7 @@ fn text(grade: &Grade) -> String {
     text + "\n"
 }
 
-/// What became of the faults and mutants.
+/// Outcome of faults and mutants.
 pub(super) fn faults(grade: &Grade) -> String {
     let stimulus = match grade.stimulus {
         GradeStimulus::Photons => "photons",

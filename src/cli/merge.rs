@@ -1,4 +1,4 @@
-//! `goldtof merge`: what the shards of a command say together.
+//! `goldtof merge`: joins the shards of a command.
 
 use std::path::PathBuf;
 
@@ -15,9 +15,9 @@ use crate::shard::{Folder, Job, listed};
 /// The JSON of `goldtof merge --missing`.
 #[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct MissingShards {
-    /// How many shards there are to be.
+    /// Number of shards of the job.
     shards: u64,
-    /// Numbers of those that are not there.
+    /// Numbers of the missing shards.
     missing: Vec<u64>,
 }
 

@@ -1,4 +1,4 @@
-//! `goldtof run`: the main job, and what people see of it.
+//! `goldtof run`: the main job, with its progress and summary.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -98,7 +98,7 @@ fn part(
     })
 }
 
-/// What all shards say.
+/// The simulation of all shards together.
 pub(super) fn merge(
     job: &SimulateJob,
     shards: Vec<(Part, Results)>,

@@ -45,7 +45,7 @@ impl Body for CaseList {
 struct ListedCase {
     /// Its name.
     name: &'static str,
-    /// What it is about.
+    /// Its group.
     group: Group,
     /// What is measured.
     what: &'static str,

@@ -1,4 +1,4 @@
-//! What a job is: all that its numbers depend on.
+//! A job: everything that its numbers depend on.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::study::reproduce::{MadeFigure, ReproduceOptions};
 use crate::study::stress::CaseReport;
 use crate::study::sweep::{Sweep, SweepOptions};
 
-/// What is done in shards. Two shards belong together if their jobs are equal.
+/// A job in shards. Two shards belong together if their jobs are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Job {
@@ -45,13 +45,13 @@ pub enum Job {
     ),
 }
 
-/// What a shard has of its job.
+/// Results of a shard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Results {
     /// Of `goldtof simulate`.
     Simulate(
-        /// What its scans say.
+        /// Statistics of its scans.
         Gathered,
     ),
     /// Of `goldtof sweep`.
@@ -209,7 +209,7 @@ impl Job {
         }
     }
 
-    /// What another job has otherwise, in words: empty if it has nothing.
+    /// Differences of another job, in words.
     pub fn differences(&self, other: &Job) -> Vec<String> {
         let (here, there) = (self.command(), other.command());
         if here != there {

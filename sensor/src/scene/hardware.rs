@@ -4,8 +4,8 @@ use super::keys::declare::*;
 use super::{EstimatorKind, Scan, TotalsMissing};
 
 tables! {
-    /// What the hardware is built for. Without `counter_width` no stimulus can overflow a count; a
-    /// narrower one saturates and flags. Without `total_counts` the estimator decides:
+    /// Target and options of the hardware. Without `counter_width` counts are as wide as no stimulus
+    /// can overflow; a narrower count saturates and flags. Without `total_counts` the estimator decides:
     /// [`Scene::sends_total_counts`](super::Scene::sends_total_counts).
     #[derive(Debug, Clone, PartialEq)]
     pub struct Hardware {}
@@ -76,7 +76,7 @@ pub(super) fn read(
     hardware
 }
 
-/// Reports what does not go with the scan, the estimator, or the architecture.
+/// Reports keys that contradict the scan, the estimator, or the architecture.
 fn check(
     section: &Section,
     hardware: &Hardware,

@@ -85,9 +85,9 @@ pub struct Scene {
     pub scan: Scan,
     /// Which estimator turns counts into distance.
     pub estimator: EstimatorKind,
-    /// What the model estimator is told of light besides the strongest path.
+    /// Light besides the strongest path that the model estimator looks for.
     pub other_light: OtherLight,
-    /// What the hardware is built for.
+    /// Target and options of the hardware.
     pub hardware: Hardware,
 }
 
@@ -97,7 +97,7 @@ impl Scene {
         Clock { chip_period_ps: self.chip_period_ps, samples_per_chip: self.samples_per_chip }
     }
 
-    /// What documents name it by.
+    /// Its name in documents.
     pub fn reference(&self) -> SceneReference {
         SceneReference::new(&self.name, &self.origin)
     }

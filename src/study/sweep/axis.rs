@@ -122,7 +122,7 @@ fn range(from: &str, rest: &str) -> Result<(Vec<Value>, bool), String> {
     let by_ratio = how.starts_with('x');
     let count = how.strip_prefix(['x', '+']).and_then(|n| n.parse().ok());
     let count: u32 = count.filter(|count| (2..=MOST_VALUES).contains(count)).ok_or_else(|| {
-        format!("\"{how}\" is no number of values from 2 to {MOST_VALUES}; {FORMS}")
+        format!("\"{how}\" is not a number of values from 2 to {MOST_VALUES}; {FORMS}")
     })?;
     let ends = [from, to].map(Value::of);
     let [Some(first), Some(last)] = [ends[0].number, ends[1].number] else {
@@ -225,7 +225,7 @@ mod tests {
         for (axis, told) in [
             ("path.distance", "there is no \"=\""),
             ("=1 m..2 m +3", "is not a key"),
-            ("a.b=1 m..2 m", "is no number of values"),
+            ("a.b=1 m..2 m", "is not a number of values"),
             ("a.b=1 m..2", "does not say how many"),
             ("a.b=1 m..2 m x1", "from 2 to 100000"),
             ("a.b=1 m..2 m x99999999999", "from 2 to 100000"),

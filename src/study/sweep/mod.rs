@@ -26,7 +26,7 @@ use crate::simulate::scans::ScansError;
 /// Why a sweep came to no table.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// A point is no scene.
+    /// The scene of a point is invalid.
     #[error(transparent)]
     Sweep(#[from] SweepError),
     /// A tool failed, or the Verilog differs from the reference model.

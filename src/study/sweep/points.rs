@@ -74,13 +74,13 @@ pub struct Point<'s> {
 /// Why a sweep cannot be done.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
-    /// A point is no scene.
+    /// The scene of a point is invalid.
     #[error(transparent)]
     Scene(#[from] SceneErrors),
     /// The estimator needs what the hardware is told not to send.
     #[error(transparent)]
     Totals(#[from] TotalsMissing),
-    /// A value is no setting.
+    /// A value is not a setting.
     #[error("--over {0}")]
     Setting(String),
     /// Two axes set one key.

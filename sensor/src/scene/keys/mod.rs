@@ -162,7 +162,7 @@ pub(super) struct Key {
     pub why: &'static str,
 }
 
-/// What a key is when it is left out.
+/// A key's value when it is left out.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Absent {
     /// It may not be.
@@ -173,7 +173,7 @@ pub(super) enum Absent {
     Otherwise(&'static str),
 }
 
-/// What a key takes. Bounds belong to what is allowed.
+/// Type and bounds of a key; a value at a bound is allowed.
 #[derive(Debug)]
 pub(super) enum Kind {
     /// A number and a unit, as text, or a list of them.
@@ -342,7 +342,7 @@ impl Key {
         }
     }
 
-    /// What it is when it is left out, in words.
+    /// Its value when it is left out, in words.
     fn when_left_out(&self) -> &'static str {
         match self.absent {
             Absent::Needed => "it must be given",
@@ -358,7 +358,7 @@ impl Key {
         }
     }
 
-    /// What it may be, in words.
+    /// Its range, in words.
     fn range(&self) -> String {
         match self.kind {
             Kind::Quantity { least, most, .. } => format!("{least} to {most}"),

@@ -8,7 +8,7 @@ pub(in crate::scene) trait Plain: Sized {
     /// The key's value, or its default; `None` if it has neither, or is wrong, which is reported.
     fn read(section: &Section, name: &'static str) -> Option<Self>;
 
-    /// What it is when the key is left out.
+    /// The value of a key that is left out.
     fn left_out(key: &Key) -> Self;
 }
 
