@@ -183,7 +183,7 @@ pub fn cosim(
     };
     let sensor = held_to(&sensor, options.latency, &request)?;
     let mut done = cosimulate(&sensor, &request, on_progress)?;
-    done.report.remarks = design.remarks;
+    done.report.remarks.splice(0..0, design.remarks);
     Ok(done)
 }
 
