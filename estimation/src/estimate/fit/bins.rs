@@ -35,6 +35,12 @@ const OTHER_STARTS_CHIPS: [f64; 6] = [-0.25, 0.25, -0.5, 0.5, -1.0, 1.0];
 /// Bins by which a fit is moved to see whether that is likelier.
 const OTHER_BINS: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
 
+/// Where what bins tell of a delay is looked at, in standard deviations of the estimates from it: the
+/// middles of five equal shares of them.
+const SPREAD: [f64; 5] = [-1.2816, -0.5244, 0.0, 0.5244, 1.2816];
+/// So often the spread of the estimates is worked out of what bins tell over it.
+const SPREADS: usize = 3;
+
 /// Where a fit has settled.
 struct Settled {
     estimate: ModelEstimate,
@@ -303,35 +309,61 @@ impl<'s> BinFitter<'s> {
         BinCounts { fitter: self, problem, counts, light: None }
     }
 
-    /// What the fit says of the expected histogram of the scene's own light.
+    /// What the fit says of the expected histogram of the scene's own light, with the standard
+    /// deviation of [`BinFitter::bound`].
     ///
     /// # Errors
     /// As [`BinFitter::fit`].
     pub fn expected(&self) -> Result<ModelEstimate, FitError> {
-        self.fit_means(&MeanResponse::new(&self.model)?.mean_bins())
+        let mut fitted = self.fit_means(&MeanResponse::new(&self.model)?.mean_bins())?;
+        let delay_std_ps = self.sensor.clock().ps(self.delay_std_chips()?);
+        fitted.std_m = distance_m(delay_std_ps);
+        fitted.paths[0].delay_std_ps = delay_std_ps;
+        Ok(fitted)
     }
 
     /// How precise any unbiased estimate from the bins can be: the inverse of what their
-    /// means, with their covariance, tell of the unknowns.
+    /// means, with their covariance, tell of the unknowns, on average over the delays that come into
+    /// question.
     ///
     /// # Errors
     /// When the mean response cannot be had, or the bins do not determine all unknowns.
     pub fn bound(&self) -> Result<Bound, FitError> {
-        let means = MeanResponse::new(&self.model)?.mean_bins();
-        let mut counts = self.counts(&means);
-        let bins = counts.bins(Parameters::of(&Light::of(&self.model)))?;
-        let (slopes, residuals) = (counts.slopes(&bins, true)?, counts.residuals(&bins)?);
-        let normal = counts.normal(&slopes.columns, &residuals);
-        let normal = normal.ok_or_else(|| counts.undetermined(&bins))?;
-        let delay_std_chips = normal.standard_deviations()[0];
         Ok(Bound {
             paths: vec![PathBound {
                 path: self.path,
-                bound_m: distance_m(self.sensor.clock().ps(delay_std_chips)),
+                bound_m: distance_m(self.sensor.clock().ps(self.delay_std_chips()?)),
                 velocity_bound_m_per_s: None,
             }],
-            steps: bins.means.len(),
+            steps: self.correlator.bins(),
         })
+    }
+
+    /// Standard deviation of the delay. Where an edge of the light is at a bin's end, half as much is
+    /// told of it as in the middle of a bin: estimates that scatter by a tenth of a bin see both, and
+    /// what bins tell is averaged over them.
+    fn delay_std_chips(&self) -> Result<f64, FitError> {
+        let truth = Parameters::of(&Light::of(&self.model));
+        let mut std_chips = self.delay_std_chips_at(&truth)?;
+        for _ in 0..SPREADS {
+            let mut told = 0.0;
+            for of_std in SPREAD {
+                told += self.delay_std_chips_at(&truth.later(of_std * std_chips))?.powi(-2);
+            }
+            std_chips = (told / SPREAD.len() as f64).powf(-0.5);
+        }
+        Ok(std_chips)
+    }
+
+    fn delay_std_chips_at(&self, light: &Parameters) -> Result<f64, FitError> {
+        let counts = self.counts(&[]);
+        let means = counts.problem.response(light)?.mean_bins();
+        let mut counts = self.counts(&means);
+        let bins = counts.bins(light.clone())?;
+        let (slopes, residuals) = (counts.slopes(&bins, true)?, counts.residuals(&bins)?);
+        let normal = counts.normal(&slopes.columns, &residuals);
+        let normal = normal.ok_or_else(|| counts.undetermined(&bins))?;
+        Ok(normal.standard_deviations()[0])
     }
 
     /// Bins of few counts make chi-square scatter more than that of normal numbers does, by

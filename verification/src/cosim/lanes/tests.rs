@@ -331,10 +331,11 @@ const AMBIGUOUS: [(&str, &str); 21] = [
 ];
 
 /// The same things, where nothing is undefined.
-const PLAIN: [&str; 5] = [
+const PLAIN: [&str; 6] = [
     "wire [3:0] t = i_samples[3:0]; `AT o_overrun <= t[i_samples[5:4]];",
     "`AT casez (i_samples[1:0]) 2'b1?: o_overrun <= 1; default: o_overrun <= 0; endcase",
     "reg w; always @* w = i_rst & i_samples[0]; `AT o_overrun <= w;",
+    "reg w; always @(i_rst or i_samples) w = i_rst & i_samples[0]; `AT o_overrun <= w;",
     "reg n; `AT begin n = i_samples[0]; o_overrun <= n; end",
     "wire y; inner inner (.a(i_rst), .y(y)); `AT o_overrun <= y; endmodule \
      module inner(input a, output y); assign y = ~a;",
