@@ -1,8 +1,10 @@
 //! The same RTL, many copies at once: *lanes*.
 //!
 //! Yosys turns the RTL into gates and registers of one bit ([`yosys`], [`netlist`]).
-//! Written as Verilog in which every net is a word of 64 bits ([`verilog`]), one pass
-//! through them clocks 64 independent copies; Verilator compiles it ([`design`]).
+//! Written as C++ in which every net is a vector of 256 bits ([`vectors`]), one pass
+//! through them clocks 256 independent copies. Written as Verilog in which every net is a word of
+//! 64 bits ([`verilog`]), Verilator makes another program of them, which sees a part of each
+//! run ([`referee`]).
 
 pub mod design;
 mod expected;
@@ -11,8 +13,10 @@ mod model;
 pub mod mutants;
 pub mod netlist;
 mod places;
+mod planes;
 mod pulses;
 mod recurrence;
+mod referee;
 pub mod run;
 mod slices;
 mod starts;
@@ -23,6 +27,7 @@ mod tally;
 #[cfg(test)]
 mod tests;
 pub mod variants;
+mod vectors;
 pub mod verilog;
 mod watch;
 mod word;
@@ -41,7 +46,7 @@ use self::pulses::Light;
 use self::run::{LanesOutcome, LanesRun};
 use self::slices::Slices;
 use self::starts::Starts;
-use self::verilog::LANES;
+use self::vectors::LANES;
 use self::word::Setup;
 use super::error::CosimError;
 use super::source::SourceFile;
@@ -157,7 +162,7 @@ pub(crate) fn threads() -> usize {
     available_parallelism().map_or(1, NonZero::get)
 }
 
-/// Lanes that this machine clocks at once: 64 for each of its cores.
+/// Lanes that this machine clocks at once: a vector's for each of its cores.
 fn lanes() -> u64 {
     (threads() * LANES) as u64
 }
