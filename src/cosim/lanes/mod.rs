@@ -41,6 +41,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
 use self::design::Design;
+use self::expected::Expected;
 use self::meaning::refuse_ambiguous;
 use self::pulses::Light;
 use self::run::{LanesOutcome, LanesRun};
@@ -142,7 +143,50 @@ impl Prepared {
         stop: &AtomicBool,
         on_progress: &(dyn Fn(u64) + Sync),
     ) -> Result<LanesOutcome, Refusal> {
-        let run = LanesRun {
+        self.lanes_run(models, seed, clocks, stop)?.run(on_progress)
+    }
+
+    /// Makes the photons of [`Prepared::run`], and nothing of them: for a bench.
+    ///
+    /// # Errors
+    /// When there are too many, or it was stopped.
+    pub fn photons(
+        &self,
+        models: &[DetectorModel],
+        seed: u64,
+        clocks: u64,
+        stop: &AtomicBool,
+    ) -> Result<(), Refusal> {
+        let run = self.lanes_run(models, seed, clocks, stop)?;
+        run.light.pulses(clocks, run.threads, stop, |_, _| ())?;
+        Ok(())
+    }
+
+    /// Makes the photons of [`Prepared::run`], and what the reference model expects of them: for
+    /// a bench.
+    ///
+    /// # Errors
+    /// As [`Prepared::photons`].
+    pub fn expectations(
+        &self,
+        models: &[DetectorModel],
+        seed: u64,
+        clocks: u64,
+        stop: &AtomicBool,
+    ) -> Result<(), Refusal> {
+        let run = self.lanes_run(models, seed, clocks, stop)?;
+        Expected::of(&run.light, &run.setup.slices, run.threads, stop)?;
+        Ok(())
+    }
+
+    fn lanes_run<'a>(
+        &'a self,
+        models: &'a [DetectorModel],
+        seed: u64,
+        clocks: u64,
+        stop: &'a AtomicBool,
+    ) -> Result<LanesRun<'a>, Refusal> {
+        Ok(LanesRun {
             setup: Setup {
                 design: &self.design,
                 interface: &self.interface,
@@ -152,8 +196,7 @@ impl Prepared {
             },
             light: Light { models, interface: &self.interface, seed },
             threads: threads(),
-        };
-        run.run(on_progress)
+        })
     }
 }
 
