@@ -311,9 +311,9 @@ impl<'a> Word<'a> {
                 };
                 let window = sampling.samples(&(first..first + clocks));
                 mark_edges(high, cursor, &window, |sample| {
-                    let (clock, sample) = (sample / of_detector, sample % of_detector);
-                    let place = clock * all + detector * of_detector + sample;
-                    edges.push((place * LANES + lane) as u32);
+                    let (clock, sample) = (sampling.clock_of(sample), sampling.lane_of(sample));
+                    let row = clock as usize * all + detector * of_detector + sample as usize;
+                    edges.push((row * LANES + lane) as u32);
                 });
             }
         }
@@ -369,21 +369,21 @@ fn mark_edges(
     high: &[Packed],
     cursor: &mut usize,
     window: &Range<Sample>,
-    mut mark: impl FnMut(usize),
+    mut mark: impl FnMut(Sample),
 ) {
     while let Some(samples) = high.get(*cursor).map(|packed| packed.samples()) {
         if samples.start >= window.end {
             return;
         }
         if samples.end > window.start {
-            mark((samples.start.max(window.start) - window.start) as usize);
+            mark(Sample(samples.start.max(window.start) - window.start));
         }
         // What reaches into the next window is kept for it.
         if samples.end > window.end {
             return;
         }
         if samples.end > window.start && samples.end < window.end {
-            mark((samples.end - window.start) as usize);
+            mark(Sample(samples.end - window.start));
         }
         *cursor += 1;
     }
