@@ -55,8 +55,8 @@ pub(super) fn refuse_ambiguous(
     cache: &Path,
 ) -> Result<(), Refusal> {
     let yosys = Tool::yosys();
-    let version = yosys_version(&yosys)?;
-    let tools = Tools::find()?;
+    let version = yosys_version(&yosys, cache)?;
+    let tools = Tools::find(cache)?;
     let mut parts = vec!["meaning", VERSION, version.as_str(), tools.versions.as_str()];
     parts.extend([TO_PLAIN_WORDS, top]);
     for source in sources {
