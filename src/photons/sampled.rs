@@ -155,13 +155,16 @@ impl<'m> PulseStream<'m> {
                     return self.advance_in_group(until, out);
                 }
                 let sampler = TickSampler::new(self.model);
-                for &time in &groups[0][*used..] {
-                    let pulse = sampler.pulse(time, start);
-                    if pulse.first >= until {
-                        return false;
-                    }
-                    *used += 1;
-                    out.extend((pulse.first < pulse.end).then_some(pulse));
+                let left = &groups[0][*used..];
+                let now = left.partition_point(|&time| sampler.pulse(time, start).first < until);
+                *used += now;
+                let pulses = left[..now].iter().map(|&time| sampler.pulse(time, start));
+                match sampler.sees_all() {
+                    true => out.extend(pulses),
+                    false => out.extend(pulses.filter(|pulse| pulse.first < pulse.end)),
+                }
+                if now < left.len() {
+                    return false;
                 }
             }
         }
@@ -249,6 +252,11 @@ impl TickSampler {
             sample_bits: CHIP_BITS - model.timing.clock.samples_per_chip.ilog2(),
             width_ticks: (model.pulse_width_chips * f64::from(1_u32 << CHIP_BITS)).round() as u64,
         }
+    }
+
+    /// Whether no pulse lies between two samples.
+    fn sees_all(self) -> bool {
+        self.width_ticks >> self.sample_bits > 0
     }
 
     #[inline]

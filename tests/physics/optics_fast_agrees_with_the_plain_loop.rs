@@ -8,7 +8,9 @@ use goldtof::code::Code;
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
-use goldtof::scene::{DetectorIndex, Path, Scan, Scene, SourceIndex};
+use goldtof::scene::{
+    Curve, DetectorIndex, JitterTail, LaserResponse, Path, Recharge, Scan, Scene, SourceIndex,
+};
 use goldtof::sensor::Sensor;
 
 /// Counts of both, by step and scan.

@@ -11,7 +11,7 @@
 use std::ops::{Deref, DerefMut};
 
 /// Lanes, each of which simulates a phase step of its own.
-pub const LANES: usize = 32;
+pub const LANES: usize = 64;
 
 /// One value per lane, aligned to the widest vector: one that lies across two
 /// cache lines costs twice.
@@ -54,8 +54,9 @@ impl<T> DerefMut for PerLane<T> {
 #[derive(Debug, Clone)]
 pub struct Table {
     entries: Box<[u32]>,
-    /// One less than their number.
-    mask: u32,
+    /// One less than their number. Of a single word, the compiler would make a scalar
+    /// operation for each lane.
+    mask: Words,
 }
 
 impl Table {
@@ -63,7 +64,7 @@ impl Table {
     pub fn new(entries: impl Iterator<Item = u32>) -> Table {
         let mut entries: Vec<u32> = entries.collect();
         entries.resize(entries.len().next_power_of_two(), 0);
-        Table { mask: (entries.len() - 1) as u32, entries: entries.into_boxed_slice() }
+        Table { mask: Words::all((entries.len() - 1) as u32), entries: entries.into_boxed_slice() }
     }
 
     /// The entries at one place per lane. A loop of its own, because the compiler
@@ -72,7 +73,8 @@ impl Table {
     pub fn at(&self, places: &Words) -> Words {
         let mut entries = Words::all(0);
         for lane in 0..LANES {
-            let place = (places[lane] & self.mask) as usize;
+            // That the place has 31 bits, gathers of words want to know.
+            let place = (places[lane] & self.mask[lane] & 0x7fff_ffff) as usize;
             // SAFETY: the number of entries is a power of two, and the mask one less.
             entries[lane] = unsafe { *self.entries.get_unchecked(place) };
         }
@@ -90,6 +92,31 @@ pub fn wrap(number: u32, period: u32) -> u32 {
 
 /// The longest wait in ticks; longer ones are cut to it.
 pub const LONGEST_WAIT: u32 = 1 << 30;
+
+/// A table of a size that the compiler knows, which spares its look-ups the mask.
+#[derive(Debug, Clone)]
+pub struct FixedTable<const N: usize>(Box<[u32; N]>);
+
+impl<const N: usize> FixedTable<N> {
+    /// A table that begins with `entries`, of which at most N fit.
+    pub fn new(entries: impl Iterator<Item = u32>) -> FixedTable<N> {
+        let mut table = Box::new([0; N]);
+        for (place, entry) in table.iter_mut().zip(entries) {
+            *place = entry;
+        }
+        FixedTable(table)
+    }
+
+    /// The entries at one place per lane, below N.
+    #[inline(always)]
+    pub fn at(&self, places: &Words) -> Words {
+        let mut entries = Words::all(0);
+        for lane in 0..LANES {
+            entries[lane] = self.0[(places[lane] % N as u32) as usize];
+        }
+        entries
+    }
+}
 
 /// The nearest whole number, cut to 0..=[`LONGEST_WAIT`] (also if not a number).
 ///

@@ -5,7 +5,7 @@
 //! detector has no memory of light that does not arrive, so a thinned process is exact, and
 //! costs the same for any number of strands.
 
-use super::arithmetic::{LANES, Table, Words};
+use super::arithmetic::{FixedTable, LANES, Words};
 use super::places::{CHIP_BITS, round_ticks};
 use super::sign::threshold_of;
 use crate::photons::PulseShape;
@@ -22,7 +22,7 @@ const MOST_REACH: u32 = 4;
 pub struct Profile {
     /// By pattern (bit j: the chip j before is on) and cell: of 2^31 candidates so many and
     /// one more arrive.
-    thresholds: Table,
+    thresholds: FixedTable<{ CELLS << (MOST_REACH + 1) }>,
     /// Chips that light reaches into the dark.
     pub reach: u32,
     /// The delay of its earliest light.
@@ -46,7 +46,7 @@ impl Profile {
             add(strand, first_chips, &mut shares);
         }
         let thresholds = shares.iter().map(|&share| threshold_of(share) as u32);
-        Some(Profile { thresholds: Table::new(thresholds), reach, first_chips })
+        Some(Profile { thresholds: FixedTable::new(thresholds), reach, first_chips })
     }
 
     /// 1 where a candidate arrives, else 0.

@@ -14,7 +14,7 @@
 //! table holds the mean of Phi at x - w and x + w. Rising and falling edges have
 //! different delays but the same table.
 
-use super::arithmetic::{Integers, LANES, Table, Words};
+use super::arithmetic::{FixedTable, Integers, LANES, Table, Words};
 use super::normal::{self, NORMAL_REACH};
 use super::places::{CHIP_TICKS, CodePlaces, repeated, round_ticks, ticks};
 use super::streams::LaneStreams;
@@ -43,7 +43,7 @@ pub struct SignTable {
     cells: Table,
     /// Thresholds to 31 random bits, of which `threshold + 1` in 2^31 leave the
     /// detection before the edge.
-    thresholds: Table,
+    thresholds: FixedTable<ENTRIES>,
     /// An entry is for 2^entry_bits ticks.
     entry_bits: u32,
     /// Where the reference's first cell begins, in ticks (not positive where cells begin
@@ -99,7 +99,7 @@ impl SignTable {
             period_chips: chips.len() as u32,
             cells: Table::new(cells),
             is_random: thresholds.iter().any(|&t| t != threshold_of(0.0) && t != threshold_of(1.0)),
-            thresholds: Table::new(thresholds.iter().map(|&threshold| threshold as u32)),
+            thresholds: FixedTable::new(thresholds.iter().map(|&threshold| threshold as u32)),
             entry_bits,
             first_cell,
         })
