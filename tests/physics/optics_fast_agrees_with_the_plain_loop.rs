@@ -274,8 +274,7 @@ fn jitter_with_a_tail_and_jitter_over_chips_agree() {
     Comparison::of(&scene, 300).assert_same_distribution("jitter");
     scene.detectors[0].jitter_ps = vec![200.0];
     scene.detectors[0].counter.rising_delay_ps = 9e3;
-    scene.detectors[0].jitter_tail =
-        JitterTail::Exponential { share: 0.3, time_constant_ps: 5e3 };
+    scene.detectors[0].jitter_tail = JitterTail::Exponential { share: 0.3, time_constant_ps: 5e3 };
     Comparison::of(&scene, 300).assert_same_distribution("exponential tail");
     scene.detectors[0].jitter_tail =
         JitterTail::Measured(Curve { points: vec![[0.0, 0.5], [2e3, 0.3], [20e3, 0.2]] });

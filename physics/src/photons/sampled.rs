@@ -60,7 +60,7 @@ pub struct PulseStream<'m> {
 #[derive(Debug, Clone)]
 enum Detections<'m> {
     /// By the plain loop, and the pulse that was found, but not asked for yet.
-    OneByOne { group: StepDetections<'m>, pending: Option<Pulse> },
+    OneByOne { group: Box<StepDetections<'m>>, pending: Option<Pulse> },
     /// By the vector lanes, some groups ahead; and how many of the present one's are used.
     Recorded { recorder: Arc<Recorder<'m>>, groups: VecDeque<Vec<RegisteredTicks>>, used: usize },
 }
@@ -81,7 +81,7 @@ impl<'m> PulseStream<'m> {
             seed,
             repetition,
             group: Group(0),
-            detections: Detections::OneByOne { group, pending: None },
+            detections: Detections::OneByOne { group: Box::new(group), pending: None },
             group_start: Sample(0),
             last: None,
             ended: false,
@@ -105,7 +105,7 @@ impl<'m> PulseStream<'m> {
                 used: 0,
             },
             None => {
-                let group = model.step(seed, repetition, first);
+                let group = Box::new(model.step(seed, repetition, first));
                 Detections::OneByOne { group, pending: None }
             }
         };
@@ -199,7 +199,7 @@ impl<'m> PulseStream<'m> {
         self.group_start += group_samples(self.model);
         match &mut self.detections {
             Detections::OneByOne { group, .. } => {
-                *group = self.model.step(self.seed, repetition, number);
+                **group = self.model.step(self.seed, repetition, number);
             }
             Detections::Recorded { groups, used, .. } => {
                 groups.pop_front();

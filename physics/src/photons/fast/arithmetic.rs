@@ -195,7 +195,7 @@ pub fn standard_normal(bits: u32) -> f32 {
     far = far * x + 5.739_507_7e-3;
     far = far * x - 7.622_461_3e-3;
     far = far * x + 9.438_870_5e-3;
-    far = far * x + 1.001_674_1;
+    far = far * x + 1.001_674;
     far = far * x + 2.832_976_8;
     let magnitude = if w < 5.0 { centre } else { far };
     let signed = f32::from_bits(magnitude.to_bits() ^ (bits & 0x8000_0000));

@@ -110,8 +110,8 @@ mod tests {
         let profile = Profile::new(&PulseShape::new(&response, clock)).expect("short edges");
         assert_eq!(profile.reach, 1);
         for cell in 0..CELLS as u32 {
-            let time_ps = (f64::from(cell) + 0.5) / CELLS as f64 * 8000.0
-                + profile.first_chips * 8000.0;
+            let time_ps =
+                (f64::from(cell) + 0.5) / CELLS as f64 * 8000.0 + profile.first_chips * 8000.0;
             let up = (0.5 + time_ps / 1000.0).clamp(0.0, 1.0);
             let down = 1.0 - (0.5 + time_ps / 3000.0).clamp(0.0, 1.0);
             for (pattern, expected) in [(0, 0.0), (1, up), (2, down), (3, 1.0)] {

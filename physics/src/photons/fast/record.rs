@@ -96,9 +96,7 @@ impl<'t> GroupRunner<'t> {
             end: ticks_of_chips(chips as i64),
             reach: i64::from(tables.reach_ticks),
             lanes: Lanes::new(model, tables),
-            jitter: model
-                .jitter_chips
-                .map(|_| (LaneStreams::new(), tables.jitter_ticks as f32)),
+            jitter: model.jitter_chips.map(|_| (LaneStreams::new(), tables.jitter_ticks as f32)),
             rows: Box::new([nothing; ROWS]),
             row: 0,
             groups: std::array::from_fn(idle),
@@ -147,8 +145,7 @@ impl<'t> GroupRunner<'t> {
         for lane in 0..LANES {
             let ticks = clock.fractions[lane].wrapping_add(shifts[lane]);
             let none = self.lanes.fired[lane].wrapping_sub(1) & NONE;
-            row.chips[lane] =
-                clock.chips[lane].wrapping_add((ticks as i32 >> CHIP_BITS) as u32);
+            row.chips[lane] = clock.chips[lane].wrapping_add((ticks as i32 >> CHIP_BITS) as u32);
             row.fractions[lane] = (ticks & IN_CHIP) | none;
         }
     }

@@ -111,7 +111,8 @@ impl SignTable {
         let cells = self.cells.at(&places.chips);
         let mut entries = Words::all(0);
         for lane in 0..LANES {
-            let into_table = (places.fractions[lane] as i32).wrapping_sub((cells[lane] >> 2) as i32);
+            let into_table =
+                (places.fractions[lane] as i32).wrapping_sub((cells[lane] >> 2) as i32);
             entries[lane] = (into_table.max(0) as u32).wrapping_shr(self.entry_bits).min(LAST);
         }
         let thresholds = self.thresholds.at(&entries);

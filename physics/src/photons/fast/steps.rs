@@ -254,8 +254,8 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         let samples_per_chip = u64::from(model.timing.clock.samples_per_chip);
         let phase_step = model.timing.scan.phase_step(step);
         let [chips, samples] = [phase_step / samples_per_chip, phase_step % samples_per_chip];
-        let phase_step = ticks_of_chips(chips as i64)
-            + round_ticks(samples as f64 / samples_per_chip as f64);
+        let phase_step =
+            ticks_of_chips(chips as i64) + round_ticks(samples as f64 / samples_per_chip as f64);
         let code = model.code_position(repetition, group, model.reference.len());
         let place = ticks_of_chips(code) + start + delay - phase_step - sign.first_cell;
         self.sign.places.set(lane, place);

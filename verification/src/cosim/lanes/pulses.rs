@@ -110,13 +110,7 @@ impl Light<'_> {
         })
     }
 
-    fn chunk(
-        &self,
-        recorders: &[Arc<Recorder>],
-        number: u64,
-        is_last: bool,
-        clocks: u64,
-    ) -> Chunk {
+    fn chunk(&self, recorders: &[Arc<Recorder>], number: u64, is_last: bool, clocks: u64) -> Chunk {
         let sampling = self.interface.timing.sampling();
         let origin = first_sample(self.interface, RESET_CLOCKS);
         let first = Group(number * GROUPS_AT_ONCE);
