@@ -9,8 +9,6 @@ use crate::sensor::Sensor;
 
 /// A detection, with what it takes to look for the next.
 const DETECTION_S: f64 = 10e-9;
-/// A detection of the plain loop.
-const PLAIN_DETECTION_S: f64 = 60e-9;
 /// A clock of the Verilog.
 const CLOCK_S: f64 = 10e-9;
 /// The scans of one detector that are expected to take longer on one core are refused.
@@ -54,13 +52,13 @@ pub enum TooMuch {
 pub(super) fn scan_s(sensor: &Sensor, model: &DetectorModel, tier: Tier) -> f64 {
     let scan = &model.timing.scan;
     let integration = scan.integration_chips as f64;
-    let (groups, detection_s) = match sensor.scene().hardware.architecture {
-        Architecture::UpDown => (model.timing.groups() as f64, DETECTION_S),
-        Architecture::Histogram => (1.0, PLAIN_DETECTION_S),
+    let groups = match sensor.scene().hardware.architecture {
+        Architecture::UpDown => model.timing.groups() as f64,
+        Architecture::Histogram => 1.0,
     };
     let detections = (model.warm_up_chips() as f64 + integration) * model.most_work_per_chip();
     let clocks = if tier == Tier::Rtl { integration } else { 0.0 };
-    groups * (detections * detection_s + clocks * CLOCK_S)
+    groups * (detections * DETECTION_S + clocks * CLOCK_S)
 }
 
 /// Refuses to work out the moments to draw counts by where that takes too long, or too much
