@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::expected_counts::ExpectedCounts;
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
+use super::fit::moments::Moments;
 use super::fit::moving;
 use super::fit::parameters::Parameters;
 use super::fit::problem::{Problem, Reading, Sides, window};
@@ -24,7 +25,7 @@ use crate::sensor::Sensor;
 const MOST_UNEVEN: f64 = 1.5;
 
 /// The bound for all light of a detector from all steps of the scan: from derivatives of the
-/// means, and the covariance of r and N at each step, in [long scans](super::fit::long_scan)
+/// means, and the covariance of r and N at each step, in [long scans](super::fit::moments)
 /// that of few steps for all. What the variances alone would tell of the delay is left out.
 /// That of a path that moves is of the 3 S steps round its peak.
 ///
@@ -66,21 +67,10 @@ pub(super) fn bound_of(
         return Err(FitError::Dark);
     }
     let parameters = Parameters::of(&light);
-    let problem = Problem {
-        model,
-        tier,
-        codes: light.paths.iter().map(|p| Arc::clone(&p.code)).collect(),
-        steps: Step::all(sensor.timing().scan.steps).collect(),
-        moment_ps: 0.0,
-    };
-    let jacobian = problem.jacobian(&parameters, counts.response, Reading::Exact, Sides::Both)?;
-    let axis = Axis::new(sensor, detector, tier, &problem.steps);
-    let means = counts.of_steps(&problem.steps);
-    let weights = problem.weights_of(counts.second, &parameters, &means, &axis);
-    let information = weights.information(&jacobian);
+    let problem = Problem::of_scan(model, tier);
     let steps = problem.steps.len();
-    let undetermined = FitError::Undetermined { steps, unknowns: parameters.len() };
-    let deviations = information.ok_or(undetermined)?.standard_deviations();
+    let axis = Axis::new(sensor, detector, tier, &problem.steps);
+    let (weights, deviations) = deviations(&problem, &parameters, &axis, counts)?;
     if counts.response.misses_pulses() {
         check_even(&problem, &parameters, &weights, &deviations)?;
     }
@@ -95,6 +85,23 @@ pub(super) fn bound_of(
             .collect(),
         steps,
     })
+}
+
+/// What the counts of a problem weigh, and the standard deviation of each unknown that they allow.
+fn deviations(
+    problem: &Problem,
+    parameters: &Parameters,
+    axis: &Axis,
+    counts: &ExpectedCounts,
+) -> Result<(Weights, Vec<f64>), FitError> {
+    let jacobian = problem.jacobian(parameters, counts.response, Reading::Exact, Sides::Both)?;
+    let means = counts.of_steps(&problem.steps);
+    let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));
+    let weights = problem.weights(axis, parameters, &means, None, moments)?;
+    let (steps, unknowns) = (problem.steps.len(), parameters.len());
+    let information = weights.information(&jacobian);
+    let information = information.ok_or(FitError::Undetermined { steps, unknowns })?;
+    Ok((weights, information.standard_deviations()))
 }
 
 /// The bound of a path that moves, and of its speed.
@@ -113,14 +120,8 @@ fn bound_of_moving(
     let samples_per_chip = sensor.clock().samples_per_chip;
     let steps = moving::in_one_go(&window(&sensor.timing().scan, samples_per_chip, peak), peak);
     let (problem, parameters) = moving::of_scene(sensor, &model, tier, steps, moment_ps)?;
-    let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both)?;
     let axis = Axis::new(&still, detector, tier, &problem.steps);
-    let standing = counts.of_steps(&problem.steps);
-    let weights = problem.weights_of(&second, &parameters, &standing, &axis);
-    let undetermined =
-        FitError::Undetermined { steps: problem.steps.len(), unknowns: jacobian.len() };
-    let information = weights.information(&jacobian).ok_or(undetermined)?;
-    let deviations = information.standard_deviations();
+    let (_, deviations) = deviations(&problem, &parameters, &axis, &counts)?;
     let bound = |path: PathIndex| PathBound {
         path,
         bound_m: distance_m(sensor.clock().ps(deviations[0])),
@@ -185,13 +186,7 @@ mod tests {
             let counts = ExpectedCounts::new(&response, &second);
             let bound = bound_of(&sensor, DetectorIndex(0), tier, &counts).expect("there is one");
             let light = Light::of(&model);
-            let problem = Problem {
-                model: &model,
-                tier,
-                codes: vec![Arc::clone(&model.reference)],
-                steps: Step::all(sensor.timing().scan.steps).collect(),
-                moment_ps: 0.0,
-            };
+            let problem = Problem::of_scan(&model, tier);
             let parameters = Parameters::of(&light);
             let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both);
             let exact = Weights::of(&second.of_scan());

@@ -1,6 +1,6 @@
 //! What theory may take: refused before the work, and not after hours of it.
 
-use super::fit::long_scan::few_steps;
+use super::fit::moments::few_steps;
 use super::fit::problem::STEPS_ONE_BY_ONE;
 use crate::photons::DetectorModel;
 use crate::response::{Effort, Light, MeanResponseError};
@@ -116,10 +116,7 @@ impl TheoryEffort {
             _ if self.moves => 3.0 * samples,
             (false, true) => return of.scan_s,
             (false, false) => self.steps,
-            (true, true) => few_steps(samples, self.paths).min(self.steps),
-            // Groups at the peaks, and those that stand for the rest.
-            (true, false) => (2.0 * self.paths * (samples + parallel) + 24_f64.max(2.0 * parallel))
-                .min(self.steps),
+            (true, _) => few_steps(samples as u32, parallel as u32, self.paths).min(self.steps),
         };
         let pairs = 0.5 * steps * (parallel - 1.0).min(steps);
         steps * of.step_s + pairs * of.pair_s

@@ -5,10 +5,8 @@
 //! ([`Innovations`]): the likelihood of 16,376 bins in as much time as they take to read, which
 //! holds where hardly any bin counts at all.
 
-use std::sync::Arc;
-
 use super::error::FitError;
-use super::model_estimate::{FittedPath, ModelEstimate};
+use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
 use super::problem::Problem;
@@ -286,9 +284,15 @@ impl<'s> BinFitter<'s> {
         let deviations = differences(counts.counts, &place.means);
         let residuals = place.innovations.whitened(&deviations)?;
         let chi_square = residuals.iter().map(|r| r * r).sum();
-        let chi_square = self.chi_square_as_of_normal(chi_square, place);
         let fitted = place.parameters.moved(&settled.step);
-        let estimate = self.outcome(&fitted, &settled.normal, chi_square, settled.steps);
+        let found = Goodness {
+            chi_square: self.chi_square_as_of_normal(chi_square, place),
+            degrees_of_freedom: place.means.len() - fitted.len(),
+            steps: place.means.len(),
+            iterations: settled.steps,
+        };
+        let std = settled.normal.standard_deviations();
+        let estimate = ModelEstimate::new(self.sensor.clock(), &fitted, &std, found);
         Ok(Settled { estimate, parameters: fitted, misfit: settled.misfit })
     }
 
@@ -296,7 +300,6 @@ impl<'s> BinFitter<'s> {
         let problem = Problem {
             model: &self.model,
             tier: CountingTier::Sampled,
-            codes: vec![Arc::clone(&self.model.reference)],
             steps: Vec::new(),
             moment_ps: 0.0,
         };
@@ -341,40 +344,6 @@ impl<'s> BinFitter<'s> {
         let degrees = (place.means.len() - place.parameters.len()) as f64;
         let excess: f64 = place.innovations.means().iter().map(|mean| 1.0 / mean).sum();
         degrees + (chi_square - degrees) * (2.0 * degrees / (2.0 * degrees + excess)).sqrt()
-    }
-
-    fn outcome(
-        &self,
-        fitted: &Parameters,
-        normal: &Normal,
-        chi_square: f64,
-        iterations: usize,
-    ) -> ModelEstimate {
-        let clock = self.sensor.clock();
-        let std = normal.standard_deviations();
-        let code = &self.model.reference;
-        let path = fitted.paths[0];
-        let delay_ps = clock.ps(path.delay_chips.rem_euclid(code.len() as f64));
-        let bins = self.correlator.bins();
-        ModelEstimate {
-            velocity: None,
-            delay_ps,
-            distance_m: distance_m(delay_ps),
-            std_m: distance_m(clock.ps(std[0])),
-            paths: vec![FittedPath {
-                code: Arc::clone(code),
-                delay_ps,
-                delay_std_ps: clock.ps(std[0]),
-                rate_hz: clock.hz(path.ln_rate.exp()),
-                rate_relative_std: std[1],
-            }],
-            constant_rate_hz: clock.hz(fitted.constant),
-            chi_square,
-            degrees_of_freedom: bins - fitted.len(),
-            steps: bins,
-            untold: None,
-            iterations,
-        }
     }
 }
 

@@ -5,8 +5,10 @@
 //! paths are told apart if that lowers chi-square by more than noise would in one of
 //! a thousand scans.
 
+use std::sync::Arc;
+
 use super::descent::Hypothesis;
-use super::parameters::PathParameters;
+use super::parameters::{Parameters, PathParameters};
 use super::search::Search;
 use super::template::Matched;
 
@@ -113,7 +115,13 @@ fn fitted<'m>(close: &Close<'_, '_, 'm>) -> Vec<Hypothesis<'m>> {
     let places = places(close);
     let starts = starts(close, &places).into_iter();
     // A pair that leads nowhere is none.
-    let pairs = starts.filter_map(|pair| close.search.with_pair(close.here, close.path, pair).ok());
+    let pairs = starts.filter_map(|[first, second]| {
+        let in_place = |light: &mut Parameters| {
+            light.paths[close.path] = first;
+            light.paths.push(second);
+        };
+        close.search.fitted(close.here, in_place).ok()
+    });
     let mut fitted: Vec<Hypothesis> = pairs.collect();
     fitted.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     fitted
@@ -123,11 +131,9 @@ impl Close<'_, '_, '_> {
     /// Where the paths of the code are in a hypothesis: all of them, since what was one of a
     /// pair here may have become its neighbour there.
     fn delays(&self, other: &Hypothesis) -> Vec<f64> {
-        let code = &self.here.codes[self.path].chips;
-        let lit = other.parameters.paths.iter().zip(&other.codes);
-        lit.filter(|(_, of_path)| &of_path.chips == code)
-            .map(|(path, _)| path.delay_chips)
-            .collect()
+        let code = &self.here.parameters.paths[self.path].code;
+        let lit = other.parameters.paths.iter().filter(|path| path.has(code));
+        lit.map(|path| path.delay_chips).collect()
     }
 
     /// One path and other pairs, beside a pair that was taken; that pair itself is no other.
@@ -162,24 +168,24 @@ impl<'m> Split<'m> {
 
     /// How many paths there were when it was taken.
     pub fn paths_when_taken(&self) -> usize {
-        self.hypothesis.codes.len() - usize::from(!self.is_pair)
+        self.hypothesis.parameters.paths.len() - usize::from(!self.is_pair)
     }
 }
 
 /// Whether both paths of a pair have light.
 fn has_two(pair: &Hypothesis, path: usize) -> bool {
     let last = pair.parameters.paths.len() - 1;
-    let [a, b] = [path, last].map(|p| pair.parameters.paths[p].ln_rate.exp());
+    let [a, b] = [path, last].map(|p| pair.parameters.paths[p].rate());
     a.min(b) > LEAST_SHARE * (a + b)
 }
 
 /// Half a phase step from place to place.
 fn places(close: &Close) -> Vec<Place> {
     let axis = close.search.axis();
-    let path = close.here.parameters.paths[close.path];
+    let path = &close.here.parameters.paths[close.path];
     let centre = axis.place_of(path.delay_chips);
     let first = centre.floor();
-    let height = path.ln_rate.exp() * close.unit;
+    let height = path.rate() * close.unit;
     let reach = (REACH_CHIPS * axis.samples_per_chip).ceil().max(2.0) as i64;
     let steps = close.products.len() as i64;
     let product = |place: f64| {
@@ -241,6 +247,7 @@ fn starts(close: &Close, places: &[Place]) -> Vec<[PathParameters; 2]> {
         }
         chosen.push((i, j));
         let path = |place: &Place, height: f64| PathParameters {
+            code: Arc::clone(&close.here.parameters.paths[close.path].code),
             delay_chips: axis.delay_at(place.middle()),
             ln_rate: (height / close.unit).max(1e-12).ln(),
         };

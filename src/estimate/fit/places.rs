@@ -18,7 +18,7 @@ const APART_CHIPS: f64 = 1.25;
 
 /// A place where light stands out.
 pub struct Place {
-    pub code: Arc<Code>,
+    code: Arc<Code>,
     delay_chips: f64,
     pub sigmas: f64,
     /// In units of the template.
@@ -29,6 +29,7 @@ impl Place {
     /// A path there, where a template's height of `unit` is a unit of light.
     pub fn path(&self, unit: f64) -> PathParameters {
         PathParameters {
+            code: Arc::clone(&self.code),
             delay_chips: self.delay_chips,
             ln_rate: (self.height / unit).max(1e-9).ln(),
         }
@@ -41,9 +42,11 @@ impl Search<'_, '_> {
         let residual = self.residual(here);
         let known = self.air.known.iter().filter(|c| self.air.room(c, here) > 0);
         let known = known.map(|candidate| self.best_of(here, &residual, candidate));
-        let others = here.codes.iter().filter(|code| {
-            self.air.known.iter().all(|candidate| candidate.code.chips != code.chips)
-        });
+        let others = here
+            .parameters
+            .paths
+            .iter()
+            .filter(|path| self.air.known.iter().all(|candidate| !path.has(&candidate.code)));
         let unknown = match others.count() < MOST_OTHERS {
             true => self.best_unknown(here, &residual),
             false => Vec::new(),
@@ -118,8 +121,7 @@ impl Search<'_, '_> {
     /// Whether some place is a fitted path's, or next to one.
     fn is_taken(&self, here: &Hypothesis, code: &Code, delay_chips: f64) -> bool {
         let length = code.len() as f64;
-        let paths = here.codes.iter().zip(&here.parameters.paths);
-        paths.filter(|(fitted, _)| fitted.chips == code.chips).any(|(_, path)| {
+        here.parameters.paths.iter().filter(|path| path.has(code)).any(|path| {
             let turns = (path.delay_chips - delay_chips) / length;
             (turns - turns.round()).abs() * length <= APART_CHIPS
         })

@@ -31,7 +31,10 @@ struct Place {
 
 impl Place {
     fn of(here: &Hypothesis, pair: [usize; 2]) -> Place {
-        Place { chi_square: here.chi_square, paths: pair.map(|path| here.parameters.paths[path]) }
+        Place {
+            chi_square: here.chi_square,
+            paths: pair.map(|path| here.parameters.paths[path].clone()),
+        }
     }
 
     fn ln_ratio(&self) -> f64 {

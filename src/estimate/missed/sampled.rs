@@ -16,7 +16,7 @@ use super::law::CountLaw;
 use super::scan::laws;
 use super::target::Target;
 use crate::estimate::expected_counts::ExpectedCounts;
-use crate::estimate::fit::coarse::best_match;
+use crate::estimate::fit::start::best_match;
 use crate::estimate::phase::{estimate_at, first_maximum};
 use crate::math::correlating;
 use crate::response::GroupMoments;
