@@ -456,7 +456,7 @@ fn expectation(
     if sensor.scene().estimator == EstimatorKind::Fft {
         let expected = match basis {
             Basis::Steps if is_histogram => {
-                let predicted = histogram::predict_steps(sensor, detector, path);
+                let predicted = histogram::predict(sensor, detector, path, true);
                 covered(sensor, detector, path, tier, predicted)
             }
             _ => predict(sensor, detector, path, tier),

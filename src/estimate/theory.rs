@@ -42,13 +42,8 @@ pub fn predict(
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return covered(
-            sensor,
-            detector,
-            path,
-            counting,
-            histogram::predict(sensor, detector, path),
-        );
+        let predicted = histogram::predict(sensor, detector, path, false);
+        return covered(sensor, detector, path, counting, predicted);
     }
     if moves(sensor, detector) {
         moving::check_speed(sensor, detector)?;

@@ -21,7 +21,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod bins_csv;
 mod cause;
 mod codes;
 mod csv_file;
@@ -100,9 +99,9 @@ pub enum Recorded {
 /// If the file cannot be read, is not of the format, or is of another scene.
 pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<Recorded, CountsError> {
     let text = csv_file::text_of(path)?;
-    let recorded = match bins_csv::has_bins(&text) {
-        true => bins_csv::parse(&text, sensor).map(Recorded::Histograms),
-        false => csv_file::parse(&text, sensor).map(Recorded::Scans),
+    let recorded = match csv_file::has_bins(&text) {
+        true => csv_file::histograms(&text, sensor).map(Recorded::Histograms),
+        false => csv_file::scans(&text, sensor).map(Recorded::Scans),
     };
     recorded.map_err(|wrong| CountsError::of(path, wrong))
 }
@@ -113,7 +112,7 @@ pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<Recorded, CountsErr
 /// If the file cannot be read, is not of the format, or is of another scene.
 pub fn read_counts(path: &Path, sensor: &Sensor) -> Result<Vec<RecordedScan>, CountsError> {
     let text = csv_file::text_of(path)?;
-    csv_file::parse(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
+    csv_file::scans(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
 }
 
 /// One histogram of one detector, as a file has it.
