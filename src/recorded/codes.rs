@@ -6,7 +6,7 @@ use goldtof_fft::Planner;
 use rustfft::Fft;
 use rustfft::num_complex::Complex64;
 
-use super::cause::Cause;
+use super::Cause;
 use super::observed::Observed;
 use crate::code::{Code, Generator, GoldSet};
 use crate::estimate::{CountingTier, calibration_offset_ps};

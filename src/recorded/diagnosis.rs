@@ -13,11 +13,10 @@ use std::sync::Arc;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::cause::Cause;
+use super::Cause;
 use super::codes::{self, Candidate, Variation};
 use super::hypothesis::{Change, Fitted, Unknown, fit};
-use super::no_fit::NoFit;
-use super::observed::{Observed, differences};
+use super::observed::{NoFit, Observed, differences};
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
 use crate::scene::{Scene, SourceIndex};

@@ -1,8 +1,7 @@
 //! What counts a scene lets one expect if something about it is otherwise, fitted to
 //! counts that were recorded.
 
-use super::no_fit::NoFit;
-use super::observed::{Agreement, Expected, Observed, Weights, differences};
+use super::observed::{Agreement, Expected, NoFit, Observed, Weights, differences};
 use crate::estimate::fit::normal::Normal;
 use crate::estimate::fit::scoring::{Counts, Settling, Slopes, settle};
 use crate::photons::DetectorModel;

@@ -21,19 +21,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod cause;
 mod codes;
 mod csv_file;
 mod diagnosis;
 mod expected;
 mod hypothesis;
-mod no_fit;
 mod observed;
 mod plot;
 mod report;
-mod weights;
 
-pub use cause::Cause;
 pub use csv_file::CountsError;
 pub use diagnosis::{Diagnosis, LEVEL, TestOutcome};
 pub use expected::{expected_bins, expected_csv};
@@ -42,11 +38,38 @@ pub use report::{Assessment, BinResidual, StepResidual, assess, assess_histogram
 
 use std::path::Path;
 
+use serde::Serialize;
+
 use crate::estimate::{ImpossibleScan, possible_scan};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
+
+/// What may be wrong with a sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// The sources' power, the transmission, or the detection probability.
+    LightLevel,
+    /// Dark counts, background, or other light that is not modulated.
+    ConstantLight,
+    /// The dead time.
+    DeadTime,
+    /// A constant delay: the detector's, a cable's, or another distance.
+    Offset,
+    /// The light, the reference or both carry another code.
+    Code,
+    /// The light is inverted, or counts up and down are swapped.
+    Polarity,
+    /// The clock's period.
+    ChipPeriod,
+    /// Counts scatter more, or otherwise, than any of these explains.
+    Unexplained,
+    /// Counts scatter less than photons can.
+    TooEven,
+}
 
 /// One scan of one detector, as a file has it.
 #[derive(Debug, Clone, PartialEq, Eq)]

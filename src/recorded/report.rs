@@ -7,8 +7,7 @@ use serde::Serialize;
 
 use super::diagnosis::{Diagnosis, Found, diagnose};
 use super::hypothesis::{Fitted, Unknown};
-use super::no_fit::NoFit;
-use super::observed::Observed;
+use super::observed::{NoFit, Observed};
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::report::EstimateReport;
 use crate::estimate::{TheoryEffort, distance_m};
