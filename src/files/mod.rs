@@ -26,7 +26,6 @@ pub use folder::OutputFolder;
 pub use guarded::open_ours;
 pub use private::{check_private, private_folder};
 pub use read::{read_regular, read_text};
-#[cfg(feature = "cli")]
 pub use staged::check_target;
 pub use staged::{Staged, stage};
 
@@ -46,7 +45,6 @@ pub struct FileError {
 ///
 /// # Errors
 /// When it cannot be written. What was there before is there then.
-#[cfg(feature = "cli")]
 pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
     stage(path, |out| out.write_all(text.as_bytes()))?.publish()
 }
@@ -56,7 +54,6 @@ pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
 ///
 /// # Errors
 /// When it cannot be made.
-#[cfg(feature = "cli")]
 pub fn make_folder(path: &Path) -> Result<(), FileError> {
     durable::make_folders(path).map_err(FileError::new(path, "cannot make the folder"))
 }

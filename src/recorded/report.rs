@@ -17,8 +17,7 @@ use crate::scene::EstimatorKind;
 use crate::sensor::Sensor;
 
 /// What one detector's recorded scan says.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Assessment {
     /// The detector's name.
     pub detector: String,
@@ -45,8 +44,7 @@ pub struct Assessment {
 }
 
 /// One phase step of an assessment.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct StepResidual {
     /// The phase step.
     pub phase_step: u64,
@@ -65,8 +63,7 @@ pub struct StepResidual {
 }
 
 /// One bin of an assessment.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct BinResidual {
     /// The bin: samples from the start of the code period.
     pub bin: u64,

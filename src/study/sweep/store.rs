@@ -18,8 +18,7 @@ const DEFINITION: &str = "sweep.json";
 const MOST_BYTES: u64 = 64 << 20;
 
 /// What a sweep's numbers depend on.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Definition {
     /// What differs from point to point.
     pub over: Vec<String>,
@@ -64,7 +63,7 @@ pub enum StoreError {
 
 impl Definition {
     /// What the numbers of `sweep` depend on, beside the version and the scene.
-    pub(super) fn new(sweep: &Sweep) -> Definition {
+    pub fn new(sweep: &Sweep) -> Definition {
         Definition {
             over: sweep.axes.iter().map(|axis| axis.text.clone()).collect(),
             repetitions: sweep.repeat,
@@ -186,7 +185,6 @@ impl Store {
     ///
     /// # Errors
     /// When a file cannot be removed.
-    #[cfg(feature = "cli")]
     pub fn clear(folder: &OutputFolder) -> Result<(), StoreError> {
         if folder.join(POINTS).is_dir() {
             let points = folder.subfolder(POINTS, |_| ())?;

@@ -1,9 +1,10 @@
-//! A table as a Parquet file: int64, double, boolean and UTF-8 columns, null where the CSV has
-//! nothing.
+//! The table of a sweep as a Parquet file: int64, double, boolean and UTF-8 columns, null where the
+//! CSV has nothing.
 //!
 //! The format is Apache's, <https://parquet.apache.org/docs/file-format/>. Pages are not
 //! compressed: dictionaries make short work of what repeats, and every reader takes them.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
@@ -14,99 +15,130 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
 
-use super::table::{Column, Kind, Table, Value};
+use serde::Serialize;
+
+use crate::report::table::{Column, Kind, Table, Value};
+use crate::scene::SceneReference;
+use crate::study::sweep::{Definition, Sweep};
+use crate::version::VERSION;
+
+/// What is kept under `goldtof` for every reader, and where pandas keeps what it gives as
+/// `DataFrame.attrs`.
+const KEYS: [&str; 2] = ["goldtof", "PANDAS_ATTRS"];
+
+/// What the file says of itself, as JSON.
+#[derive(Serialize)]
+struct About<'a> {
+    goldtof: &'a str,
+    scene: SceneReference,
+    sweep: Definition,
+    units: BTreeMap<&'a str, &'a str>,
+}
 
 /// The table could not be written as Parquet.
 #[derive(Debug, thiserror::Error)]
 #[error("the table cannot be written as Parquet: {0}; sweep.csv has all of it")]
-pub struct ParquetFailed(#[from] ParquetError);
+pub(super) struct ParquetFailed(#[from] ParquetError);
 
-impl Table {
-    /// The whole table as a Parquet file, the same bytes for the same table. Its schema is
-    /// called `name`; its metadata have `about` under each of `keys`.
-    ///
-    /// # Errors
-    /// When a part grows beyond what the format can number.
-    pub fn parquet(
-        &self,
-        name: &str,
-        keys: &[&str],
-        about: &str,
-    ) -> Result<Vec<u8>, ParquetFailed> {
-        let metadata = keys.iter().map(|key| KeyValue::new((*key).to_owned(), about.to_owned()));
-        let properties =
-            WriterProperties::builder().set_key_value_metadata(Some(metadata.collect())).build();
-        let schema = self.schema(name)?;
-        let mut bytes = Vec::new();
-        let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
-        let mut group = file.next_row_group()?;
-        let mut place = 0;
-        while let Some(mut writer) = group.next_column()? {
-            self.fill(place, &mut writer)?;
-            writer.close()?;
-            place += 1;
-        }
-        group.close()?;
-        file.close()?;
-        Ok(bytes)
+/// The whole table as a Parquet file, the same bytes for the same sweep. Its metadata
+/// have, as JSON under `goldtof` and as the attributes of a frame of pandas, what the
+/// numbers are of and the unit of each column that has one.
+///
+/// # Errors
+/// When a part grows beyond what the format can number.
+pub(super) fn parquet(table: &Table, sweep: &Sweep) -> Result<Vec<u8>, ParquetFailed> {
+    let units = table.columns.iter().filter_map(|column| {
+        let unit = column.unit.as_deref()?;
+        Some((column.name.as_str(), unit))
+    });
+    let about = About {
+        goldtof: VERSION,
+        scene: sweep.scene(),
+        sweep: Definition::new(sweep),
+        units: units.collect(),
+    };
+    // It is texts and numbers, which are always JSON.
+    file(table, "sweep", &KEYS, &serde_json::to_string(&about).unwrap_or_default())
+}
+
+/// A table as a Parquet file, the same bytes for the same table. Its schema is called `name`; its metadata have `about` under each of `keys`.
+///
+/// # Errors
+/// When a part grows beyond what the format can number.
+fn file(table: &Table, name: &str, keys: &[&str], about: &str) -> Result<Vec<u8>, ParquetFailed> {
+    let metadata = keys.iter().map(|key| KeyValue::new((*key).to_owned(), about.to_owned()));
+    let properties =
+        WriterProperties::builder().set_key_value_metadata(Some(metadata.collect())).build();
+    let schema = schema(table, name)?;
+    let mut bytes = Vec::new();
+    let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
+    let mut group = file.next_row_group()?;
+    let mut place = 0;
+    while let Some(mut writer) = group.next_column()? {
+        fill(table, place, &mut writer)?;
+        writer.close()?;
+        place += 1;
     }
+    group.close()?;
+    file.close()?;
+    Ok(bytes)
+}
 
-    fn schema(&self, name: &str) -> Result<TypePtr, ParquetError> {
-        let field = |column: &Column| -> Result<TypePtr, ParquetError> {
-            let (physical, logical) = match column.kind {
-                Kind::Integer => (Physical::INT64, None),
-                Kind::Number => (Physical::DOUBLE, None),
-                Kind::Truth => (Physical::BOOLEAN, None),
-                Kind::Text | Kind::Quoted => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
-            };
-            let field = Type::primitive_type_builder(&column.name, physical)
-                .with_repetition(Repetition::OPTIONAL)
-                .with_logical_type(logical);
-            Ok(Arc::new(field.build()?))
+fn schema(table: &Table, name: &str) -> Result<TypePtr, ParquetError> {
+    let field = |column: &Column| -> Result<TypePtr, ParquetError> {
+        let (physical, logical) = match column.kind {
+            Kind::Integer => (Physical::INT64, None),
+            Kind::Number => (Physical::DOUBLE, None),
+            Kind::Truth => (Physical::BOOLEAN, None),
+            Kind::Text | Kind::Quoted => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         };
-        let fields: Result<Vec<TypePtr>, ParquetError> = self.columns.iter().map(field).collect();
-        Ok(Arc::new(Type::group_type_builder(name).with_fields(fields?).build()?))
-    }
+        let field = Type::primitive_type_builder(&column.name, physical)
+            .with_repetition(Repetition::OPTIONAL)
+            .with_logical_type(logical);
+        Ok(Arc::new(field.build()?))
+    };
+    let fields: Result<Vec<TypePtr>, ParquetError> = table.columns.iter().map(field).collect();
+    Ok(Arc::new(Type::group_type_builder(name).with_fields(fields?).build()?))
+}
 
-    /// Writes the column at `place`.
-    fn fill(
-        &self,
-        place: usize,
-        writer: &mut SerializedColumnWriter<'_>,
-    ) -> Result<(), ParquetError> {
-        match self.columns[place].kind {
-            Kind::Integer => self.write::<Int64Type>(place, writer, |value| match value {
-                Value::Integer(number) => Some(*number),
+/// Writes the column at `place`.
+fn fill(
+    table: &Table,
+    place: usize,
+    writer: &mut SerializedColumnWriter<'_>,
+) -> Result<(), ParquetError> {
+    match table.columns[place].kind {
+        Kind::Integer => write::<Int64Type>(table, place, writer, |value| match value {
+            Value::Integer(number) => Some(*number),
+            _ => None,
+        }),
+        Kind::Number => write::<DoubleType>(table, place, writer, Value::number),
+        Kind::Truth => write::<BoolType>(table, place, writer, |value| match value {
+            Value::Truth(truth) => Some(*truth),
+            _ => None,
+        }),
+        Kind::Text | Kind::Quoted => {
+            write::<ByteArrayType>(table, place, writer, |value| match value {
+                Value::Text(text) if !text.is_empty() => Some(ByteArray::from(text.as_str())),
                 _ => None,
-            }),
-            Kind::Number => self.write::<DoubleType>(place, writer, Value::number),
-            Kind::Truth => self.write::<BoolType>(place, writer, |value| match value {
-                Value::Truth(truth) => Some(*truth),
-                _ => None,
-            }),
-            Kind::Text | Kind::Quoted => {
-                self.write::<ByteArrayType>(place, writer, |value| match value {
-                    Value::Text(text) if !text.is_empty() => Some(ByteArray::from(text.as_str())),
-                    _ => None,
-                })
-            }
+            })
         }
     }
+}
 
-    fn write<D: DataType>(
-        &self,
-        place: usize,
-        writer: &mut SerializedColumnWriter<'_>,
-        value: impl Fn(&Value) -> Option<D::T>,
-    ) -> Result<(), ParquetError> {
-        let values = self.rows.iter().map(|row| value(&row.values[place]));
-        let values: Vec<Option<D::T>> = values.collect();
-        // 1 where there is a value, 0 where there is none; values are those that are there.
-        let is_there: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
-        let there: Vec<D::T> = values.into_iter().flatten().collect();
-        writer.typed::<D>().write_batch(&there, Some(&is_there), None)?;
-        Ok(())
-    }
+fn write<D: DataType>(
+    table: &Table,
+    place: usize,
+    writer: &mut SerializedColumnWriter<'_>,
+    value: impl Fn(&Value) -> Option<D::T>,
+) -> Result<(), ParquetError> {
+    let values = table.rows.iter().map(|row| value(&row.values[place]));
+    let values: Vec<Option<D::T>> = values.collect();
+    // 1 where there is a value, 0 where there is none; values are those that are there.
+    let is_there: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
+    let there: Vec<D::T> = values.into_iter().flatten().collect();
+    writer.typed::<D>().write_batch(&there, Some(&is_there), None)?;
+    Ok(())
 }
 
 /// What Parquet's own reader makes of the bytes. That an independent reader has the same of a
@@ -138,9 +170,9 @@ mod tests {
     }
 
     fn reader(table: &Table) -> SerializedFileReader<File> {
-        let mut file = tempfile::tempfile().unwrap();
-        file.write_all(&table.parquet("name", &["key"], "about").unwrap()).unwrap();
-        SerializedFileReader::new(file).unwrap()
+        let mut kept = tempfile::tempfile().unwrap();
+        kept.write_all(&file(table, "name", &["key"], "about").unwrap()).unwrap();
+        SerializedFileReader::new(kept).unwrap()
     }
 
     /// The fields of all rows, row by row.
