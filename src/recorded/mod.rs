@@ -47,8 +47,7 @@ use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 /// What may be wrong with a sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
     /// The sources' power, the transmission, or the detection probability.
