@@ -1,8 +1,7 @@
 //! What seems wrong with a sensor whose counts are not as its scene says.
 //!
-//! Every statement rests on a test at [`LEVEL`], at most six of them: by design they are
-//! wrong about a right scene in about one scan of a hundred (docs/recorded-counts.md has
-//! what was measured). Only the distance is unknown at first. Whatever of light level,
+//! Every statement rests on a test, all of them a [`Family`]: by design they are wrong about a
+//! right scene in about one scan of a hundred (docs/recorded-counts.md has what was measured). Only the distance is unknown at first. Whatever of light level,
 //! background, dead time and chip period raises the likelihood most is taken in as long as it
 //! raises it significantly. Where several do about as well, all of them are named: the
 //! counts do not tell which it is. A cause that is named fits the counts; that another
@@ -11,19 +10,21 @@
 use std::sync::Arc;
 
 use serde::Serialize;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Cause;
 use super::codes::{self, Candidate, Variation};
 use super::hypothesis::{Change, Fitted, Unknown, fit};
 use super::observed::{NoFit, Observed, differences};
+use crate::estimate::evidence::Family;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
 use crate::scene::{Scene, SourceIndex};
 use crate::sensor::Sensor;
 
-/// Chance of each test to be wrong about counts that are as the scene says.
-pub const LEVEL: f64 = 0.002;
+/// Chance of any of the tests to be wrong about counts that are as the scene says, and how many
+/// there are at most.
+const WRONG: f64 = 0.012;
+const TESTS: usize = 6;
 
 /// Hits of a step, on average over a scan, or of a histogram, from which on causes are
 /// looked for: of scans with 370 the tests accuse a right scene as seldom as their level
@@ -137,9 +138,13 @@ fn chance(statistic: f64) -> f64 {
     2.0 * normal_cdf(-statistic.max(0.0).sqrt())
 }
 
-/// The statistic that has the chance [`LEVEL`].
+fn family() -> Family {
+    Family::of(WRONG, TESTS)
+}
+
+/// The chi-square of one degree of freedom that has the chance of a test to be wrong.
 fn critical() -> f64 {
-    ChiSquared::new(1.0).map_or(f64::INFINITY, |chi| chi.inverse_cdf(1.0 - LEVEL))
+    family().sigmas().powi(2)
 }
 
 impl Search<'_> {
@@ -234,7 +239,7 @@ impl Search<'_> {
     }
 
     fn is_explained(&self) -> bool {
-        self.fitted.p_value.is_none_or(|p| p >= LEVEL)
+        self.fitted.p_value.is_none_or(|p| p >= family().level())
     }
 
     /// The codes that explain the counts better than the scene's, if some do: the best, and
@@ -388,7 +393,7 @@ impl Search<'_> {
     /// Whether what is left over scatters as photons do.
     fn scatter(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
         let p = self.fitted.p_value?;
-        let rejects = p.min(1.0 - p) < LEVEL / 2.0;
+        let rejects = p.min(1.0 - p) < 0.5 * family().level();
         let (cause, text) = match p < 0.5 {
             true => (
                 Cause::Unexplained,

@@ -31,7 +31,7 @@ mod plot;
 mod report;
 
 pub use csv_file::CountsError;
-pub use diagnosis::{Diagnosis, LEVEL, TestOutcome};
+pub use diagnosis::{Diagnosis, TestOutcome};
 pub use expected::{expected_bins, expected_csv};
 pub use plot::residual_plot;
 pub use report::{Assessment, BinResidual, StepResidual, assess, assess_histogram};
