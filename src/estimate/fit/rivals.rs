@@ -1,0 +1,200 @@
+//! Light that fits nearly as well as that which was taken: other hypotheses, each as likely as
+//! it fits and as it has few paths.
+//!
+//! What one path leaves over of two is no peak. So pairs of delays on a grid are held
+//! against the path, to first order; the most likely are fitted exactly, and two
+//! paths are told apart if that lowers chi-square by more than noise would in one of
+//! a thousand scans.
+
+use std::sync::Arc;
+
+use super::descent::Hypothesis;
+use super::parameters::{Parameters, PathParameters};
+use super::search::Search;
+use super::template::Matched;
+use crate::code::Code;
+
+/// Two paths are told apart if chi-square falls by this. Of one path alone it falls as far in
+/// 1.0, 1.3, and 0.9 of a thousand scans, at peak signal-to-noise ratios of 10, 36, and 150: so
+/// it was measured, with the largest fall over all pairs.
+pub const TOLD_APART: f64 = 13.8;
+
+/// Pairs that gain less than this to first order are not fitted.
+const WORTH_A_FIT: f64 = 8.0;
+/// Pairs that are fitted.
+const FITTED: usize = 3;
+/// Farthest from the one path, in chips.
+pub const REACH_CHIPS: f64 = 1.5;
+/// Least share of the light that the weaker one has.
+const LEAST_SHARE: f64 = 0.03;
+
+/// A path that may be two.
+pub struct Close<'a, 's, 'm> {
+    pub search: &'a Search<'s, 'm>,
+    pub here: &'a Hypothesis<'m>,
+    /// Number of the path.
+    pub path: usize,
+    pub matched: &'a Matched,
+    /// Products of the template with what is left over.
+    pub products: &'a [f64],
+    /// What a pair must gain at least, to first order.
+    pub least_gain: f64,
+}
+
+/// What was taken, -2 ln(probability) of other light beside it, and where that has its paths.
+pub struct Rivals {
+    others: Vec<(f64, Vec<f64>)>,
+}
+
+impl Rivals {
+    /// Hypotheses beside the one taken, all of which differ in paths of a code.
+    pub fn new<'h, 'm: 'h>(
+        taken: &Hypothesis<'m>,
+        others: impl IntoIterator<Item = &'h Hypothesis<'m>>,
+        code: &Code,
+    ) -> Rivals {
+        // A path more is worth as much as it must gain to be told.
+        let unlikelihood = |light: &Hypothesis| {
+            light.chi_square + TOLD_APART * light.parameters.paths.len() as f64
+        };
+        let rival = |other: &Hypothesis| {
+            let lit = other.parameters.paths.iter().filter(|path| path.has(code));
+            let delays = lit.map(|path| path.delay_chips).collect();
+            (unlikelihood(other) - unlikelihood(taken), delays)
+        };
+        Rivals { others: others.into_iter().map(rival).collect() }
+    }
+
+    /// Mean square by which a path at some delay of what was taken may be off.
+    pub fn spread_of(&self, delay_chips: f64) -> f64 {
+        let (mut all, mut squares) = (1.0, 0.0);
+        for (more, delays) in &self.others {
+            let weight = (-0.5 * more).min(100.0).exp();
+            let off = delays.iter().map(|delay| (delay - delay_chips).abs());
+            let off = off.fold(f64::INFINITY, f64::min);
+            all += weight;
+            // Other paths nearby are in either hypothesis.
+            if off < REACH_CHIPS {
+                squares += weight * off * off;
+            }
+        }
+        squares / all
+    }
+}
+
+/// Two neighbouring phase steps that a path may be between, relative to where it is.
+struct Slot {
+    ends: [f64; 2],
+    /// Product of its template with the scan, less all light but the path's.
+    product: f64,
+}
+
+impl Slot {
+    fn middle(&self) -> f64 {
+        0.5 * (self.ends[0] + self.ends[1])
+    }
+}
+
+/// The likeliest pairs in place of a path, the best first.
+pub fn pairs<'m>(close: &Close<'_, '_, 'm>) -> Vec<Hypothesis<'m>> {
+    let starts = starts(close, &slots(close)).into_iter();
+    // A pair that leads nowhere is none.
+    let pairs = starts.filter_map(|[first, second]| {
+        let in_place = |light: &mut Parameters| {
+            light.paths[close.path] = first;
+            light.paths.push(second);
+        };
+        close.search.fitted(close.here, in_place).ok()
+    });
+    let mut pairs: Vec<Hypothesis> = pairs.collect();
+    pairs.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    pairs
+}
+
+/// Whether a pair in place of a path is told apart: it gains enough, and both have light.
+pub fn is_told_apart(here: &Hypothesis, pair: &Hypothesis, path: usize) -> bool {
+    let last = pair.parameters.paths.len() - 1;
+    let [a, b] = [path, last].map(|p| pair.parameters.paths[p].rate());
+    here.chi_square - pair.chi_square > TOLD_APART && a.min(b) > LEAST_SHARE * (a + b)
+}
+
+/// Half a phase step from place to place.
+fn slots(close: &Close) -> Vec<Slot> {
+    let axis = close.search.axis();
+    let path = &close.here.parameters.paths[close.path];
+    let centre = axis.place_of(path.delay_chips);
+    let first = centre.floor();
+    let height = path.rate() * close.search.unit(close.here);
+    let reach = (REACH_CHIPS * axis.samples_per_chip).ceil().max(2.0) as i64;
+    let steps = close.products.len() as i64;
+    let product = |place: f64| {
+        let index = place as i64;
+        let index = match axis.is_full() {
+            true => index.rem_euclid(steps),
+            false => index,
+        };
+        let left_over = usize::try_from(index).ok().and_then(|i| close.products.get(i));
+        Some(left_over? + height * close.matched.overlap(place - centre))
+    };
+    (-2 * reach..=2 * reach)
+        .filter_map(|half| {
+            let low = first + half.div_euclid(2) as f64;
+            let ends = [low, low + half.rem_euclid(2) as f64];
+            let product = 0.5 * (product(ends[0])? + product(ends[1])?);
+            Some(Slot { ends, product })
+        })
+        .collect()
+}
+
+/// The pairs that gain most, and their strengths.
+fn starts(close: &Close, slots: &[Slot]) -> Vec<[PathParameters; 2]> {
+    let overlap = |a: &Slot, b: &Slot| {
+        let pairs = a.ends.iter().flat_map(|x| b.ends.iter().map(move |y| x - y));
+        0.25 * pairs.map(|apart| close.matched.overlap(apart)).sum::<f64>()
+    };
+    let variance = close.search.sigma().powi(2);
+    let alone = slots.iter().map(|p| p.product.max(0.0).powi(2) / (overlap(p, p) * variance));
+    let alone = alone.fold(0.0, f64::max);
+    let mut pairs: Vec<(f64, usize, usize, [f64; 2])> = Vec::new();
+    for (i, a) in slots.iter().enumerate() {
+        for (j, b) in slots.iter().enumerate().skip(i + 1) {
+            let (aa, bb, ab) = (overlap(a, a), overlap(b, b), overlap(a, b));
+            let det = aa * bb - ab * ab;
+            if det <= 1e-6 * aa * bb {
+                continue;
+            }
+            let heights =
+                [(a.product * bb - b.product * ab) / det, (b.product * aa - a.product * ab) / det];
+            let least = LEAST_SHARE * (heights[0] + heights[1]);
+            if heights[0] <= least || heights[1] <= least || least <= 0.0 {
+                continue;
+            }
+            let gain = (heights[0] * a.product + heights[1] * b.product) / variance - alone;
+            if gain > close.least_gain.max(WORTH_A_FIT) {
+                pairs.push((gain, i, j, heights));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut chosen: Vec<(usize, usize)> = Vec::new();
+    let mut starts = Vec::new();
+    let axis = close.search.axis();
+    let unit = close.search.unit(close.here);
+    for (_, i, j, heights) in pairs {
+        let is_near = |&(k, l): &(usize, usize)| i.abs_diff(k) <= 2 && j.abs_diff(l) <= 2;
+        if chosen.iter().any(is_near) {
+            continue;
+        }
+        chosen.push((i, j));
+        let path = |place: &Slot, height: f64| PathParameters {
+            code: Arc::clone(&close.here.parameters.paths[close.path].code),
+            delay_chips: axis.delay_at(place.middle()),
+            ln_rate: (height / unit).max(1e-12).ln(),
+        };
+        starts.push([path(&slots[i], heights[0]), path(&slots[j], heights[1])]);
+        if starts.len() == FITTED {
+            break;
+        }
+    }
+    starts
+}
