@@ -13,7 +13,7 @@ use super::fit::template::Axis;
 use super::fit::weights::Weights;
 pub use super::path_bound::{Bound, PathBound};
 use super::phase::first_maximum;
-use super::{CountingTier, TheoryEffort, distance_m};
+use super::{CountingTier, TheoryEffort, Work, distance_m};
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanResponse, SecondMoments};
 use crate::scan::Step;
@@ -43,7 +43,7 @@ pub fn bound(
     if sensor.scene().hardware.architecture == Architecture::Histogram {
         return BinFitter::new(sensor, detector)?.bound();
     }
-    TheoryEffort::of(sensor, detector)?.check_bound()?;
+    TheoryEffort::of(sensor, detector)?.check(Work::Bound)?;
     let moment_ps = moving::moment_ps(sensor, detector, tier, sensor.scene().other_light)?;
     if let Some(moment_ps) = moment_ps {
         return bound_of_moving(sensor, detector, tier, moment_ps);

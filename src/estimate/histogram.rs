@@ -9,7 +9,7 @@ pub use super::dead_time::{Uncorrected, dead_time};
 use super::phase::{Estimate, NoEstimate, estimate, estimate_values};
 use super::prediction::{Answer, is_never_largest};
 use super::{
-    CountingTier, Prediction, PredictionError, TheoryEffort, calibration_offset_ps, coverage,
+    CountingTier, Prediction, PredictionError, TheoryEffort, Work, calibration_offset_ps, coverage,
 };
 use crate::histogram::Histogram;
 use crate::histogram::correction::{CorrectionError, DeadTime, PrimaryLight};
@@ -176,7 +176,7 @@ pub(super) fn predict(
     path: PathIndex,
     steps_alone: bool,
 ) -> Result<Prediction, PredictionError> {
-    TheoryEffort::of(sensor, detector)?.check_histogram()?;
+    TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
     let mut phase = PhaseOfHistogram::new(sensor, detector);
     if steps_alone {
         phase.dead_time = Err(Uncorrected::CountsOfSteps);
@@ -198,7 +198,7 @@ pub(super) fn predictions(
     detector: DetectorIndex,
     paths: &[PathIndex],
 ) -> Result<Vec<Result<Prediction, PredictionError>>, MeanResponseError> {
-    TheoryEffort::of(sensor, detector)?.check_histogram()?;
+    TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::new(&model)?;
     Ok(match Expected::new(PhaseOfHistogram::new(sensor, detector), &response) {

@@ -42,7 +42,7 @@ pub use crate::light::distance_m;
 pub use crate::response::CountingTier;
 pub use approximation::Approximation;
 pub use calibration::calibration_offset_ps;
-pub(crate) use effort::TheoryEffort;
+pub(crate) use effort::{TheoryEffort, Work};
 pub(crate) use missed::{share_error, tolerance_ps};
 pub(crate) use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, NoEstimate, estimate, estimate_values};

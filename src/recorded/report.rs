@@ -10,7 +10,7 @@ use super::hypothesis::{Fitted, Unknown};
 use super::observed::{NoFit, Observed};
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::report::EstimateReport;
-use crate::estimate::{TheoryEffort, distance_m};
+use crate::estimate::{TheoryEffort, Work, distance_m};
 use crate::photons::StepCount;
 use crate::scan::Step;
 use crate::scene::EstimatorKind;
@@ -155,7 +155,7 @@ fn check_testable(sensor: &Sensor, observed: Observed) -> Result<(), String> {
         ));
     }
     TheoryEffort::of(sensor, observed.detector())
-        .and_then(|effort| effort.check_fit())
+        .and_then(|effort| effort.check(Work::Fit))
         .map_err(|reason| NoFit::from(reason).to_string())
 }
 

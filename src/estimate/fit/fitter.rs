@@ -15,7 +15,7 @@ use super::problem::{Problem, window};
 use super::start;
 use super::template::Axis;
 use crate::estimate::bound::bound;
-use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, distance_m};
+use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, distance_m};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanCount, MeanResponse};
 use crate::scene::{Architecture, DetectorIndex, OtherLight};
@@ -247,13 +247,13 @@ pub fn expected_fit(
     tier: CountingTier,
 ) -> Result<ModelEstimate, FitError> {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        TheoryEffort::of(sensor, detector)?.check_histogram()?;
+        TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
         return BinFitter::new(sensor, detector)?.expected();
     }
     let other = sensor.scene().other_light;
     let fitter = Fitter::new(sensor, detector, tier, other);
     let moment_ps = fitter.moment_ps()?;
-    TheoryEffort::of(sensor, detector)?.check_fit()?;
+    TheoryEffort::of(sensor, detector)?.check(Work::Fit)?;
     let still;
     let standing = match moment_ps {
         Some(moment_ps) => {
