@@ -162,20 +162,21 @@ impl<'e, 'm> Expected<'e, 'm> {
     }
 }
 
-/// What the phase of a histogram is expected to say of a path; from the counts of its phase
-/// steps alone, if these are `steps_alone`, as they are.
+/// What the phase of a histogram is expected to say of some paths, from one solution of the
+/// detector's state; from the counts of its phase steps as they are, if these are `steps_alone`.
 ///
 /// # Errors
-/// As for counts of phase steps; and where the light is too bright to take the dead time out.
+/// When there is none, or it would take too long; for each path as for counts of phase steps, and
+/// where the light is too bright to take the dead time out.
 ///
 /// # Panics
 /// If the scene has no such detector or path.
-pub(super) fn predict(
+pub(super) fn predictions(
     sensor: &Sensor,
     detector: DetectorIndex,
-    path: PathIndex,
+    paths: &[PathIndex],
     steps_alone: bool,
-) -> Result<Prediction, PredictionError> {
+) -> Result<Vec<Result<Prediction, PredictionError>>, MeanResponseError> {
     TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
     let mut phase = PhaseOfHistogram::new(sensor, detector);
     if steps_alone {
@@ -183,26 +184,18 @@ pub(super) fn predict(
     }
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::new(&model)?;
-    Expected::new(phase, &response)?.predict(path)
-}
-
-/// [`predict`] for some paths, from one solution of the detector's state.
-///
-/// # Errors
-/// When there is none, or it would take too long; and for each path as there.
-///
-/// # Panics
-/// As there.
-pub(super) fn predictions(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    paths: &[PathIndex],
-) -> Result<Vec<Result<Prediction, PredictionError>>, MeanResponseError> {
-    TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
-    let model = DetectorModel::new(sensor, detector);
-    let response = MeanResponse::new(&model)?;
-    Ok(match Expected::new(PhaseOfHistogram::new(sensor, detector), &response) {
+    Ok(match Expected::new(phase, &response) {
         Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
         Err(reason) => vec![Err(reason.into()); paths.len()],
     })
+}
+
+/// The same of one path.
+pub(super) fn predict(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    steps_alone: bool,
+) -> Result<Prediction, PredictionError> {
+    predictions(sensor, detector, &[path], steps_alone)?.remove(0)
 }

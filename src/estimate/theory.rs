@@ -138,7 +138,7 @@ pub fn theory(
 
 /// Predictions and bound of a detector's histograms.
 fn of_histograms(sensor: &Sensor, detector: DetectorIndex, paths: &[PathIndex]) -> Theory {
-    let predictions = match histogram::predictions(sensor, detector, paths) {
+    let predictions = match histogram::predictions(sensor, detector, paths, false) {
         Ok(predictions) => predictions,
         Err(reason) => return Theory::refused(reason, paths.len()),
     };

@@ -261,7 +261,8 @@ mod tests {
 
     #[test]
     fn a_node_is_within_half_a_spacing_and_its_own_nearest() {
-        let code = Arc::new(CodeSpec::new(Family::MSequence).build().expect("a code"));
+        let spec = CodeSpec { degree: Some(5), ..CodeSpec::new(Family::MSequence) };
+        let code = Arc::new(spec.build().expect("a code"));
         for number in 0..50 {
             let number = f64::from(number);
             let parameters = Parameters {
