@@ -89,7 +89,7 @@ impl<'s> PhaseOfHistogram<'s> {
 }
 
 /// What a histogram of the scene's own light is expected to be.
-struct Expected<'e, 'm> {
+struct ExpectedHistogram<'e, 'm> {
     phase: PhaseOfHistogram<'e>,
     response: &'e MeanResponse<'m>,
     /// Values that the estimator takes, of all phase steps.
@@ -98,11 +98,11 @@ struct Expected<'e, 'm> {
     light: Option<PrimaryLight>,
 }
 
-impl<'e, 'm> Expected<'e, 'm> {
+impl<'e, 'm> ExpectedHistogram<'e, 'm> {
     fn new(
         phase: PhaseOfHistogram<'e>,
         response: &'e MeanResponse<'m>,
-    ) -> Result<Expected<'e, 'm>, CorrectionError> {
+    ) -> Result<ExpectedHistogram<'e, 'm>, CorrectionError> {
         let sensor = phase.sensor;
         let bins = response.mean_bins();
         let (values, light) = match phase.dead_time {
@@ -115,7 +115,7 @@ impl<'e, 'm> Expected<'e, 'm> {
                 (values, Some(light))
             }
         };
-        Ok(Expected { phase, response, values, light })
+        Ok(ExpectedHistogram { phase, response, values, light })
     }
 
     fn predict(&self, path: PathIndex) -> Result<Prediction, PredictionError> {
@@ -184,7 +184,7 @@ pub(super) fn predictions(
     }
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::new(&model)?;
-    Ok(match Expected::new(phase, &response) {
+    Ok(match ExpectedHistogram::new(phase, &response) {
         Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
         Err(reason) => vec![Err(reason.into()); paths.len()],
     })

@@ -348,7 +348,7 @@ impl EstimateReport {
             Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
         }
         match expectation(sensor, detector, path, of_steps) {
-            Ok(Expected { bias_m, std_m, missed }) => {
+            Ok(ExpectedOfPath { bias_m, std_m, missed }) => {
                 let std_m = match (self.estimator, &bound) {
                     (EstimatorKind::Model, Ok(bound)) => bound.at_least(path, std_m),
                     _ => std_m,
@@ -429,7 +429,7 @@ impl FitReport {
 }
 
 /// What the scene's estimator is expected to say of a path.
-struct Expected {
+struct ExpectedOfPath {
     bias_m: f64,
     std_m: f64,
     /// Share of scans that miss the path, where it is known.
@@ -442,7 +442,7 @@ fn expectation(
     detector: DetectorIndex,
     path: PathIndex,
     of_steps: bool,
-) -> Result<Expected, String> {
+) -> Result<ExpectedOfPath, String> {
     let tier = CountingTier::Sampled;
     let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
     if sensor.scene().estimator == EstimatorKind::Fft {
@@ -457,7 +457,7 @@ fn expectation(
         let range_m = distance_m(sensor.code_period_of_path_ps(path));
         check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
         let Prediction { bias_m, std_m, missed_fraction: missed, .. } = expected;
-        return Ok(Expected { bias_m, std_m, missed });
+        return Ok(ExpectedOfPath { bias_m, std_m, missed });
     }
     let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
     coverage::check_fit(sensor, detector, path, tier, &fitted).map_err(|e| e.to_string())?;
@@ -472,5 +472,5 @@ fn expectation(
         .min_by(|a, b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
     let nearest = nearest.ok_or("the expected counts do not show the path")?;
     let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
-    Ok(Expected { bias_m, std_m, missed: None })
+    Ok(ExpectedOfPath { bias_m, std_m, missed: None })
 }

@@ -114,7 +114,7 @@ pub(super) fn has_bins(text: &str) -> bool {
 pub(super) fn scans(text: &str, sensor: &Sensor) -> Result<Vec<RecordedScan>, Wrong> {
     let scene = sensor.scene();
     let scan = &scene.scan;
-    let of_row = |row: &Row| step_count(row, sensor);
+    let of_row = |row: &CountsRow| step_count(row, sensor);
     let shown = |step: u64| scan.phase_step(Step(step));
     let file = read_rows(text, scene, &STEPS, (scan.steps, &shown), of_row)?;
     let has_totals = file.has_column("total_count");
@@ -130,7 +130,7 @@ pub(super) fn histograms(text: &str, sensor: &Sensor) -> Result<Vec<RecordedHist
                     of its phase steps with the heading phase_step,count";
         return Err((1, says.to_owned()));
     };
-    let of_row = |row: &Row| bin_count(row, plan.bins(), plan.periods);
+    let of_row = |row: &CountsRow| bin_count(row, plan.bins(), plan.periods);
     let file = read_rows(text, sensor.scene(), &BINS, (plan.bins(), &|bin| bin), of_row)?;
     let histograms = file.rows.into_iter().map(|(detector, bins)| {
         let histogram = Histogram::new(bins, plan.row_bins, plan.periods);
@@ -161,7 +161,7 @@ fn read_rows<T>(
     scene: &Scene,
     layout: &'static Layout,
     (all, shown): (u64, &dyn Fn(u64) -> u64),
-    of_row: impl Fn(&Row) -> Result<(u64, T), String>,
+    of_row: impl Fn(&CountsRow) -> Result<(u64, T), String>,
 ) -> Result<Whole<T>, Wrong> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let Layout { row, whole, .. } = *layout;
@@ -177,7 +177,8 @@ fn read_rows<T>(
         let read = || {
             let name = heading.place("detector").and_then(|place| record.get(place));
             let detector = detector_of(name, scene)?;
-            let (place, says) = of_row(&Row { record: &record, heading: &heading, detector })?;
+            let (place, says) =
+                of_row(&CountsRow { record: &record, heading: &heading, detector })?;
             Ok((detector, place, says))
         };
         let (detector, place, says) = read().map_err(|problem| (line, problem))?;
@@ -272,13 +273,13 @@ impl Heading {
 }
 
 /// A row of a file, and the detector that it is of.
-struct Row<'r> {
+struct CountsRow<'r> {
     record: &'r StringRecord,
     heading: &'r Heading,
     detector: DetectorIndex,
 }
 
-impl Row<'_> {
+impl CountsRow<'_> {
     fn field(&self, name: &str) -> Option<&str> {
         self.record.get(self.heading.place(name)?)
     }
@@ -289,7 +290,7 @@ impl Row<'_> {
 }
 
 /// Which step a row is of, and what it counts.
-fn step_count(row: &Row, sensor: &Sensor) -> Result<(u64, StepCount), String> {
+fn step_count(row: &CountsRow, sensor: &Sensor) -> Result<(u64, StepCount), String> {
     let scene = sensor.scene();
     let phase_step = row.whole("phase_step")?;
     let step = step_of(phase_step, scene)?;
@@ -312,7 +313,7 @@ fn step_count(row: &Row, sensor: &Sensor) -> Result<(u64, StepCount), String> {
 }
 
 /// Which bin a row is of, and what it counts.
-fn bin_count(row: &Row, bins: u64, periods: u64) -> Result<(u64, u64), String> {
+fn bin_count(row: &CountsRow, bins: u64, periods: u64) -> Result<(u64, u64), String> {
     let number = row.whole("bin")?;
     let bin = u64::try_from(number).ok().filter(|&bin| bin < bins).ok_or_else(|| {
         format!(

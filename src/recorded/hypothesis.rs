@@ -220,7 +220,7 @@ impl SceneCounts<'_> {
 }
 
 impl Counts for SceneCounts<'_> {
-    type Place = Trial;
+    type Point = Trial;
     type Error = NoFit;
 
     fn residuals(&self, place: &Trial) -> Result<Vec<f64>, NoFit> {

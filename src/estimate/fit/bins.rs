@@ -34,7 +34,7 @@ const OTHER_STARTS_CHIPS: [f64; 6] = [-0.25, 0.25, -0.5, 0.5, -1.0, 1.0];
 const OTHER_BINS: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
 
 /// Where a fit has settled.
-struct Settled {
+struct BinFit {
     estimate: ModelEstimate,
     parameters: Parameters,
     misfit: f64,
@@ -72,7 +72,7 @@ struct BinCounts<'f> {
 }
 
 impl<'f> Counts for BinCounts<'f> {
-    type Place = Bins<'f>;
+    type Point = Bins<'f>;
     type Error = FitError;
 
     fn residuals(&self, here: &Bins<'f>) -> Result<Vec<f64>, FitError> {
@@ -244,7 +244,7 @@ impl<'s> BinFitter<'s> {
     ) -> Result<ModelEstimate, FitError> {
         let start = self.start(counts, light)?;
         let mut best = self.settle(counts, start.clone());
-        let fits_badly = |settled: &Settled| settled.estimate.alarm_sigmas() >= RETRIED_SIGMAS;
+        let fits_badly = |settled: &BinFit| settled.estimate.alarm_sigmas() >= RETRIED_SIGMAS;
         let others = match &best {
             Ok(first) if !fits_badly(first) => self.likelier(counts, first)?,
             _ => OTHER_STARTS_CHIPS.iter().map(|&by| start.later(by)).collect(),
@@ -260,7 +260,7 @@ impl<'s> BinFitter<'s> {
     }
 
     /// Light that comes up to a bin earlier or later, where that is likelier.
-    fn likelier(&self, counts: &[f64], here: &Settled) -> Result<Vec<Parameters>, FitError> {
+    fn likelier(&self, counts: &[f64], here: &BinFit) -> Result<Vec<Parameters>, FitError> {
         let counts = self.counts(counts);
         let mut found = Vec::new();
         for bins in OTHER_BINS {
@@ -273,7 +273,7 @@ impl<'s> BinFitter<'s> {
         Ok(found)
     }
 
-    fn settle(&self, counts: &[f64], start: Parameters) -> Result<Settled, FitError> {
+    fn settle(&self, counts: &[f64], start: Parameters) -> Result<BinFit, FitError> {
         let mut counts = self.counts(counts);
         let start = counts.bins(start)?;
         let settled = settle(&mut counts, start, Settling::FINE)?;
@@ -293,7 +293,7 @@ impl<'s> BinFitter<'s> {
         };
         let std = settled.normal.standard_deviations();
         let estimate = ModelEstimate::new(self.sensor.clock(), &fitted, &std, found);
-        Ok(Settled { estimate, parameters: fitted, misfit: settled.misfit })
+        Ok(BinFit { estimate, parameters: fitted, misfit: settled.misfit })
     }
 
     fn counts<'f>(&'f self, counts: &'f [f64]) -> BinCounts<'f> {

@@ -90,7 +90,7 @@ pub struct Descent<'a, 'm> {
 }
 
 /// Where the derivatives of a fit come from.
-pub enum Source<'a> {
+pub enum Derivatives<'a> {
     /// The light's first order.
     Templates(&'a [Arc<Template>]),
     /// Nodes nearby, which are kept from scan to scan, and the last of them.
@@ -102,7 +102,7 @@ pub enum Source<'a> {
 /// A fit that is under way.
 pub struct Descending<'a, 'd, 'm> {
     descent: &'d Descent<'a, 'm>,
-    source: Source<'d>,
+    source: Derivatives<'d>,
     /// Whence weights of this detector are taken near the end; `None` if they are kept.
     known: Option<&'d KnownMoments>,
     /// A combination of the unknowns that stays as it is.
@@ -117,7 +117,7 @@ pub struct Descending<'a, 'd, 'm> {
 
 impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
     /// One that keeps its weights.
-    pub fn new(descent: &'d Descent<'a, 'm>, source: Source<'d>) -> Descending<'a, 'd, 'm> {
+    pub fn new(descent: &'d Descent<'a, 'm>, source: Derivatives<'d>) -> Descending<'a, 'd, 'm> {
         Descending {
             weights: Cow::Borrowed(&descent.weights),
             descent,
@@ -142,7 +142,7 @@ impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
 
     /// Derivatives of a node near a hypothesis, where they come from nodes.
     fn of_node(&mut self, here: &Hypothesis<'m>) -> Option<Vec<Column>> {
-        let Source::Nodes(known, last) = &mut self.source else {
+        let Derivatives::Nodes(known, last) = &mut self.source else {
             return None;
         };
         let problem = self.descent.problem;
@@ -176,12 +176,12 @@ impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
     }
 
     fn is_rough(&self) -> bool {
-        matches!(self.source, Source::Templates(_))
+        matches!(self.source, Derivatives::Templates(_))
     }
 }
 
 impl<'m> Counts for Descending<'_, '_, 'm> {
-    type Place = Hypothesis<'m>;
+    type Point = Hypothesis<'m>;
     type Error = FitError;
 
     fn residuals(&self, here: &Hypothesis<'m>) -> Result<Vec<f64>, FitError> {
@@ -190,9 +190,9 @@ impl<'m> Counts for Descending<'_, '_, 'm> {
 
     fn slopes(&mut self, here: &Hypothesis<'m>, anew: bool) -> Result<Slopes, FitError> {
         let near = match self.source {
-            Source::Templates(templates) => Some(self.descent.rough_columns(here, templates)),
-            Source::Nodes(..) if !anew => self.of_node(here),
-            Source::Nodes(..) | Source::Differences => None,
+            Derivatives::Templates(templates) => Some(self.descent.rough_columns(here, templates)),
+            Derivatives::Nodes(..) if !anew => self.of_node(here),
+            Derivatives::Nodes(..) | Derivatives::Differences => None,
         };
         match near {
             Some(columns) => Ok(Slopes {
@@ -301,7 +301,7 @@ impl<'m> Descent<'_, 'm> {
         templates: &[Arc<Template>],
         held: Option<&[f64]>,
     ) -> Result<Hypothesis<'m>, FitError> {
-        let descending = Descending::new(self, Source::Templates(templates));
+        let descending = Descending::new(self, Derivatives::Templates(templates));
         let mut descending = Descending { held, ..descending };
         let settled = settle(&mut descending, start, Settling::ROUGH)?;
         Ok(Hypothesis { chi_square: settled.misfit, ..settled.place })
@@ -309,7 +309,7 @@ impl<'m> Descent<'_, 'm> {
 
     /// Goes down with exact derivatives, to where it settles.
     pub fn exactly(&self, start: Hypothesis<'m>) -> Result<(Hypothesis<'m>, Normal), FitError> {
-        let mut descending = Descending::new(self, Source::Differences);
+        let mut descending = Descending::new(self, Derivatives::Differences);
         Ok(settle(&mut descending, start, Settling::FINE)?.at_end())
     }
 
@@ -321,7 +321,7 @@ impl<'m> Descent<'_, 'm> {
     ) -> Result<(Hypothesis<'m>, Normal), FitError> {
         self.weights = start.weights(self.problem, known, self.axis)?;
         let at = Some(start.parameters.clone());
-        let mut descending = Descending::new(self, Source::Differences).weighing(known, at);
+        let mut descending = Descending::new(self, Derivatives::Differences).weighing(known, at);
         let settled = settle(&mut descending, start, Settling::FINE)?;
         if let Cow::Owned(weights) = descending.weights {
             self.weights = weights;

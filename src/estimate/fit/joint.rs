@@ -26,7 +26,7 @@ const SURE: f64 = 2.0;
 
 /// All light that a scan shows.
 #[derive(Debug)]
-pub struct Found<'m> {
+pub struct AllLight<'m> {
     pub hypothesis: Hypothesis<'m>,
     pub normal: Normal,
     /// To be added to the variances of each path's delay (chips^2) and ln(strength): for other
@@ -46,7 +46,7 @@ pub fn all_light<'m>(
     problem: &Problem<'m>,
     known: &KnownMoments,
     measured: &[MeanCount],
-) -> Result<Found<'m>, FitError> {
+) -> Result<AllLight<'m>, FitError> {
     let [light, own] = air.thresholds();
     let (mut search, mut here) = Search::new(air, problem, known, measured)?;
     let mut doubts = Vec::new();
@@ -114,7 +114,7 @@ fn pairs_in_place<'m>(
 /// lower chi-square as much as it had to stand out.
 fn without_least_needed<'m>(
     search: &Search<'_, 'm>,
-    found: &Found<'m>,
+    found: &AllLight<'m>,
     threshold: f64,
 ) -> Result<Option<Hypothesis<'m>>, FitError> {
     let own = &search.air.known[0].code;
@@ -138,11 +138,11 @@ fn finish<'m>(
     here: Hypothesis<'m>,
     doubts: &[Doubt],
     known: &KnownMoments,
-) -> Result<Found<'m>, FitError> {
+) -> Result<AllLight<'m>, FitError> {
     let (hypothesis, normal) = search.descent.exactly_weighed(here, known)?;
     let sigma = search.sigma();
     let values = search.descent.weights.values();
-    Ok(Found {
+    Ok(AllLight {
         beyond_normal: beyond_normal(search, &hypothesis, &normal, doubts),
         unit: search.unit(&hypothesis),
         hypothesis,
@@ -211,7 +211,7 @@ fn instead_of_pair(search: &Search, here: &Hypothesis, pair: [usize; 2]) -> Opti
 /// Deviations that a pair must have on average to be told apart in 95 % of scans.
 const IN_95_PERCENT: f64 = 1.645;
 
-impl Found<'_> {
+impl AllLight<'_> {
     /// The estimate: own paths first, the strongest of them first of all.
     pub fn estimate(&self, air: &Air, problem: &Problem) -> ModelEstimate {
         let fitted = &self.hypothesis;

@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::descent::{Descending, Descent, Hypothesis, Source};
+use super::descent::{Derivatives, Descending, Descent, Hypothesis};
 use super::error::FitError;
 use super::known_moments::{KnownMoments, Linear};
 use super::model_estimate::{Goodness, ModelEstimate, Velocity};
@@ -51,11 +51,11 @@ impl Fitted {
             Some(_) => None,
         };
         let near = near.and_then(|(linear, near)| {
-            let source = Source::Nodes(known, Some(linear));
+            let source = Derivatives::Nodes(known, Some(linear));
             Fitted::from(problem, axis, known, (near, source), &measured).ok()
         });
         near.map_or_else(
-            || Fitted::from(problem, axis, known, (start, Source::Differences), &measured),
+            || Fitted::from(problem, axis, known, (start, Derivatives::Differences), &measured),
             Ok,
         )
     }
@@ -66,12 +66,12 @@ impl Fitted {
         problem: &Problem,
         axis: &Axis,
         known: &KnownMoments,
-        (start, source): (Parameters, Source),
+        (start, source): (Parameters, Derivatives),
         measured: &[MeanCount],
     ) -> Result<Fitted, FitError> {
         let start = Hypothesis::of(problem, start, Reading::Exact)?;
         let (weights, weighed_at) = match source {
-            Source::Nodes(..) => {
+            Derivatives::Nodes(..) => {
                 (start.weights(problem, known, axis)?, Some(start.parameters.clone()))
             }
             _ => (Weights::of_poisson(&start.expected), None),
@@ -129,37 +129,37 @@ struct NearNode<'a, 'm> {
 
 impl Counts for NearNode<'_, '_> {
     /// Parameters, and what they let one expect.
-    type Place = (Parameters, Vec<MeanCount>);
+    type Point = (Parameters, Vec<MeanCount>);
     type Error = FitError;
 
-    fn residuals(&self, (_, expected): &Self::Place) -> Result<Vec<f64>, FitError> {
+    fn residuals(&self, (_, expected): &Self::Point) -> Result<Vec<f64>, FitError> {
         Ok(self.weights.residuals(self.measured, expected))
     }
 
-    fn slopes(&mut self, _here: &Self::Place, _anew: bool) -> Result<Slopes, FitError> {
+    fn slopes(&mut self, _here: &Self::Point, _anew: bool) -> Result<Slopes, FitError> {
         let columns = self.weights.whitened_columns(&self.linear.columns);
         Ok(Slopes { columns, are_best: true })
     }
 
-    fn step(&self, (parameters, _): &Self::Place, normal: &Normal) -> Vec<f64> {
+    fn step(&self, (parameters, _): &Self::Point, normal: &Normal) -> Vec<f64> {
         parameters.step(normal, self.problem.most_walk())
     }
 
-    fn moved(&self, (here, _): &Self::Place, step: &[f64]) -> Result<Self::Place, FitError> {
+    fn moved(&self, (here, _): &Self::Point, step: &[f64]) -> Result<Self::Point, FitError> {
         let there = here.moved(step);
         let expected = self.linear.means_at(&there);
         Ok((there, expected))
     }
 
-    fn is_linear(&self, _from: &Self::Place, _to: &Self::Place) -> bool {
+    fn is_linear(&self, _from: &Self::Point, _to: &Self::Point) -> bool {
         true
     }
 
-    fn weigh(&mut self, _here: &Self::Place, _fall: f64) -> Result<bool, FitError> {
+    fn weigh(&mut self, _here: &Self::Point, _fall: f64) -> Result<bool, FitError> {
         Ok(false)
     }
 
-    fn undetermined(&self, (here, _): &Self::Place) -> FitError {
+    fn undetermined(&self, (here, _): &Self::Point) -> FitError {
         FitError::Undetermined { steps: self.measured.len(), unknowns: here.len() }
     }
 }

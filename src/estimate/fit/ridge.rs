@@ -25,14 +25,14 @@ const UNLIKELY: f64 = 10.6;
 const MOST_LN_RATIO: f64 = 3.5;
 
 /// A point of the valley: how well it fits, and the two paths there.
-struct Point {
+struct RidgePoint {
     chi_square: f64,
     paths: [PathParameters; 2],
 }
 
-impl Point {
-    fn of(here: &Hypothesis, pair: [usize; 2]) -> Point {
-        Point {
+impl RidgePoint {
+    fn of(here: &Hypothesis, pair: [usize; 2]) -> RidgePoint {
+        RidgePoint {
             chi_square: here.chi_square,
             paths: pair.map(|path| here.parameters.paths[path].clone()),
         }
@@ -78,9 +78,9 @@ fn walk<'m>(
     best: &Hypothesis<'m>,
     pair: [usize; 2],
     ln_ratio_std: f64,
-) -> Vec<Point> {
+) -> Vec<RidgePoint> {
     let step = (STEP_SIGMAS * ln_ratio_std).min(MOST_STEP);
-    let mut found = vec![Point::of(best, pair)];
+    let mut found = vec![RidgePoint::of(best, pair)];
     for side in [-step, step] {
         let mut here = best.clone();
         for _ in 0..MOST_STEPS {
@@ -88,7 +88,7 @@ fn walk<'m>(
             let Ok(next) = search.with_ratio(&here, pair, side) else {
                 break;
             };
-            let point = Point::of(&next, pair);
+            let point = RidgePoint::of(&next, pair);
             if point.ln_ratio().abs() > MOST_LN_RATIO
                 || point.chi_square > best.chi_square + UNLIKELY
             {
@@ -103,7 +103,7 @@ fn walk<'m>(
 
 /// Mean squares by which delay and ln(strength) of each path are elsewhere than in the first
 /// point, each as likely as it fits.
-fn mean_squares(points: &[Point]) -> [[f64; 2]; 2] {
+fn mean_squares(points: &[RidgePoint]) -> [[f64; 2]; 2] {
     let lowest = points.iter().map(|point| point.chi_square);
     let lowest = lowest.fold(f64::INFINITY, f64::min);
     let (mut all, mut squares) = (0.0, [[0.0; 2]; 2]);

@@ -37,7 +37,7 @@ const SEED_FOR_ERRORS: u64 = 0x6e65_6172;
 const LEAST_FOUND: usize = 400;
 
 /// Counts that go together: normal numbers L z, each bent to its step's law.
-struct Group {
+struct DrawnTogether {
     laws: Vec<Bent>,
     /// L.
     factor: Vec<Vec<f64>>,
@@ -50,10 +50,10 @@ struct Bent {
     deviation: [f64; 4],
 }
 
-impl Group {
+impl DrawnTogether {
     /// Counts with some laws that go together as `covariance` says; none where that has no finite
     /// numbers.
-    fn of(laws: &[CountLaw], covariance: &[Vec<f64>]) -> Option<Group> {
+    fn of(laws: &[CountLaw], covariance: &[Vec<f64>]) -> Option<DrawnTogether> {
         let correlation = |a: usize, b: usize| {
             let variances = covariance[a][a] * covariance[b][b];
             if variances > 0.0 { covariance[a][b] / variances.sqrt() } else { 0.0 }
@@ -61,12 +61,12 @@ impl Group {
         let row = |a: usize| (0..laws.len()).map(|b| correlation(a, b)).collect();
         let correlations: Vec<Vec<f64>> = (0..laws.len()).map(row).collect();
         let factor = correlating(&correlations, 0.0)?;
-        Some(Group { laws: laws.iter().map(Bent::of).collect(), factor })
+        Some(DrawnTogether { laws: laws.iter().map(Bent::of).collect(), factor })
     }
 
     /// A count that goes with no other.
-    fn alone(law: &CountLaw) -> Group {
-        Group { laws: vec![Bent::of(law)], factor: vec![vec![1.0]] }
+    fn alone(law: &CountLaw) -> DrawnTogether {
+        DrawnTogether { laws: vec![Bent::of(law)], factor: vec![vec![1.0]] }
     }
 
     fn draw(&self, rng: &mut Xoshiro256PlusPlus) -> impl Iterator<Item = f64> {
@@ -137,11 +137,11 @@ impl Target<'_> {
     }
 }
 
-fn groups_of_scan(counts: &ExpectedCounts, target: &Target) -> Option<Vec<Group>> {
+fn groups_of_scan(counts: &ExpectedCounts, target: &Target) -> Option<Vec<DrawnTogether>> {
     let model = counts.model();
     let laws = laws(counts, target.spad());
     if model.timing.parallel == 1 {
-        return Some(laws.iter().map(Group::alone).collect());
+        return Some(laws.iter().map(DrawnTogether::alone).collect());
     }
     let reach_ps = target.sensor.clock().ps(NEAR_CHIPS);
     let is_near = |group: scan::Group| {
@@ -163,7 +163,7 @@ fn groups_of_scan(counts: &ExpectedCounts, target: &Target) -> Option<Vec<Group>
             }
         };
         let laws: Vec<CountLaw> = steps.iter().map(|&step| laws[step.index()]).collect();
-        Group::of(&laws, &moments.covariance)
+        DrawnTogether::of(&laws, &moments.covariance)
     };
     (0..model.timing.groups()).into_par_iter().map(group).collect()
 }
@@ -211,7 +211,7 @@ fn group_of_steps(
     target: &Target,
     near: &[usize],
     peak: usize,
-) -> Option<Group> {
+) -> Option<DrawnTogether> {
     let timing = &counts.model().timing;
     let chip = i64::from(timing.clock.samples_per_chip);
     let n = near.len();
@@ -243,7 +243,7 @@ fn group_of_steps(
         CountLaw::of(target.spad(), &counts.means[step], covariance[place][place].max(0.0))
     };
     let laws: Vec<CountLaw> = near.iter().enumerate().map(law).collect();
-    Group::of(&laws, &covariance)
+    DrawnTogether::of(&laws, &covariance)
 }
 
 /// Steps of a scan at most so far from one of them, each once, in the scan's order.
