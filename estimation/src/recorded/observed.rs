@@ -1,0 +1,430 @@
+//! What was recorded of one detector, and what a scene lets one expect of it: counts of
+//! phase steps, or bins of a histogram.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::expected::with_std;
+use super::{RecordedHistogram, RecordedScan};
+use crate::estimate::CountingTier;
+use crate::estimate::histogram::{Uncorrected, dead_time};
+use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
+use crate::histogram::correction::{CorrectionError, DeadTime};
+use crate::histogram::correlation::Correlator;
+use crate::histogram::innovations::{Innovations, deviance};
+use crate::photons::{DetectorModel, StepCount};
+use crate::response::{CountMoments, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
+use crate::scene::DetectorIndex;
+use crate::sensor::Sensor;
+
+/// Neighbouring bins are summed for the chi-square until this many hits are expected in
+/// each sum: its distribution is known well where sums are not small.
+pub const HITS_OF_A_SUM: f64 = 5.0;
+
+/// Why a scene cannot be fitted.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum NoFit {
+    #[error(transparent)]
+    Response(#[from] MeanResponseError),
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
+    #[error(transparent)]
+    Uncorrected(#[from] Uncorrected),
+    #[error("the counts do not determine what is unknown")]
+    Undetermined,
+}
+
+/// What was recorded of one detector.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Observed<'o> {
+    /// Counts of a scan's phase steps.
+    Steps(&'o RecordedScan),
+    /// Bins of a histogram.
+    Bins(&'o RecordedHistogram),
+}
+
+impl Observed<'_> {
+    pub fn detector(self) -> DetectorIndex {
+        match self {
+            Observed::Steps(scan) => scan.detector,
+            Observed::Bins(recorded) => recorded.detector,
+        }
+    }
+
+    /// Phase steps of the scan, or of the code period.
+    pub fn phase_steps(self) -> usize {
+        match self {
+            Observed::Steps(scan) => scan.counts.len(),
+            Observed::Bins(recorded) => recorded.histogram.bins().len(),
+        }
+    }
+
+    /// Whether light level and background can be told from what moves the peak.
+    pub fn tells_light(self) -> bool {
+        match self {
+            Observed::Steps(scan) => scan.has_totals,
+            Observed::Bins(_) => true,
+        }
+    }
+
+    /// All numbers: signed and total count of step after step, or the bins.
+    pub fn values(self) -> Vec<f64> {
+        match self {
+            Observed::Steps(scan) => scan
+                .counts
+                .iter()
+                .flat_map(|count| [count.signed as f64, count.total as f64])
+                .collect(),
+            Observed::Bins(recorded) => {
+                let bins = recorded.histogram.bins().iter();
+                bins.map(|&count| count as f64).collect()
+            }
+        }
+    }
+
+    /// Counts of the scan's phase steps, which follow from bins.
+    pub fn step_counts(self, sensor: &Sensor) -> Vec<StepCount> {
+        match self {
+            Observed::Steps(scan) => scan.counts.clone(),
+            Observed::Bins(recorded) => {
+                let code = sensor.reference(recorded.detector);
+                let correlator = Correlator::new(code, sensor.clock().samples_per_chip);
+                let total = recorded.histogram.total();
+                let signed = correlator.signed_counts(&recorded.histogram).into_iter();
+                signed.map(|signed| StepCount { signed, total }).collect()
+            }
+        }
+    }
+
+    /// What the sensor's estimator says of it.
+    pub fn estimate(self, sensor: &Sensor) -> EstimateReport {
+        match self {
+            Observed::Steps(scan) => estimate_scan(sensor, scan.detector, &scan.counts),
+            Observed::Bins(recorded) => {
+                estimate_histogram(sensor, recorded.detector, &recorded.histogram)
+            }
+        }
+    }
+
+    /// Means of all numbers, of light that comes later by a delay.
+    pub fn means(self, sensor: &Sensor, delay_ps: f64) -> Result<Vec<f64>, NoFit> {
+        let model = DetectorModel::new(sensor, self.detector());
+        let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
+        let delayed = response.delayed(delay_ps)?;
+        Ok(match self {
+            Observed::Steps(_) => flat(&delayed.mean_counts()),
+            Observed::Bins(_) => delayed.mean_bins(),
+        })
+    }
+
+    /// What a sensor lets one expect of light that comes later by a delay.
+    pub fn expected(self, sensor: &Sensor, delay_ps: f64) -> Result<Expected, NoFit> {
+        let model = DetectorModel::new(sensor, self.detector());
+        let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
+        let delayed = response.delayed(delay_ps)?;
+        Ok(match self {
+            Observed::Steps(scan) => {
+                let moments = SecondMoments::new(&delayed)?.of_scan();
+                let mean = |moment: &CountMoments| [moment.signed_mean, moment.total_mean];
+                Expected {
+                    means: moments.iter().flat_map(mean).collect(),
+                    scatter: Scatter::Steps { moments, has_totals: scan.has_totals },
+                }
+            }
+            Observed::Bins(recorded) => Expected {
+                means: delayed.mean_bins(),
+                scatter: Scatter::Bins {
+                    dead_time: dead_time(sensor, recorded.detector)?,
+                    periods: recorded.histogram.periods() as f64,
+                },
+            },
+        })
+    }
+}
+
+fn flat(counts: &[MeanCount]) -> Vec<f64> {
+    let pair = |count: &MeanCount| [count.signed, count.total];
+    counts.iter().flat_map(pair).collect()
+}
+
+/// Means of all numbers, and how they scatter.
+#[derive(Debug, Clone)]
+pub(super) struct Expected {
+    pub means: Vec<f64>,
+    scatter: Scatter,
+}
+
+#[derive(Debug, Clone)]
+enum Scatter {
+    Steps { moments: Vec<CountMoments>, has_totals: bool },
+    Bins { dead_time: DeadTime, periods: f64 },
+}
+
+impl Expected {
+    /// Mean and standard deviation of every phase step's signed count, or of every bin.
+    pub fn each(&self) -> Vec<[f64; 2]> {
+        match &self.scatter {
+            Scatter::Steps { moments, .. } => moments
+                .iter()
+                .map(|moment| [moment.signed_mean, moment.signed_variance.max(0.0).sqrt()])
+                .collect(),
+            Scatter::Bins { periods, .. } => with_std(&self.means, *periods),
+        }
+    }
+
+    /// Hits of a phase step on average, or of the whole histogram.
+    pub fn hits(&self) -> f64 {
+        match &self.scatter {
+            Scatter::Steps { moments, .. } => {
+                let hits: f64 = moments.iter().map(|step| step.total_mean).sum();
+                hits / moments.len().max(1) as f64
+            }
+            Scatter::Bins { .. } => self.means.iter().sum(),
+        }
+    }
+
+    /// Weights for other means: second moments that are known, of which those per detection
+    /// change little.
+    pub fn weights(&self, means: &[f64]) -> Result<Weights, NoFit> {
+        Ok(match &self.scatter {
+            Scatter::Steps { moments, has_totals } => {
+                Weights::Steps(Whitening::of(&scaled(moments, means), *has_totals))
+            }
+            Scatter::Bins { dead_time, periods } => {
+                Weights::Bins(Innovations::new(*dead_time, means, *periods)?)
+            }
+        })
+    }
+
+    /// How well numbers agree with what is expected.
+    pub fn judge(&self, values: &[f64]) -> Result<Agreement, NoFit> {
+        let deviations = differences(values, &self.means);
+        Ok(match self.weights(&self.means)? {
+            Weights::Steps(whitening) => {
+                let whitened = whitening.whitened(pairs(&deviations));
+                let chi_square = whitened.iter().map(|z| z * z).sum();
+                Agreement {
+                    chi_square,
+                    numbers: whitened.len(),
+                    excess_variance: whitening.excess_variance,
+                    deviance: chi_square + whitening.ln_determinant,
+                    whitened,
+                }
+            }
+            Weights::Bins(innovations) => of_bins(values, &deviations, &innovations)?,
+        })
+    }
+}
+
+/// How well numbers agree with what is expected of them.
+#[derive(Debug, Clone)]
+pub(super) struct Agreement {
+    /// Residuals in standard deviations: of each step one, or two with totals; of each bin one.
+    pub whitened: Vec<f64>,
+    pub chi_square: f64,
+    /// Squares that it is the sum of.
+    pub numbers: usize,
+    /// What small counts add to its variance.
+    excess_variance: f64,
+    /// Twice the negative logarithm of the likelihood, less a constant.
+    pub deviance: f64,
+}
+
+impl Agreement {
+    /// Chance of a chi-square at least as large, with so many degrees of freedom.
+    pub fn p_value(&self, degrees: usize) -> Option<f64> {
+        tail(self.chi_square, degrees, self.excess_variance)
+    }
+}
+
+/// Bins are Poisson numbers of the means that those before let one expect: their likelihood
+/// holds where hardly any bin counts at all. The chi-square is of sums of neighbours.
+fn of_bins(
+    values: &[f64],
+    deviations: &[f64],
+    innovations: &Innovations,
+) -> Result<Agreement, NoFit> {
+    let expected = innovations.expected(values, deviations)?;
+    let mut agreement = Agreement {
+        whitened: innovations.whitened(deviations)?,
+        chi_square: 0.0,
+        numbers: 0,
+        excess_variance: 0.0,
+        deviance: deviance(values, &expected),
+    };
+    let (mut sum, mut hits) = (0.0, 0.0);
+    for (z, mean) in agreement.whitened.iter().zip(innovations.means()) {
+        let innovation = z * mean.sqrt();
+        sum += innovation;
+        hits += mean;
+        if hits >= HITS_OF_A_SUM {
+            agreement.chi_square += sum * sum / hits;
+            agreement.numbers += 1;
+            agreement.excess_variance += 1.0 / hits;
+            (sum, hits) = (0.0, 0.0);
+        }
+    }
+    Ok(agreement)
+}
+
+/// What makes deviations independent, of unit variance.
+pub(super) enum Weights {
+    Steps(Whitening),
+    Bins(Innovations),
+}
+
+impl Weights {
+    pub fn whitened(&self, deviations: &[f64]) -> Result<Vec<f64>, NoFit> {
+        Ok(match self {
+            Weights::Steps(whitening) => whitening.whitened(pairs(deviations)),
+            Weights::Bins(innovations) => innovations.whitened(deviations)?,
+        })
+    }
+}
+
+/// Signed and total counts, step by step.
+fn pairs(values: &[f64]) -> impl Iterator<Item = MeanCount> {
+    let pair = |pair: &[f64]| MeanCount { signed: pair[0], total: pair[1] };
+    values.chunks_exact(2).map(pair)
+}
+
+pub(super) fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// Second moments that are known, for other means.
+fn scaled(known: &[CountMoments], means: &[f64]) -> Vec<CountMoments> {
+    let scaled = known.iter().zip(pairs(means)).map(|(known, mean)| {
+        let more = mean.total / known.total_mean.max(f64::MIN_POSITIVE);
+        CountMoments {
+            signed_mean: mean.signed,
+            total_mean: mean.total,
+            signed_variance: known.signed_variance * more,
+            total_variance: known.total_variance * more,
+            covariance: (known.covariance - known.signed_mean) * more + mean.signed,
+        }
+    });
+    scaled.collect()
+}
+
+/// Whitens the counts of every step: the signed ones alone, or with the totals.
+pub(super) struct Whitening {
+    /// Of each step: the signed count's factor, and the total's two.
+    factors: Vec<[f64; 3]>,
+    /// Number of counts of a step: 1, or 2 with totals.
+    per_step: usize,
+    /// Logarithm of the determinant of all covariances.
+    ln_determinant: f64,
+    /// What the counts' fourth cumulants add to the variance of chi-square.
+    excess_variance: f64,
+}
+
+impl Whitening {
+    fn of(moments: &[CountMoments], has_totals: bool) -> Whitening {
+        let mut whitening = Whitening {
+            factors: Vec::with_capacity(moments.len()),
+            per_step: if has_totals { 2 } else { 1 },
+            ln_determinant: 0.0,
+            excess_variance: 0.0,
+        };
+        for moment in moments {
+            let factor = match moment.whitening() {
+                [of_signed, ..] if !has_totals => [of_signed, 0.0, 0.0],
+                of_both => of_both,
+            };
+            whitening.factors.push(factor);
+            let determinant = factor[0] * if has_totals { factor[2] } else { 1.0 };
+            whitening.ln_determinant -= 2.0 * determinant.ln();
+            whitening.excess_variance += fourth_cumulants(moment, factor);
+        }
+        whitening
+    }
+
+    /// All whitened values, step by step.
+    fn whitened(&self, counts: impl Iterator<Item = MeanCount>) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.factors.len() * self.per_step);
+        for ([a, b, c], count) in self.factors.iter().zip(counts) {
+            values.push(a * count.signed);
+            if self.per_step == 2 {
+                values.push(b * count.signed + c * count.total);
+            }
+        }
+        values
+    }
+}
+
+/// Chance of a chi-square at least this large, by a scaled chi-square distribution
+/// with its mean and variance (Satterthwaite): squares of small counts scatter
+/// more than those of normal numbers.
+fn tail(chi_square: f64, degrees: usize, excess_variance: f64) -> Option<f64> {
+    if degrees == 0 {
+        return None;
+    }
+    let mean = degrees as f64;
+    let variance = 2.0 * mean + excess_variance;
+    let distribution = ChiSquared::new(2.0 * mean * mean / variance).ok()?;
+    Some(distribution.sf(chi_square * 2.0 * mean / variance))
+}
+
+/// Sum of the fourth cumulants of a step's whitened counts that chi-square's variance
+/// has beyond that of normal ones, as if hits up and hits down were Poisson numbers.
+fn fourth_cumulants(moment: &CountMoments, [a, b, c]: [f64; 3]) -> f64 {
+    let up = 0.5 * (moment.total_mean + moment.signed_mean);
+    let down = 0.5 * (moment.total_mean - moment.signed_mean);
+    let of_hit = |sign: f64| (a * a + (b * sign + c) * (b * sign + c)).powi(2);
+    up.max(0.0) * of_hit(1.0) + down.max(0.0) * of_hit(-1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn poisson(up: f64, down: f64) -> CountMoments {
+        CountMoments {
+            signed_mean: up - down,
+            total_mean: up + down,
+            signed_variance: up + down,
+            total_variance: up + down,
+            covariance: up - down,
+        }
+    }
+
+    #[test]
+    fn whitened_counts_have_unit_covariance_and_the_determinant_is_theirs() {
+        let moment = CountMoments {
+            signed_variance: 5.0,
+            total_variance: 3.0,
+            covariance: 2.0,
+            ..poisson(1.0, 1.0)
+        };
+        let whitening = Whitening::of(&[moment], true);
+        let [a, b, c] = whitening.factors[0];
+        assert!((a * a * 5.0 - 1.0).abs() < 1e-12);
+        assert!((b * b * 5.0 + 4.0 * b * c + c * c * 3.0 - 1.0).abs() < 1e-12);
+        assert!((a * (b * 5.0 + c * 2.0)).abs() < 1e-12);
+        // 5 x 3 - 2 x 2.
+        assert!((whitening.ln_determinant - 11.0_f64.ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn chi_square_has_its_tabulated_quantiles_where_counts_are_large() {
+        // Abramowitz and Stegun, table 26.8: 18.307 for 10 degrees at 5 %.
+        let moments = [poisson(1e9, 1e9); 10];
+        let whitening = Whitening::of(&moments, false);
+        let p = tail(18.307, 10, whitening.excess_variance).unwrap();
+        assert!((p - 0.05).abs() < 1e-5, "{p}");
+        assert_eq!(tail(1.0, 0, whitening.excess_variance), None);
+    }
+
+    /// A Poisson number's squared deviation in variances has the variance 2 + 1/mean.
+    #[test]
+    fn small_counts_widen_chi_square_as_their_fourth_moment_says() {
+        let mean = 0.7;
+        // Only hits up, so that the signed count is the Poisson number.
+        let whitening = Whitening::of(&[poisson(mean, 0.0)], false);
+        assert!((whitening.excess_variance - 1.0 / mean).abs() < 1e-12);
+        // Hits up and down apart: U and W each have theirs.
+        let both = Whitening::of(&[poisson(3.0, 3.0)], true);
+        // r and N with variance 6 each, uncorrelated; each hit has both squares 1/6.
+        assert!((both.excess_variance - 6.0 * (2.0 / 6.0_f64).powi(2)).abs() < 1e-12);
+    }
+}
