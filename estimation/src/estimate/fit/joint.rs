@@ -11,9 +11,9 @@ use super::error::FitError;
 use super::known_moments::KnownMoments;
 use super::model_estimate::{Goodness, ModelEstimate, Untold};
 use super::normal::Normal;
+use super::pairs::{self, Split, TOLD_APART};
 use super::problem::Problem;
 use super::ridge;
-use super::rivals::{Close, Rivals, TOLD_APART, is_told_apart, pairs};
 use super::search::Search;
 use crate::estimate::distance_m;
 use crate::response::MeanCount;
@@ -49,94 +49,109 @@ pub fn all_light<'m>(
 ) -> Result<AllLight<'m>, FitError> {
     let [light, own] = air.thresholds();
     let (mut search, mut here) = Search::new(air, problem, known, measured)?;
-    let mut doubts = Vec::new();
+    let mut ambiguous: Vec<Split> = Vec::new();
     while here.parameters.paths.len() < MOST_PATHS {
         let place = search.strongest(&here, light);
         // Where other light is still missing, that makes one path look like two.
         let least_gain = place.as_ref().map_or(0.0, |place| place.sigmas.powi(2));
-        let (pair, of_paths) = pairs_in_place(&search, &here, least_gain);
-        doubts = of_paths;
-        match (pair, place) {
-            (Some(pair), _) => here = pair,
-            (None, Some(place)) => here = search.with(&here, place.path(search.unit(&here)))?,
-            (None, None) => break,
+        if let Some(split) = split(&search, &here, least_gain) {
+            let pair = split.is_pair.then(|| split.hypothesis.clone());
+            ambiguous.push(split);
+            if let Some(pair) = pair {
+                here = pair;
+                continue;
+            }
         }
+        let Some(place) = place else {
+            break;
+        };
+        here = search.with(&here, place.path(search.unit(&here)))?;
     }
-    if !here.parameters.paths.iter().any(|path| path.has(&air.known[0].code)) {
+    if !has_own(air, &here) {
         let place = search.strongest_own(&here);
         if place.sigmas < own {
             return Err(FitError::OwnNotSeen { sigmas: place.sigmas, needed: own });
         }
         here = search.with(&here, place.path(search.unit(&here)))?;
-        doubts.clear();
     }
+    let splits = ambiguous.into_iter();
+    let mut doubts: Vec<Split> = splits.filter_map(|s| beside_all(&search, &here, s)).collect();
     loop {
         let found = finish(&mut search, here, &doubts, known)?;
-        let Some(rest) = without_least_needed(&search, &found, light)? else {
+        let Some((path, rest)) = find_in_doubt(&search, &found, light)? else {
             return Ok(found);
         };
+        doubts = doubts.into_iter().filter_map(|split| split.without(path)).collect();
         here = rest;
-        (_, doubts) = pairs_in_place(&search, &here, 0.0);
     }
 }
 
-/// A path that may be two, by number.
-type Doubt = (usize, Rivals);
-
-/// The best pair in place of some path, if the counts tell it apart, and of every path that may
-/// be two what it may be instead. Pairs must gain more than `least_gain`.
-fn pairs_in_place<'m>(
-    search: &Search<'_, 'm>,
-    here: &Hypothesis<'m>,
-    least_gain: f64,
-) -> (Option<Hypothesis<'m>>, Vec<Doubt>) {
-    let residual = search.residual(here);
-    let (mut best, mut doubts): (Option<(usize, Hypothesis)>, Vec<Doubt>) = (None, Vec::new());
-    for candidate in search.air.known.iter().filter(|c| search.air.room(c, here) > 0) {
-        let (code, matched) = (&candidate.code, &candidate.matched);
-        let products = matched.products(&search.air.axis, &residual);
-        for path in (0..here.parameters.paths.len()).filter(|&p| here.parameters.paths[p].has(code))
-        {
-            let close = Close { search, here, path, matched, products: &products, least_gain };
-            let pairs = pairs(&close);
-            doubts.push((path, Rivals::new(here, &pairs, code)));
-            let pair = pairs.into_iter().next().map(|pair| (path, pair));
-            let gain = |(_, pair): &(usize, Hypothesis)| here.chi_square - pair.chi_square;
-            best = best.into_iter().chain(pair).max_by(|a, b| gain(a).total_cmp(&gain(b)));
-        }
-    }
-    let told = best.filter(|(path, pair)| is_told_apart(here, pair, *path));
-    (told.map(|(_, pair)| pair), doubts)
-}
-
-/// All light without the path of another source that the counts need least, if that fits nearly
-/// as well: light that stood out before all was fitted may be what that lacked then. A find must
-/// lower chi-square as much as it had to stand out.
-fn without_least_needed<'m>(
+/// The path of another source that the counts need least, by number, and all light without it,
+/// if that fits nearly as well: light that stood out before all was fitted may be what that
+/// lacked then. A find must lower chi-square as much as it had to stand out.
+fn find_in_doubt<'m>(
     search: &Search<'_, 'm>,
     found: &AllLight<'m>,
     threshold: f64,
-) -> Result<Option<Hypothesis<'m>>, FitError> {
+) -> Result<Option<(usize, Hypothesis<'m>)>, FitError> {
     let own = &search.air.known[0].code;
     let here = &found.hypothesis;
     let std = found.normal.standard_deviations();
     let is_sure = |path: usize| std[2 * path + 1] * SURE * threshold < 1.0;
-    let mut best: Option<Hypothesis<'m>> = None;
-    for (path, lit) in here.parameters.paths.iter().enumerate() {
-        if !lit.has(own) && !is_sure(path) {
-            let rest = search.without(here, path)?;
-            let least = best.as_ref().map_or(f64::INFINITY, |best| best.chi_square);
-            best = if rest.chi_square < least { Some(rest) } else { best };
+    let mut least: Option<(f64, usize, Hypothesis<'m>)> = None;
+    for path in 0..here.parameters.paths.len() {
+        if here.parameters.paths[path].has(own) || is_sure(path) {
+            continue;
+        }
+        let rest = search.without(here, path)?;
+        let gain = rest.chi_square - here.chi_square;
+        if gain < threshold * threshold && least.as_ref().is_none_or(|(least, ..)| gain < *least) {
+            least = Some((gain, path, rest));
         }
     }
-    Ok(best.filter(|rest| rest.chi_square - here.chi_square < threshold * threshold))
+    Ok(least.map(|(_, path, rest)| (path, rest)))
+}
+
+/// What a split says now that all light is found: that may leave no room for what was likely
+/// without it. `None` for one path that was not taken for two, since that was tried anew.
+fn beside_all<'m>(
+    search: &Search<'_, 'm>,
+    here: &Hypothesis<'m>,
+    split: Split<'m>,
+) -> Option<Split<'m>> {
+    if split.paths_when_taken() == here.parameters.paths.len() {
+        return Some(split);
+    }
+    let &[first, second] = &split.paths[..] else {
+        return None;
+    };
+    let path = &here.parameters.paths[first];
+    let known = &search.air.known;
+    let Some(candidate) = known.iter().find(|known| path.has(&known.code)) else {
+        return Some(split);
+    };
+    // One path in their place that leads nowhere is none.
+    let Ok(one) = search.fitted(here, |light| light.merge_paths([first, second])) else {
+        return None;
+    };
+    let close = pairs::Close {
+        search,
+        here: &one,
+        path: first,
+        matched: &candidate.matched,
+        products: &candidate.matched.products(&search.air.axis, &search.residual(&one)),
+        sigma: search.sigma(),
+        unit: search.unit(&one),
+        least_gain: 0.0,
+    };
+    Some(split.beside(&close, here.chi_square))
 }
 
 /// The last fit, with exact derivatives and weights of the light that was found.
 fn finish<'m>(
     search: &mut Search<'_, 'm>,
     here: Hypothesis<'m>,
-    doubts: &[Doubt],
+    doubts: &[Split],
     known: &KnownMoments,
 ) -> Result<AllLight<'m>, FitError> {
     let (hypothesis, normal) = search.descent.exactly_weighed(here, known)?;
@@ -152,37 +167,71 @@ fn finish<'m>(
     })
 }
 
+/// Whether some path has the detector's own code.
+fn has_own(air: &Air, here: &Hypothesis) -> bool {
+    here.parameters.paths.iter().any(|path| path.has(&air.known[0].code))
+}
+
+/// The best way to take a path for two that are close together, with a say on
+/// whether the counts tell.
+/// Pairs must gain more than `least_gain`.
+fn split<'m>(search: &Search<'_, 'm>, here: &Hypothesis<'m>, least_gain: f64) -> Option<Split<'m>> {
+    let residual = search.residual(here);
+    let sigma = search.sigma();
+    let mut best: Option<Split> = None;
+    for candidate in search.air.known.iter().filter(|c| search.air.room(c, here) > 0) {
+        let products = candidate.matched.products(&search.air.axis, &residual);
+        for path in 0..here.parameters.paths.len() {
+            if !here.parameters.paths[path].has(&candidate.code) {
+                continue;
+            }
+            let found = pairs::split(&pairs::Close {
+                search,
+                here,
+                path,
+                matched: &candidate.matched,
+                products: &products,
+                sigma,
+                unit: search.unit(here),
+                least_gain,
+            });
+            let is_better = |split: &Split| {
+                best.as_ref().is_none_or(|b| split.hypothesis.chi_square < b.hypothesis.chi_square)
+            };
+            if let Some(split) = found.filter(is_better) {
+                best = Some(split);
+            }
+        }
+    }
+    best
+}
+
 /// What the normal equations do not say of each path's delay (chips^2) and ln(strength): to be
 /// added to their variances.
 fn beyond_normal<'m>(
     search: &Search<'_, 'm>,
-    here: &Hypothesis<'m>,
+    hypothesis: &Hypothesis<'m>,
     normal: &Normal,
-    doubts: &[Doubt],
+    doubts: &[Split],
 ) -> Vec<[f64; 2]> {
-    let paths = &here.parameters.paths;
+    let paths = &hypothesis.parameters.paths;
     let mut spread = vec![0.0; paths.len()];
-    for (path, rivals) in doubts {
-        spread[*path] += rivals.spread_of(paths[*path].delay_chips);
-    }
     // Each says all there is of a path's variance, so that the largest holds.
     let mut bent: Vec<Option<[f64; 2]>> = vec![None; paths.len()];
-    for second in 0..paths.len() {
-        for first in 0..second {
-            let pair = [first, second];
-            let Some(valley) = ridge::beyond_normal(search, here, normal, pair) else {
-                continue;
-            };
-            let rivals = instead_of_pair(search, here, pair);
-            for (path, [delay, ln_rate]) in pair.into_iter().zip(valley) {
-                let of_path =
-                    rivals.as_ref().map(|rivals| rivals.spread_of(paths[path].delay_chips));
-                spread[path] += of_path.unwrap_or_default();
-                bent[path] = Some(match bent[path] {
-                    Some(known) => [known[0].max(delay), known[1].max(ln_rate)],
-                    None => [delay, ln_rate],
-                });
-            }
+    // Other paths nearby are in either hypothesis.
+    for split in doubts {
+        for &path in &split.paths {
+            spread[path] += split.spread_of(paths[path].delay_chips);
+        }
+        let &[first, second] = &split.paths[..] else {
+            continue;
+        };
+        let valley = ridge::beyond_normal(search, hypothesis, normal, [first, second]);
+        for (path, added) in [first, second].into_iter().zip(valley.into_iter().flatten()) {
+            bent[path] = Some(match bent[path] {
+                Some(known) => [known[0].max(added[0]), known[1].max(added[1])],
+                None => added,
+            });
         }
     }
     let both = spread.into_iter().zip(bent);
@@ -191,21 +240,6 @@ fn beyond_normal<'m>(
         [spread + delay, ln_rate]
     })
     .collect()
-}
-
-/// What a pair that was taken may be instead, beside all other light: one path, or another pair.
-/// `None` where one path in their place leads nowhere, or their code is not known.
-fn instead_of_pair(search: &Search, here: &Hypothesis, pair: [usize; 2]) -> Option<Rivals> {
-    let lit = &here.parameters.paths[pair[0]];
-    let candidate = search.air.known.iter().find(|known| lit.has(&known.code))?;
-    let (code, matched) = (&candidate.code, &candidate.matched);
-    let one = search.fitted(here, |light| light.merge_paths(pair)).ok()?;
-    let products = matched.products(&search.air.axis, &search.residual(&one));
-    let (path, products) = (pair[0], &products[..]);
-    let close = Close { search, here: &one, path, matched, products, least_gain: 0.0 };
-    let mut others = pairs(&close);
-    others.push(one);
-    Some(Rivals::new(here, &others, code))
 }
 
 /// Deviations that a pair must have on average to be told apart in 95 % of scans.

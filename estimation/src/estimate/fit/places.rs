@@ -13,7 +13,7 @@ use super::search::Search;
 use crate::code::Code;
 
 /// Further light of a code is looked for this far from its fitted paths; nearer paths
-/// are a matter of [`super::rivals`].
+/// are a matter of [`super::pairs`].
 const APART_CHIPS: f64 = 1.25;
 
 /// A place where light stands out.

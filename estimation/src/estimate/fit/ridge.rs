@@ -9,7 +9,6 @@
 use super::descent::Hypothesis;
 use super::normal::Normal;
 use super::parameters::PathParameters;
-use super::rivals::REACH_CHIPS;
 use super::search::Search;
 
 /// Ratios that are known better than this, in e-folds, bend nothing.
@@ -46,18 +45,14 @@ impl RidgePoint {
 /// What is to be added to the variances of delay (chips^2) and ln(strength) of two paths, by
 /// number, that the normal equations of the best fit say: how far along the valley they may be,
 /// in place of what a straight valley would make of it, which may be more. Any ln(ratio) is as
-/// likely before anything is counted. `None` where the two are of other codes or far apart, or
-/// the ratio is known so well that the valley does not bend.
+/// likely before anything is counted. `None` where the ratio is known so well that the valley
+/// does not bend.
 pub fn beyond_normal<'m>(
     search: &Search<'_, 'm>,
     best: &Hypothesis<'m>,
     normal: &Normal,
     pair @ [first, second]: [usize; 2],
 ) -> Option<[[f64; 2]; 2]> {
-    let [a, b] = [first, second].map(|path| &best.parameters.paths[path]);
-    if !a.has(&b.code) || (a.delay_chips - b.delay_chips).abs() > REACH_CHIPS {
-        return None;
-    }
     let ln_ratio = best.parameters.ln_ratio(first, second);
     let ln_ratio_std = normal.standard_deviation_of(&ln_ratio);
     if ln_ratio_std < KNOWN_LN_RATIO {
@@ -72,7 +67,7 @@ pub fn beyond_normal<'m>(
     Some([0, 1].map(|path| [added(path, 0), added(path, 1)]))
 }
 
-/// Points along the valley of two paths; the first is where they fit best.
+/// Places along the valley of two paths; the first is where they fit best.
 fn walk<'m>(
     search: &Search<'_, 'm>,
     best: &Hypothesis<'m>,
@@ -88,13 +83,13 @@ fn walk<'m>(
             let Ok(next) = search.with_ratio(&here, pair, side) else {
                 break;
             };
-            let point = RidgePoint::of(&next, pair);
-            if point.ln_ratio().abs() > MOST_LN_RATIO
-                || point.chi_square > best.chi_square + UNLIKELY
+            let place = RidgePoint::of(&next, pair);
+            if place.ln_ratio().abs() > MOST_LN_RATIO
+                || place.chi_square > best.chi_square + UNLIKELY
             {
                 break;
             }
-            found.push(point);
+            found.push(place);
             here = next;
         }
     }
@@ -102,16 +97,16 @@ fn walk<'m>(
 }
 
 /// Mean squares by which delay and ln(strength) of each path are elsewhere than in the first
-/// point, each as likely as it fits.
-fn mean_squares(points: &[RidgePoint]) -> [[f64; 2]; 2] {
-    let lowest = points.iter().map(|point| point.chi_square);
+/// place, each place as likely as it fits.
+fn mean_squares(places: &[RidgePoint]) -> [[f64; 2]; 2] {
+    let lowest = places.iter().map(|place| place.chi_square);
     let lowest = lowest.fold(f64::INFINITY, f64::min);
     let (mut all, mut squares) = (0.0, [[0.0; 2]; 2]);
-    for point in points {
-        let weight = (-0.5 * (point.chi_square - lowest)).exp();
+    for place in places {
+        let weight = (-0.5 * (place.chi_square - lowest)).exp();
         all += weight;
         for (square, (here, first)) in
-            squares.iter_mut().zip(point.paths.iter().zip(&points[0].paths))
+            squares.iter_mut().zip(place.paths.iter().zip(&places[0].paths))
         {
             square[0] += weight * (here.delay_chips - first.delay_chips).powi(2);
             square[1] += weight * (here.ln_rate - first.ln_rate).powi(2);
