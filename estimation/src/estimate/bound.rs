@@ -61,47 +61,12 @@ pub(super) fn bound_of(
     tier: CountingTier,
     counts: &ExpectedCounts,
 ) -> Result<Bound, FitError> {
-    let model = counts.model();
-    let light = Light::of(model);
+    let light = Light::of(counts.model());
     if light.paths.is_empty() {
         return Err(FitError::Dark);
     }
-    let parameters = Parameters::of(&light);
-    let problem = Problem::of_scan(model, tier);
-    let steps = problem.steps.len();
-    let axis = Axis::new(sensor, detector, tier, &problem.steps);
-    let (weights, deviations) = deviations(&problem, &parameters, &axis, counts)?;
-    if counts.response.misses_pulses() {
-        check_even(&problem, &parameters, &weights, &deviations)?;
-    }
-    let paths = model.modulated_paths().zip(deviations.chunks(2));
-    Ok(Bound {
-        paths: paths
-            .map(|(path, deviations)| PathBound {
-                path,
-                bound_m: distance_m(sensor.clock().ps(deviations[0])),
-                velocity_bound_m_per_s: None,
-            })
-            .collect(),
-        steps,
-    })
-}
-
-/// What the counts of a problem weigh, and the standard deviation of each unknown that they allow.
-fn deviations(
-    problem: &Problem,
-    parameters: &Parameters,
-    axis: &Axis,
-    counts: &ExpectedCounts,
-) -> Result<(Weights, Vec<f64>), FitError> {
-    let jacobian = problem.jacobian(parameters, counts.response, Reading::Exact, Sides::Both)?;
-    let means = counts.of_steps(&problem.steps);
-    let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));
-    let weights = problem.weights(axis, parameters, &means, None, moments)?;
-    let (steps, unknowns) = (problem.steps.len(), parameters.len());
-    let information = weights.information(&jacobian);
-    let information = information.ok_or(FitError::Undetermined { steps, unknowns })?;
-    Ok((weights, information.standard_deviations()))
+    let problem = Problem::of_scan(counts.model(), tier);
+    bound_of_problem(sensor, detector, &problem, &Parameters::of(&light), counts)
 }
 
 /// The bound of a path that moves, and of its speed.
@@ -120,17 +85,36 @@ fn bound_of_moving(
     let samples_per_chip = sensor.clock().samples_per_chip;
     let steps = moving::in_one_go(&window(&sensor.timing().scan, samples_per_chip, peak), peak);
     let (problem, parameters) = moving::of_scene(sensor, &model, tier, steps, moment_ps)?;
-    let axis = Axis::new(&still, detector, tier, &problem.steps);
-    let (_, deviations) = deviations(&problem, &parameters, &axis, &counts)?;
-    let bound = |path: PathIndex| PathBound {
+    bound_of_problem(sensor, detector, &problem, &parameters, &counts)
+}
+
+fn bound_of_problem(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    problem: &Problem,
+    parameters: &Parameters,
+    counts: &ExpectedCounts,
+) -> Result<Bound, FitError> {
+    let jacobian = problem.jacobian(parameters, counts.response, Reading::Exact, Sides::Both)?;
+    let axis = Axis::new(sensor, detector, problem.tier, &problem.steps);
+    let means = counts.of_steps(&problem.steps);
+    let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));
+    let weights = problem.weights(&axis, parameters, &means, None, moments)?;
+    let (steps, unknowns) = (problem.steps.len(), parameters.len());
+    let information = weights.information(&jacobian);
+    let information = information.ok_or(FitError::Undetermined { steps, unknowns })?;
+    let deviations = information.standard_deviations();
+    if counts.response.misses_pulses() && parameters.walk.is_none() {
+        check_even(problem, parameters, &weights, &deviations)?;
+    }
+    let velocity = parameters.walk_index().map(|walk| distance_m(1e12 * deviations[walk]));
+    let paths = counts.model().modulated_paths().zip(deviations.chunks(2));
+    let bound = |(path, deviations): (PathIndex, &[f64])| PathBound {
         path,
         bound_m: distance_m(sensor.clock().ps(deviations[0])),
-        velocity_bound_m_per_s: Some(distance_m(1e12 * deviations[2])),
+        velocity_bound_m_per_s: velocity,
     };
-    Ok(Bound {
-        paths: model.modulated_paths().take(1).map(bound).collect(),
-        steps: problem.steps.len(),
-    })
+    Ok(Bound { paths: paths.map(bound).collect(), steps })
 }
 
 /// Whether the counts tell nearly as much of each delay a standard deviation away from
