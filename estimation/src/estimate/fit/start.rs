@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::parameters::{Parameters, PathParameters, share_of_ones};
+use super::template::Template;
 use crate::code::Code;
 use crate::estimate::phase::estimate_at;
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
@@ -40,7 +41,7 @@ pub fn start(
     let signed: Vec<f64> = counts.iter().map(|count| count.signed).collect();
     let spad = &sensor.scene().detectors[detector];
     let code = &sensor.scene().sources[spad.reference].code;
-    let peak = best_match(sensor, code, &signed);
+    let peak = PeakShape::of(sensor, code).best_match(&signed);
     let largest = counts[peak];
     if signed.iter().all(|&count| count == largest.signed) || largest.total <= 0.0 {
         return Err(NoEstimate::Flat { count: largest.signed as i64 });
@@ -77,71 +78,67 @@ pub fn start(
     })
 }
 
-/// Number of the step at which the counts, plus or minus a constant, look most
-/// like the peak of `code`: of least squares of height and constant, the place
-/// where the height is the most standard deviations above zero.
-///
-/// Every step of the peak has light of its own, so that at low light this finds
-/// it where the largest single count misses: a triangle of 2 S steps has the
-/// signal-to-noise ratio of sqrt(2 S / 3) times the largest of them.
-pub fn best_match(sensor: &Sensor, code: &Code, signed: &[f64]) -> usize {
-    let samples_per_chip = sensor.clock().samples_per_chip as usize;
-    let steps = signed.len() as i64;
-    let is_full = sensor.timing().scan.is_full();
-    let template = template(code, samples_per_chip);
-    // A short period has room for one turn.
-    let half = match is_full {
-        true => (template.len() as i64 / 2).min((steps - 1) / 2),
-        false => template.len() as i64 / 2,
-    };
-    let middle = template.len() as i64 / 2;
-    let mut best = (0, f64::NEG_INFINITY);
-    for peak in 0..steps {
-        let [mut number, mut t, mut tt, mut r, mut rt] = [0.0; 5];
-        for offset in -half..=half {
-            let step = peak + offset;
-            let step = if is_full {
-                step.rem_euclid(steps)
-            } else if (0..steps).contains(&step) {
-                step
-            } else {
-                continue;
-            };
-            let (shape, count) = (template[(middle + offset) as usize], signed[step as usize]);
-            number += 1.0;
-            t += shape;
-            tt += shape * shape;
-            r += count;
-            rt += shape * count;
-        }
-        let score = (rt - r * t / number) / (tt - t * t / number).sqrt();
-        if score > best.1 {
-            best = (peak as usize, score);
-        }
-    }
-    best.0
+/// The shape of a code's peak, step by step, to where it has gone, and those that interleaving
+/// puts beside it, and a chip more.
+pub struct PeakShape {
+    values: Vec<f64>,
+    is_full: bool,
 }
 
-/// Autocorrelation of the code, step by step, to where its peak and those that
-/// interleaving puts beside it have gone, and a chip more.
-fn template(code: &Code, samples_per_chip: usize) -> Vec<f64> {
-    let chips = &code.chips;
-    let reach = (1_usize << code.interleave) + 1;
-    let theta: Vec<f64> = (0..=reach + 1)
-        .map(|lag| {
-            let same = (0..chips.len()).filter(|&i| chips[i] == chips[(i + lag) % chips.len()]);
-            2.0 * same.count() as f64 / chips.len() as f64 - 1.0
-        })
-        .collect();
-    let half = (reach * samples_per_chip) as i64;
-    (-half..=half)
-        .map(|offset| {
-            let lag = offset.unsigned_abs() as usize;
-            let part = (lag % samples_per_chip) as f64 / samples_per_chip as f64;
-            let chip = lag / samples_per_chip;
-            theta[chip] + part * (theta[chip + 1] - theta[chip])
-        })
-        .collect()
+impl PeakShape {
+    pub fn of(sensor: &Sensor, code: &Code) -> PeakShape {
+        PeakShape {
+            values: shape(code, sensor.clock().samples_per_chip),
+            is_full: sensor.timing().scan.is_full(),
+        }
+    }
+
+    /// Number of the step at which the counts, plus or minus a constant, look most
+    /// like the peak: of least squares of height and constant, the place
+    /// where the height is the most standard deviations above zero.
+    ///
+    /// Every step of the peak has light of its own, so that at low light this finds
+    /// it where the largest single count misses: a triangle of 2 S steps has the
+    /// signal-to-noise ratio of sqrt(2 S / 3) times the largest of them.
+    pub fn best_match(&self, signed: &[f64]) -> usize {
+        let steps = signed.len() as i64;
+        let middle = self.values.len() as i64 / 2;
+        // A short period has room for one turn.
+        let half = if self.is_full { middle.min((steps - 1) / 2) } else { middle };
+        let mut best = (0, f64::NEG_INFINITY);
+        for peak in 0..steps {
+            let [mut number, mut t, mut tt, mut r, mut rt] = [0.0; 5];
+            for offset in -half..=half {
+                let step = peak + offset;
+                let step = if self.is_full {
+                    step.rem_euclid(steps)
+                } else if (0..steps).contains(&step) {
+                    step
+                } else {
+                    continue;
+                };
+                let (shape, count) =
+                    (self.values[(middle + offset) as usize], signed[step as usize]);
+                number += 1.0;
+                t += shape;
+                tt += shape * shape;
+                r += count;
+                rt += shape * count;
+            }
+            let score = (rt - r * t / number) / (tt - t * t / number).sqrt();
+            if score > best.1 {
+                best = (peak as usize, score);
+            }
+        }
+        best.0
+    }
+}
+
+fn shape(code: &Code, samples_per_chip: u32) -> Vec<f64> {
+    let half = ((1_i64 << code.interleave) + 1) * i64::from(samples_per_chip);
+    let lags = (-half..=half).map(|offset| offset as f64 / f64::from(samples_per_chip));
+    let template = Template::new(code, code, 0.0).into_iter();
+    template.flat_map(|template| lags.clone().map(move |lag| template.at(lag)[0])).collect()
 }
 
 #[cfg(test)]
@@ -153,7 +150,11 @@ mod tests {
     fn a_template_is_a_triangle_on_flat_ground_and_alternates_if_interleaved() {
         let m_sequence = |interleave| {
             let spec = CodeSpec { degree: Some(5), interleave, ..CodeSpec::new(Family::MSequence) };
-            template(&spec.build().expect("an m-sequence"), 4)
+            let code = spec.build().expect("an m-sequence");
+            // Sums of sign times chip, in place of those of sign times sign.
+            let signs = 2.0 * code.weight() as f64 - code.len() as f64;
+            let of_signs = |sum: f64| (2.0 * sum - signs) / code.len() as f64;
+            shape(&code, 4).into_iter().map(of_signs).collect::<Vec<f64>>()
         };
         // Side lobes of an m-sequence are -1 / 31.
         let ground = -1.0 / 31.0;

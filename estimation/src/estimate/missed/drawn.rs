@@ -14,7 +14,7 @@ use super::law::{CountLaw, laws};
 use super::target::Target;
 use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
-use crate::estimate::fit::start::best_match;
+use crate::estimate::fit::start::PeakShape;
 use crate::estimate::phase::{estimate_at, first_maximum};
 use crate::math::correlating;
 use crate::scan::{self, Scan, Step};
@@ -92,11 +92,14 @@ impl Bent {
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
     let groups = groups_of_scan(counts, target)?;
     let scans = scans(target.sensor, target.detector);
+    let reference = target.sensor.reference(target.detector);
+    let is_model = target.sensor.scene().estimator == EstimatorKind::Model;
+    let shape = is_model.then(|| PeakShape::of(target.sensor, reference));
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let mut values = Vec::with_capacity(counts.means.len());
         groups.iter().for_each(|group| values.extend(group.draw(&mut rng)));
-        target.found_in(&values)
+        target.found_in(&values, shape.as_ref())
     });
     Some(1.0 - draws.count() as f64 / scans as f64)
 }
@@ -121,15 +124,14 @@ fn work_per_count(sensor: &Sensor, detector: DetectorIndex) -> u64 {
 impl Target<'_> {
     /// Whether the estimator finds the path in a scan's counts. The model estimator's
     /// fit goes to the peak that its coarse stage has found.
-    fn found_in(&self, values: &[f64]) -> bool {
+    fn found_in(&self, values: &[f64], shape: Option<&PeakShape>) -> bool {
         let zeros = values.iter().filter(|&&value| value == 0.0).count();
         if values.iter().all(|&value| value <= 0.0) && 2 * zeros > values.len() {
             return false;
         }
-        if self.sensor.scene().estimator == EstimatorKind::Model {
-            let source = self.sensor.scene().detectors[self.detector].reference;
-            let step = best_match(self.sensor, &self.sensor.scene().sources[source].code, values);
-            return self.accepts(self.measured_ps + self.step_error_ps(step), 1.0);
+        if let Some(shape) = shape {
+            let step_ps = self.step_error_ps(shape.best_match(values));
+            return self.accepts(self.measured_ps + step_ps, 1.0);
         }
         let timing = self.sensor.timing();
         let estimate = estimate_at(values, first_maximum(values), timing, 0.0);
