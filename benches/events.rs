@@ -119,7 +119,9 @@ fn chip_costs_ns(scene: &Scene) -> [f64; 2] {
         times.fold(f64::INFINITY, f64::min)
     };
     let counting_s = least(&mut || counter.count(1, 0..1, 0..steps, &mut counts));
-    let pulses_s = least(&mut || drop(pulses(&recorder, 1, groups)));
+    let pulses_s = least(&mut || {
+        pulses(&recorder, 1, groups);
+    });
     [counting_s / steps as f64, pulses_s / groups as f64].map(|s| s * 1e9 / chips)
 }
 

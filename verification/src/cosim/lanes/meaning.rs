@@ -104,7 +104,7 @@ pub(in crate::cosim) fn remarks(
     sources: &[SourceFile],
     cache: &Path,
 ) -> Result<Vec<String>, CosimError> {
-    let tools = Tools::find()?;
+    let tools = Tools::find(cache)?;
     let mut parts = vec!["other circuits", VERSION, tools.versions.as_str(), top];
     for source in sources {
         parts.extend([source.name.as_str(), source.text.as_str()]);

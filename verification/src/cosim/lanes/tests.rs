@@ -189,6 +189,50 @@ impl OneByOne<'_> {
         self.settle();
         self.outputs.iter().map(|net| self.nets[net.index()]).collect()
     }
+
+    /// The outputs clock by clock under samples, and whether a result stood at each of them.
+    fn clocks(
+        &mut self,
+        samples: &[u64],
+        of_clock: usize,
+        reset: u64,
+        valid: usize,
+        stood: &mut [bool],
+    ) -> Vec<Vec<u64>> {
+        let of_clocks = samples.chunks(of_clock).zip(stood);
+        let outputs = of_clocks.map(|(samples, stood)| {
+            let outputs = self.clock(|port, bit| match port {
+                "i_rst" => reset,
+                "m_axis_tready" => u64::MAX,
+                _ => samples[bit],
+            });
+            *stood |= outputs[valid] != 0;
+            outputs
+        });
+        outputs.collect()
+    }
+}
+
+/// One word of lanes of each row.
+fn words(planes: &Planes, word: usize) -> Vec<u64> {
+    planes.rows().map(|row| row[word]).collect()
+}
+
+/// Where the samples of a detector change, as a block of lanes has it, of rows that are clocks'
+/// samples one after another.
+fn edges_of(samples: &Planes, lanes: usize, of_clock: usize, of_detector: usize) -> Vec<u32> {
+    let mut edges = Vec::new();
+    for lane in 0..lanes {
+        let mut levels = vec![false; of_clock / of_detector];
+        for (row, _) in samples.rows().enumerate() {
+            let level = &mut levels[row % of_clock / of_detector];
+            let sample = samples.get(row, lane);
+            if std::mem::replace(level, sample) != sample {
+                edges.push((row * lanes + lane) as u32);
+            }
+        }
+    }
+    edges
 }
 
 /// Both programs of a netlist, from any registers, with any inputs and resets of any lanes, against
@@ -219,9 +263,6 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
         model.expect(&Planes::new(lanes, design.outputs)).unwrap();
         let everywhere = Planes::row_where(lanes, (0..lanes).map(|_| true));
         let resets = [Planes::new(lanes, 1), random(1), Planes::new(lanes, 1)];
-        let words = |planes: &Planes, word: usize| -> Vec<u64> {
-            planes.rows().map(|row| row[word]).collect()
-        };
         let mut gates: Vec<OneByOne> = (0..lanes / 64)
             .map(|word| OneByOne {
                 netlist: &netlist,
@@ -232,17 +273,7 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
             .collect();
         for reset in resets {
             let samples = random(CLOCKS as usize * design.samples);
-            let mut edges = Vec::new();
-            for lane in 0..lanes {
-                let mut levels = vec![false; design.samples / interface.lanes() as usize];
-                for row in 0..CLOCKS as usize * design.samples {
-                    let level = &mut levels[row % design.samples / interface.lanes() as usize];
-                    let sample = samples.get(row, lane);
-                    if std::mem::replace(level, sample) != sample {
-                        edges.push((row * lanes + lane) as u32);
-                    }
-                }
-            }
+            let edges = edges_of(&samples, lanes, design.samples, interface.lanes() as usize);
             let block = LaneBlock {
                 clocks: CLOCKS,
                 reset: reset.clone(),
@@ -256,22 +287,19 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
             let registers = model.registers().unwrap();
             let mut stood = vec![false; CLOCKS as usize];
             for (word, gates) in gates.iter_mut().enumerate() {
-                let mut different = 0;
-                for clock in 0..CLOCKS {
-                    let outputs = gates.clock(|port, bit| match port {
-                        "i_rst" => words(&reset, word)[0],
-                        "m_axis_tready" => u64::MAX,
-                        _ => {
-                            let row = clock as usize * design.samples + bit;
-                            samples.rows().nth(row).unwrap()[word]
-                        }
-                    });
-                    different |= outputs.iter().fold(0, |all, output| all | output);
-                    stood[clock as usize] |= outputs[valid] != 0;
-                    if let Some((_, beat)) = found.beats.iter().find(|beat| beat.0 == clock) {
-                        assert_eq!(words(beat, word), outputs, "{name} {backend:?} {clock}");
-                    }
+                let samples = words(&samples, word);
+                let outputs = gates.clocks(
+                    &samples,
+                    design.samples,
+                    words(&reset, word)[0],
+                    valid,
+                    &mut stood,
+                );
+                for (clock, beat) in &found.beats {
+                    let expected = &outputs[*clock as usize];
+                    assert_eq!(&words(beat, word), expected, "{name} {backend:?} {clock}");
                 }
+                let different = outputs.iter().flatten().fold(0, |all, output| all | output);
                 assert_eq!(words(&found.different, word)[0], different, "{name} {backend:?}");
                 assert_eq!(words(&registers, word), gates.registers, "{name} {backend:?}");
             }
