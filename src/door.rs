@@ -357,7 +357,7 @@ pub fn cosim(
     let sensor = held_to(sensor, options.latency, &request)?;
     let parts = |done, of| on_progress(Progress::Parts { done, of });
     let mut done = cosimulate(&sensor, &request, parts)?;
-    done.report.remarks = design.remarks;
+    done.report.remarks.splice(0..0, design.remarks);
     Ok(done)
 }
 

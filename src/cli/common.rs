@@ -64,7 +64,7 @@ pub(super) struct Order<'a> {
 #[derive(Debug, Args)]
 pub(super) struct CheckArgument {
     /// Exit with status 1 if scans contradict their expected bias, standard deviation or
-    /// share of missed peaks
+    /// share of missed peaks, or recorded counts their scene
     #[arg(long)]
     pub check: bool,
 }

@@ -76,6 +76,10 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
     let text: String = assessments.iter().map(Assessment::to_string).collect();
     let document = Estimates { assessments: &assessments };
     output.answer(Some(&scene), &document, &text)?;
-    let holds = assessments.iter().all(|one| one.estimate.expectation_holds != Some(false));
+    let is_accused =
+        |one: &Assessment| one.diagnosis.as_ref().is_some_and(|d| !d.causes.is_empty());
+    let holds = assessments
+        .iter()
+        .all(|one| one.estimate.expectation_holds != Some(false) && !is_accused(one));
     Ok(Ending::of_check(arguments.check.check, holds))
 }

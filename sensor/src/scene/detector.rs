@@ -125,6 +125,12 @@ tables! {
 }
 
 impl Detector {
+    /// Mean number of afterpulses that an avalanche begets: the number is Poisson, and its
+    /// chance to be at least one the afterpulsing probability.
+    pub fn afterpulses_per_avalanche(&self) -> f64 {
+        -(-self.afterpulsing_probability).ln_1p()
+    }
+
     /// One that counts every photon at once, without noise, dead time or jitter; its pulses
     /// are of `pulse_width_ps`.
     pub fn ideal(name: &str, reference: SourceIndex, pulse_width_ps: f64) -> Detector {

@@ -12,6 +12,7 @@ mod filelist;
 mod folder;
 #[doc(hidden)]
 pub mod manifest;
+mod other_text;
 mod preprocessed;
 mod roots;
 mod search;
