@@ -191,10 +191,84 @@ impl OneByOne<'_> {
     }
 }
 
-/// Both programs of a netlist, from any registers, with any inputs and resets of any lanes, against
-/// the gates themselves: all registers, and what was found of the outputs.
-fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
+/// A program of a netlist beside the gates themselves.
+struct Trial<'a> {
+    name: String,
+    design: &'a Design,
+    /// Samples of a detector in a word.
+    of_detector: usize,
+    /// Number of the output `m_axis_tvalid`.
+    valid: usize,
+    model: LaneModel,
+    /// For each 64 lanes.
+    gates: Vec<OneByOne<'a>>,
+}
+
+/// A word of each row.
+fn words(planes: &Planes, word: usize) -> Vec<u64> {
+    planes.rows().map(|row| row[word]).collect()
+}
+
+impl Trial<'_> {
     const CLOCKS: u64 = 40;
+
+    /// A block of any samples: all registers after it, and what was found of the outputs. Gives how
+    /// often a result stood.
+    fn block(&mut self, reset: &Planes, samples: &Planes) -> usize {
+        let lanes = self.model.lanes();
+        let rows = Self::CLOCKS as usize * self.design.samples;
+        let mut edges = Vec::new();
+        for lane in 0..lanes {
+            let mut levels = vec![false; self.design.samples / self.of_detector];
+            for row in 0..rows {
+                let level = &mut levels[row % self.design.samples / self.of_detector];
+                let sample = samples.get(row, lane);
+                if std::mem::replace(level, sample) != sample {
+                    edges.push((row * lanes + lane) as u32);
+                }
+            }
+        }
+        let block = LaneBlock {
+            clocks: Self::CLOCKS,
+            reset: reset.clone(),
+            watched: Planes::row_where(lanes, (0..lanes).map(|_| true)),
+            edges,
+            events: Vec::new(),
+            phases: vec![0; self.design.tables],
+        };
+        self.model.submit(&block).unwrap();
+        let found = self.model.collect().unwrap();
+        let registers = self.model.registers().unwrap();
+        let mut stood = [false; Self::CLOCKS as usize];
+        for (word, gates) in self.gates.iter_mut().enumerate() {
+            let mut different = 0;
+            for clock in 0..Self::CLOCKS {
+                let outputs = gates.clock(|port, bit| match port {
+                    "i_rst" => words(reset, word)[0],
+                    "m_axis_tready" => u64::MAX,
+                    _ => {
+                        let row = clock as usize * self.design.samples + bit;
+                        samples.rows().nth(row).unwrap()[word]
+                    }
+                });
+                different |= outputs.iter().fold(0, |all, output| all | output);
+                stood[clock as usize] |= outputs[self.valid] != 0;
+                if let Some((_, beat)) = found.beats.iter().find(|beat| beat.0 == clock) {
+                    assert_eq!(words(beat, word), outputs, "{} {clock}", self.name);
+                }
+            }
+            assert_eq!(words(&found.different, word)[0], different, "{}", self.name);
+            assert_eq!(words(&registers, word), gates.registers, "{}", self.name);
+        }
+        let told: Vec<u64> = found.beats.iter().map(|beat| beat.0).collect();
+        let expected: Vec<u64> = (0..Self::CLOCKS).filter(|&clock| stood[clock as usize]).collect();
+        assert_eq!(told, expected, "{}", self.name);
+        told.len()
+    }
+}
+
+/// Both programs of a netlist, from any registers, with any inputs and with any lanes in reset.
+fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
     let interface = sensor.interface();
     let cache = cache_dir().unwrap();
     let netlist = Design::netlist(TOP, &sources(sensor), Memories::Refused, &cache).unwrap();
@@ -203,8 +277,7 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
     let outputs = super::design::planes(&netlist.outputs, &layout.outputs).unwrap();
     let before = layout.outputs.fields.iter();
     let before = before.take_while(|field| field.port.name != "m_axis_tvalid");
-    let valid: usize = before.map(|field| field.port.width as usize).sum();
-    let mut beats = 0;
+    let valid = before.map(|field| field.port.width as usize).sum();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED);
     for backend in [Backend::Vectors, Backend::Verilator] {
         let lanes = backend.lanes();
@@ -217,72 +290,26 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
         let start = random(netlist.registers.len());
         model.set_registers(&start).unwrap();
         model.expect(&Planes::new(lanes, design.outputs)).unwrap();
-        let everywhere = Planes::row_where(lanes, (0..lanes).map(|_| true));
-        let resets = [Planes::new(lanes, 1), random(1), Planes::new(lanes, 1)];
-        let words = |planes: &Planes, word: usize| -> Vec<u64> {
-            planes.rows().map(|row| row[word]).collect()
+        let of_word = |word| OneByOne {
+            netlist: &netlist,
+            outputs: &outputs,
+            nets: vec![0; netlist.nets],
+            registers: words(&start, word),
         };
-        let mut gates: Vec<OneByOne> = (0..lanes / 64)
-            .map(|word| OneByOne {
-                netlist: &netlist,
-                outputs: &outputs,
-                nets: vec![0; netlist.nets],
-                registers: words(&start, word),
-            })
-            .collect();
-        for reset in resets {
-            let samples = random(CLOCKS as usize * design.samples);
-            let mut edges = Vec::new();
-            for lane in 0..lanes {
-                let mut levels = vec![false; design.samples / interface.lanes() as usize];
-                for row in 0..CLOCKS as usize * design.samples {
-                    let level = &mut levels[row % design.samples / interface.lanes() as usize];
-                    let sample = samples.get(row, lane);
-                    if std::mem::replace(level, sample) != sample {
-                        edges.push((row * lanes + lane) as u32);
-                    }
-                }
-            }
-            let block = LaneBlock {
-                clocks: CLOCKS,
-                reset: reset.clone(),
-                watched: everywhere.clone(),
-                edges,
-                events: Vec::new(),
-                phases: vec![0; design.tables],
-            };
-            model.submit(&block).unwrap();
-            let found = model.collect().unwrap();
-            let registers = model.registers().unwrap();
-            let mut stood = vec![false; CLOCKS as usize];
-            for (word, gates) in gates.iter_mut().enumerate() {
-                let mut different = 0;
-                for clock in 0..CLOCKS {
-                    let outputs = gates.clock(|port, bit| match port {
-                        "i_rst" => words(&reset, word)[0],
-                        "m_axis_tready" => u64::MAX,
-                        _ => {
-                            let row = clock as usize * design.samples + bit;
-                            samples.rows().nth(row).unwrap()[word]
-                        }
-                    });
-                    different |= outputs.iter().fold(0, |all, output| all | output);
-                    stood[clock as usize] |= outputs[valid] != 0;
-                    if let Some((_, beat)) = found.beats.iter().find(|beat| beat.0 == clock) {
-                        assert_eq!(words(beat, word), outputs, "{name} {backend:?} {clock}");
-                    }
-                }
-                assert_eq!(words(&found.different, word)[0], different, "{name} {backend:?}");
-                assert_eq!(words(&registers, word), gates.registers, "{name} {backend:?}");
-            }
-            let told: Vec<u64> = found.beats.iter().map(|beat| beat.0).collect();
-            let expected: Vec<u64> = (0..CLOCKS).filter(|&clock| stood[clock as usize]).collect();
-            assert_eq!(told, expected, "{name} {backend:?}");
-            beats += told.len();
-        }
+        let mut trial = Trial {
+            name: format!("{name}, {backend:?}"),
+            design: &design,
+            of_detector: interface.lanes() as usize,
+            valid,
+            model,
+            gates: (0..lanes / 64).map(of_word).collect(),
+        };
+        let rows = Trial::CLOCKS as usize * design.samples;
+        let resets = [Planes::new(lanes, 1), random(1), Planes::new(lanes, 1)];
+        let beats: usize = resets.iter().map(|reset| trial.block(reset, &random(rows))).sum();
+        // With anything in the registers a result stands somewhere.
+        assert!(beats > 0, "{name}");
     }
-    // With anything in the registers a result stands somewhere.
-    assert!(beats > 0, "{name}");
 }
 
 #[test]
