@@ -133,14 +133,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let options = RunOptions {
             out: out.path().to_owned(),
             seed,
-            engine: Engine::Auto,
-            graded_mutants: None,
             made_by: MADE_BY.to_owned(),
-            window: None,
-            provenance: goldtof::Provenance::default(),
+            ..Default::default()
         };
         let started = Instant::now();
-        goldtof::run(&scene, &options, |_| ())?;
+        goldtof::run(&sensor, &options, |_| ())?;
         wall.push(started.elapsed().as_secs_f64());
         Ok(())
     })?;

@@ -8,7 +8,7 @@
 
 pub mod design;
 mod expected;
-mod meaning;
+pub(in crate::cosim) mod meaning;
 mod model;
 pub mod mutants;
 pub mod netlist;

@@ -2,18 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
 use super::Unfit;
+use crate::photons::fast::Recorder;
 use crate::photons::{DetectorModel, Pulse, PulseStream};
 use crate::reference::stimulus::{RESET_CLOCKS, first_sample};
 use crate::scan::{Group, Sample};
 use crate::sensor::interface::Interface;
 
 /// Groups that a thread makes at once.
-const GROUPS_AT_ONCE: u64 = 32;
+const GROUPS_AT_ONCE: u64 = 64;
 /// Most pulses that are kept, 8 bytes each.
 const MOST_PULSES: usize = 1 << 27;
 
@@ -78,17 +80,18 @@ impl Light<'_> {
         let sampling = self.interface.timing.sampling();
         let mut kept: Vec<Kept> = vec![Kept::default(); self.models.len()];
         let mut hits = vec![Vec::new(); self.models.len()];
+        let recorders: Vec<_> = self.models.iter().map(|m| Arc::new(Recorder::new(m))).collect();
         thread::scope(|scope| {
             let (done, made) = sync_channel(2 * threads);
             for _ in 0..threads {
-                let (done, next) = (done.clone(), &next);
+                let (done, next, recorders) = (done.clone(), &next, &recorders);
                 scope.spawn(move || {
                     loop {
                         let number = next.fetch_add(1, Ordering::Relaxed);
                         if number >= chunks {
                             return;
                         }
-                        let chunk = self.chunk(number, number + 1 == chunks, clocks);
+                        let chunk = self.chunk(recorders, number, number + 1 == chunks, clocks);
                         if done.send((number, chunk)).is_err() {
                             return;
                         }
@@ -119,7 +122,7 @@ impl Light<'_> {
         Ok(kept.into_iter().map(|kept| kept.high).collect())
     }
 
-    fn chunk(&self, number: u64, is_last: bool, clocks: u64) -> Chunk {
+    fn chunk(&self, recorders: &[Arc<Recorder>], number: u64, is_last: bool, clocks: u64) -> Chunk {
         let sampling = self.interface.timing.sampling();
         let origin = first_sample(self.interface, RESET_CLOCKS);
         let first = Group(number * GROUPS_AT_ONCE);
@@ -133,15 +136,15 @@ impl Light<'_> {
             true => sampling.samples_of(clocks).saturating_sub(origin.0),
             false => u64::MAX,
         };
-        let of_detector = |model| {
+        let of_detector = |recorder: &Arc<Recorder>| {
             let stop = (!is_last).then_some(end);
-            let mut stream = PulseStream::of_groups(model, self.seed, 0, first, stop);
+            let mut stream = PulseStream::of_groups(recorder, self.seed, 0, first, stop);
             let mut pulses = Vec::new();
             stream.advance(Sample(until_sample), &mut pulses);
             pulses.iter_mut().for_each(|pulse| pulse.shift(origin));
             pulses
         };
-        Chunk { until_clock, pulses: self.models.iter().map(of_detector).collect() }
+        Chunk { until_clock, pulses: recorders.iter().map(of_detector).collect() }
     }
 }
 

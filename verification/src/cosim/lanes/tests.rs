@@ -189,86 +189,56 @@ impl OneByOne<'_> {
         self.settle();
         self.outputs.iter().map(|net| self.nets[net.index()]).collect()
     }
+
+    /// The outputs clock by clock under samples, and whether a result stood at each of them.
+    fn clocks(
+        &mut self,
+        samples: &[u64],
+        of_clock: usize,
+        reset: u64,
+        valid: usize,
+        stood: &mut [bool],
+    ) -> Vec<Vec<u64>> {
+        let of_clocks = samples.chunks(of_clock).zip(stood);
+        let outputs = of_clocks.map(|(samples, stood)| {
+            let outputs = self.clock(|port, bit| match port {
+                "i_rst" => reset,
+                "m_axis_tready" => u64::MAX,
+                _ => samples[bit],
+            });
+            *stood |= outputs[valid] != 0;
+            outputs
+        });
+        outputs.collect()
+    }
 }
 
-/// A program of a netlist beside the gates themselves.
-struct Trial<'a> {
-    name: String,
-    design: &'a Design,
-    /// Samples of a detector in a word.
-    of_detector: usize,
-    /// Number of the output `m_axis_tvalid`.
-    valid: usize,
-    model: LaneModel,
-    /// For each 64 lanes.
-    gates: Vec<OneByOne<'a>>,
-}
-
-/// A word of each row.
+/// One word of lanes of each row.
 fn words(planes: &Planes, word: usize) -> Vec<u64> {
     planes.rows().map(|row| row[word]).collect()
 }
 
-impl Trial<'_> {
-    const CLOCKS: u64 = 40;
-
-    /// A block of any samples: all registers after it, and what was found of the outputs. Gives how
-    /// often a result stood.
-    fn block(&mut self, reset: &Planes, samples: &Planes) -> usize {
-        let lanes = self.model.lanes();
-        let rows = Self::CLOCKS as usize * self.design.samples;
-        let mut edges = Vec::new();
-        for lane in 0..lanes {
-            let mut levels = vec![false; self.design.samples / self.of_detector];
-            for row in 0..rows {
-                let level = &mut levels[row % self.design.samples / self.of_detector];
-                let sample = samples.get(row, lane);
-                if std::mem::replace(level, sample) != sample {
-                    edges.push((row * lanes + lane) as u32);
-                }
+/// Where the samples of a detector change, as a block of lanes has it, of rows that are clocks'
+/// samples one after another.
+fn edges_of(samples: &Planes, lanes: usize, of_clock: usize, of_detector: usize) -> Vec<u32> {
+    let mut edges = Vec::new();
+    for lane in 0..lanes {
+        let mut levels = vec![false; of_clock / of_detector];
+        for (row, _) in samples.rows().enumerate() {
+            let level = &mut levels[row % of_clock / of_detector];
+            let sample = samples.get(row, lane);
+            if std::mem::replace(level, sample) != sample {
+                edges.push((row * lanes + lane) as u32);
             }
         }
-        let block = LaneBlock {
-            clocks: Self::CLOCKS,
-            reset: reset.clone(),
-            watched: Planes::row_where(lanes, (0..lanes).map(|_| true)),
-            edges,
-            events: Vec::new(),
-            phases: vec![0; self.design.tables],
-        };
-        self.model.submit(&block).unwrap();
-        let found = self.model.collect().unwrap();
-        let registers = self.model.registers().unwrap();
-        let mut stood = [false; Self::CLOCKS as usize];
-        for (word, gates) in self.gates.iter_mut().enumerate() {
-            let mut different = 0;
-            for clock in 0..Self::CLOCKS {
-                let outputs = gates.clock(|port, bit| match port {
-                    "i_rst" => words(reset, word)[0],
-                    "m_axis_tready" => u64::MAX,
-                    _ => {
-                        let row = clock as usize * self.design.samples + bit;
-                        samples.rows().nth(row).unwrap()[word]
-                    }
-                });
-                different |= outputs.iter().fold(0, |all, output| all | output);
-                stood[clock as usize] |= outputs[self.valid] != 0;
-                if let Some((_, beat)) = found.beats.iter().find(|beat| beat.0 == clock) {
-                    assert_eq!(words(beat, word), outputs, "{} {clock}", self.name);
-                }
-            }
-            assert_eq!(words(&found.different, word)[0], different, "{}", self.name);
-            assert_eq!(words(&registers, word), gates.registers, "{}", self.name);
-        }
-        let told: Vec<u64> = found.beats.iter().map(|beat| beat.0).collect();
-        let expected: Vec<u64> = (0..Self::CLOCKS).filter(|&clock| stood[clock as usize]).collect();
-        assert_eq!(told, expected, "{}", self.name);
-        told.len()
     }
+    edges
 }
 
-/// Both programs of a netlist, from any registers, with any inputs and with any lanes in reset.
+/// Both programs of a netlist, from any registers, with any inputs and resets of any lanes, against
+/// the gates themselves: all registers, and what was found of the outputs.
 fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
+    const CLOCKS: u64 = 40;
     let interface = sensor.interface();
     let cache = cache_dir().unwrap();
     let netlist = Design::netlist(TOP, &sources(sensor), Memories::Refused, &cache).unwrap();
@@ -277,7 +247,8 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
     let outputs = super::design::planes(&netlist.outputs, &layout.outputs).unwrap();
     let before = layout.outputs.fields.iter();
     let before = before.take_while(|field| field.port.name != "m_axis_tvalid");
-    let valid = before.map(|field| field.port.width as usize).sum();
+    let valid: usize = before.map(|field| field.port.width as usize).sum();
+    let mut beats = 0;
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED);
     for backend in [Backend::Vectors, Backend::Verilator] {
         let lanes = backend.lanes();
@@ -290,26 +261,56 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
         let start = random(netlist.registers.len());
         model.set_registers(&start).unwrap();
         model.expect(&Planes::new(lanes, design.outputs)).unwrap();
-        let of_word = |word| OneByOne {
-            netlist: &netlist,
-            outputs: &outputs,
-            nets: vec![0; netlist.nets],
-            registers: words(&start, word),
-        };
-        let mut trial = Trial {
-            name: format!("{name}, {backend:?}"),
-            design: &design,
-            of_detector: interface.lanes() as usize,
-            valid,
-            model,
-            gates: (0..lanes / 64).map(of_word).collect(),
-        };
-        let rows = Trial::CLOCKS as usize * design.samples;
+        let everywhere = Planes::row_where(lanes, (0..lanes).map(|_| true));
         let resets = [Planes::new(lanes, 1), random(1), Planes::new(lanes, 1)];
-        let beats: usize = resets.iter().map(|reset| trial.block(reset, &random(rows))).sum();
-        // With anything in the registers a result stands somewhere.
-        assert!(beats > 0, "{name}");
+        let mut gates: Vec<OneByOne> = (0..lanes / 64)
+            .map(|word| OneByOne {
+                netlist: &netlist,
+                outputs: &outputs,
+                nets: vec![0; netlist.nets],
+                registers: words(&start, word),
+            })
+            .collect();
+        for reset in resets {
+            let samples = random(CLOCKS as usize * design.samples);
+            let edges = edges_of(&samples, lanes, design.samples, interface.lanes() as usize);
+            let block = LaneBlock {
+                clocks: CLOCKS,
+                reset: reset.clone(),
+                watched: everywhere.clone(),
+                edges,
+                events: Vec::new(),
+                phases: vec![0; design.tables],
+            };
+            model.submit(&block).unwrap();
+            let found = model.collect().unwrap();
+            let registers = model.registers().unwrap();
+            let mut stood = vec![false; CLOCKS as usize];
+            for (word, gates) in gates.iter_mut().enumerate() {
+                let samples = words(&samples, word);
+                let outputs = gates.clocks(
+                    &samples,
+                    design.samples,
+                    words(&reset, word)[0],
+                    valid,
+                    &mut stood,
+                );
+                for (clock, beat) in &found.beats {
+                    let expected = &outputs[*clock as usize];
+                    assert_eq!(&words(beat, word), expected, "{name} {backend:?} {clock}");
+                }
+                let different = outputs.iter().flatten().fold(0, |all, output| all | output);
+                assert_eq!(words(&found.different, word)[0], different, "{name} {backend:?}");
+                assert_eq!(words(&registers, word), gates.registers, "{name} {backend:?}");
+            }
+            let told: Vec<u64> = found.beats.iter().map(|beat| beat.0).collect();
+            let expected: Vec<u64> = (0..CLOCKS).filter(|&clock| stood[clock as usize]).collect();
+            assert_eq!(told, expected, "{name} {backend:?}");
+            beats += told.len();
+        }
     }
+    // With anything in the registers a result stands somewhere.
+    assert!(beats > 0, "{name}");
 }
 
 #[test]
@@ -531,10 +532,11 @@ const AMBIGUOUS: [(&str, &str); 21] = [
 ];
 
 /// The same things, where nothing is undefined.
-const PLAIN: [&str; 5] = [
+const PLAIN: [&str; 6] = [
     "wire [3:0] t = i_samples[3:0]; `AT o_overrun <= t[i_samples[5:4]];",
     "`AT casez (i_samples[1:0]) 2'b1?: o_overrun <= 1; default: o_overrun <= 0; endcase",
     "reg w; always @* w = i_rst & i_samples[0]; `AT o_overrun <= w;",
+    "reg w; always @(i_rst or i_samples) w = i_rst & i_samples[0]; `AT o_overrun <= w;",
     "reg n; `AT begin n = i_samples[0]; o_overrun <= n; end",
     "wire y; inner inner (.a(i_rst), .y(y)); `AT o_overrun <= y; endmodule \
      module inner(input a, output y); assign y = ~a;",
