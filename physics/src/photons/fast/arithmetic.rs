@@ -192,10 +192,10 @@ pub fn standard_normal(bits: u32) -> f32 {
     let mut far = -1.006_532_1e-5_f32;
     far = far * x - 1.450_169_2e-4;
     far = far * x + 1.161_043_3e-3;
-    far = far * x - 3.392_139_9e-3;
+    far = far * x - 3.392_14e-3;
     far = far * x + 5.797_295_4e-3;
-    far = far * x - 7.717_608_9e-3;
-    far = far * x + 9.431_715_1e-3;
+    far = far * x - 7.717_609e-3;
+    far = far * x + 9.431_715e-3;
     far = far * x + 1.001_682_3;
     far = far * x + 2.832_977_3;
     let magnitude = if w < 5.0 { centre } else { far };
