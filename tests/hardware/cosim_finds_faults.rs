@@ -118,6 +118,7 @@ const WINDOW: &[Fault] = &[
     ("lane_delay.v", "DELAYED_LOAD = 3'h3", "DELAYED_LOAD = 3'h1"),
     ("count_clamp.v", "LARGEST  = 5'h0f", "LARGEST  = 5'h0e"),
     ("result_stream.v", "i_counted & i_clamped", "i_counted & ~i_clamped"),
+    ("result_stream.v", "i_counted & i_clamped", "i_counted & i_clamped & ~i_last"),
 ];
 
 /// Faults that show only where a scan ends just before an epoch, as in

@@ -352,7 +352,7 @@ impl Logic for DetectorChannel {
             self.window_and_unused[b].d.next = self.window_and_unused[b - 1].q.val() << size;
             self.dump[b].d.next = self.dump[b - 1].q.val();
         }
-        if self.early.len() > 0 {
+        if !self.early.is_empty() {
             self.early[0].d.next = self.edges.o_early.val();
         }
         for b in 1..self.early.len() {
