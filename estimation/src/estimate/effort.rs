@@ -1,5 +1,6 @@
 //! What theory may take: refused before the work, and not after hours of it.
 
+use super::fit::bins::RESPONSES_OF_SPREAD;
 use super::fit::long_scan::few_steps;
 use super::fit::problem::STEPS_ONE_BY_ONE;
 use crate::photons::DetectorModel;
@@ -184,7 +185,9 @@ impl TheoryEffort {
     pub fn check_histogram(&self) -> Result<(), MeanResponseError> {
         let of = &self.effort;
         let unknowns = 2.0 * self.paths + 1.0;
-        self.check((unknowns + TURNS) * of.response_s + of.counts_s + of.moments_s + of.step_s)
+        // Of the bound, and of the fit's expectation.
+        let responses = unknowns + TURNS + 2.0 * RESPONSES_OF_SPREAD;
+        self.check(responses * of.response_s + of.counts_s + of.moments_s + of.step_s)
     }
 
     fn check(&self, seconds: f64) -> Result<(), MeanResponseError> {

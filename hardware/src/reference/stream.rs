@@ -62,8 +62,8 @@ pub(super) struct Arrival {
     pub(super) place: Place,
     /// Cover points that are proven when all of them have shown.
     pub(super) proves: Vec<usize>,
-    /// One that is proven when they arrive, if nothing was saturated before.
-    pub(super) proves_if_first: Option<usize>,
+    /// Those that are proven when they arrive, if nothing was saturated before.
+    pub(super) proves_if_first: Vec<usize>,
 }
 
 /// The result stream's registers.
@@ -278,8 +278,10 @@ impl ResultStream {
 
     /// A group's results arrive at the rising edge of `clock`.
     fn arrives(&mut self, results: Arrival, clock: u64, blocked: bool) {
-        if let Some(point) = results.proves_if_first.filter(|_| !self.axis.saturated) {
-            self.exercise.covered.mark(point);
+        if !self.axis.saturated {
+            for &point in &results.proves_if_first {
+                self.exercise.covered.mark(point);
+            }
         }
         self.axis.saturated |= results.saturated;
         self.exercise.groups_saturated += u64::from(results.saturated);
