@@ -27,7 +27,7 @@ use crate::study::architectures::Comparison;
 use crate::study::fidelity::FidelityReport;
 use crate::study::reproduce::Reproduction;
 use crate::study::stress::StressReport;
-use crate::study::sweep::Definition;
+use crate::study::sweep::SweepOptions;
 
 /// Name and text of the schema of each document.
 pub fn schemas() -> Vec<(&'static str, String)> {
@@ -49,7 +49,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<StressReport>(),
         schema::<CaseList>(),
         schema::<SweepReport>(),
-        schema::<Definition>(),
+        schema::<SweepOptions>(),
         schema::<Shard>(),
         schema::<ShardDone>(),
         schema::<MissingShards>(),
@@ -87,8 +87,9 @@ fn close(schema: &mut Schema) {
     transform_subschemas(&mut close, schema);
 }
 
-/// Rustdoc's `[`path`]` as `path`, and its link definitions left out.
+/// Rustdoc's `[`path`]` as `path`, without link definitions and examples in Rust.
 fn without_links(text: &str) -> String {
+    let text = text.split_once("```").map_or(text, |(before, _)| before);
     let lines = text.lines().filter(|line| !line.starts_with("[`"));
     let text = lines.collect::<Vec<_>>().join("\n");
     text.replace("[`", "`").replace("`]", "`").trim().to_owned()

@@ -1,5 +1,4 @@
-//! `goldtof completions` and `goldtof man`: the arguments as shells and readers have
-//! them.
+//! `goldtof completions` and `goldtof man`.
 
 use std::io::{self, Write as _};
 
@@ -28,7 +27,7 @@ pub(super) fn completions(arguments: &CompletionsArguments) -> anyhow::Result<En
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Cli::command(), "goldtof", &mut script);
     match io::stdout().lock().write_all(&script) {
-        // A reader that has seen enough is no error.
+        // A broken pipe: the reader has seen enough.
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(error).context("cannot write to stdout")
         }

@@ -1,14 +1,6 @@
 //! Whether the hardware sends total counts: the estimator needs them or does not.
 
-use super::{Architecture, EstimatorKind, Scene};
-
-/// The model estimator was asked for, of hardware that sends no total counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the estimator \"model\" needs the total counts, which total_counts = false leaves out of \
-     the hardware; remove that key, or estimate with \"fft\""
-)]
-pub struct TotalsMissing;
+use super::{Architecture, EstimatorKind, Scene, TotalsMissing};
 
 impl Scene {
     /// Whether the hardware sends total counts beside the signed ones: as

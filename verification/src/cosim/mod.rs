@@ -67,10 +67,13 @@ pub const TOP: &str = crate::deliver::TOP;
 pub const MOST_CLOCKS: u64 = 1 << 50;
 
 /// What drives a co-simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema, clap::ValueEnum)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, schemars::JsonSchema, clap::ValueEnum,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum StimulusKind {
     /// Simulated detections of the scene.
+    #[default]
     Photons,
     /// Inputs chosen to hurt.
     Adversarial,

@@ -5,10 +5,8 @@
 //! ([`Innovations`]): the likelihood of 16,376 bins in as much time as they take to read, which
 //! holds where hardly any bin counts at all.
 
-use std::sync::Arc;
-
 use super::error::FitError;
-use super::model_estimate::{FittedPath, ModelEstimate};
+use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
 use super::problem::Problem;
@@ -44,7 +42,7 @@ const SPREADS: usize = 2;
 pub(crate) const RESPONSES_OF_SPREAD: f64 = (5 + SHARES.len() * SPREADS) as f64;
 
 /// Where a fit has settled.
-struct Settled {
+struct BinFit {
     estimate: ModelEstimate,
     parameters: Parameters,
     misfit: f64,
@@ -82,7 +80,7 @@ struct BinCounts<'f> {
 }
 
 impl<'f> Counts for BinCounts<'f> {
-    type Place = Bins<'f>;
+    type Point = Bins<'f>;
     type Error = FitError;
 
     fn residuals(&self, here: &Bins<'f>) -> Result<Vec<f64>, FitError> {
@@ -254,7 +252,7 @@ impl<'s> BinFitter<'s> {
     ) -> Result<ModelEstimate, FitError> {
         let start = self.start(counts, light)?;
         let mut best = self.settle(counts, start.clone());
-        let fits_badly = |settled: &Settled| settled.estimate.alarm_sigmas() >= RETRIED_SIGMAS;
+        let fits_badly = |settled: &BinFit| settled.estimate.alarm_sigmas() >= RETRIED_SIGMAS;
         let others = match &best {
             Ok(first) if !fits_badly(first) => self.likelier(counts, first)?,
             _ => OTHER_STARTS_CHIPS.iter().map(|&by| start.later(by)).collect(),
@@ -270,7 +268,7 @@ impl<'s> BinFitter<'s> {
     }
 
     /// Light that comes up to a bin earlier or later, where that is likelier.
-    fn likelier(&self, counts: &[f64], here: &Settled) -> Result<Vec<Parameters>, FitError> {
+    fn likelier(&self, counts: &[f64], here: &BinFit) -> Result<Vec<Parameters>, FitError> {
         let counts = self.counts(counts);
         let mut found = Vec::new();
         for bins in OTHER_BINS {
@@ -283,7 +281,7 @@ impl<'s> BinFitter<'s> {
         Ok(found)
     }
 
-    fn settle(&self, counts: &[f64], start: Parameters) -> Result<Settled, FitError> {
+    fn settle(&self, counts: &[f64], start: Parameters) -> Result<BinFit, FitError> {
         let mut counts = self.counts(counts);
         let start = counts.bins(start)?;
         let settled = settle(&mut counts, start, Settling::FINE)?;
@@ -294,17 +292,22 @@ impl<'s> BinFitter<'s> {
         let deviations = differences(counts.counts, &place.means);
         let residuals = place.innovations.whitened(&deviations)?;
         let chi_square = residuals.iter().map(|r| r * r).sum();
-        let chi_square = self.chi_square_as_of_normal(chi_square, place);
         let fitted = place.parameters.moved(&settled.step);
-        let estimate = self.outcome(&fitted, &settled.normal, chi_square, settled.steps);
-        Ok(Settled { estimate, parameters: fitted, misfit: settled.misfit })
+        let found = Goodness {
+            chi_square: self.chi_square_as_of_normal(chi_square, place),
+            degrees_of_freedom: place.means.len() - fitted.len(),
+            steps: place.means.len(),
+            iterations: settled.steps,
+        };
+        let std = settled.normal.standard_deviations();
+        let estimate = ModelEstimate::new(self.sensor.clock(), &fitted, &std, found);
+        Ok(BinFit { estimate, parameters: fitted, misfit: settled.misfit })
     }
 
     fn counts<'f>(&'f self, counts: &'f [f64]) -> BinCounts<'f> {
         let problem = Problem {
             model: &self.model,
             tier: CountingTier::Sampled,
-            codes: vec![Arc::clone(&self.model.reference)],
             steps: Vec::new(),
             moment_ps: 0.0,
         };
@@ -377,40 +380,6 @@ impl<'s> BinFitter<'s> {
         let degrees = (place.means.len() - place.parameters.len()) as f64;
         let excess: f64 = place.innovations.means().iter().map(|mean| 1.0 / mean).sum();
         degrees + (chi_square - degrees) * (2.0 * degrees / (2.0 * degrees + excess)).sqrt()
-    }
-
-    fn outcome(
-        &self,
-        fitted: &Parameters,
-        normal: &Normal,
-        chi_square: f64,
-        iterations: usize,
-    ) -> ModelEstimate {
-        let clock = self.sensor.clock();
-        let std = normal.standard_deviations();
-        let code = &self.model.reference;
-        let path = fitted.paths[0];
-        let delay_ps = clock.ps(path.delay_chips.rem_euclid(code.len() as f64));
-        let bins = self.correlator.bins();
-        ModelEstimate {
-            velocity: None,
-            delay_ps,
-            distance_m: distance_m(delay_ps),
-            std_m: distance_m(clock.ps(std[0])),
-            paths: vec![FittedPath {
-                code: Arc::clone(code),
-                delay_ps,
-                delay_std_ps: clock.ps(std[0]),
-                rate_hz: clock.hz(path.ln_rate.exp()),
-                rate_relative_std: std[1],
-            }],
-            constant_rate_hz: clock.hz(fitted.constant),
-            chi_square,
-            degrees_of_freedom: bins - fitted.len(),
-            steps: bins,
-            untold: None,
-            iterations,
-        }
     }
 }
 

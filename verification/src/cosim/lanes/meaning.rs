@@ -55,8 +55,8 @@ pub(super) fn refuse_ambiguous(
     cache: &Path,
 ) -> Result<(), Refusal> {
     let yosys = Tool::yosys();
-    let version = yosys_version(&yosys)?;
-    let tools = Tools::find()?;
+    let version = yosys_version(&yosys, cache)?;
+    let tools = Tools::find(cache)?;
     let mut parts = vec!["meaning", VERSION, version.as_str(), tools.versions.as_str()];
     parts.extend([TO_PLAIN_WORDS, top]);
     for source in sources {
@@ -104,7 +104,7 @@ pub(in crate::cosim) fn remarks(
     sources: &[SourceFile],
     cache: &Path,
 ) -> Result<Vec<String>, CosimError> {
-    let tools = Tools::find()?;
+    let tools = Tools::find(cache)?;
     let mut parts = vec!["other circuits", VERSION, tools.versions.as_str(), top];
     for source in sources {
         parts.extend([source.name.as_str(), source.text.as_str()]);

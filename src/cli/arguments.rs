@@ -1,27 +1,26 @@
-//! The command line: options and commands.
-
-mod common;
-mod hardware;
-mod simulation;
-mod study;
-mod tools;
+//! The command line and its commands. The options of a command stand beside it, or are the job's own
+//! (`SimulateOptions` and the like).
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 
-pub(super) use self::common::{Order, SceneArgument};
-pub(super) use self::hardware::{
-    CosimArguments, EmitArguments, GradeArguments, OwnArguments, RunArguments,
-};
-pub(super) use self::simulation::{
-    EstimateArguments, MergeArguments, SimulateArguments, SweepArguments,
-};
-pub(super) use self::study::{
-    CompareArchitecturesArguments, FidelityArguments, ReproduceArguments, StressArguments,
-};
-pub(super) use self::tools::{CodesArguments, CompletionsArguments, ManArguments, NewArguments};
+use super::codes::CodesArguments;
+use super::common::SceneArgument;
+use super::compare_architectures::CompareArchitecturesArguments;
+use super::cosim::CosimArguments;
+use super::emit::EmitArguments;
+use super::estimate::EstimateArguments;
+use super::fidelity::FidelityArguments;
+use super::grade::GradeArguments;
+use super::merge::MergeArguments;
+use super::new::NewArguments;
+use super::reproduce::ReproduceArguments;
+use super::run::RunArguments;
+use super::simulate::SimulateArguments;
+use super::stress::StressArguments;
+use super::sweep::SweepArguments;
 use super::values::parse_time;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
@@ -91,11 +90,29 @@ pub(super) enum Command {
     Man(ManArguments),
 }
 
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof completions bash > \
+    ~/.local/share/bash-completion/completions/goldtof")]
+pub(super) struct CompletionsArguments {
+    /// Shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof man --out ~/.local/share/man/man1")]
+pub(super) struct ManArguments {
+    /// Folder for goldtof.1 and a page for each command; made when missing, for example
+    /// --out man
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory as _;
 
-    /// Each option that takes what is not in a list says how it is written.
+    /// Each option with free values has an example in its help.
     #[test]
     fn every_option_and_every_command_has_an_example() {
         let mut command = super::Cli::command();

@@ -1,16 +1,18 @@
-//! Options that several commands share: a scene, a check, a shard of the work.
+//! Options that several commands share.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::cli::values::parse_shard;
+use super::values::parse_shard;
+use crate::cosim::MOST_CLOCKS;
 use crate::printable::{printable, printable_path, shell_word};
 use crate::scene::{self, Scene, SceneErrors, Setting};
 use crate::shard::Part;
 
 #[derive(Debug, Args)]
-pub(in crate::cli) struct SceneArgument {
+pub(super) struct SceneArgument {
     /// Scene file (TOML), for example scenes/paper-single.toml
     pub scene: PathBuf,
     /// Override a key of the file; may be repeated. Several tables are told
@@ -51,7 +53,7 @@ impl SceneArgument {
 }
 
 /// Which part of the work, and where it goes.
-pub(in crate::cli) struct Order<'a> {
+pub(super) struct Order<'a> {
     /// Which part.
     pub part: Part,
     /// The folder of the job's shards is in this one.
@@ -60,7 +62,7 @@ pub(in crate::cli) struct Order<'a> {
 
 /// Whether the exit status reports a contradicted expectation.
 #[derive(Debug, Args)]
-pub(in crate::cli) struct CheckArgument {
+pub(super) struct CheckArgument {
     /// Exit with status 1 if scans contradict their expected bias, standard deviation or
     /// share of missed peaks, or recorded counts their scene
     #[arg(long)]
@@ -69,7 +71,7 @@ pub(in crate::cli) struct CheckArgument {
 
 /// A shard of the work, of a command without an output folder of its own.
 #[derive(Debug, Args)]
-pub(in crate::cli) struct ShardArguments {
+pub(super) struct ShardArguments {
     /// Do one of N shards of the work, for `goldtof merge` to join: --shard 3/20, or
     /// --shard task/20 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard, requires = "out")]
@@ -84,5 +86,31 @@ impl ShardArguments {
     pub fn order(&self) -> Option<Order<'_>> {
         let (part, out) = (self.shard?, self.out.as_deref()?);
         Some(Order { part, out })
+    }
+}
+
+/// A window of clocks for waveforms.
+#[derive(Debug, Args)]
+pub(super) struct VcdWindow {
+    /// First clock of the waveforms, reset included, 0 to 2^50 [default: 0 with --vcd-clocks,
+    /// else a thousand before the first mismatch or result], for example --vcd-from 100000
+    #[arg(long, value_name = "CLOCK", value_parser = clap::value_parser!(u64).range(0..=MOST_CLOCKS))]
+    pub vcd_from: Option<u64>,
+    /// Clocks of the waveforms, 1 to 1000000 [default: 2000], for example --vcd-clocks 500
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub vcd_clocks: Option<u64>,
+}
+
+impl VcdWindow {
+    /// Clocks of a window without a length.
+    const CLOCKS: u64 = 2000;
+
+    /// The window, if one was given.
+    pub fn clocks(&self) -> Option<Range<u64>> {
+        if self.vcd_from.is_none() && self.vcd_clocks.is_none() {
+            return None;
+        }
+        let from = self.vcd_from.unwrap_or(0);
+        Some(from..from + self.vcd_clocks.unwrap_or(VcdWindow::CLOCKS))
     }
 }

@@ -2,7 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Absent, Form, Key, Kind, TABLES, Table};
+use super::TABLES;
+use crate::scene::keys::{Absent, Form, Key, Kind, Table};
 use crate::scene::units::{self, Quantity};
 
 /// Tables at the root, whether there may be several, and whether one must be there.
@@ -35,7 +36,7 @@ pub fn schema() -> String {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "goldtof scene",
         "description": "Codes, clock, lasers, paths, detectors and scan of a light-ranging sensor. \
-                        Made from sensor/src/scene/keys; docs/scene.md says the same in words.",
+                        Made from the keys declared in sensor/src/scene; docs/scene.md says the same in words.",
         "type": "object",
         "properties": properties,
         "required": needed,

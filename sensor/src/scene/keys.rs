@@ -1,35 +1,8 @@
-//! Every key of a scene: what it means, and what it may be.
-//!
-//! The one place for bounds: the reader takes them from here, and so do
-//! `docs/scene.md` ([`reference()`]) and `docs/scene.schema.json` ([`schema()`]). Bounds are what the arithmetic keeps
-//! precise, or what is physical, whichever is narrower; each key says why.
-//!
-//! - Time in a simulation is whole chips in 64 bits and an offset within the chip:
-//!   2^-53 of a chip at any time. Delays are read as one double, which keeps 2 fs
-//!   (0.3 um of distance) up to 10 s, and at the shortest chip period still counts
-//!   10^13 chips of the 9 10^15 that a double holds.
-//! - Sample numbers are 64 bits: a scan has at most 2^60 samples.
-//! - Counts are 64 bits: no more than one per two samples.
-//!
-//! Bounds that depend on several keys are checked where these are read, and stand
-//! at the end of the document.
-
-mod document;
-mod schema;
-mod tables;
+//! What a key of a scene is: its type, bounds, default, meaning. Tables of keys are declared beside
+//! their readers (`super::declare`).
 
 use super::units::{self, Quantity};
-
-pub use document::reference;
-pub use schema::schema;
-
-pub(super) use tables::{BACKGROUND, DETECTOR, PATH, STEPS};
-
 use super::wording::{alternatives, quoted};
-use tables::{
-    AFTERPULSING, CLOCK, CODE, COUNTER, ESTIMATE, FLUCTUATION, HARDWARE, JITTER_TAIL, LINK, SCAN,
-    SOURCE,
-};
 
 /// A key of a table.
 #[derive(Debug)]
@@ -44,7 +17,7 @@ pub(super) struct Key {
     pub why: &'static str,
 }
 
-/// What a key is when it is left out.
+/// A key's value when it is left out.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Absent {
     /// It may not be.
@@ -55,7 +28,7 @@ pub(super) enum Absent {
     Otherwise(&'static str),
 }
 
-/// What a key takes. Bounds belong to what is allowed.
+/// Type and bounds of a key; a value at a bound is allowed.
 #[derive(Debug)]
 pub(super) enum Kind {
     /// A number and a unit, as text, or a list of them.
@@ -68,38 +41,38 @@ pub(super) enum Kind {
     Words(&'static str, Form),
 }
 
-const fn quantity(quantity: Quantity, least: &'static str, most: &'static str) -> Kind {
+pub(super) const fn quantity(quantity: Quantity, least: &'static str, most: &'static str) -> Kind {
     Kind::Quantity { quantity, least, most }
 }
 
-const fn number(least: f64, most: f64) -> Kind {
+pub(super) const fn number(least: f64, most: f64) -> Kind {
     Kind::Number { least, most, or_inf: false }
 }
 
-const fn ratio(least: f64, most: f64) -> Kind {
+pub(super) const fn ratio(least: f64, most: f64) -> Kind {
     Kind::Number { least, most, or_inf: true }
 }
 
-const fn integer(least: i64, most: i64) -> Kind {
+pub(super) const fn integer(least: i64, most: i64) -> Kind {
     Kind::Integer { least, most }
 }
 
-const fn words(words: &'static str, form: Form) -> Kind {
+pub(super) const fn words(words: &'static str, form: Form) -> Kind {
     Kind::Words(words, form)
 }
 
-const fn table(path: &'static str) -> Kind {
+pub(super) const fn table(path: &'static str) -> Kind {
     Kind::Words("a table", Form::Table(path))
 }
 
-const fn choice(names: &'static [&'static str]) -> Kind {
+pub(super) const fn choice(names: &'static [&'static str]) -> Kind {
     Kind::Words("one of its names", Form::Choice(names))
 }
 
-const BOOLEAN: Kind = Kind::Words("true or false", Form::Boolean);
+pub(super) const BOOLEAN: Kind = Kind::Words("true or false", Form::Boolean);
 
 /// The names of a list of names and values.
-const fn names<T, const N: usize>(named: &[(&'static str, T); N]) -> [&'static str; N] {
+pub(super) const fn names<T, const N: usize>(named: &[(&'static str, T); N]) -> [&'static str; N] {
     let mut names = [""; N];
     let mut n = 0;
     while n < N {
@@ -135,26 +108,15 @@ pub(super) struct Table {
     shared: &'static [&'static Table],
 }
 
-/// Every table of a scene.
-pub(super) const TABLES: [&Table; 15] = [
-    &CLOCK,
-    &SOURCE,
-    &CODE,
-    &DETECTOR,
-    &BACKGROUND,
-    &AFTERPULSING,
-    &JITTER_TAIL,
-    &COUNTER,
-    &PATH,
-    &LINK,
-    &FLUCTUATION,
-    &SCAN,
-    &STEPS,
-    &ESTIMATE,
-    &HARDWARE,
-];
-
 impl Table {
+    pub const fn new(
+        path: &'static str,
+        keys: &'static [Key],
+        shared: &'static [&'static Table],
+    ) -> Table {
+        Table { path, keys, shared }
+    }
+
     /// All of its keys, shared ones last.
     pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
         self.keys.iter().chain(self.shared.iter().flat_map(|table| table.keys))
@@ -188,7 +150,7 @@ impl Key {
 
     /// How many lists there are round a value: `jitter` is a list, `polynomials` a list
     /// of lists.
-    fn lists(&self) -> usize {
+    pub fn lists(&self) -> usize {
         match self.name {
             "jitter" => 1,
             "polynomials" => 2,
@@ -196,25 +158,28 @@ impl Key {
         }
     }
 
-    /// The value that it is when it is left out, if that is one.
+    /// The value that it is when it is left out, if that is one, without quotation marks.
     pub fn default(&self) -> Option<&'static str> {
         match self.absent {
-            Absent::Or(text) => Some(text.split_once(": ").map_or(text, |(value, _)| value)),
+            Absent::Or(text) => {
+                let value = text.split_once(": ").map_or(text, |(value, _)| value);
+                Some(value.trim_matches('"'))
+            }
             Absent::Needed | Absent::Otherwise(_) => None,
         }
     }
 
     /// [`Key::default`] of a number or a quantity, in its base unit.
     pub fn default_number(&self) -> Option<f64> {
-        let text = self.default()?.trim_matches('"');
+        let text = self.default()?;
         match self.kind {
             Kind::Quantity { quantity, .. } => units::parse(text, quantity, self.example).ok(),
             _ => text.parse().ok(),
         }
     }
 
-    /// What it is when it is left out, in words.
-    fn when_left_out(&self) -> &'static str {
+    /// Its value when it is left out, in words.
+    pub fn when_left_out(&self) -> &'static str {
         match self.absent {
             Absent::Needed => "it must be given",
             Absent::Or(text) | Absent::Otherwise(text) => text,
@@ -229,8 +194,8 @@ impl Key {
         }
     }
 
-    /// What it may be, in words.
-    fn range(&self) -> String {
+    /// Its range, in words.
+    pub fn range(&self) -> String {
         match self.kind {
             Kind::Quantity { least, most, .. } => format!("{least} to {most}"),
             Kind::Number { least, most, .. } => format!("{least} to {most}"),
@@ -241,7 +206,7 @@ impl Key {
     }
 
     /// A right value, as a file has it.
-    fn example_toml(&self) -> String {
+    pub fn example_toml(&self) -> String {
         let value = self.shown_example();
         match self.lists() {
             0 => value,
@@ -252,7 +217,7 @@ impl Key {
     }
 
     /// The bounds of a quantity, in its base unit.
-    fn bounds(&self) -> [f64; 2] {
+    pub fn bounds(&self) -> [f64; 2] {
         let Kind::Quantity { quantity, least, most } = self.kind else {
             unreachable!("{} is not a quantity", self.name)
         };
@@ -282,6 +247,3 @@ impl Key {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;
