@@ -1,7 +1,7 @@
 //! What simulating scans takes in time and memory, refused before the work.
 
 use super::Tier;
-use crate::estimate::TheoryEffort;
+use crate::estimate::{TheoryEffort, Work};
 use crate::photons::DetectorModel;
 use crate::response::MeanResponseError;
 use crate::scene::{Architecture, DetectorIndex};
@@ -70,7 +70,7 @@ pub(super) fn check_draws(
     sensor: &Sensor,
     detector: DetectorIndex,
 ) -> Result<(), MeanResponseError> {
-    TheoryEffort::of(sensor, detector)?.check_draws(LONGEST_PREPARATION_S)
+    TheoryEffort::of(sensor, detector)?.check_within(Work::Draws, LONGEST_PREPARATION_S)
 }
 
 /// Refuses scans of a detector that follow photons and would take too long, or too much memory.
