@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use super::arguments::{CheckArgument, Order, SceneArgument};
+use super::common::{CheckArgument, Order, SceneArgument};
 use super::ending::Ending;
 use super::output::Output;
 use super::parquet::parquet;
