@@ -83,10 +83,10 @@ pub fn simulate(scene: &Scene, options: &SimulateOptions) -> Result<Simulation, 
 pub fn simulate_watched(
     scene: &Scene,
     options: &SimulateOptions,
-    on_progress: impl FnMut(u64, u64),
+    mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Simulation, ScansError> {
     let scene = scene.clone().with_estimator(options.estimator)?;
-    repeat::simulate_watched(&Sensor::new(&scene), options, on_progress)
+    repeat::simulate(&Sensor::new(&scene), options, Some(&mut on_progress))
 }
 
 /// Which Verilog is compared with the reference model.

@@ -42,6 +42,7 @@ pub mod cli;
 pub mod code;
 pub mod cosim;
 pub mod deliver;
+mod differences;
 mod digest;
 pub mod document;
 mod door;

@@ -4,6 +4,7 @@
 //! The format is Apache's, <https://parquet.apache.org/docs/file-format/>. Pages are not
 //! compressed: dictionaries make short work of what repeats, and every reader takes them.
 
+use std::io::Write;
 use std::sync::Arc;
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
@@ -21,36 +22,55 @@ use super::table::{Column, Kind, Table, Value};
 #[error("the table cannot be written as Parquet: {0}; sweep.csv has all of it")]
 pub struct ParquetFailed(#[from] ParquetError);
 
-impl Table {
-    /// The whole table as a Parquet file, the same bytes for the same table. Its schema is
-    /// called `name`; its metadata have `about` under each of `keys`.
+/// A Parquet file in the making.
+pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
+
+impl<W: Write + Send> ParquetFile<W> {
+    /// A file with the columns of a table, of which the same rows make the same bytes. Its schema
+    /// is called `name`; its metadata have `about` under each of `keys`.
     ///
     /// # Errors
-    /// When a part grows beyond what the format can number.
-    pub fn parquet(
-        &self,
+    /// When it cannot be written.
+    pub fn new(
+        to: W,
+        table: &Table,
         name: &str,
         keys: &[&str],
         about: &str,
-    ) -> Result<Vec<u8>, ParquetFailed> {
+    ) -> Result<ParquetFile<W>, ParquetFailed> {
         let metadata = keys.iter().map(|key| KeyValue::new((*key).to_owned(), about.to_owned()));
         let properties =
             WriterProperties::builder().set_key_value_metadata(Some(metadata.collect())).build();
-        let schema = self.schema(name)?;
-        let mut bytes = Vec::new();
-        let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
-        let mut group = file.next_row_group()?;
+        Ok(ParquetFile(SerializedFileWriter::new(to, table.schema(name)?, Arc::new(properties))?))
+    }
+
+    /// Adds the rows of a table of these columns, as a group of their own.
+    ///
+    /// # Errors
+    /// When it cannot be written, or grows beyond what the format can number.
+    pub fn add(&mut self, table: &Table) -> Result<(), ParquetFailed> {
+        let mut group = self.0.next_row_group()?;
         let mut place = 0;
         while let Some(mut writer) = group.next_column()? {
-            self.fill(place, &mut writer)?;
+            table.fill(place, &mut writer)?;
             writer.close()?;
             place += 1;
         }
         group.close()?;
-        file.close()?;
-        Ok(bytes)
+        Ok(())
     }
 
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn close(self) -> Result<(), ParquetFailed> {
+        self.0.close()?;
+        Ok(())
+    }
+}
+
+impl Table {
     fn schema(&self, name: &str) -> Result<TypePtr, ParquetError> {
         let field = |column: &Column| -> Result<TypePtr, ParquetError> {
             let (physical, logical) = match column.kind {
@@ -114,7 +134,6 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use std::fs::File;
-    use std::io::Write as _;
 
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
@@ -138,8 +157,10 @@ mod tests {
     }
 
     fn reader(table: &Table) -> SerializedFileReader<File> {
-        let mut file = tempfile::tempfile().unwrap();
-        file.write_all(&table.parquet("name", &["key"], "about").unwrap()).unwrap();
+        let file = tempfile::tempfile().unwrap();
+        let mut parquet = ParquetFile::new(&file, table, "name", &["key"], "about").unwrap();
+        parquet.add(table).unwrap();
+        parquet.close().unwrap();
         SerializedFileReader::new(file).unwrap()
     }
 

@@ -1,18 +1,16 @@
 //! What a job is: all that its numbers depend on.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::ShardError;
+use crate::differences::differences;
 use crate::grade::{GradeOptions, Graded};
-use crate::scene::{self, EstimatorKind, Scene, SceneErrors, SceneReference, Setting};
+use crate::scene::{self, Scene, SceneErrors, SceneReference, Setting};
+use crate::simulate::SimulateOptions;
 use crate::simulate::repeat::Gathered;
-use crate::simulate::{SimulateOptions, Tier};
 use crate::study::reproduce::{FigureId, MadeFigure};
 use crate::study::stress::CaseReport;
-use crate::study::sweep::{Axis, Sweep};
+use crate::study::sweep::{Sweep, SweepOptions};
 
 /// What is done in shards. Two shards belong together if their jobs are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -109,16 +107,9 @@ pub struct SimulateJob {
 pub struct SweepJob {
     /// The scene.
     pub scene: SceneText,
-    /// What differs from point to point.
-    pub over: Vec<String>,
-    /// Scans of each point.
-    pub repetitions: u64,
-    /// How they are simulated.
-    pub fidelity: Tier,
-    /// The estimator, if it is not the scene's.
-    pub estimator: Option<EstimatorKind>,
-    /// Seed of every point.
-    pub seed: u64,
+    /// Its points, those of all shards.
+    #[serde(flatten)]
+    pub options: SweepOptions,
     /// Whether the exit status says if scans are as expected.
     pub check: bool,
 }
@@ -204,19 +195,13 @@ impl SweepJob {
     /// The sweep that it is.
     ///
     /// # Errors
-    /// When a key or a value is none.
+    /// When a setting is none.
     pub fn sweep(&self) -> Result<Sweep, ShardError> {
-        let unsound = |reason| ShardError::NoJob { reason };
-        let axes: Result<Vec<Axis>, String> = self.over.iter().map(|axis| axis.parse()).collect();
         Ok(Sweep {
             file: self.scene.file.clone(),
             text: self.scene.text.clone(),
-            settings: self.scene.settings().map_err(unsound)?,
-            axes: axes.map_err(unsound)?,
-            repeat: self.repetitions,
-            fidelity: self.fidelity,
-            estimator: self.estimator,
-            seed: self.seed,
+            settings: self.scene.settings().map_err(|reason| ShardError::NoJob { reason })?,
+            options: self.options.clone(),
         })
     }
 }
@@ -245,39 +230,13 @@ impl Job {
 
     /// What another job has otherwise, in words: empty if it has nothing.
     pub fn differences(&self, other: &Job) -> Vec<String> {
-        let (here, there) = (self.command(), other.command());
-        if here != there {
-            return vec![format!("the command is {here}, there {there}")];
+        match (self, other) {
+            (Job::Simulate(here), Job::Simulate(there)) => differences(here, there),
+            (Job::Sweep(here), Job::Sweep(there)) => differences(here, there),
+            (Job::Reproduce(here), Job::Reproduce(there)) => differences(here, there),
+            (Job::Stress(here), Job::Stress(there)) => differences(here, there),
+            (Job::Grade(here), Job::Grade(there)) => differences(here, there),
+            _ => vec![format!("the command is {}, there {}", self.command(), other.command())],
         }
-        let (here, there) = (self.values(), other.values());
-        let differing = here.iter().filter(|(name, value)| there.get(*name) != Some(*value));
-        let told = |(name, value): (&String, &Value)| match name.as_str() {
-            "scene.text" => "the scene's text is another".to_owned(),
-            _ => {
-                let name = name.rsplit('.').next().unwrap_or(name);
-                let there = there.get(name).or_else(|| there.get(&format!("scene.{name}")));
-                format!("{name} is {value}, there {}", there.unwrap_or(&Value::Null))
-            }
-        };
-        differing.map(told).collect()
-    }
-
-    /// Each value with its name.
-    fn values(&self) -> BTreeMap<String, Value> {
-        // A job is always JSON.
-        let job = serde_json::to_value(self).unwrap_or_default();
-        let mut values = BTreeMap::new();
-        if let Some(fields) = job.get(self.command()).and_then(Value::as_object) {
-            for (name, value) in fields {
-                match value {
-                    Value::Object(inner) => {
-                        let inner = inner.iter();
-                        values.extend(inner.map(|(n, v)| (format!("{name}.{n}"), v.clone())));
-                    }
-                    _ => _ = values.insert(name.clone(), value.clone()),
-                }
-            }
-        }
-        values
     }
 }

@@ -8,8 +8,8 @@ use super::common::{CheckArgument, SceneArgument, ShardArguments};
 use crate::cli::values::parse_shard;
 use crate::scene::EstimatorKind;
 use crate::shard::Part;
-use crate::simulate::{SimulateOptions, Tier};
-use crate::study::sweep::Axis;
+use crate::simulate::SimulateOptions;
+use crate::study::sweep::SweepOptions;
 
 #[derive(Debug, Args)]
 #[command(
@@ -37,21 +37,8 @@ pub(in crate::cli) struct SimulateArguments {
 pub(in crate::cli) struct SweepArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// A key and its values: a list, as --over 'path.distance=1 m, 2 m, 5 m'; values spaced evenly
-    /// by ratio, 'source[0].mean_power=1 pW..64 pW x7'; or by difference,
-    /// 'path.distance=1 m..10 m +10'. May be repeated, for every combination
-    #[arg(long, value_name = "KEY=VALUES", required = true)]
-    pub over: Vec<Axis>,
-    /// Scans of each point, 1 to 1000000, for example --repeat 1000
-    #[arg(long, value_name = "R", default_value_t = 100,
-          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    pub repeat: u64,
-    /// Tier of simulation
-    #[arg(long, value_name = "T", value_enum, default_value_t = Tier::Events)]
-    pub fidelity: Tier,
-    /// Estimator [default: the scene's]
-    #[arg(long, value_name = "E", value_enum)]
-    pub estimator: Option<EstimatorKind>,
+    #[command(flatten)]
+    pub options: SweepOptions,
     /// Folder for sweep.csv, sweep.parquet, sweep.svg and the finished points; made when
     /// missing, for example --out out/sweep
     #[arg(long, value_name = "DIR")]

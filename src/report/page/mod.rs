@@ -12,7 +12,7 @@ use self::tables::{table, values};
 use super::DetectorCounts;
 use super::curves::IntegrationCurves;
 use super::estimates::{BothEstimates, Notes, estimator_name, millimetres};
-use super::plan::{saving, spelled};
+use super::plan::{row, saving, spelled};
 use super::provenance::Provenance;
 use super::quantities::{frequency, length, number, time};
 use super::timing::Wave;
@@ -188,7 +188,6 @@ impl Page<'_> {
 
     fn cosimulation(&self) -> Markup {
         let report = self.cosim;
-        let row = |name: &str, value: String| vec![name.to_owned(), value];
         let mut rows = vec![
             row("verdict", report.verdict.to_string()),
             row("clocks compared", number(report.clocks)),
@@ -197,7 +196,7 @@ impl Page<'_> {
             row("exercised", report.exercised.text()),
             row("covered", report.coverage.summary()),
         ];
-        rows.extend(report.missing.iter().map(|missing| row("inconclusive", missing.clone())));
+        rows.extend(report.missing.iter().map(|missing| row("inconclusive", missing)));
         if !report.not_exercised.is_empty() {
             rows.push(row("not exercised", report.not_exercised.join(", ")));
         }
@@ -281,7 +280,6 @@ fn fpga_tile(resources: &Resources) -> (String, String, String) {
 
 /// What few people want to know of an estimate.
 fn details_of(both: &BothEstimates) -> Markup {
-    let row = |name: &str, value: String| vec![name.to_owned(), value];
     let own = both.own;
     let mut rows = Vec::new();
     for estimate in both.in_order() {

@@ -4,15 +4,15 @@ use maud::{Markup, html};
 
 use super::tables::values;
 use crate::printable::{printable, printable_lines};
+use crate::report::plan::row;
 use crate::report::provenance::Provenance;
 
 pub(super) fn section(provenance: &Provenance, seed: u64) -> Markup {
-    let row = |name: &str, value: &str| vec![name.to_owned(), printable(value).into_owned()];
     let rows = [
-        row("made by", &provenance.version),
-        row("command", &provenance.command),
-        row("date", &provenance.date),
-        row("seed", &seed.to_string()),
+        row("made by", printable(&provenance.version)),
+        row("command", printable(&provenance.command)),
+        row("date", printable(&provenance.date)),
+        row("seed", seed.to_string()),
     ];
     html! {
         (values(&rows))

@@ -15,7 +15,6 @@ use super::path_statistics::PathStatistics;
 use super::scans::{Prepared, ScansError};
 use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
-use crate::cosim::engine::Engine;
 use crate::cosim::exercised::Exercised;
 use crate::document::Body;
 use crate::estimate::evidence::Family;
@@ -23,7 +22,8 @@ use crate::estimate::{CountingTier, TheoryEffort, theory};
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
-use answers::{Answer, Ranging};
+use answers::Answer;
+pub(crate) use answers::Ranging;
 use statistics::statistics;
 pub use tally::Tally;
 
@@ -67,56 +67,23 @@ impl Body for Simulation {
     const NAME: &'static str = "simulate";
 }
 
-/// Simulates a scene's detectors, `repetitions` scans each, and estimates with
-/// the scene's estimator.
+/// Simulates a scene's detectors, and estimates with the scene's estimator. `on_progress` hears
+/// of each scan, in order, how many are done and how many there are, of all detectors. If it
+/// unwinds, the simulation ends there, and leaves nothing behind.
 ///
 /// # Errors
 /// When the tier cannot do the scene.
 pub fn simulate(
     sensor: &Sensor,
-    tier: Tier,
-    seed: u64,
-    repetitions: u64,
-) -> Result<Simulation, ScansError> {
-    let options =
-        SimulateOptions { fidelity: tier, seed, repetitions, ..SimulateOptions::default() };
-    simulate_watched(sensor, &options, |_, _| ())
-}
-
-/// Simulates a scene's detectors; `on_progress` hears of each scan, in order, how many are
-/// done and how many there are, of all detectors. If it unwinds, the simulation ends there,
-/// and leaves nothing behind. The estimator is the sensor's.
-///
-/// # Errors
-/// When the tier cannot do the scene.
-pub fn simulate_watched(
-    sensor: &Sensor,
     options: &SimulateOptions,
-    mut on_progress: impl FnMut(u64, u64),
+    on_progress: Option<&mut dyn FnMut(u64, u64)>,
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
     let SimulateOptions { fidelity, engine, seed, repetitions, .. } = *options;
     let prepared = Prepared::with_engine(sensor, fidelity, engine)?;
     let simulated = Simulated::new(sensor, fidelity)?;
-    let simulation = simulated.simulate(&prepared, seed, repetitions, &mut on_progress)?;
+    let simulation = simulated.simulate(&prepared, seed, repetitions, on_progress)?;
     Ok(Simulation { run_time_s: started.elapsed().as_secs_f64(), ..simulation })
-}
-
-/// [`simulate`] as one of so many `simulations`, whose scans are held against what is
-/// expected of them together.
-///
-/// # Errors
-/// When the tier cannot do the scene.
-pub fn simulate_one_of(
-    sensor: &Sensor,
-    tier: Tier,
-    seed: u64,
-    repetitions: u64,
-    simulations: usize,
-) -> Result<Simulation, ScansError> {
-    let prepared = Prepared::with_engine(sensor, tier, Engine::Auto)?;
-    let simulated = Simulated::new(sensor, tier)?.one_of(simulations);
-    simulated.simulate(&prepared, seed, repetitions, &mut |_, _| ())
 }
 
 /// What the scans of a stretch say, detector by detector.
@@ -195,7 +162,7 @@ impl<'a> Simulated<'a> {
         prepared: &Prepared,
         seed: u64,
         repetitions: u64,
-        on_progress: &mut dyn FnMut(u64, u64),
+        on_progress: Option<&mut dyn FnMut(u64, u64)>,
     ) -> Result<Simulation, ScansError> {
         let gathered = self.gather(prepared, seed, 0..repetitions, on_progress)?;
         self.conclude(seed, repetitions, gathered)
@@ -212,7 +179,7 @@ impl<'a> Simulated<'a> {
     }
 
     /// Simulates some scans of every detector, by their numbers among all of the seed, with
-    /// the tier prepared. `on_progress` is that of [`simulate_watched`].
+    /// the tier prepared. `on_progress` is that of [`simulate`].
     ///
     /// # Errors
     /// When the tier cannot do the scene.
@@ -221,14 +188,16 @@ impl<'a> Simulated<'a> {
         prepared: &Prepared,
         seed: u64,
         scans: Range<u64>,
-        on_progress: &mut dyn FnMut(u64, u64),
+        mut on_progress: Option<&mut dyn FnMut(u64, u64)>,
     ) -> Result<Gathered, ScansError> {
         let started = Instant::now();
         let all = (scans.end - scans.start).saturating_mul(self.rangings.len() as u64);
         let mut done = 0;
         let mut on_scan = || {
             done += 1;
-            on_progress(done, all);
+            if let Some(on_progress) = &mut on_progress {
+                on_progress(done, all);
+            }
         };
         let mut gathered = Gathered { tallies: Vec::new(), exercised: None, run_time_s: 0.0 };
         for ranging in &self.rangings {

@@ -265,7 +265,7 @@ pub fn compare(
     budget: Duration,
     target_error: f64,
 ) -> Result<FidelityReport, FidelityError> {
-    let path = own_path(scene)?;
+    let path = scene.own_paths(DetectorIndex(0)).next().ok_or(FidelityError::NoPath)?;
     let sensor = Sensor::new(scene);
     check_modulated(&sensor, DetectorIndex(0))?;
     let (windowed, unscanned) = window::round_peak(&sensor, path, target_error);
@@ -320,14 +320,6 @@ pub fn compare(
         sensor: sensor::trade(scene, path),
         left_out,
     })
-}
-
-/// The path that tiers are compared on.
-fn own_path(scene: &Scene) -> Result<PathIndex, FidelityError> {
-    let own = scene.detectors[0].reference;
-    PathIndex::of(&scene.paths)
-        .find(|&p| scene.paths[p].detector == DetectorIndex(0) && scene.paths[p].source == own)
-        .ok_or(FidelityError::NoPath)
 }
 
 /// The runs of a tier: none, with a warning, of one that works the response out and cannot;

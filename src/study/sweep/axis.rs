@@ -2,13 +2,16 @@
 
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 use crate::scene::Setting;
 
 /// Most values of an axis.
 const MOST_VALUES: u32 = 100_000;
 
 /// A key, and the values that it takes in turn.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct Axis {
     /// As it was written, `source[0].mean_power=1 pW..64 pW x7`.
     pub text: String,
@@ -50,6 +53,20 @@ impl FromStr for Axis {
             None => (list(values)?, false),
         };
         Ok(Axis { text: text.trim().to_owned(), key: key.to_owned(), values, by_ratio })
+    }
+}
+
+impl TryFrom<String> for Axis {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Axis, String> {
+        text.parse()
+    }
+}
+
+impl From<Axis> for String {
+    fn from(axis: Axis) -> String {
+        axis.text
     }
 }
 

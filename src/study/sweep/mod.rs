@@ -1,31 +1,36 @@
 //! A scene simulated many times over, with some of its keys otherwise each time.
 //!
-//! Every point is what [`simulate_one_of`] gives of the scene with the point's settings and
+//! Every point is what [`simulate`](crate::simulate::repeat::simulate) gives of the scene with the point's settings and
 //! the sweep's seed, whatever came before it: neither order nor interruption nor threads
-//! change a number. Each finished point is a file of its own in the folder, on the
-//! disk before the next one begins, so that a sweep that was cut off goes on behind the
-//! last one ([`Store`]).
+//! change a number. Points are simulated side by side, and each is appended to one file of the
+//! folder as soon as it is finished, so that a sweep that was cut off goes on with those that
+//! are missing ([`Store`]).
 
-#[cfg(feature = "parquet")]
-mod about;
 mod axis;
+#[cfg(feature = "parquet")]
+mod files;
+mod options;
+#[cfg(feature = "parquet")]
 mod plot;
 mod points;
 mod store;
 mod table;
 
-#[cfg(feature = "parquet")]
-pub use about::parquet;
+use std::sync::{Mutex, PoisonError, mpsc};
+use std::thread;
+
 pub use axis::{Axis, Value};
-pub use plot::plot;
+#[cfg(feature = "parquet")]
+pub use files::{Rows, Written};
+pub use options::SweepOptions;
 pub use points::{Point, Sweep, SweepError};
-pub use store::{Definition, Store, StoreError};
-pub use table::contradicted;
+use rayon::ThreadPoolBuilder;
+pub use store::{Store, StoreError};
 pub(crate) use table::empty;
 
-use crate::report::table::{Table, Unreadable};
-use crate::simulate::repeat::simulate_one_of;
-use crate::simulate::scans::ScansError;
+use crate::simulate::Tier;
+use crate::simulate::repeat::{Simulated, Simulation};
+use crate::simulate::scans::{Prepared, ScansError};
 
 /// Why a sweep came to no table.
 #[derive(Debug, thiserror::Error)]
@@ -39,55 +44,95 @@ pub enum RunError {
     /// The folder cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// A finished point is not what was written.
-    #[error(
-        "a finished point cannot be read back: {0}; remove the sweep's folder, or name another"
-    )]
-    Point(#[from] Unreadable),
+    /// A file cannot be written.
+    #[error(transparent)]
+    File(#[from] crate::files::FileError),
+    /// The table is too large for the format.
+    #[cfg(feature = "parquet")]
+    #[error(transparent)]
+    Parquet(#[from] crate::report::parquet::ParquetFailed),
+    /// No threads for the points.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Simulates every point that the folder does not have yet, and reads all of them.
-/// `on_point` is that of [`run_points`].
-///
-/// # Errors
-/// As there; and when a finished point cannot be read.
-pub fn run(sweep: &Sweep, store: &Store, on_point: impl FnMut(usize)) -> Result<Table, RunError> {
-    run_points(sweep, store, 0..sweep.len(), on_point)?;
-    let mut table = empty(&sweep.axes);
-    for number in 0..sweep.len() {
-        table.read_csv(&store.point(number)?)?;
-    }
-    Ok(table)
-}
-
-/// Simulates those of some points that the folder does not have yet. `on_point` is told how
-/// many are done, before the first and after each.
+/// Simulates those of some points that the folder does not have yet, side by side on as many
+/// threads as there are cores; points of the Verilog one after the other, whose scans take all
+/// cores. `on_point` is told how many are done, before the first and after some.
 ///
 /// # Errors
 /// When a tool fails or a file cannot be written. A point that a tier cannot do is no
 /// error: its row has the reason.
-pub fn run_points(
+pub fn run(
     sweep: &Sweep,
-    store: &Store,
+    store: &mut Store,
     numbers: impl Iterator<Item = usize>,
     mut on_point: impl FnMut(usize),
 ) -> Result<(), RunError> {
-    let mut done = store.done()?;
-    on_point(done.len());
-    for number in numbers {
-        if done.contains(&number) {
-            continue;
+    let missing: Vec<usize> = numbers.filter(|&number| !store.has(number)).collect();
+    let mut done = store.done();
+    on_point(done);
+    let threads = rayon::current_num_threads();
+    let side_by_side = match sweep.options.fidelity {
+        Tier::Rtl => 1,
+        _ => threads.min(missing.len()).max(1),
+    };
+    let waiting = Mutex::new(missing.into_iter());
+    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let (finished, points) = mpsc::sync_channel(2 * side_by_side);
+    thread::scope(|scope| {
+        for _ in 0..side_by_side {
+            let (finished, next) = (finished.clone(), &next);
+            scope.spawn(move || {
+                // Of few points each has several threads.
+                let threads = ThreadPoolBuilder::new().num_threads(threads / side_by_side);
+                let pool = match threads.use_current_thread().build() {
+                    Ok(pool) => pool,
+                    Err(error) => {
+                        let _ = finished.send(Err(error.into()));
+                        return;
+                    }
+                };
+                while let Some(number) = next() {
+                    let rows = pool.install(|| rows_csv(sweep, number));
+                    // Whoever does not listen any more has seen an error.
+                    if finished.send(rows.map(|rows| (number, rows))).is_err() {
+                        return;
+                    }
+                }
+            });
         }
-        let point = sweep.point(number)?;
-        let Sweep { fidelity, seed, repeat, .. } = *sweep;
-        let table = match simulate_one_of(&point.sensor, fidelity, seed, repeat, sweep.len()) {
-            Ok(simulation) => table::of_point(&sweep.axes, &point, &simulation),
-            Err(error @ (ScansError::Cosim(_) | ScansError::Mismatch)) => return Err(error.into()),
-            Err(reason) => table::refused(&sweep.axes, &point, &reason.to_string()),
-        };
-        store.keep(number, &table.csv())?;
-        done.insert(number);
-        on_point(done.len());
-    }
-    Ok(())
+        drop(finished);
+        // What it waits for ends with it, before the threads are waited for.
+        let points = points;
+        while let Ok(first) = points.recv() {
+            let some: Result<Vec<_>, RunError> =
+                std::iter::once(first).chain(points.try_iter()).collect();
+            let some = some?;
+            store.keep(&some)?;
+            done += some.len();
+            on_point(done);
+        }
+        Ok(store.sync()?)
+    })
+}
+
+/// The rows of a point.
+fn rows_csv(sweep: &Sweep, number: usize) -> Result<String, RunError> {
+    let point = sweep.point(number)?;
+    let over = &sweep.options.over;
+    let table = match simulation(sweep, &point) {
+        Ok(simulation) => table::of_point(over, &point, &simulation),
+        Err(error @ (ScansError::Cosim(_) | ScansError::Mismatch)) => return Err(error.into()),
+        Err(reason) => table::refused(over, &point, &reason.to_string()),
+    };
+    Ok(table.rows_csv())
+}
+
+/// A point as one of all, whose scans are held against what is expected of them together.
+fn simulation(sweep: &Sweep, point: &Point) -> Result<Simulation, ScansError> {
+    let SweepOptions { fidelity, seed, repetitions, .. } = sweep.options;
+    let prepared = Prepared::new(&point.sensor, fidelity)?;
+    let simulated = Simulated::new(&point.sensor, fidelity)?.one_of(sweep.len());
+    simulated.simulate(&prepared, seed, repetitions, None)
 }

@@ -1,12 +1,12 @@
 //! The points of a sweep.
 
 use super::axis::{Axis, Value};
-use crate::scene::{self, EstimatorKind, SceneErrors, SceneReference, Setting, TotalsMissing};
+use super::options::SweepOptions;
+use crate::scene::{self, SceneErrors, SceneReference, Setting, TotalsMissing};
 use crate::sensor::Sensor;
-use crate::simulate::Tier;
 
 /// Most points of a sweep.
-const MOST_POINTS: usize = 100_000;
+const MOST_POINTS: usize = 1_000_000;
 
 /// What is simulated.
 #[derive(Debug, Clone)]
@@ -18,16 +18,8 @@ pub struct Sweep {
     pub text: String,
     /// Settings of all points.
     pub settings: Vec<Setting>,
-    /// What differs from point to point, the last fastest.
-    pub axes: Vec<Axis>,
-    /// Scans of each point.
-    pub repeat: u64,
-    /// How they are simulated.
-    pub fidelity: Tier,
-    /// The estimator, if it is not the scene's.
-    pub estimator: Option<EstimatorKind>,
-    /// Seed of every point.
-    pub seed: u64,
+    /// What differs from point to point, the last fastest, and how each is simulated.
+    pub options: SweepOptions,
 }
 
 /// One of them.
@@ -67,7 +59,7 @@ pub enum SweepError {
 impl Sweep {
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.axes.iter().map(|axis| axis.values.len()).product()
+        self.options.over.iter().map(|axis| axis.values.len()).product()
     }
 
     /// A sweep has at least one point.
@@ -86,13 +78,14 @@ impl Sweep {
     /// # Errors
     /// When it is not so.
     pub fn check_axes(&self) -> Result<(), SweepError> {
-        let points = self.axes.iter().map(|axis| axis.values.len() as u128);
+        let axes = &self.options.over;
+        let points = axes.iter().map(|axis| axis.values.len() as u128);
         let points: u128 = points.product();
         if points > MOST_POINTS as u128 {
             return Err(SweepError::TooMany { points });
         }
-        for (i, axis) in self.axes.iter().enumerate() {
-            if self.axes[..i].iter().any(|other| other.key == axis.key) {
+        for (i, axis) in axes.iter().enumerate() {
+            if axes[..i].iter().any(|other| other.key == axis.key) {
                 return Err(SweepError::Twice(axis.text.clone()));
             }
         }
@@ -106,7 +99,7 @@ impl Sweep {
     pub fn point(&self, number: usize) -> Result<Point<'_>, SweepError> {
         let mut rest = number;
         let mut values: Vec<(&Axis, &Value)> = Vec::new();
-        for axis in self.axes.iter().rev() {
+        for axis in self.options.over.iter().rev() {
             values.push((axis, &axis.values[rest % axis.values.len()]));
             rest /= axis.values.len();
         }
@@ -117,6 +110,10 @@ impl Sweep {
             settings.push(setting.map_err(SweepError::Setting)?);
         }
         let scene = scene::parse_with(&self.file, &self.text, &settings)?;
-        Ok(Point { number, values, sensor: Sensor::new(&scene.with_estimator(self.estimator)?) })
+        Ok(Point {
+            number,
+            values,
+            sensor: Sensor::new(&scene.with_estimator(self.options.estimator)?),
+        })
     }
 }

@@ -87,7 +87,8 @@ fn remarks(path: &PathStatistics) -> String {
 }
 
 /// Rows whose scans contradict what is expected of them.
-pub fn contradicted(table: &Table) -> usize {
+#[cfg(feature = "parquet")]
+pub(super) fn contradicted(table: &Table) -> usize {
     let contradicts = |row: &&Row| *table.value(row, "expectation_holds") == Value::Truth(false);
     table.rows.iter().filter(contradicts).count()
 }
