@@ -39,8 +39,7 @@ impl<B: Body> Body for &B {
 /// assert_eq!(json["scene"]["name"], "quick");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Document<B> {
     /// Which document this is: the schema's name.
     pub document: Cow<'static, str>,

@@ -3,8 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned};
 
 /// A number, or the name of one that JSON lacks: `inf`, `-inf` or `NaN`.
-#[derive(Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(untagged)]
 pub enum ExactNumber {
     /// A number.

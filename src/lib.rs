@@ -35,6 +35,8 @@
 
 // Links to what is private lead its next maintainer on (`--document-private-items`).
 #![allow(rustdoc::private_intra_doc_links)]
+// What the program alone calls.
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 pub mod batch;
 #[cfg(feature = "cli")]
@@ -70,7 +72,6 @@ mod run;
 pub mod scan;
 pub mod scene;
 pub mod sensor;
-#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod shard;
 pub mod simulate;

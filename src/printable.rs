@@ -56,7 +56,6 @@ pub fn printable_path(path: &Path) -> String {
 }
 
 /// A word as a shell reads it back: in quotation marks where it would be taken apart.
-#[cfg(feature = "cli")]
 pub fn shell_word(word: &str) -> Cow<'_, str> {
     let is_plain = |c: char| c.is_alphanumeric() || "-_./=:,@%+".contains(c);
     match !word.is_empty() && word.chars().all(is_plain) {
@@ -81,7 +80,6 @@ pub fn pictured(line: &str) -> String {
 
 /// A JSON document in which what cannot be seen is escaped. JSON itself demands
 /// it only below U+0020; a terminal obeys more.
-#[cfg(feature = "cli")]
 pub fn printable_json(document: &str) -> Cow<'_, str> {
     let is_shown = |c: char| !is_unprintable(c) || c == '\n';
     if document.chars().all(is_shown) {
@@ -142,7 +140,6 @@ mod tests {
         assert_eq!(pictured("a\u{1b}b\u{85}"), "a\u{241b}b\u{fffd}");
     }
 
-    #[cfg(feature = "cli")]
     #[test]
     fn a_word_is_what_a_shell_reads_back() {
         assert_eq!(shell_word("--out"), "--out");

@@ -15,8 +15,7 @@ use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// The JSON of `goldtof estimate`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct Estimates<'a> {
     /// What each detector's scan says.
     assessments: &'a [Assessment],

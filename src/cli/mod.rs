@@ -27,6 +27,7 @@ mod manual;
 mod merge;
 mod new;
 mod output;
+mod parquet;
 pub mod plan;
 mod provenance;
 mod reproduce;
@@ -35,6 +36,7 @@ mod shards;
 mod simulate;
 mod stress;
 mod sweep;
+mod sweep_files;
 mod values;
 mod warnings;
 

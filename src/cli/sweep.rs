@@ -9,6 +9,7 @@ use super::arguments::{Order, SweepArguments};
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
+use super::sweep_files::Rows;
 use super::warnings::{is_far, warn_of_far_paths};
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
@@ -16,14 +17,13 @@ use crate::printable::printable_path;
 use crate::report::table::Table;
 use crate::scene;
 use crate::shard::{self, Job, Part, Results, SceneText, SweepJob};
-use crate::study::sweep::{self, Rows, Store, Sweep, SweepError, SweepOptions};
+use crate::study::sweep::{self, Store, Sweep, SweepError, SweepOptions};
 
 /// Points that are looked at side by side.
 const CHECKED_AT_ONCE: usize = 1024;
 
 /// The JSON of `goldtof sweep`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct SweepReport<'a> {
     /// Points of the sweep: combinations of values.
     points: usize,
@@ -33,10 +33,7 @@ pub(super) struct SweepReport<'a> {
     seed: u64,
     /// The rows of sweep.csv: a field for each column, one row for each point, detector
     /// and path.
-    #[cfg_attr(
-        feature = "schemas",
-        schemars(with = "Vec<serde_json::Map<String, serde_json::Value>>")
-    )]
+    #[schemars(with = "Vec<serde_json::Map<String, serde_json::Value>>")]
     rows: Rows<'a>,
 }
 
@@ -74,8 +71,8 @@ pub(super) fn run(
     let bar = output.points(sweep.len());
     sweep::run(&sweep, &mut store, 0..sweep.len(), |done| bar.set_position(done as u64))?;
     bar.finish_and_clear();
-    let rows = |numbers| Ok(store.table(&sweep, numbers)?);
-    tell(&sweep, Rows::new(&sweep, &rows), done_before, arguments.check.check, &folder, output)
+    let rows = Rows { sweep: &sweep, of: &|numbers| store.table(&sweep, numbers) };
+    tell(&sweep, rows, done_before, arguments.check.check, &folder, output)
 }
 
 /// Whether some points are scenes, before the first is simulated, and what is to be said of
@@ -141,8 +138,7 @@ pub(super) fn merge(
     let sweep = job.sweep()?;
     sweep.check_axes()?;
     let tables = shard::tables(&sweep, shards)?;
-    let rows = |numbers| Ok(Table::joined(&tables[numbers]));
-    let rows = Rows::new(&sweep, &rows);
+    let rows = Rows { sweep: &sweep, of: &|numbers| Ok(Table::joined(&tables[numbers])) };
     tell(&sweep, rows, sweep.len(), job.check, &output.folder(out)?, output)
 }
 

@@ -4,8 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Families of codes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Family {
     /// A code of a Gold set.
     Gold,

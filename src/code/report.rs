@@ -37,8 +37,7 @@ pub fn parse_seeds(text: &str) -> Vec<String> {
 }
 
 /// A code and its correlation properties.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct CodesReport {
     /// Family, as scenes name it.
     pub family: String,
@@ -72,8 +71,7 @@ impl Body for CodesReport {
 }
 
 /// Periodic autocorrelation over one period.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Autocorrelation {
     /// Value without delay, L'.
     pub peak: i64,
@@ -84,8 +82,7 @@ pub struct Autocorrelation {
 }
 
 /// Properties of a Gold set.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct GoldSetReport {
     /// Codes in the set, 2^n + 1.
     pub members: u64,

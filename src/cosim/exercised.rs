@@ -10,8 +10,7 @@ use crate::scan::Step;
 use crate::sensor::interface::Interface;
 
 /// What the compared outputs have shown.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Exercised {
     /// Detector by detector.
     pub detectors: Vec<DetectorExercised>,
@@ -32,8 +31,7 @@ pub struct Exercised {
 }
 
 /// What the results of one detector have shown.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct DetectorExercised {
     /// The detector's name.
     pub detector: String,

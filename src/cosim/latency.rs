@@ -68,8 +68,7 @@ impl FromStr for Latency {
 }
 
 /// The latency that a design was held to, where it is not the emitted design's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct HeldLatency {
     /// Clocks from a group's last word to its first result.
     pub result_clocks: u32,

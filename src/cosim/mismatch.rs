@@ -26,8 +26,7 @@ pub struct Mismatch {
 }
 
 /// The first difference between Verilog and reference model.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct FirstMismatch {
     /// Clock since the start of the run, reset included.
     pub clock: u64,
@@ -46,8 +45,7 @@ pub struct FirstMismatch {
 }
 
 /// In what way an output is not what the reference model has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum MismatchKind {
     /// It has another value after the clock's rising edge.
@@ -59,8 +57,7 @@ pub enum MismatchKind {
 }
 
 /// A number that some bits of a port hold.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct PortNumber {
     /// What it is: `count`, `total_count` or `phase_step`.
     pub name: &'static str,
@@ -73,8 +70,7 @@ pub struct PortNumber {
 }
 
 /// A whole number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(untagged)]
 pub enum Number {
     /// Of a port's bits in two's complement.

@@ -20,8 +20,7 @@ use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
 /// What a co-simulation found; the JSON of `goldtof cosim`.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Report {
     /// What the comparison says.
     pub verdict: Verdict,
@@ -68,15 +67,14 @@ pub struct Report {
     /// The waveform file, if one was written; bytes of its name that are no text are
     /// replaced in JSON.
     #[serde(serialize_with = "path_text")]
-    #[cfg_attr(feature = "schemas", schemars(with = "Option<String>"))]
+    #[schemars(with = "Option<String>")]
     pub vcd: Option<PathBuf>,
     /// The clocks in it.
     pub vcd_clocks: Option<VcdClocks>,
 }
 
 /// The clocks of a waveform file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct VcdClocks {
     /// The first clock, counted from the start of the run.
     pub from: u64,
@@ -114,8 +112,7 @@ impl Body for Report {
 }
 
 /// What a comparison says of the Verilog.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// Every output was as expected at every clock, and the sensor has worked.
@@ -137,8 +134,7 @@ impl std::fmt::Display for Verdict {
 }
 
 /// A peak as the hardware's ports show it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct PortPeak {
     /// The detector's name.
     pub detector: String,

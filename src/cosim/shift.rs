@@ -9,8 +9,7 @@ use crate::sensor::layout::{Field, Layout};
 const FARTHEST: i64 = 1_000;
 
 /// How a port differs round the first mismatch.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct PortDifference {
     /// The port.
     pub port: String,

@@ -38,8 +38,8 @@ impl Design<'_> {
 }
 
 /// A file that `emit` writes. In JSON it is its name.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema), schemars(with = "String"))]
+#[derive(Debug, Clone, PartialEq, Eq, schemars::JsonSchema)]
+#[schemars(with = "String")]
 pub struct EmittedFile {
     /// File name.
     pub name: String,

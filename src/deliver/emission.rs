@@ -19,8 +19,7 @@ use crate::sensor::block_ram::block_ram;
 use crate::sensor::interface::Port;
 
 /// Everything that `emit` makes.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Emission {
     /// The scene.
     #[serde(skip)]
@@ -70,8 +69,7 @@ impl Body for Emission {
 }
 
 /// A part that a scene does without.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct LeftOut {
     /// The part.
     pub part: String,
@@ -80,8 +78,7 @@ pub struct LeftOut {
 }
 
 /// What the hardware was built for.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Parameters {
     /// Light sources.
     pub sources: usize,
@@ -118,8 +115,7 @@ pub struct Parameters {
 /// What the rows of a histogram hold: bin s in bits s b .. (s + 1) b of `m_axis_tdata`,
 /// b bits wide, sample 0 of the chip lowest. A frame's rows come detector by detector, from
 /// the first chip of the code period on.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct HistogramParameters {
     /// Rows of a detector: chips of the code period, L'.
     pub rows: u64,
@@ -142,8 +138,7 @@ pub struct HistogramParameters {
 
 /// Where `m_axis_tdata` has a phase step's total count: the hits up and down
 /// together. The signed count lies below it, in whole bytes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct TotalParameters {
     /// Its lowest bit.
     pub first_bit: u32,
@@ -155,8 +150,7 @@ pub struct TotalParameters {
 
 /// What the peak detector's ports hold: detector d's value in bits d b .. (d + 1) b
 /// of a port, b bits wide.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct PeakParameters {
     /// Bits of a detector's phase step in `o_peak_step`, unsigned.
     pub step_bits: u32,

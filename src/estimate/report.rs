@@ -31,8 +31,7 @@ const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends 
 const NO_BINS: &str = "the bins of the histogram do not follow from the counts of phase steps";
 
 /// What a scan's counts say about the distance.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct EstimateReport {
     /// The detector's name.
     pub detector: String,
@@ -88,8 +87,7 @@ pub struct EstimateReport {
 }
 
 /// What the model estimator says beside the distance.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct FitReport {
     /// Every path that was fitted, the strongest of the detector's source first.
     pub paths: Vec<FittedPathReport>,
@@ -113,8 +111,7 @@ pub struct FitReport {
 }
 
 /// One path of a fit.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct FittedPathReport {
     /// The source with this path's code; none if the scene has no such source.
     pub source: Option<String>,

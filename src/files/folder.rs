@@ -141,7 +141,6 @@ impl OutputFolder {
     }
 
     /// Removes the folder itself, if it is empty; else it stays.
-    #[cfg(feature = "cli")]
     pub fn discard(self) {
         let _ = fs::remove_dir(&self.path);
     }

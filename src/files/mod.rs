@@ -28,7 +28,6 @@ pub use guarded::open_ours;
 pub use log::Log;
 pub use private::{check_private, private_folder};
 pub use read::{read_regular, read_text};
-#[cfg(feature = "cli")]
 pub use staged::check_target;
 pub use staged::{Staged, stage};
 
@@ -48,7 +47,6 @@ pub struct FileError {
 ///
 /// # Errors
 /// When it cannot be written. What was there before is there then.
-#[cfg(feature = "cli")]
 pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
     stage(path, |out| out.write_all(text.as_bytes()))?.publish()
 }
@@ -58,7 +56,6 @@ pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
 ///
 /// # Errors
 /// When it cannot be made.
-#[cfg(feature = "cli")]
 pub fn make_folder(path: &Path) -> Result<(), FileError> {
     durable::make_folders(path).map_err(FileError::new(path, "cannot make the folder"))
 }

@@ -51,7 +51,6 @@ pub fn stage(
 ///
 /// # Errors
 /// When it cannot.
-#[cfg(feature = "cli")]
 pub fn check_target(path: &Path) -> Result<(), FileError> {
     match Target::of(path, Name::Given) {
         Ok(Target::Stream(_)) => Ok(()),

@@ -72,8 +72,7 @@ impl GradeRequest {
 }
 
 /// What a stimulus is worth; the JSON of `goldtof grade`.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Grade {
     /// The stimulus.
     pub stimulus: GradeStimulus,
@@ -99,8 +98,7 @@ impl Body for Grade {
 
 /// How many of a kind are caught. All of them are either caught, or proven equivalent,
 /// or not caught, or undecided.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Score {
     /// All.
     pub total: usize,
@@ -123,8 +121,7 @@ pub struct Score {
 }
 
 /// A fault or mutant, and its verdict.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Judged {
     /// What it is: stuck at 0, stuck at 1, or Yosys's name of what a mutant does.
     pub change: String,
@@ -143,8 +140,7 @@ pub struct Judged {
 }
 
 /// What is known of a fault or mutant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// An output showed it.
@@ -158,8 +154,7 @@ pub enum Verdict {
 }
 
 /// What became of some of a design's faults and mutants, or of all.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Graded {
     /// Clocks of the stimulus.
     pub clocks: u64,

@@ -3,59 +3,56 @@
 use serde::{Deserialize, Serialize};
 
 use super::Bounds;
-#[cfg(feature = "cli")]
 use crate::cosim::MOST_CLOCKS;
 
 /// What is graded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, clap::ValueEnum,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum GradeStimulus {
     /// The first four million clocks of a scan's photons.
     Photons,
     /// Inputs chosen to hurt, as in a co-simulation.
-    #[cfg_attr(feature = "cli", value(alias = "hostile"))]
+    #[value(alias = "hostile")]
     Adversarial,
     /// What the emitted testbench has recorded.
     Testbench,
 }
 
 /// What to grade, and how long it may take.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", derive(clap::Args))]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args,
+)]
 pub struct GradeOptions {
     /// Stimulus to grade: the first 4 million clocks of photons, the adversarial
     /// stimulus of `cosim` (also `hostile`), or that of the emitted testbench
-    #[cfg_attr(feature = "cli",
-        arg(long, value_enum, default_value_t = GradeOptions::default().stimulus))]
+    #[arg(long, value_enum, default_value_t = GradeOptions::default().stimulus)]
     pub stimulus: GradeStimulus,
     /// Clocks of the stimulus, reset included: --clocks 100000 [default: as many as it needs]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "N",
-        value_parser = clap::value_parser!(u64).range(16..=MOST_CLOCKS)))]
+    #[arg(long, value_name = "N",
+        value_parser = clap::value_parser!(u64).range(16..=MOST_CLOCKS))]
     pub clocks: Option<u64>,
     /// Mutants beside the stuck-at faults, 0 for none: --mutants 100
-    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = GradeOptions::default().mutants,
-        value_parser = clap::value_parser!(u32).range(0..=10_000)))]
+    #[arg(long, value_name = "N", default_value_t = GradeOptions::default().mutants,
+        value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pub mutants: u32,
     /// Time limit in seconds for the proof that a survivor is equivalent: --proof-time 20
-    #[cfg_attr(feature = "cli", arg(long = "proof-time", value_name = "S",
+    #[arg(long = "proof-time", value_name = "S",
         default_value_t = GradeOptions::default().proof_time_s,
-        value_parser = clap::value_parser!(u32).range(1..=3_600)))]
+        value_parser = clap::value_parser!(u32).range(1..=3_600))]
     pub proof_time_s: u32,
     /// Time limit in seconds for all these proofs together: --proof-budget 600
-    #[cfg_attr(feature = "cli", arg(long = "proof-budget", value_name = "S",
+    #[arg(long = "proof-budget", value_name = "S",
         default_value_t = GradeOptions::default().proof_budget_s,
-        value_parser = clap::value_parser!(u32).range(1..=86_400)))]
+        value_parser = clap::value_parser!(u32).range(1..=86_400))]
     pub proof_budget_s: u32,
     /// Seed of the stimulus and of the choice of mutants
-    #[cfg_attr(feature = "cli", arg(skip))]
+    #[arg(skip)]
     pub seed: u64,
     /// Exit with status 4 if a smaller share is caught, of faults or of mutants that are
     /// not proven equivalent: --at-least 99%
-    #[cfg_attr(feature = "cli",
-        arg(long = "at-least", value_name = "SHARE", value_parser = parse_share))]
+    #[arg(long = "at-least", value_name = "SHARE", value_parser = parse_share)]
     pub asked_fraction: Option<f64>,
 }
 
@@ -82,7 +79,6 @@ impl GradeOptions {
 }
 
 /// A share of all: `99%` or `0.99`.
-#[cfg(feature = "cli")]
 fn parse_share(text: &str) -> Result<f64, String> {
     let (number, scale) = match text.trim().strip_suffix('%') {
         Some(number) => (number, 0.01),

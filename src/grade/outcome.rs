@@ -5,8 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Judged, Score, Verdict};
 
 /// A fault or a mutant, and what became of it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Outcome {
     /// Its number among all of its kind, from 0.
     pub number: usize,
@@ -15,8 +14,7 @@ pub struct Outcome {
 }
 
 /// Faults, or mutants: how many there are, and what became of those that were run.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Outcomes {
     /// All of the kind.
     pub total: usize,

@@ -29,8 +29,7 @@ pub(super) const PROOF: &str = "ABC (scorr; pdr): from the state after reset on 
      from the design's, whatever the inputs";
 
 /// How long the model checker may take, in seconds of wall time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Bounds {
     /// For each fault or mutant.
     pub each_s: u32,

@@ -3,8 +3,7 @@
 use serde::Serialize;
 
 /// Cells of one family of FPGAs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Cells {
     /// Look-up tables, those of carry chains included.
     pub luts: u64,

@@ -5,8 +5,7 @@ use serde::Serialize;
 use super::cells::Cells;
 
 /// A part of the hardware or of the simulation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Part {
     /// Its name.
     pub part: String,
@@ -29,8 +28,7 @@ impl Part {
 }
 
 /// What leaving a part out saves.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Saving {
     /// Share of the simulation's time with the part.
     pub time_fraction: f64,
@@ -39,8 +37,7 @@ pub struct Saving {
 }
 
 /// Every part of the hardware and of the simulation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Plan {
     /// Parts of the hardware, along the way of the data.
     pub hardware: Vec<Part>,

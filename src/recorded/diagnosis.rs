@@ -32,8 +32,7 @@ pub const LEVEL: f64 = 0.002;
 pub const FEWEST_HITS: f64 = 300.0;
 
 /// A test, and what it found.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct TestOutcome {
     /// What is tested.
     pub cause: Cause,
@@ -55,8 +54,7 @@ pub struct TestOutcome {
 }
 
 /// What the counts say of the scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Diagnosis {
     /// What fits the counts better than the scene, the strongest first; none if nothing
     /// does. Those that the counts do not tell apart are all there.

@@ -18,8 +18,7 @@ use crate::scene::EstimatorKind;
 use crate::sensor::Sensor;
 
 /// What one detector's recorded scan says.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Assessment {
     /// The detector's name.
     pub detector: String,
@@ -46,8 +45,7 @@ pub struct Assessment {
 }
 
 /// One phase step of an assessment.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct StepResidual {
     /// The phase step.
     pub phase_step: u64,
@@ -66,8 +64,7 @@ pub struct StepResidual {
 }
 
 /// One bin of an assessment.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct BinResidual {
     /// The bin: samples from the start of the code period.
     pub bin: u64,

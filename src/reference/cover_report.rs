@@ -10,8 +10,7 @@ use crate::sensor::interface::Interface;
 const MOST_NAMED: usize = 6;
 
 /// Cover points of a scene, and which of them were covered.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Coverage {
     /// Points that can be reached.
     pub points: usize,
@@ -26,8 +25,7 @@ pub struct Coverage {
 }
 
 /// Cover points of one kind.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct FamilyCoverage {
     /// Their kind.
     pub family: &'static str,
@@ -38,8 +36,7 @@ pub struct FamilyCoverage {
 }
 
 /// A cover point that was not covered.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Missed {
     /// What it is.
     pub point: String,

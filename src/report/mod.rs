@@ -10,8 +10,6 @@ mod figure;
 mod geometry;
 mod layers;
 pub(crate) mod page;
-#[cfg(feature = "parquet")]
-pub(crate) mod parquet;
 pub mod plan;
 pub mod provenance;
 pub(crate) mod quantities;

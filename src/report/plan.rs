@@ -33,8 +33,7 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
     text += &columns(&figures(&overview.figures), 2, width);
     for budget in link(&overview.link) {
         let cells = LINK_HEADINGS.iter().zip(&budget).skip(1);
-        let rows: Vec<Row> =
-            cells.map(|(what, rate)| row(what, rate)).collect();
+        let rows: Vec<Row> = cells.map(|(what, rate)| row(what, rate)).collect();
         text += &table(&format!("Photons per second, {}", budget[0]), &rows);
     }
     for of_detector in overview.expected.chunks(2) {

@@ -33,8 +33,7 @@ impl Origin {
 
 /// The scene of a document. What is made of a scene does not depend on the folder that it
 /// lies in, and so the folder is not named.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct SceneReference {
     /// The file's stem.
     pub name: String,

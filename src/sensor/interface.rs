@@ -149,8 +149,7 @@ fn longest_carry_chain(target: Target) -> u32 {
 }
 
 /// A port of `sensor_top`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Port {
     /// Name in the Verilog.
     pub name: String,
@@ -162,8 +161,7 @@ pub struct Port {
 }
 
 /// Direction of a port, seen from the hardware.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
     /// Driven from outside.

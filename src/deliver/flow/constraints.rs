@@ -5,8 +5,7 @@ use serde::Serialize;
 use crate::deliver::design::{Design, EmittedFile};
 
 /// Clock constraints.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Constraints {
     /// Synopsys Design Constraints.
     pub sdc: EmittedFile,

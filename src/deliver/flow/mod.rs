@@ -21,8 +21,7 @@ use super::error::HdlError;
 use super::formal::Formal;
 
 /// Files round the design, by role. In JSON a file is its name.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Flow {
     /// The testbench that compares every output port at every clock.
     pub testbench: Testbench,

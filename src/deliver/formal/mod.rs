@@ -19,8 +19,7 @@ use super::design::{Design, EmittedFile};
 use crate::rtl::back::BLOCK_MEMORY;
 
 /// Files of the folder `formal`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Formal {
     /// The properties, a module round the design for each proof.
     pub properties: EmittedFile,

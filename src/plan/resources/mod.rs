@@ -18,8 +18,7 @@ use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
 
 /// What the hardware of a sensor takes.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Resources {
     /// The family and the tools' options that stand behind the numbers.
     pub family: &'static str,
@@ -35,8 +34,7 @@ pub struct Resources {
 }
 
 /// Where numbers of cells come from.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum Basis {
     /// This sensor was synthesized.

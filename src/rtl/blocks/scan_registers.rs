@@ -20,8 +20,8 @@ const INSTANCE: &str = "controller";
 const MODULE: &str = "scan_controller";
 
 /// The counters of a scan controller; one that a scan does without is not there.
-#[derive(Debug, Clone)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema), schemars(with = "RegisterNames"))]
+#[derive(Debug, Clone, schemars::JsonSchema)]
+#[schemars(with = "RegisterNames")]
 pub struct ScanRegisters {
     /// Chips of the present group.
     pub chips: Option<CountRegister>,
@@ -89,8 +89,7 @@ impl Serialize for ScanRegisters {
 }
 
 /// The registers' names, from the top module down.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 struct RegisterNames {
     /// Counts the chips of a group of phase steps.
     chips: Option<String>,

@@ -7,10 +7,7 @@
 //! are missing ([`Store`]).
 
 mod axis;
-#[cfg(feature = "parquet")]
-mod files;
 mod options;
-#[cfg(feature = "parquet")]
 mod plot;
 mod points;
 mod store;
@@ -20,13 +17,12 @@ use std::sync::{Mutex, PoisonError, mpsc};
 use std::thread;
 
 pub use axis::{Axis, Value};
-#[cfg(feature = "parquet")]
-pub use files::{Rows, Written};
 pub use options::SweepOptions;
+pub use plot::Plot;
 pub use points::{Point, Sweep, SweepError};
 use rayon::ThreadPoolBuilder;
 pub use store::{Store, StoreError};
-pub(crate) use table::empty;
+pub use table::{contradicted, empty};
 
 use crate::simulate::Tier;
 use crate::simulate::repeat::{Simulated, Simulation};
@@ -44,13 +40,6 @@ pub enum RunError {
     /// The folder cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// A file cannot be written.
-    #[error(transparent)]
-    File(#[from] crate::files::FileError),
-    /// The table is too large for the format.
-    #[cfg(feature = "parquet")]
-    #[error(transparent)]
-    Parquet(#[from] crate::report::parquet::ParquetFailed),
     /// No threads for the points.
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

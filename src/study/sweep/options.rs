@@ -9,30 +9,26 @@ use crate::scene::EstimatorKind;
 use crate::simulate::{SimulateOptions, Tier};
 
 /// What a sweep's numbers depend on, beside the scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", derive(clap::Args))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args)]
 pub struct SweepOptions {
     /// A key and its values: a list, as --over 'path.distance=1 m, 2 m, 5 m'; values spaced evenly
     /// by ratio, 'source[0].mean_power=1 pW..64 pW x7'; or by difference,
     /// 'path.distance=1 m..10 m +10'. May be repeated, for every combination
-    #[cfg_attr(feature = "cli", arg(long, value_name = "KEY=VALUES", required = true))]
-    #[cfg_attr(feature = "schemas", schemars(with = "Vec<String>"))]
+    #[arg(long, value_name = "KEY=VALUES", required = true)]
+    #[schemars(with = "Vec<String>")]
     pub over: Vec<Axis>,
     /// Scans of each point, 1 to 1000000, for example --repeat 1000
-    #[cfg_attr(feature = "cli", arg(long = "repeat", value_name = "R",
-        default_value_t = SweepOptions::default().repetitions,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)))]
+    #[arg(long = "repeat", value_name = "R", default_value_t = SweepOptions::default().repetitions,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub repetitions: u64,
     /// Tier of simulation
-    #[cfg_attr(feature = "cli",
-        arg(long, value_name = "T", value_enum, default_value_t = SweepOptions::default().fidelity))]
+    #[arg(long, value_name = "T", value_enum, default_value_t = SweepOptions::default().fidelity)]
     pub fidelity: Tier,
     /// Estimator [default: the scene's]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "E", value_enum))]
+    #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
     /// Seed of every point
-    #[cfg_attr(feature = "cli", arg(skip))]
+    #[arg(skip)]
     pub seed: u64,
 }
 

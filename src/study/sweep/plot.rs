@@ -19,7 +19,7 @@ const DRAWN: [&str; 6] =
     ["bias_m", "bias_std_error_m", "std_m", "std_std_error_m", "expected_bias_m", "expected_std_m"];
 
 /// The plot of a sweep in the making: what it shows of the rows so far.
-pub(super) struct Plot<'s> {
+pub struct Plot<'s> {
     axes: &'s [Axis],
     /// Points with one value of the first axis.
     stride: usize,

@@ -182,7 +182,6 @@ impl Store {
     ///
     /// # Errors
     /// When a file cannot be removed.
-    #[cfg(feature = "cli")]
     pub fn clear(folder: &OutputFolder) -> Result<(), StoreError> {
         folder.remove(POINTS)?;
         Ok(folder.remove(DEFINITION)?)

@@ -7,7 +7,7 @@ use crate::simulate::path_statistics::PathStatistics;
 use crate::simulate::repeat::Simulation;
 
 /// A table of a sweep without rows: the point, the value of each axis, and what was found.
-pub(crate) fn empty(axes: &[Axis]) -> Table {
+pub fn empty(axes: &[Axis]) -> Table {
     let mut columns = vec![Column::new("point", Kind::Integer)];
     columns.extend(axes.iter().map(of_axis));
     columns.extend(found(&[]).columns);
@@ -87,8 +87,7 @@ fn remarks(path: &PathStatistics) -> String {
 }
 
 /// Rows whose scans contradict what is expected of them.
-#[cfg(feature = "parquet")]
-pub(super) fn contradicted(table: &Table) -> usize {
+pub fn contradicted(table: &Table) -> usize {
     let contradicts = |row: &&Row| *table.value(row, "expectation_holds") == Value::Truth(false);
     table.rows.iter().filter(contradicts).count()
 }

@@ -19,8 +19,7 @@ use crate::scan::{Clock, Timescale};
 use crate::sensor::interface::Port;
 
 /// The testbench and how much it covers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Testbench {
     /// Its top module.
     pub top: String,
