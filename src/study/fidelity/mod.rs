@@ -20,7 +20,7 @@ use serde::Serialize;
 use crate::document::Body;
 use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
-use crate::scene::{DetectorIndex, PathIndex, Scene};
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::scans::{Prepared, ScansError};
 use crate::simulate::{Tier, domain};
