@@ -2,7 +2,6 @@
 
 mod hardware;
 mod light;
-mod provenance;
 mod strength;
 mod tables;
 
@@ -23,6 +22,7 @@ use crate::grade::Grade;
 use crate::plan::figures::Figures;
 use crate::plan::resources::{Basis, Resources};
 use crate::plan::{Part, Plan};
+use crate::printable::{printable, printable_lines};
 use crate::sensor::Sensor;
 
 const STYLE: &str = include_str!("style.css");
@@ -245,8 +245,19 @@ impl Page<'_> {
     }
 
     fn origin(&self) -> Markup {
+        let Provenance { version, command, date, scene_text, .. } = self.provenance;
+        let rows = [
+            row("made by", printable(version)),
+            row("command", printable(command)),
+            row("date", printable(date)),
+            row("seed", self.seed.to_string()),
+        ];
         html! {
-            (provenance::section(self.provenance, self.seed))
+            (values(&rows))
+            details {
+                summary { "The scene file" }
+                pre { (printable_lines(scene_text)) }
+            }
             p { "Beside this file: " code { "counts.csv" } ", all counts; "
                 @if self.figures.at_once { code { "bins.csv" } ", all bins; " }
                 code { "rtl/" } ", top module " code { (self.emission.top) } ":" }

@@ -199,13 +199,7 @@ impl<'a> Simulated<'a> {
         };
         let mut gathered = Gathered { tallies: Vec::new(), exercised: None, run_time_s: 0.0 };
         for ranging in &self.rangings {
-            let scans = scans.clone();
-            let (tally, exercised) = match self.sensor.scene().hardware.architecture {
-                Architecture::Histogram => {
-                    of_histograms(ranging, prepared, seed, scans, &mut on_scan)?
-                }
-                Architecture::UpDown => of_counts(ranging, prepared, seed, scans, &mut on_scan)?,
-            };
+            let (tally, exercised) = of_scans(ranging, prepared, seed, scans.clone(), &mut on_scan)?;
             // Every detector's scans run the whole hardware.
             if ranging.detector == DetectorIndex(0) {
                 gathered.exercised = exercised;
@@ -300,8 +294,8 @@ struct OfDetector {
     warnings: Vec<String>,
 }
 
-/// Scans of counts, phase step by phase step; and what the Verilog was made to show.
-fn of_counts(
+/// What some scans of a detector say, and what the Verilog was made to show.
+fn of_scans(
     ranging: &Ranging,
     prepared: &Prepared,
     seed: u64,
@@ -309,31 +303,26 @@ fn of_counts(
     on_scan: &mut dyn FnMut(),
 ) -> Result<(Tally, Option<Exercised>), ScansError> {
     let (sensor, detector) = (ranging.sensor, ranging.detector);
-    let mut batches = Batches::new(ranging, Ranging::answers);
-    let exercised = prepared.scans(sensor, detector, seed, scans, &mut |counts| {
-        on_scan();
-        let detections = counts.iter().map(|count| count.total).sum();
-        batches.add(counts.iter().copied(), counts.len(), detections);
-    })?;
-    Ok((batches.tally(), exercised))
-}
-
-/// Scans that are histograms; and what the Verilog was made to show.
-fn of_histograms(
-    ranging: &Ranging,
-    prepared: &Prepared,
-    seed: u64,
-    scans: Range<u64>,
-    on_scan: &mut dyn FnMut(),
-) -> Result<(Tally, Option<Exercised>), ScansError> {
-    let (sensor, detector) = (ranging.sensor, ranging.detector);
-    let mut batches = Batches::new(ranging, Ranging::answers_of_histograms);
-    let exercised = prepared.histograms(sensor, detector, seed, scans, &mut |histogram| {
-        on_scan();
-        let (bins, detections) = (histogram.bins().len(), histogram.total());
-        batches.add([histogram], bins, detections);
-    })?;
-    Ok((batches.tally(), exercised))
+    match sensor.scene().hardware.architecture {
+        Architecture::UpDown => {
+            let mut batches = Batches::new(ranging, Ranging::answers);
+            let exercised = prepared.scans(sensor, detector, seed, scans, &mut |counts| {
+                on_scan();
+                let detections = counts.iter().map(|count| count.total).sum();
+                batches.add(counts.iter().copied(), counts.len(), detections);
+            })?;
+            Ok((batches.tally(), exercised))
+        }
+        Architecture::Histogram => {
+            let mut batches = Batches::new(ranging, Ranging::answers_of_histograms);
+            let exercised = prepared.histograms(sensor, detector, seed, scans, &mut |histogram| {
+                on_scan();
+                let (bins, detections) = (histogram.bins().len(), histogram.total());
+                batches.add([histogram], bins, detections);
+            })?;
+            Ok((batches.tally(), exercised))
+        }
+    }
 }
 
 /// Scans that wait until there are enough of them to be estimated from on all cores.
