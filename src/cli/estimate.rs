@@ -9,8 +9,8 @@ use super::warnings::warn_of_far_paths;
 use crate::document::Body;
 use crate::recorded::{
     Assessment, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram, read_recorded,
-    residual_plot,
 };
+use crate::report::residual_plot;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 

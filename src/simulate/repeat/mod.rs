@@ -199,7 +199,8 @@ impl<'a> Simulated<'a> {
         };
         let mut gathered = Gathered { tallies: Vec::new(), exercised: None, run_time_s: 0.0 };
         for ranging in &self.rangings {
-            let (tally, exercised) = of_scans(ranging, prepared, seed, scans.clone(), &mut on_scan)?;
+            let (tally, exercised) =
+                of_scans(ranging, prepared, seed, scans.clone(), &mut on_scan)?;
             // Every detector's scans run the whole hardware.
             if ranging.detector == DetectorIndex(0) {
                 gathered.exercised = exercised;
@@ -315,11 +316,12 @@ fn of_scans(
         }
         Architecture::Histogram => {
             let mut batches = Batches::new(ranging, Ranging::answers_of_histograms);
-            let exercised = prepared.histograms(sensor, detector, seed, scans, &mut |histogram| {
-                on_scan();
-                let (bins, detections) = (histogram.bins().len(), histogram.total());
-                batches.add([histogram], bins, detections);
-            })?;
+            let exercised =
+                prepared.histograms(sensor, detector, seed, scans, &mut |histogram| {
+                    on_scan();
+                    let (bins, detections) = (histogram.bins().len(), histogram.total());
+                    batches.add([histogram], bins, detections);
+                })?;
             Ok((batches.tally(), exercised))
         }
     }

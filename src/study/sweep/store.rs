@@ -77,7 +77,7 @@ impl Store {
                 read_regular(&path, MOST_BYTES).map_err(|error| unreadable(error.to_string()))?;
             let there: Document<SweepOptions> =
                 serde_json::from_str(&text).map_err(|error| unreadable(error.to_string()))?;
-            let mut differences = differences(&definition.bare(), &there.bare());
+            let mut differences = differences(&bare(&definition), &bare(&there));
             differences.extend(other_version(&definition.goldtof, &there.goldtof));
             if !differences.is_empty() {
                 let path = printable_path(folder.path());
@@ -188,11 +188,9 @@ impl Store {
     }
 }
 
-impl Document<SweepOptions> {
-    /// What two runs of one sweep have in common, but for the version.
-    fn bare(&self) -> Document<SweepOptions> {
-        Document { goldtof: Cow::Borrowed(""), command: String::new(), ..self.clone() }
-    }
+/// What two runs of one sweep have in common, but for the version.
+fn bare(definition: &Document<SweepOptions>) -> Document<SweepOptions> {
+    Document { goldtof: Cow::Borrowed(""), command: String::new(), ..definition.clone() }
 }
 
 fn read_line(text: &str) -> Option<(usize, String)> {
