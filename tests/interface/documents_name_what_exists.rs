@@ -161,7 +161,7 @@ fn every_module_is_in_the_table_and_every_row_is_a_module() {
         assert!(is_there(name), "{name}");
     }
     for package in ["", "estimation", "hardware", "physics", "sensor", "system", "verification"] {
-        let declared = read(&format!("{package}/src/lib.rs").trim_start_matches('/'));
+        let declared = read(format!("{package}/src/lib.rs").trim_start_matches('/'));
         let modules = declared.lines().filter_map(|line| {
             let line = line.trim_start_matches("pub ").trim_start_matches("pub(crate) ");
             line.strip_prefix("mod ")?.strip_suffix(';')
