@@ -1,15 +1,17 @@
-//! `goldtof sweep`: a scene over and over, with some of its keys otherwise.
+//! `goldtof sweep`: a scene simulated over ranges of its keys.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::arguments::{Order, SweepArguments};
+use super::arguments::{CheckArgument, Order, SceneArgument};
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
 use super::sweep_files::Rows;
+use super::values::parse_shard;
 use super::warnings::{is_far, warn_of_far_paths};
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
@@ -21,6 +23,27 @@ use crate::study::sweep::{self, Store, Sweep, SweepError, SweepOptions};
 
 /// Points that are looked at side by side.
 const CHECKED_AT_ONCE: usize = 1024;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof sweep scenes/quick.toml \
+    --over 'source[0].mean_power=1 pW..64 pW x7' --over 'path.distance=1 m, 2 m' --out out/sweep\n\n\
+    A sweep that was interrupted resumes when it is started again.")]
+pub(super) struct SweepArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    #[command(flatten)]
+    pub options: SweepOptions,
+    /// Folder for sweep.csv, sweep.parquet, sweep.svg and the finished points; made when
+    /// missing, for example --out out/sweep
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub check: CheckArgument,
+    /// Simulate one of N shards of the points, for `goldtof merge` to join: --shard 3/20, or
+    /// --shard task/20 in an array job (Slurm, HyperQueue)
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<Part>,
+}
 
 /// The JSON of `goldtof sweep`.
 #[derive(Serialize, schemars::JsonSchema)]

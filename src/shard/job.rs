@@ -1,4 +1,4 @@
-//! What a job is: all that its numbers depend on.
+//! A job: everything that its numbers depend on.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,11 +8,11 @@ use crate::grade::{GradeOptions, Graded};
 use crate::scene::{self, Scene, SceneErrors, SceneReference, Setting};
 use crate::simulate::SimulateOptions;
 use crate::simulate::repeat::Gathered;
-use crate::study::reproduce::{FigureId, MadeFigure};
+use crate::study::reproduce::{MadeFigure, ReproduceOptions};
 use crate::study::stress::CaseReport;
 use crate::study::sweep::{Sweep, SweepOptions};
 
-/// What is done in shards. Two shards belong together if their jobs are equal.
+/// A job in shards. Two shards belong together if their jobs are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Job {
@@ -29,7 +29,7 @@ pub enum Job {
     /// Of `goldtof reproduce`.
     Reproduce(
         /// The figures.
-        ReproduceJob,
+        ReproduceOptions,
     ),
     /// Of `goldtof stress`.
     Stress(
@@ -43,13 +43,13 @@ pub enum Job {
     ),
 }
 
-/// What a shard has of its job.
+/// Results of a shard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Results {
     /// Of `goldtof simulate`.
     Simulate(
-        /// What its scans say.
+        /// Statistics of its scans.
         Gathered,
     ),
     /// Of `goldtof sweep`.
@@ -107,18 +107,6 @@ pub struct SweepJob {
     pub options: SweepOptions,
     /// Whether the exit status says if scans are as expected.
     pub check: bool,
-}
-
-/// Figures and claims of the article.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct ReproduceJob {
-    /// Stems of the names of all figures' files.
-    #[schemars(with = "Vec<String>")]
-    pub figures: Vec<FigureId>,
-    /// Scans behind each standard deviation and bias.
-    pub repetitions: u64,
-    /// Seed of all random numbers.
-    pub seed: u64,
 }
 
 /// Stress cases.
@@ -219,7 +207,7 @@ impl Job {
         }
     }
 
-    /// What another job has otherwise, in words: empty if it has nothing.
+    /// Differences of another job, in words.
     pub fn differences(&self, other: &Job) -> Vec<String> {
         match (self, other) {
             (Job::Simulate(here), Job::Simulate(there)) => differences(here, there),

@@ -1,13 +1,12 @@
-//! A scene simulated many times over, with some of its keys otherwise each time.
+//! A scene simulated many times over, with other values of some keys each time.
 //!
-//! Every point is what [`simulate`](crate::simulate::repeat::simulate) gives of the scene with the point's settings and
-//! the sweep's seed, whatever came before it: neither order nor interruption nor threads
+//! Every point is what [`simulate`](crate::simulate::repeat::simulate) gives of the scene with
+//! the point's settings and the sweep's seed, whatever came before it: neither order nor interruption nor threads
 //! change a number. Points are simulated side by side, and each is appended to one file of the
 //! folder as soon as it is finished, so that a sweep that was cut off goes on with those that
 //! are missing ([`Store`]).
 
 mod axis;
-mod options;
 mod plot;
 mod points;
 mod store;
@@ -17,9 +16,8 @@ use std::sync::{Mutex, PoisonError, mpsc};
 use std::thread;
 
 pub use axis::{Axis, Value};
-pub use options::SweepOptions;
 pub use plot::Plot;
-pub use points::{Point, Sweep, SweepError};
+pub use points::{Point, Sweep, SweepError, SweepOptions};
 use rayon::ThreadPoolBuilder;
 pub use store::{Store, StoreError};
 pub use table::{contradicted, empty};

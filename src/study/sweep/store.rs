@@ -2,8 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::options::SweepOptions;
-use super::points::Sweep;
+use super::points::{Sweep, SweepOptions};
 use super::table::empty;
 use crate::differences::{differences, other_version};
 use crate::document::Document;
@@ -65,10 +64,7 @@ impl Store {
     /// # Errors
     /// When it has another sweep's, or a file cannot be read or written.
     pub fn open(folder: &OutputFolder, sweep: &Sweep, command: &str) -> Result<Store, StoreError> {
-        let definition = Document {
-            scene: Some(sweep.scene()),
-            ..Document::new(sweep.options.clone(), command, None)
-        };
+        let definition = sweep.definition(command);
         let path = folder.join(DEFINITION);
         let unreadable =
             |reason: String| StoreError::Unreadable { path: printable_path(&path), reason };

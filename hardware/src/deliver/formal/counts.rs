@@ -1,6 +1,6 @@
 //! What a count has to be.
 
-use super::harness::{Harness, numbered, range};
+use super::harness::{Harness, element, numbered, range};
 use crate::sensor::interface::Interface;
 
 /// A count is the sum of a step's hits, up less down, saturated where it does not
@@ -153,7 +153,7 @@ fn step(interface: &Interface, d: u32, q: u32, channel: &str, harness: &mut Harn
         after: bank,
     };
     sum.declare(harness);
-    let count = format!("{channel}.{}", numbered("o_count", q, parallel));
+    let count = format!("{channel}.{}", element("o_count", q, parallel, interface.count_bits));
     harness.see(&format!("count_{name}"), &count, interface.count_bits);
     let settled = settled(interface, bank, harness, &name);
     if !interface.saturates() {
@@ -171,7 +171,7 @@ fn step(interface: &Interface, d: u32, q: u32, channel: &str, harness: &mut Harn
         exact_bits - 1,
         range(bits)
     ));
-    let saturated = format!("{channel}.{}", numbered("o_clamped", q, parallel));
+    let saturated = format!("{channel}.{}", element("o_clamped", q, parallel, 1));
     harness.see(&format!("clamped_{name}"), &saturated, 1);
     let total_too = match interface.total {
         Some(total) if total.saturates() && q == 0 => format!(" | above_{d}_total"),

@@ -290,10 +290,12 @@ impl Harness {
             lines.push(format!("cd {}", self.top(design)));
         }
         for inner in &self.seen {
-            lines.push(format!("connect -nounset -set {} dut.{}", inner.signal, inner.path));
+            let path = inner.path_in(design);
+            lines.push(format!("connect -nounset -set {} dut.{path}", inner.signal));
         }
         for inner in &self.cut {
-            lines.push(format!("connect -nounset -set dut.{} {}", inner.path, inner.signal));
+            let path = inner.path_in(design);
+            lines.push(format!("connect -nounset -set dut.{path} {}", inner.signal));
         }
         if !lines.is_empty() {
             lines.push("cd ..".to_owned());
@@ -321,6 +323,22 @@ impl Harness {
             Engine::Reachability => "abc pdr",
             Engine::Steps(_) | Engine::Bounded(_) => "abc bmc3",
         }
+    }
+}
+
+impl Inner {
+    /// Where it is in the flat design: like channels are made by a loop.
+    fn path_in(&self, design: &Design) -> String {
+        let top = &design.files[design.files.len() - 1].text;
+        let of_loop = |(channel, rest): (&str, &str)| {
+            let number = channel.strip_prefix("channel_")?;
+            Some(format!("gen_channel[{number}].channel.{rest}"))
+        };
+        let looped = match top.contains("begin : gen_channel") {
+            true => self.path.split_once('.').and_then(of_loop),
+            false => None,
+        };
+        looped.unwrap_or_else(|| self.path.clone())
     }
 }
 
@@ -354,6 +372,16 @@ pub(super) fn numbered(base: &str, index: u32, count: u32) -> String {
     match count {
         1 => base.to_owned(),
         _ => format!("{base}_{index}"),
+    }
+}
+
+/// The `index`-th of `count` elements of a port, of `width` bits each.
+pub(super) fn element(port: &str, index: u32, count: u32, width: u32) -> String {
+    let low = index * width;
+    match (count, width) {
+        (1, _) => port.to_owned(),
+        (_, 1) => format!("{port}[{low}]"),
+        _ => format!("{port}[{}:{low}]", low + width - 1),
     }
 }
 

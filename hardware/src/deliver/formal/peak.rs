@@ -1,6 +1,6 @@
 //! What the peak detector has to find.
 
-use super::harness::{Engine, Harness, constant, numbered, range};
+use super::harness::{Engine, Harness, constant, element, numbered, range};
 use crate::sensor::interface::Interface;
 use crate::sensor::peak::PeakPlan;
 
@@ -86,7 +86,7 @@ impl Peak {
             let channel = numbered("channel", d, self.detectors);
             for q in 0..self.plan.parallel {
                 let width = self.plan.count_bits;
-                let count = numbered("o_count", q, self.plan.parallel);
+                let count = element("o_count", q, self.plan.parallel, width);
                 harness.free(&format!("any_{d}_{q}"), width);
                 harness.lines(&format!(
                     "reg {0}held_{d}_{q};\n\

@@ -1,6 +1,6 @@
 //! What the stream of results has to carry.
 
-use super::harness::{Harness, constant, numbered, range};
+use super::harness::{Harness, constant, element, numbered, range};
 use crate::sensor::interface::Interface;
 
 /// Every group's counts come once, in order, with `tlast` at a scan's end; what
@@ -62,10 +62,10 @@ impl Stream {
                 harness.cut(&signal, &format!("{channel}.{port}"), width);
             };
             for q in 0..self.parallel {
-                let count = numbered("o_count", q, self.parallel);
+                let count = element("o_count", q, self.parallel, interface.count_bits);
                 cut(format!("count_{d}_{q}"), count, interface.count_bits);
                 if interface.saturates() {
-                    let saturated = numbered("o_clamped", q, self.parallel);
+                    let saturated = element("o_clamped", q, self.parallel, 1);
                     cut(format!("clamped_{d}_{q}"), saturated, 1);
                 }
             }

@@ -91,6 +91,15 @@ pub enum CoverPoint {
         /// Beyond the largest count.
         up: bool,
     },
+    /// The same in a scan's last group.
+    LastSaturation {
+        /// Detector.
+        detector: DetectorIndex,
+        /// Step of the group.
+        step: usize,
+        /// Beyond the largest count.
+        up: bool,
+    },
     /// A step that a scan's last group does not have would be saturated, alone: the flag
     /// stays low.
     AbsentSaturation {
@@ -324,6 +333,7 @@ impl CoverPoint {
             | TotalCarry { detector, .. }
             | Limit { detector, .. }
             | Saturation { detector, .. }
+            | LastSaturation { detector, .. }
             | AbsentSaturation { detector, .. }
             | TotalSaturation { detector, .. }
             | Peak { detector, .. }
@@ -342,9 +352,11 @@ impl CoverPoint {
             | BeforeScan { .. }
             | StepBorder { .. } => "hits",
             Carry { .. } | Borrow { .. } | TotalCarry { .. } => "carries",
-            Limit { .. } | Saturation { .. } | AbsentSaturation { .. } | TotalSaturation { .. } => {
-                "saturation"
-            }
+            Limit { .. }
+            | Saturation { .. }
+            | LastSaturation { .. }
+            | AbsentSaturation { .. }
+            | TotalSaturation { .. } => "saturation",
             Peak { .. } => "peaks",
             Held { .. }
             | HeldAcross { .. }
