@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::arguments::{SceneArgument, VcdWindow};
+use super::common::{SceneArgument, VcdWindow};
 use super::emit::command_line;
 use super::ending::Ending;
 use super::forecast::Forecast;

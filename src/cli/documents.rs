@@ -87,8 +87,9 @@ fn close(schema: &mut Schema) {
     transform_subschemas(&mut close, schema);
 }
 
-/// Rustdoc's `[`path`]` as `path`, and its link definitions left out.
+/// Rustdoc's `[`path`]` as `path`, without link definitions and examples in Rust.
 fn without_links(text: &str) -> String {
+    let text = text.split_once("```").map_or(text, |(before, _)| before);
     let lines = text.lines().filter(|line| !line.starts_with("[`"));
     let text = lines.collect::<Vec<_>>().join("\n");
     text.replace("[`", "`").replace("`]", "`").trim().to_owned()

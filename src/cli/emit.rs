@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::arguments::SceneArgument;
+use super::common::SceneArgument;
 use super::ending::Ending;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;

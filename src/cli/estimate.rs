@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::arguments::{CheckArgument, SceneArgument};
+use super::common::{CheckArgument, SceneArgument};
 use super::ending::Ending;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;

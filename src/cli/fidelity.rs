@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::arguments::{CheckArgument, SceneArgument};
+use super::common::{CheckArgument, SceneArgument};
 use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;

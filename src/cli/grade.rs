@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use clap::Args;
 
-use super::arguments::{Order, SceneArgument, ShardArguments};
+use super::common::{Order, SceneArgument, ShardArguments};
 use super::cosim::CosimProgress;
 use super::emit::command_line;
 use super::ending::Ending;

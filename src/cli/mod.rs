@@ -11,6 +11,7 @@
 
 mod arguments;
 pub mod codes;
+mod common;
 mod compare_architectures;
 mod cosim;
 #[doc(hidden)]

@@ -1,6 +1,6 @@
 //! `goldtof plan`: what is kept and what is left out, and why; the sensor in numbers.
 
-use super::arguments::SceneArgument;
+use super::common::SceneArgument;
 use super::ending::Ending;
 use super::output::{Output, terminal_width};
 use super::warnings::warn_of_far_paths;

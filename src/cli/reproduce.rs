@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::arguments::Order;
+use super::common::Order;
 use super::ending::Ending;
 use super::forecast::Forecast;
 use super::output::Output;

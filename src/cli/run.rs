@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::arguments::{CheckArgument, SceneArgument, VcdWindow};
+use super::common::{CheckArgument, SceneArgument, VcdWindow};
 use super::cosim::{CosimProgress, ending, exercised, score, text as cosim_text, with_junit};
 use super::emit::{command_line, text as emit_text};
 use super::ending::Ending;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::arguments::Order;
+use super::common::Order;
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::arguments::{CheckArgument, Order, SceneArgument, ShardArguments};
+use super::common::{CheckArgument, Order, SceneArgument, ShardArguments};
 use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use clap::Args;
 use serde::Serialize;
 
-use super::arguments::{Order, ShardArguments};
+use super::common::{Order, ShardArguments};
 use super::ending::Ending;
 use super::forecast::Forecast;
 use super::output::Output;

@@ -6,7 +6,7 @@ use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::arguments::{CheckArgument, Order, SceneArgument};
+use super::common::{CheckArgument, Order, SceneArgument};
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;

@@ -14,6 +14,8 @@ type Names = Vec<String>;
 struct Module {
     /// What it hands on under a name, or has imported under one.
     aliases: BTreeMap<String, Names>,
+    /// What it has under a name from other packages: cargo keeps watch there.
+    outside: BTreeSet<String>,
     /// All that it takes from elsewhere.
     needs: Vec<Names>,
 }
@@ -170,6 +172,7 @@ fn read(source: &str, here: &Names, modules: &BTreeSet<Names>) -> Module {
             let (paths, end) = tree(&tokens, at + 1, &Names::new());
             for (path, name) in paths {
                 let Some(path) = from_root(&path, here, modules) else {
+                    module.outside.insert(name);
                     continue;
                 };
                 if !hands_on {
@@ -195,17 +198,21 @@ fn read(source: &str, here: &Names, modules: &BTreeSet<Names>) -> Module {
     module
 }
 
-/// The module that defines what a path leads to.
-fn defined_in(path: &Names, modules: &BTreeMap<Names, Module>) -> Names {
+/// The module that defines what a path leads to; `None` if another package does. Of a door's
+/// function and a module of another package with one name the module is taken.
+fn defined_in(path: &Names, modules: &BTreeMap<Names, Module>) -> Option<Names> {
     let mut path = path.clone();
     for _ in 0..20 {
         let depth =
             (0..=path.len()).rev().find(|&depth| modules.contains_key(&path[..depth])).unwrap();
         let (module, rest) = path.split_at(depth);
+        if rest.first().is_some_and(|name| modules[module].outside.contains(name)) {
+            return None;
+        }
         let next = rest.first().and_then(|name| modules[module].aliases.get(name));
         match next {
             Some(next) => path = [&next[..], &rest[1..]].concat(),
-            None => return module.to_vec(),
+            None => return Some(module.to_vec()),
         }
     }
     panic!("{path:?} leads round and round");
@@ -214,7 +221,7 @@ fn defined_in(path: &Names, modules: &BTreeMap<Names, Module>) -> Names {
 /// The modules that every module needs.
 fn arrows(modules: &BTreeMap<Names, Module>) -> BTreeMap<&Names, BTreeSet<Names>> {
     let needs = |(here, module): (&Names, &Module)| {
-        let needed = module.needs.iter().map(|path| defined_in(path, modules));
+        let needed = module.needs.iter().filter_map(|path| defined_in(path, modules));
         needed.filter(|there| !here.starts_with(there)).collect()
     };
     modules.iter().map(|entry| (entry.0, needs(entry))).collect()

@@ -10,8 +10,7 @@
 
 use std::f64::consts::PI;
 
-use super::detector::DETECTOR;
-use super::keys::declare::*;
+use super::declare::*;
 use super::sunlight;
 use crate::light::photon_rate_hz;
 
@@ -133,7 +132,7 @@ pub(super) fn read_background(detector: &Section, wavelength_nm: Option<f64>) ->
     section.finish();
     let power_w = receiver?.power_w(irradiance?, field_of_view_rad?);
     let rate_cps = photon_rate_hz(power_w, wavelength_nm?);
-    let limit = DETECTOR.key("background_rate");
+    let limit = detector.key("background_rate");
     if !limit.holds(rate_cps) {
         complaint(&format!(
             "{rate_cps:.3e} cps follow from this, more than a `background_rate` may be (1000000 Gcps); \

@@ -1,7 +1,7 @@
 //! Tables `[[detector]]`.
 
 use super::budget;
-use super::keys::declare::*;
+use super::declare::*;
 use super::{JitterTail, std_of_sum, waveform};
 use crate::scan::Clock;
 use crate::scene::SourceIndex;

@@ -1,6 +1,6 @@
 //! Table `[hardware]`.
 
-use super::keys::declare::*;
+use super::declare::*;
 use super::{EstimatorKind, Scan, TotalsMissing};
 
 tables! {

@@ -3,7 +3,7 @@
 //! A scene is a TOML file; [`load`] reads one. Quantities are strings with a
 //! number and a unit. Each key is declared once, beside its reader: what it may be, what it is when
 //! it is left out, what it means. Fields, bounds, defaults, `docs/scene.md` and its schema follow
-//! from that ([`keys`]).
+//! from that.
 //!
 //! ```
 //! # mod goldtof {
@@ -22,6 +22,8 @@
 //! ```
 
 mod budget;
+mod catalogue;
+mod declare;
 mod detector;
 mod error;
 mod estimator;
@@ -39,6 +41,7 @@ mod scan;
 mod setting;
 mod source;
 mod sunlight;
+mod totals;
 mod units;
 mod waveform;
 mod whole;
@@ -46,12 +49,12 @@ mod wording;
 
 use std::sync::Arc;
 
+pub use catalogue::{reference, schema};
 pub use detector::*;
 pub use error::{SceneError, SceneErrors};
 pub use estimator::{EstimatorKind, OtherLight, TotalsMissing};
 pub use hardware::{Architecture, Hardware, Target};
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
-pub use keys::{reference, schema};
 pub use movement::{Fluctuation, Movement};
 pub use origin::{Origin, SceneReference};
 pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};

@@ -1,6 +1,6 @@
 //! Paths whose length changes in time (eq. 7).
 
-use super::keys::declare::*;
+use super::declare::*;
 use super::{Path, Scene};
 use crate::light::{SPEED_OF_LIGHT_M_PER_S, round_trip_ps};
 use crate::scan::Clock;

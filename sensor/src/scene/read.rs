@@ -7,6 +7,7 @@ use std::path::Path as FilePath;
 
 use toml::de::DeTable;
 
+use super::catalogue::TABLES;
 use super::error::Diagnostics;
 use super::reader::Section;
 use super::setting::Setting;
@@ -122,7 +123,7 @@ pub fn parse_with(file_name: &str, text: &str, settings: &[Setting]) -> Result<S
         }
     }
     let reference = SceneReference::of_text(file_name, text, settings);
-    let root = Section::new(&diagnostics, document.get_ref(), 0..0, String::new());
+    let root = Section::new(&diagnostics, &TABLES, document.get_ref(), 0..0, String::new());
     let scene = read_scene(&root, reference);
     root.finish();
     diagnostics.finish(scene)

@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::error::Diagnostics;
-use super::keys::{Absent, Key, Kind, TABLES};
+use super::keys::{Absent, Key, Kind, Table};
 use super::units::{self, Quantity};
 use super::wording::{alternatives, nearest, quoted};
 
@@ -19,6 +19,8 @@ pub(super) type Value<'r, 't> = &'r Spanned<DeValue<'t>>;
 /// for one that is wrong; the latter is reported, and so is a key that must be given.
 pub(super) struct Section<'r, 't> {
     diagnostics: &'r Diagnostics<'t>,
+    /// Every table of a scene.
+    tables: &'static [&'static Table],
     /// `None` for one that is left out: every key of it is, too.
     table: Option<&'r DeTable<'t>>,
     span: Range<usize>,
@@ -31,11 +33,12 @@ pub(super) struct Section<'r, 't> {
 impl<'r, 't> Section<'r, 't> {
     pub(super) fn new(
         diagnostics: &'r Diagnostics<'t>,
+        tables: &'static [&'static Table],
         table: &'r DeTable<'t>,
         span: Range<usize>,
         path: String,
     ) -> Self {
-        Section { diagnostics, table: Some(table), span, path, known: RefCell::new(Vec::new()) }
+        Section { diagnostics, tables, table: Some(table), span, path, known: RefCell::default() }
     }
 
     /// The value of `key`, which is from now on a known key.
@@ -52,7 +55,7 @@ impl<'r, 't> Section<'r, 't> {
     /// # Panics
     /// If it is in no table of keys.
     pub(super) fn key(&self, name: &str) -> &'static Key {
-        let table = TABLES.iter().find(|table| table.path == self.path);
+        let table = self.tables.iter().find(|table| table.path == self.path);
         match table {
             Some(table) => table.key(name),
             None => unreachable!("there is no table of keys \"{}\"", self.path),
@@ -326,6 +329,7 @@ impl<'r, 't> Section<'r, 't> {
         let section = self.get(name).and_then(|value| self.section_of(name, value, &example));
         section.unwrap_or_else(|| Section {
             diagnostics: self.diagnostics,
+            tables: self.tables,
             table: None,
             span: self.span.clone(),
             path: self.path_of(name),
@@ -346,7 +350,7 @@ impl<'r, 't> Section<'r, 't> {
             return None;
         };
         let path = self.path_of(key);
-        Some(Section::new(self.diagnostics, table, value.span(), path))
+        Some(Section::new(self.diagnostics, self.tables, table, value.span(), path))
     }
 
     /// The tables of an array of tables, `[[key]]`; of more than `most` of them

@@ -3,7 +3,7 @@
 use toml::de::DeValue;
 
 use super::Scan;
-use super::keys::declare::*;
+use super::declare::*;
 use super::reader::Value;
 use super::source::PATH;
 use crate::code::MAX_CODE_CHIPS;

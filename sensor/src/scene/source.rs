@@ -4,7 +4,7 @@ use crate::scene::{DetectorIndex, SourceIndex};
 use std::sync::Arc;
 
 use super::budget;
-use super::keys::declare::*;
+use super::declare::*;
 use super::movement;
 use super::names::Names;
 use super::waveform;

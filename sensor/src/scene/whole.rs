@@ -1,6 +1,6 @@
 //! A scene's tables, put together and checked against each other.
 
-use super::keys::declare::*;
+use super::declare::*;
 use super::names::Names;
 use super::{Architecture, Detector, Origin, Path, Scene, SceneReference, Source};
 use super::{detector, estimator, hardware, movement, scan, source};

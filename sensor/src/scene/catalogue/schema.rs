@@ -2,7 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Absent, Form, Key, Kind, TABLES, Table};
+use super::TABLES;
+use crate::scene::keys::{Absent, Form, Key, Kind, Table};
 use crate::scene::units::{self, Quantity};
 
 /// Tables at the root, whether there may be several, and whether one must be there.

@@ -1,4 +1,6 @@
 use super::*;
+use crate::scene::keys::{Absent, Form, Key, Kind};
+use crate::scene::units;
 use crate::scene::{SceneErrors, parse};
 
 /// Keys that a table must have, with their examples, or with values that suit the others' bounds,
@@ -295,7 +297,7 @@ fn check_current(file: &str, text: &str) {
     let found = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         found == text,
-        "{file} is out of date; make it again with GOLDTOF_UPDATE=1 cargo test -p goldtof-sensor scene::keys"
+        "{file} is out of date; make it again with GOLDTOF_UPDATE=1 cargo test -p goldtof-sensor scene::catalogue"
     );
 }
 

@@ -1,153 +1,8 @@
-//! Every key of a scene: what it means, and what it may be.
-//!
-//! The one place for bounds: the reader takes them from here, and so do
-//! `docs/scene.md` ([`reference()`]) and `docs/scene.schema.json` ([`schema()`]). Bounds are what the arithmetic keeps
-//! precise, or what is physical, whichever is narrower; each key says why.
-//!
-//! - Time in a simulation is whole chips in 64 bits and an offset within the chip:
-//!   2^-53 of a chip at any time. Delays are read as one double, which keeps 2 fs
-//!   (0.3 um of distance) up to 10 s, and at the shortest chip period still counts
-//!   10^13 chips of the 9 10^15 that a double holds.
-//! - Sample numbers are 64 bits: a scan has at most 2^60 samples.
-//! - Counts are 64 bits: no more than one per two samples.
-//!
-//! Bounds that depend on several keys are checked where these are read, and stand
-//! at the end of the document.
-
-mod document;
-mod plain;
-mod schema;
+//! What a key of a scene is: its type, bounds, default, meaning. Tables of keys are declared beside
+//! their readers (`super::declare`).
 
 use super::units::{self, Quantity};
-
-pub use document::reference;
-pub use schema::schema;
-
-pub(super) use plain::Plain;
-
-use super::budget::{BACKGROUND, LINK};
-use super::detector::{AFTERPULSING, COUNTER, DETECTOR, JITTER_TAIL};
-use super::estimator::ESTIMATE;
-use super::hardware::HARDWARE;
-use super::movement::FLUCTUATION;
-use super::scan::{SCAN, STEPS};
-use super::source::{CODE, PATH, SOURCE};
-use super::whole::CLOCK;
 use super::wording::{alternatives, quoted};
-
-/// What a declaration of keys needs.
-pub(super) mod declare {
-    pub(in crate::scene) use super::Absent::{Needed, Or, Otherwise};
-    pub(in crate::scene) use super::{
-        BOOLEAN, Form, Key, Kind, Plain, Table, choice, choices, integer, names, number, quantity,
-        ratio, table, tables, words,
-    };
-    pub(in crate::scene) use crate::scene::reader::Section;
-    pub(in crate::scene) use crate::scene::units::Quantity::{self, *};
-}
-
-/// Declares tables, each key of them once: `key = kind, when left out, example; "meaning" "why
-/// these bounds";`. Of a table that is a struct, `key => field: type = ...` is a field, which is
-/// read as it is written, and in braces stand the fields that other keys decide.
-macro_rules! tables {
-    () => {};
-    (
-        $(#[$about:meta])*
-        $vis:vis struct $Struct:ident { $($(#[$doc:meta])* $other:ident: $other_type:ty,)* }
-        of $name:ident = $path:literal $(and $shared:ident)? {
-            $($key:ident $(=> $field:ident: $type:ty)? = $kind:expr, $absent:expr, $example:literal;
-              $meaning:literal $($why:literal)?;)*
-        }
-        $($rest:tt)*
-    ) => {
-        $(#[$about])*
-        $vis struct $Struct {
-            $($(#[doc = $meaning] pub $field: $type,)?)*
-            $($(#[$doc])* pub $other: $other_type,)*
-        }
-
-        impl $Struct {
-            /// The keys that are fields, as they are read, beside defaults; what is wrong with
-            /// them is reported.
-            fn keys(section: &Section) -> Option<$Struct> {
-                $($(let $field = <$type as Plain>::read(section, stringify!($key));)?)*
-                Some($Struct {
-                    $($($field: $field?,)?)*
-                    $($other: Default::default(),)*
-                })
-            }
-        }
-
-        impl Default for $Struct {
-            /// Of an empty table.
-            fn default() -> $Struct {
-                $Struct {
-                    $($($field: <$type as Plain>::left_out($name.key(stringify!($key))),)?)*
-                    $($other: Default::default(),)*
-                }
-            }
-        }
-
-        tables! {
-            $name = $path $(and $shared)? {
-                $($key = $kind, $absent, $example; $meaning $($why)?;)*
-            }
-            $($rest)*
-        }
-    };
-    (
-        $name:ident = $path:literal $(and $shared:ident)? {
-            $($key:ident = $kind:expr, $absent:expr, $example:literal; $meaning:literal $($why:literal)?;)*
-        }
-        $($rest:tt)*
-    ) => {
-        pub(in crate::scene) static $name: Table = Table::new(
-            $path,
-            &[$(Key {
-                name: stringify!($key),
-                kind: $kind,
-                absent: $absent,
-                example: $example,
-                meaning: $meaning,
-                why: concat!("", $($why)?),
-            },)*],
-            &[$(&$shared)?],
-        );
-
-        tables! { $($rest)* }
-    };
-}
-
-/// Declares the values of a key, each with the name that scenes use.
-macro_rules! choices {
-    (
-        $(#[$about:meta])*
-        pub enum $Enum:ident { $($(#[$doc:meta])* $Value:ident = $name:literal,)* }
-    ) => {
-        $(#[$about])*
-        pub enum $Enum { $($(#[$doc])* $Value,)* }
-
-        impl $Enum {
-            const CHOICES: &'static [&'static str] = &[$($name),*];
-
-            /// Each of them, under the name that scenes use.
-            pub const NAMES: &'static [(&'static str, $Enum)] = &[$(($name, $Enum::$Value)),*];
-        }
-
-        impl Plain for $Enum {
-            fn read(section: &Section, name: &'static str) -> Option<$Enum> {
-                section.choice(name, $Enum::NAMES)
-            }
-
-            fn left_out(key: &Key) -> $Enum {
-                let is_default = |(name, _): &&(&str, $Enum)| key.default() == Some(*name);
-                $Enum::NAMES.iter().find(is_default).unwrap_or(&$Enum::NAMES[0]).1
-            }
-        }
-    };
-}
-
-pub(super) use {choices, tables};
 
 /// A key of a table.
 #[derive(Debug)]
@@ -253,25 +108,6 @@ pub(super) struct Table {
     shared: &'static [&'static Table],
 }
 
-/// Every table of a scene.
-pub(super) const TABLES: [&Table; 15] = [
-    &CLOCK,
-    &SOURCE,
-    &CODE,
-    &DETECTOR,
-    &BACKGROUND,
-    &AFTERPULSING,
-    &JITTER_TAIL,
-    &COUNTER,
-    &PATH,
-    &LINK,
-    &FLUCTUATION,
-    &SCAN,
-    &STEPS,
-    &ESTIMATE,
-    &HARDWARE,
-];
-
 impl Table {
     pub const fn new(
         path: &'static str,
@@ -314,7 +150,7 @@ impl Key {
 
     /// How many lists there are round a value: `jitter` is a list, `polynomials` a list
     /// of lists.
-    fn lists(&self) -> usize {
+    pub fn lists(&self) -> usize {
         match self.name {
             "jitter" => 1,
             "polynomials" => 2,
@@ -343,7 +179,7 @@ impl Key {
     }
 
     /// Its value when it is left out, in words.
-    fn when_left_out(&self) -> &'static str {
+    pub fn when_left_out(&self) -> &'static str {
         match self.absent {
             Absent::Needed => "it must be given",
             Absent::Or(text) | Absent::Otherwise(text) => text,
@@ -359,7 +195,7 @@ impl Key {
     }
 
     /// Its range, in words.
-    fn range(&self) -> String {
+    pub fn range(&self) -> String {
         match self.kind {
             Kind::Quantity { least, most, .. } => format!("{least} to {most}"),
             Kind::Number { least, most, .. } => format!("{least} to {most}"),
@@ -370,7 +206,7 @@ impl Key {
     }
 
     /// A right value, as a file has it.
-    fn example_toml(&self) -> String {
+    pub fn example_toml(&self) -> String {
         let value = self.shown_example();
         match self.lists() {
             0 => value,
@@ -381,7 +217,7 @@ impl Key {
     }
 
     /// The bounds of a quantity, in its base unit.
-    fn bounds(&self) -> [f64; 2] {
+    pub fn bounds(&self) -> [f64; 2] {
         let Kind::Quantity { quantity, least, most } = self.kind else {
             unreachable!("{} is not a quantity", self.name)
         };
@@ -411,6 +247,3 @@ impl Key {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;
