@@ -105,6 +105,16 @@ impl Scene {
         SceneReference::new(&self.name, &self.origin)
     }
 
+    /// The paths from a detector's own source to it.
+    ///
+    /// # Panics
+    /// If the scene has no such detector.
+    pub fn own_paths(&self, detector: DetectorIndex) -> impl Iterator<Item = PathIndex> + '_ {
+        let own = (detector, self.detectors[detector].reference);
+        let paths = PathIndex::of(&self.paths);
+        paths.filter(move |&path| (self.paths[path].detector, self.paths[path].source) == own)
+    }
+
     /// Whether light of its source arrives over a path.
     pub fn is_lit(&self, path: &Path) -> bool {
         self.sources[path.source].emits() && path.transmission > 0.0
