@@ -34,7 +34,6 @@ struct Event {
 struct Block {
     uint64_t clocks;
     uint64_t reset;      // plane of i_rst
-    uint64_t ready;      // plane of m_axis_tready
     uint64_t watched;    // lanes that are compared
     uint64_t with_code;  // lanes that are not in reset: the others' codes are 0
     uint64_t samples;    // first word of the planes of i_samples
@@ -65,7 +64,7 @@ void check(LANES_MODEL* top, uint64_t* words, const Block& block) {
     auto& root = *top->rootp;
     auto& edge = block.reset ? top->LANES_RESET_CLOCK : top->LANES_CLOCK;
     for (uint64_t clock = 0; clock < block.clocks; ++clock) {
-        lanes_apply(root, block.reset, block.ready, samples);
+        lanes_apply(root, block.reset, samples);
         samples += LANES_SAMPLES;
         edge ^= 1;
         top->eval();

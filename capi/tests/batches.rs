@@ -14,6 +14,7 @@ use goldtof::scene;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
+use goldtof::sensor::port::Role;
 
 const CLOCKS: u64 = 40_000;
 
@@ -106,7 +107,7 @@ fn batches_of_any_size_give_what_cosimulation_expects() {
         let samples: Vec<u64> = records
             .iter()
             .flat_map(|record| {
-                let field = layout.inputs.field("i_samples");
+                let field = layout.inputs.field(Role::Samples);
                 (0..detectors as u32).map(|d| field.bits(record, d * lanes, lanes))
             })
             .collect();

@@ -15,6 +15,7 @@ use crate::door::{CosimOptions, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
 use crate::sensor::Sensor;
+use crate::sensor::port::Role;
 use std::path::Path;
 
 pub(super) fn run(
@@ -181,7 +182,8 @@ fn differences(report: &Report) -> String {
         text += &format!("  {}: {}\n", difference.port, difference.text);
     }
     let depends = |difference: &&PortDifference| {
-        matches!(difference.port.as_str(), "m_axis_tvalid" | "o_peak_valid")
+        let port = Role::of(&difference.port);
+        matches!(port, Some(Role::Valid | Role::PeakValid))
     };
     if report.differences.iter().any(|d| depends(&d)) {
         text += "  (--latency auto holds a design to its own latency)\n";

@@ -1,6 +1,7 @@
 //! Which outputs of the two sides have to be equal at a clock.
 
 use crate::sensor::layout::{Field, Layout};
+use crate::sensor::port::Role;
 
 /// How outputs are compared.
 #[derive(Debug, Clone, Copy)]
@@ -22,10 +23,10 @@ impl Comparison<'_> {
     ) -> impl Iterator<Item = usize> + use<'_, 's> {
         let outputs = &self.layout.outputs;
         let is_idle =
-            self.ignores_idle_payload && outputs.field("m_axis_tvalid").low_word(expected) == 0;
+            self.ignores_idle_payload && outputs.field(Role::Valid).low_word(expected) == 0;
         let fields = outputs.fields.iter().enumerate();
         fields.filter_map(move |(number, field)| {
-            let is_payload = matches!(field.port.name.as_str(), "m_axis_tdata" | "m_axis_tlast");
+            let is_payload = field.port.role.is_payload();
             let differs =
                 field.read(expected) != field.read(got) || is_any_undefined(field, undefined);
             (differs && !(is_idle && is_payload)).then_some(number)

@@ -249,6 +249,8 @@ pub struct Hardware {
     pub target: Target,
     /// What is counted.
     pub architecture: Architecture,
+    /// Level of the samples while a detector's pulse lasts.
+    pub polarity: Polarity,
     /// Phase steps correlated at once, of hardware that counts up and down.
     pub parallel: u32,
     /// Width of a count in the results; `None` gives the width at which no
@@ -280,6 +282,30 @@ impl Architecture {
     /// Each of them, under the name that scenes use.
     pub const NAMES: [(&'static str, Architecture); 2] =
         [("updown", Architecture::UpDown), ("histogram", Architecture::Histogram)];
+}
+
+/// Level of a detector's samples while its pulse lasts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Polarity {
+    /// A hit is a rising edge.
+    #[default]
+    High,
+    /// A hit is a falling edge, as from a comparator that inverts.
+    Low,
+}
+
+impl Polarity {
+    /// Each of them, under the name that scenes use.
+    pub const NAMES: [(&'static str, Polarity); 2] =
+        [("high", Polarity::High), ("low", Polarity::Low)];
+
+    /// A word of so many samples, at most 64, without a pulse.
+    pub fn rest(self, samples: u32) -> u64 {
+        match self {
+            Polarity::High => 0,
+            Polarity::Low => u64::MAX >> (u64::BITS - samples),
+        }
+    }
 }
 
 /// FPGA targets.

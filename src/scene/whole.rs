@@ -3,8 +3,8 @@
 use super::names::Names;
 use super::reader::Section;
 use super::{
-    Architecture, Detector, EstimatorKind, Hardware, Origin, OtherLight, Path, Scan, Scene,
-    SceneReference, Source, Target, TotalsMissing,
+    Architecture, Detector, EstimatorKind, Hardware, Origin, OtherLight, Path, Polarity, Scan,
+    Scene, SceneReference, Source, Target, TotalsMissing,
 };
 use super::{detector, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
@@ -216,6 +216,7 @@ fn read_hardware(
     let section = root.section_or_defaults("hardware");
     let target = section.choice("target", &Target::NAMES);
     let architecture = section.choice("architecture", &Architecture::NAMES);
+    let polarity = section.choice("polarity", &Polarity::NAMES);
     let parallel: Option<u32> = section.count("parallel");
     if let Some((parallel, scan)) = parallel.zip(scan)
         && scan.steps < u64::from(parallel)
@@ -247,6 +248,7 @@ fn read_hardware(
     Some(Hardware {
         target: target?,
         architecture: architecture?,
+        polarity: polarity?,
         parallel: parallel?,
         counter_width,
         total_counts,

@@ -23,6 +23,7 @@ pub mod histogram;
 pub mod interface;
 pub mod layout;
 pub mod peak;
+pub mod port;
 
 use self::interface::Interface;
 use crate::code::Code;

@@ -7,15 +7,17 @@ use std::path::Path;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::netlist::{Driver, Net, Netlist, Register};
+use super::netlist::{CHOICE, Driver, Net, Netlist, PortNets, Register};
 use super::synthesis::synthesise;
 use super::verilog::{CLOCK, MODULE, RESET_CLOCK, module, output_nets};
 use super::yosys::{self, Memories};
 use super::{Refusal, Unfit};
 use crate::cosim::build::{Built, LanesUnit, build_lanes};
 use crate::cosim::source::SourceFile;
+use crate::scene::Polarity;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, Record};
+use crate::sensor::port::{Role, Use};
 
 /// Name of the header that `testbench/lanes.cpp` includes.
 const HEADER: &str = "goldtof_lanes.h";
@@ -87,9 +89,9 @@ impl Design {
         let outputs = planes(&netlist.outputs, &layout.outputs)?;
         planes(&netlist.inputs, &layout.inputs)?;
         let tables = interface.source_codes.len() + 1;
-        let reset = netlist.input("i_rst").map(|nets| nets[0]);
+        let reset = netlist.input(Role::Reset.name()).map(|nets| nets[0]);
         let text = module(netlist, reset);
-        let mut header = header(netlist, &layout, &outputs, tables);
+        let mut header = header(netlist, interface, &outputs, tables);
         let reset_clock = reset.map_or(CLOCK, |_| RESET_CLOCK);
         let _ = writeln!(header, "#define LANES_RESET_CLOCK {reset_clock}");
         let unit = LanesUnit {
@@ -105,7 +107,7 @@ impl Design {
             follow_inputs: netlist.registers_that_follow_inputs(),
             identity,
             outputs: outputs.len(),
-            samples: layout.inputs.field("i_samples").port.width as usize,
+            samples: layout.inputs.field(Role::Samples).port.width as usize,
             tables,
         })
     }
@@ -128,11 +130,21 @@ impl Design {
     }
 }
 
+/// A level in all lanes.
+fn rest_plane(level: bool) -> &'static str {
+    if level { "~uint64_t{0}" } else { "0" }
+}
+
 /// The nets of a record's ports, in the record's order.
-pub(super) fn planes(
-    ports: &[super::netlist::PortNets],
-    record: &Record,
-) -> Result<Vec<Net>, Unfit> {
+///
+/// # Errors
+/// When the netlist has not these ports, or others: nothing drives or expects them.
+pub(super) fn planes(ports: &[PortNets], record: &Record) -> Result<Vec<Net>, Unfit> {
+    let is_known = |port: &PortNets| record.fields.iter().any(|f| f.port.name == port.name);
+    if let Some(port) = ports.iter().find(|port| port.name != CHOICE && !is_known(port)) {
+        let name = &port.name;
+        return Err(Unfit::new(format!("port {name} is not one of this scene's ports")));
+    }
     let mut nets = Vec::new();
     for field in &record.fields {
         let found = ports.iter().find(|port| port.name == field.port.name);
@@ -152,34 +164,30 @@ pub(super) fn planes(
 }
 
 /// Writes the header: how planes go to the module's ports and come from them.
-fn header(netlist: &Netlist, layout: &Layout, outputs: &[Net], tables: usize) -> String {
+fn header(netlist: &Netlist, interface: &Interface, outputs: &[Net], tables: usize) -> String {
+    let layout = Layout::of(interface);
     let drivers = netlist.drivers();
     let name = |net: Net| name_of(netlist, &drivers, net);
-    let place = |port: &str| -> usize {
-        let before = layout.outputs.fields.iter();
-        before
-            .take_while(|field| field.port.name != port)
-            .map(|field| field.port.width as usize)
-            .sum()
-    };
     let mut text = format!(
         "#include <cstdint>\n#include \"V{MODULE}.h\"\n#include \"V{MODULE}___024root.h\"\n\
          #define LANES_MODEL V{MODULE}\n#define LANES_CLOCK {CLOCK}\n\
          #define LANES_SAMPLES {}\n#define LANES_OUTPUTS {}\n#define LANES_TABLES {tables}\n\
          using LanesRoot = V{MODULE}___024root;\n",
-        layout.inputs.field("i_samples").port.width,
+        layout.inputs.field(Role::Samples).port.width,
         outputs.len(),
     );
-    text += "static inline void lanes_apply(LanesRoot& root, uint64_t reset, uint64_t ready, \
+    text += "static inline void lanes_apply(LanesRoot& root, uint64_t reset, \
              const uint64_t* samples) {\n";
     let mut number = 0;
     for port in &netlist.inputs {
+        let role = Role::of(&port.name);
         for bit in 0..port.nets.len() {
-            let source = match port.name.as_str() {
-                "i_rst" => "reset".to_owned(),
-                "m_axis_tready" => "ready".to_owned(),
-                "i_samples" => format!("samples[{bit}]"),
-                _ => "0".to_owned(),
+            let source = match role.map(Role::usage) {
+                _ if role == Some(Role::Reset) => "reset".to_owned(),
+                // Photons leave all others as they rest.
+                Some(Use::Level { rest }) => rest_plane(rest).to_owned(),
+                _ if interface.polarity == Polarity::Low => format!("~samples[{bit}]"),
+                _ => format!("samples[{bit}]"),
             };
             let _ = writeln!(text, "    root.i{number} = {source};");
             number += 1;
@@ -198,7 +206,7 @@ fn header(netlist: &Netlist, layout: &Layout, outputs: &[Net], tables: usize) ->
     let _ = writeln!(
         text,
         "}}\nstatic inline uint64_t lanes_valid(const LanesRoot& root) {{ return {}; }}",
-        name(outputs[place("m_axis_tvalid")])
+        name(outputs[layout.outputs.bits_before(Role::Valid)])
     );
     text + &registers_text(netlist)
 }

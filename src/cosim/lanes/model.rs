@@ -73,7 +73,7 @@ enum What {
 }
 
 /// Words before the phases in the description of a block.
-const BLOCK_WORDS: u64 = 9;
+const BLOCK_WORDS: u64 = 8;
 /// Words of an event.
 const EVENT_WORDS: u64 = 3;
 /// Words before the beats in what is found.
@@ -187,7 +187,6 @@ impl LaneModel {
         let mut words = vec![
             block.clocks,
             block.reset,
-            u64::MAX,
             block.watched,
             !block.reset,
             samples_at,

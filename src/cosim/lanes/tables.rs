@@ -6,6 +6,7 @@ use crate::code::Code;
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 /// Word and bit of each output's plane in a record, in the planes' order.
 pub(super) fn output_places(layout: &Layout) -> Vec<(usize, u32)> {
@@ -22,11 +23,6 @@ pub(super) fn output_places(layout: &Layout) -> Vec<(usize, u32)> {
 
 /// Lasers and epoch: their planes at every clock of a period.
 pub(super) fn tables(interface: &Interface, layout: &Layout, slices: &[Slice]) -> Vec<Table> {
-    let place = |port: &str| -> usize {
-        let fields = layout.outputs.fields.iter();
-        let before = fields.take_while(|field| field.port.name != port);
-        before.map(|field| field.port.width as usize).sum()
-    };
     let most = slices.iter().map(Slice::length).max().unwrap_or_default();
     let planes = |period: u64, value: &dyn Fn(u64) -> bool| {
         let starts: Vec<u64> = slices
@@ -46,11 +42,13 @@ pub(super) fn tables(interface: &Interface, layout: &Layout, slices: &[Slice]) -
     let lasers = interface.source_codes.iter().enumerate();
     let mut tables: Vec<Table> = lasers
         .map(|(number, code)| Table {
-            output: place("o_laser") + number,
+            output: layout.outputs.bits_before(Role::Laser) + number,
             planes: of_code(code).into(),
         })
         .collect();
-    tables
-        .push(Table { output: place("o_epoch"), planes: planes(period, &|chip| chip == 0).into() });
+    tables.push(Table {
+        output: layout.outputs.bits_before(Role::Epoch),
+        planes: planes(period, &|chip| chip == 0).into(),
+    });
     tables
 }

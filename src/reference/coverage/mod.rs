@@ -58,7 +58,7 @@ impl Covered {
 }
 
 impl CoverTable {
-    /// The points of a interface.
+    /// The points of an interface.
     pub fn of(interface: &Interface) -> Arc<CoverTable> {
         let mut table =
             CoverTable { points: Vec::new(), numbers: HashMap::new(), unreachable: Vec::new() };

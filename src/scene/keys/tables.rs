@@ -10,7 +10,7 @@ use crate::scene::units::Quantity::{
     Angle, ClockDrift, ClockOffset, Distance, Illuminance, Power, Rate, SpectralIrradiance, Speed,
     Time, Wavelength,
 };
-use crate::scene::{Architecture, EstimatorKind, OtherLight, Recharge, Target};
+use crate::scene::{Architecture, EstimatorKind, OtherLight, Polarity, Recharge, Target};
 
 /// Most phase steps of a code period: the longest code, with the most samples.
 const MOST_PHASE_STEPS: i64 = (MAX_CODE_CHIPS * 64) as i64;
@@ -317,6 +317,9 @@ tables! {
             Or("\"updown\""), "\"histogram\"";
             "whether hits are counted up and down, one phase step after another, or by \
              their time in the code period, for all phase steps at once";
+        polarity: choice(const { &names(&Polarity::NAMES) }), Or("\"high\""), "\"low\"";
+            "level of the samples while a detector's pulse lasts; a comparator that inverts \
+             needs \"low\"";
         parallel: integer(1, 64), Or("1"), "8";
             "phase steps correlated at once, no more than the scan has"
             "what fits into the targets";
