@@ -193,7 +193,6 @@ impl Rtl {
     ///
     /// # Errors
     /// When it cannot be emitted or read.
-    #[cfg(feature = "cli")]
     pub(crate) fn sha256(&self, scene: &Scene) -> Result<String, CosimFailed> {
         let design = self.read(&Sensor::new(scene))?;
         let files = design.sources.iter().flat_map(|file| [&file.name, &file.text]);

@@ -35,46 +35,35 @@
 
 // Links to what is private lead its next maintainer on (`--document-private-items`).
 #![allow(rustdoc::private_intra_doc_links)]
+// What the program alone calls.
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
-pub mod batch;
 #[cfg(feature = "cli")]
 pub mod cli;
-pub mod code;
-pub mod cosim;
-pub mod deliver;
-mod digest;
-pub mod document;
 mod door;
-pub mod estimate;
-mod exact;
-pub(crate) mod files;
-pub mod grade;
-pub mod histogram;
-pub(crate) mod interrupt;
-pub(crate) mod light;
-pub(crate) mod math;
-pub mod photons;
 pub mod plan;
-pub(crate) mod printable;
-pub(crate) mod programs;
-pub mod recorded;
-#[doc(hidden)]
-pub mod reference;
 #[doc(hidden)]
 pub mod report;
-pub mod response;
-#[doc(hidden)]
-pub mod rtl;
 mod run;
-pub mod scan;
-pub mod scene;
-pub mod sensor;
-#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod shard;
 pub mod simulate;
 pub mod study;
-pub mod version;
+
+#[doc(inline)]
+pub use goldtof_estimation::{estimate, recorded};
+pub use goldtof_hardware::deliver;
+#[doc(hidden)]
+pub use goldtof_hardware::{reference, rtl};
+#[doc(inline)]
+pub use goldtof_physics::{histogram, photons, response};
+#[doc(inline)]
+pub use goldtof_sensor::{code, document, scan, scene, sensor};
+use goldtof_sensor::{exact, light, math};
+pub use goldtof_system::version;
+use goldtof_system::{digest, files, interrupt, printable, programs};
+#[doc(inline)]
+pub use goldtof_verification::{batch, cosim, grade};
 
 pub use cosim::own::OwnRtl;
 pub use door::{

@@ -84,8 +84,7 @@ pub enum RunEvent<'a> {
 }
 
 /// What a run found; as JSON the document of `goldtof run`.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Run {
     /// The scene's name.
     #[serde(skip)]

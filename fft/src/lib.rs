@@ -10,7 +10,8 @@
 use std::fmt;
 use std::sync::Arc;
 
-use rustfft::{Fft, FftPlanner};
+use rustfft::FftPlanner;
+pub use rustfft::{Fft, FftNum, num_complex};
 
 /// Plans transforms in double precision, and keeps what they share.
 pub struct Planner(FftPlanner<f64>);

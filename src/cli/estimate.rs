@@ -9,14 +9,13 @@ use super::warnings::warn_of_far_paths;
 use crate::document::Body;
 use crate::recorded::{
     Assessment, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram, read_recorded,
-    residual_plot,
 };
+use crate::report::residual_plot;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// The JSON of `goldtof estimate`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct Estimates<'a> {
     /// What each detector's scan says.
     assessments: &'a [Assessment],

@@ -10,8 +10,7 @@ use crate::scene::{SceneError, SceneErrors};
 use crate::study::sweep::{RunError as SweepFailed, SweepError};
 
 /// The document of a command that failed.
-#[derive(Debug, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Serialize, schemars::JsonSchema)]
 pub(super) struct Failure {
     /// The error.
     pub error: Told,
@@ -22,8 +21,7 @@ impl Body for Failure {
 }
 
 /// What went wrong.
-#[derive(Debug, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Serialize, schemars::JsonSchema)]
 pub(super) struct Told {
     /// What stderr says, without its "error: ".
     pub text: String,
@@ -34,8 +32,7 @@ pub(super) struct Told {
 }
 
 /// A place that an error speaks of.
-#[derive(Debug, Default, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub(super) struct Place {
     /// The file, or the setting of the command line.
     pub file: String,

@@ -14,8 +14,7 @@ use crate::document::Body;
 use crate::printable::printable_path;
 
 /// The JSON of `goldtof man`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct Pages {
     /// Names of the pages' files, in the folder that was asked for.
     files: Vec<String>,

@@ -11,8 +11,7 @@ use crate::document::{Body, Document};
 use crate::shard::{Folder, Job, listed};
 
 /// The JSON of `goldtof merge --missing`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct MissingShards {
     /// How many shards there are to be.
     shards: u64,

@@ -27,6 +27,7 @@ mod manual;
 mod merge;
 mod new;
 mod output;
+mod parquet;
 pub mod plan;
 mod provenance;
 mod reproduce;

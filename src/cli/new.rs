@@ -31,8 +31,7 @@ fn text_of(like: Like) -> &'static str {
 }
 
 /// The JSON of `goldtof new`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct Made {
     /// The scene's file.
     file: String,

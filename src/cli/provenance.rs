@@ -1,7 +1,7 @@
 //! Version, command and date of a report.
 
 use std::path::Path;
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
 use anyhow::Context as _;
 
@@ -29,17 +29,33 @@ pub(super) fn provenance(scene_text: String) -> anyhow::Result<Provenance> {
             })?)
         }
     };
-    let time = match told {
-        Some(seconds) => SystemTime::UNIX_EPOCH + Duration::from_secs(seconds),
-        None => SystemTime::now(),
-    };
+    let now = || SystemTime::UNIX_EPOCH.elapsed().map_or(0, |time| time.as_secs());
     Ok(Provenance {
         version: format!("goldtof {VERSION}"),
         command: typed_command(),
-        date: humantime::format_rfc3339_seconds(time).to_string(),
+        date: rfc3339(told.unwrap_or_else(now)),
         reproducible: told.is_some(),
         scene_text,
     })
+}
+
+/// Seconds since 1970 as a date and a time of day in UTC (RFC 3339). Years begin in March, so that
+/// a leap day is the last of its year; four hundred of them have 146,097 days.
+fn rfc3339(seconds: u64) -> String {
+    // Days since 1 March of the year 0.
+    let days = seconds / 86_400 + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    // Months have 31 and 30 days in turn, five of them 153.
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let (year, month) = match month {
+        0..10 => (400 * era + year, month + 3),
+        _ => (400 * era + year + 1, month - 9),
+    };
+    let (hour, minute, second) = (seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
 }
 
 /// The command as it was typed; words that a shell would take apart are in quotation marks.
@@ -48,4 +64,26 @@ pub(super) fn typed_command() -> String {
     let words = words.map(|word| shell_word(&printable_path(Path::new(&word))).into_owned());
     let all = std::iter::once("goldtof".to_owned()).chain(words);
     all.collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    /// As `date --utc --date=@SECONDS` of GNU coreutils has them: ends of days round leap days, of
+    /// 2000, which is a leap year, and of 2100, which is none.
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        for (seconds, date) in [
+            (0, "1970-01-01T00:00:00Z"),
+            (951782399, "2000-02-28T23:59:59Z"),
+            (951782400, "2000-02-29T00:00:00Z"),
+            (1767225600, "2026-01-01T00:00:00Z"),
+            (4107542399, "2100-02-28T23:59:59Z"),
+            (4107542400, "2100-03-01T00:00:00Z"),
+            (13574649599, "2400-02-29T23:59:59Z"),
+            (253402300799, "9999-12-31T23:59:59Z"),
+            (1709164800, "2024-02-29T00:00:00Z"),
+        ] {
+            assert_eq!(super::rfc3339(seconds), date);
+        }
+    }
 }

@@ -13,8 +13,7 @@ use crate::shard::{Folder, Job, Results, SceneText, Shard};
 use crate::study::sweep::Store;
 
 /// The JSON of a command with `--shard`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct ShardDone {
     /// Which shard it is, from 1.
     shard: u64,

@@ -13,8 +13,7 @@ use crate::shard::{self, Job, Part, Results, StressJob};
 use crate::study::stress::{Case, Group, StressReport, cases, run as run_cases};
 
 /// The JSON of `goldtof stress --list`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct CaseList {
     /// The cases, in their order.
     cases: Vec<ListedCase>,
@@ -25,8 +24,7 @@ impl Body for CaseList {
 }
 
 /// A case that is named.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 struct ListedCase {
     /// Its name.
     name: &'static str,

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::arguments::{Order, SweepArguments};
 use super::ending::Ending;
 use super::output::Output;
+use super::parquet::parquet;
 use super::provenance::typed_command;
 use super::warnings::warn_of_far_paths;
 use crate::document::{Body, Document};
@@ -22,8 +23,7 @@ const PARQUET: &str = "sweep.parquet";
 const PLOT: &str = "sweep.svg";
 
 /// The JSON of `goldtof sweep`.
-#[derive(Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct SweepReport {
     /// Points of the sweep: combinations of values.
     points: usize,
@@ -156,8 +156,8 @@ fn tell(
     if left_out > 0 {
         output.note(&format!("{PLOT} has no room for {left_out} more series; {CSV} has all"));
     }
-    let (csv, parquet) = (table.csv(), sweep::parquet(table, sweep)?);
-    folder.write_all([(CSV, csv.as_bytes()), (PARQUET, &parquet), (PLOT, plot.as_bytes())])?;
+    let (csv, binary) = (table.csv(), parquet(table, sweep)?);
+    folder.write_all([(CSV, csv.as_bytes()), (PARQUET, &binary), (PLOT, plot.as_bytes())])?;
     let text = format!(
         "{name}: {} points, {} rows in {}, {PARQUET} and {PLOT} beside it\n",
         sweep.len(),

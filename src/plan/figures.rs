@@ -6,8 +6,7 @@ use crate::light::distance_m;
 use crate::sensor::Sensor;
 
 /// What the hardware does in time and in space.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Figures {
     /// One clock cycle is one chip.
     pub clock_hz: f64,

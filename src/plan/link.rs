@@ -7,8 +7,7 @@ use crate::scene::PathIndex;
 use crate::sensor::Sensor;
 
 /// Where a path's photons stay. Rates are averages over the code.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct LinkBudget {
     /// The source's name.
     pub source: String,

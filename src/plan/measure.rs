@@ -9,7 +9,7 @@ use crate::scene::DetectorIndex;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use super::part::{Plan, Saving};
+use super::{Plan, Saving};
 use crate::photons::fast::StepCounter;
 use crate::photons::{DetectorModel, OptionalPart, StepCount};
 use crate::response::Light;

@@ -16,34 +16,34 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod cells;
 pub mod figures;
-mod hardware;
 pub mod link;
 mod measure;
 mod movement;
 pub mod overview;
-mod part;
-pub mod resources;
 mod simulation;
 
+pub use goldtof_hardware::parts::{Part, Saving, cells, resources};
 pub use measure::with_savings;
-pub use part::{Part, Plan, Saving};
+
+use goldtof_hardware::parts;
+use serde::Serialize;
 
 use crate::sensor::Sensor;
 
-/// Decides, part by part, what `scene` needs.
-pub fn plan(sensor: &Sensor) -> Plan {
-    Plan {
-        hardware: hardware::parts(sensor),
-        simulation: simulation::parts(sensor),
-        not_measured: 0,
-    }
+/// Every part of the hardware and of the simulation.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct Plan {
+    /// Parts of the hardware, along the way of the data.
+    pub hardware: Vec<Part>,
+    /// Parts of the simulation, along the way of the light.
+    pub simulation: Vec<Part>,
+    /// Parts left out whose saving was to be measured, but would have taken too
+    /// long.
+    pub not_measured: usize,
 }
 
-/// The parts of the hardware that `scene` does without.
-pub fn hardware_left_out(sensor: &Sensor) -> Vec<Part> {
-    let mut parts = hardware::parts(sensor);
-    parts.retain(|part| !part.kept);
-    parts
+/// Decides, part by part, what `scene` needs.
+pub fn plan(sensor: &Sensor) -> Plan {
+    Plan { hardware: parts::parts(sensor), simulation: simulation::parts(sensor), not_measured: 0 }
 }

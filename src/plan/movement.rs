@@ -1,8 +1,9 @@
 //! Paths that move: kept or left out.
 
-use super::part::{Part, kept, left_out};
+use super::Part;
 use crate::scene::{Path, PathIndex, Source};
 use crate::sensor::Sensor;
+use goldtof_hardware::parts::{kept, left_out};
 
 /// The movement of every path together, since one part follows them all.
 pub(super) fn part(sensor: &Sensor) -> Part {

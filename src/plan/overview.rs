@@ -13,8 +13,7 @@ use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
 /// What `goldtof plan` gives.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Overview {
     /// The scene's name.
     #[serde(skip)]
@@ -37,8 +36,7 @@ impl Body for Overview {
 }
 
 /// What theory expects of an estimator.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct ExpectedError {
     /// The detector's name.
     pub detector: String,

@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 
 use super::movement;
-use super::part::{Part, Saving, kept, labelled, left_out};
+use super::{Part, Saving};
 use crate::response::check_merging;
 use crate::scene::{
     Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse, Path, SourceIndex,
 };
 use crate::sensor::Sensor;
+use goldtof_hardware::parts::{kept, labelled, left_out};
 
 pub(super) fn parts(sensor: &Sensor) -> Vec<Part> {
     let mut parts = Vec::new();

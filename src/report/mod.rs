@@ -10,23 +10,24 @@ mod figure;
 mod geometry;
 mod layers;
 pub(crate) mod page;
-#[cfg(feature = "parquet")]
-pub(crate) mod parquet;
 pub mod plan;
 pub mod provenance;
 pub(crate) mod quantities;
+mod residuals;
 pub mod table;
 pub(crate) mod timing;
 
 use std::fmt::Write as _;
 
-use self::table::quoted;
 use crate::cosim::sent::SentCount;
 use crate::estimate::distance_m;
 use crate::histogram::Histogram;
+use crate::printable::csv_field;
 use crate::scan::Step;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
+
+pub use self::residuals::residual_plot;
 
 /// One detector's counts of a scan.
 #[derive(Debug, Clone)]
@@ -72,7 +73,7 @@ pub fn counts_csv(sensor: &Sensor, detectors: &[DetectorCounts]) -> String {
     };
     let mut text = format!("measurement,phase_step,distance_m,count,detector{heading}\n");
     for of_detector in detectors {
-        let name = quoted(&sensor.scene().detectors[of_detector.detector].name);
+        let name = csv_field(&sensor.scene().detectors[of_detector.detector].name);
         let steps = of_detector.distances_m.iter().zip(&of_detector.counts);
         for (j, (distance_m, count)) in steps.enumerate() {
             let step = sensor.timing().scan.phase_step(Step::at(j));
@@ -91,7 +92,7 @@ pub fn counts_csv(sensor: &Sensor, detectors: &[DetectorCounts]) -> String {
 pub fn bins_csv(sensor: &Sensor, histograms: &[(DetectorIndex, Histogram)]) -> String {
     let mut text = "bin,count,detector\n".to_owned();
     for (detector, histogram) in histograms {
-        let name = quoted(&sensor.scene().detectors[*detector].name);
+        let name = csv_field(&sensor.scene().detectors[*detector].name);
         for (bin, count) in histogram.bins().iter().enumerate() {
             let _ = writeln!(text, "{bin},{count},{name}");
         }

@@ -5,6 +5,7 @@ use serde_json::{Map, Number, Value as Json};
 
 use super::coordinate::{Axis, Point, Scale};
 use crate::math::NORMAL_95;
+use crate::printable::csv_field;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -194,7 +195,7 @@ impl Column {
     fn shown(&self, value: &Value) -> String {
         match self.kind {
             Kind::Quoted => format!("\"{}\"", value.text()),
-            _ => quoted(&value.text()),
+            _ => csv_field(&value.text()),
         }
     }
 }
@@ -353,7 +354,8 @@ impl Table {
 
     /// The table as CSV (RFC 4180), heading first.
     pub fn csv(&self) -> String {
-        let heading: Vec<String> = self.columns.iter().map(|column| quoted(&column.name)).collect();
+        let heading: Vec<String> =
+            self.columns.iter().map(|column| csv_field(&column.name)).collect();
         let mut text = heading.join(",") + "\n";
         for row in &self.rows {
             let fields = self.columns.iter().zip(&row.values);
@@ -398,15 +400,6 @@ impl Table {
     }
 }
 
-/// A field of a CSV file (RFC 4180).
-pub(crate) fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -436,7 +429,7 @@ mod tests {
         let error = back.read_csv(&other).expect_err("no number").to_string();
         assert!(error.contains("time_s is \"much\""), "{error}");
         assert!(back.read_csv("series\n").is_err());
-        assert_eq!(quoted("left, \"old\""), "\"left, \"\"old\"\"\"");
+        assert_eq!(csv_field("left, \"old\""), "\"left, \"\"old\"\"\"");
     }
 
     #[test]

@@ -16,8 +16,7 @@ use crate::printable::printable_path;
 const MOST_BYTES: u64 = 1 << 30;
 
 /// One of the parts of a job that is done.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Shard {
     /// Which part it is, from 1.
     pub shard: u64,

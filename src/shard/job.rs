@@ -15,8 +15,7 @@ use crate::study::stress::CaseReport;
 use crate::study::sweep::{Axis, Sweep};
 
 /// What is done in shards. Two shards belong together if their jobs are equal.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Job {
     /// Of `goldtof simulate`.
@@ -47,8 +46,7 @@ pub enum Job {
 }
 
 /// What a shard has of its job.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Results {
     /// Of `goldtof simulate`.
@@ -79,8 +77,7 @@ pub enum Results {
 }
 
 /// A scene as it was read, so that what is made of shards needs no other file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct SceneText {
     /// Name of the file, without its folder.
     pub file: String,
@@ -91,8 +88,7 @@ pub struct SceneText {
 }
 
 /// Scans of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct SimulateJob {
     /// The scene.
     pub scene: SceneText,
@@ -104,8 +100,7 @@ pub struct SimulateJob {
 }
 
 /// Points of a sweep.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct SweepJob {
     /// The scene.
     pub scene: SceneText,
@@ -124,11 +119,10 @@ pub struct SweepJob {
 }
 
 /// Figures and claims of the article.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct ReproduceJob {
     /// Stems of the names of all figures' files.
-    #[cfg_attr(feature = "schemas", schemars(with = "Vec<String>"))]
+    #[schemars(with = "Vec<String>")]
     pub figures: Vec<FigureId>,
     /// Scans behind each standard deviation and bias.
     pub repetitions: u64,
@@ -137,8 +131,7 @@ pub struct ReproduceJob {
 }
 
 /// Stress cases.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct StressJob {
     /// Names of all cases.
     pub cases: Vec<String>,
@@ -147,8 +140,7 @@ pub struct StressJob {
 }
 
 /// Faults and mutants of a design.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct GradeJob {
     /// The scene.
     pub scene: SceneText,
@@ -160,8 +152,7 @@ pub struct GradeJob {
 }
 
 /// A point of a sweep that is done.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct PointRows {
     /// Its number, from 0.
     pub point: u64,

@@ -14,27 +14,25 @@ use crate::scene::EstimatorKind;
 /// let options = SimulateOptions { fidelity: Tier::Counts, repetitions: 200, ..Default::default() };
 /// assert_eq!(options.seed, 1);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", derive(clap::Args))]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args,
+)]
 pub struct SimulateOptions {
     /// Scans of each detector, 1 to 1000000, for example --repeat 1000
-    #[cfg_attr(feature = "cli", arg(long = "repeat", value_name = "R", default_value_t = SimulateOptions::default().repetitions,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)))]
+    #[arg(long = "repeat", value_name = "R", default_value_t = SimulateOptions::default().repetitions,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub repetitions: u64,
     /// Tier of simulation
-    #[cfg_attr(feature = "cli",
-        arg(long, value_name = "T", value_enum, default_value_t = SimulateOptions::default().fidelity))]
+    #[arg(long, value_name = "T", value_enum, default_value_t = SimulateOptions::default().fidelity)]
     pub fidelity: Tier,
     /// Co-simulation engine of the tier rtl
-    #[cfg_attr(feature = "cli",
-        arg(long, value_name = "E", value_enum, default_value_t = SimulateOptions::default().engine))]
+    #[arg(long, value_name = "E", value_enum, default_value_t = SimulateOptions::default().engine)]
     pub engine: Engine,
     /// Estimator [default: the scene's]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "E", value_enum))]
+    #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
     /// Seed of all random numbers
-    #[cfg_attr(feature = "cli", arg(skip))]
+    #[arg(skip)]
     pub seed: u64,
 }
 

@@ -8,8 +8,7 @@ use crate::scene::PathIndex;
 ///
 /// A repetition counts for the path nearest to its estimate, if that is within a
 /// chip of it; mean and scatter are over the repetitions that count for the path.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct PathStatistics {
     /// Name of the detector.
     pub detector: String,

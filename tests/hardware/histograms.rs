@@ -221,7 +221,7 @@ endmodule
 /// Every width that a block can have, several blocks side by side, and more words than one has.
 #[test]
 fn a_memory_of_ecp5_blocks_holds_what_an_inferred_one_does() {
-    const MEMORY: &str = include_str!("../../src/rtl/back/block_memory.v");
+    const MEMORY: &str = include_str!("../../hardware/src/rtl/back/block_memory.v");
     let sizes = [
         (8, 1),
         (31, 20),

@@ -9,8 +9,12 @@ fn release_builds_and_those_of_benchmarks_check_overflow() {
     let text = std::fs::read_to_string(path).expect("it is there");
     let manifest: toml::Table = text.parse().expect("it is TOML");
     let profiles = manifest["profile"].as_table().expect("they are set");
-    let checks = &profiles["release"]["package"]["goldtof"]["overflow-checks"];
-    assert_eq!(checks.as_bool(), Some(true));
+    for name in ["", "-estimation", "-hardware", "-physics", "-sensor", "-system", "-verification"]
+    {
+        let package = format!("goldtof{name}");
+        let checks = &profiles["release"]["package"][&package]["overflow-checks"];
+        assert_eq!(checks.as_bool(), Some(true), "{package}");
+    }
     // Benchmarks inherit it.
     assert!(profiles["bench"].get("package").is_none());
 }

@@ -97,14 +97,14 @@ fn every_equation_is_where_the_index_says_and_has_its_test() {
         let equations: Vec<u32> = equations.split(", ").map(|e| e.parse().unwrap()).collect();
         for place in quoted(places) {
             let (file, name) = place.split_once("::").unwrap();
-            let found = definitions(&read(&format!("src/{file}")), name);
+            let found = definitions(&read(file), name);
             assert!(!found.is_empty(), "{place} does not exist");
             for equation in &equations {
                 let named = found.iter().any(|comment| names_equation(comment, *equation));
                 // A row of several equations needs each of them in one of its places.
                 let elsewhere = quoted(places).any(|other| {
                     let (file, name) = other.split_once("::").unwrap();
-                    let text = read(&format!("src/{file}"));
+                    let text = read(file);
                     definitions(&text, name).iter().any(|c| names_equation(c, *equation))
                 });
                 assert!(
@@ -135,9 +135,12 @@ fn equations_are_found_in_the_ways_that_people_write_them() {
     assert!(!names_equation("/// equals. 15 of them", 15));
 }
 
-/// Whether the workspace has a package in this folder.
-fn is_package(folder: &str) -> bool {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join("Cargo.toml").is_file()
+/// The packages of the workspace, and the program's own folder.
+fn packages() -> Vec<String> {
+    let manifest: toml::Table = read("Cargo.toml").parse().unwrap();
+    let members = manifest["workspace"]["members"].as_array().unwrap();
+    let names = members.iter().map(|member| member.as_str().unwrap().to_owned());
+    names.chain([String::new()]).collect()
 }
 
 #[test]
@@ -147,18 +150,26 @@ fn every_module_is_in_the_table_and_every_row_is_a_module() {
         .iter()
         .flat_map(|row| quoted(&row[0]).map(str::to_owned).collect::<Vec<_>>())
         .collect();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let is_there = |name: &String| {
+        packages().iter().any(|package| {
+            let path = root.join(package).join("src").join(name.replace("::", "/"));
+            name == package || path.is_dir() || path.with_extension("rs").is_file()
+        })
+    };
     for name in &named {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(name.replace("::", "/"));
-        assert!(path.is_dir() || path.with_extension("rs").is_file() || is_package(name), "{name}");
+        assert!(is_there(name), "{name}");
     }
-    let declared = read("src/lib.rs");
-    let modules = declared.lines().filter_map(|line| {
-        let line = line.trim_start_matches("pub ").trim_start_matches("pub(crate) ");
-        line.strip_prefix("mod ")?.strip_suffix(';')
-    });
-    for module in modules {
-        let is_named = |name: &String| name.split("::").next() == Some(module);
-        assert!(named.iter().any(is_named), "{module} is not in DESIGN's table");
+    for package in ["", "estimation", "hardware", "physics", "sensor", "system", "verification"] {
+        let declared = read(&format!("{package}/src/lib.rs").trim_start_matches('/'));
+        let modules = declared.lines().filter_map(|line| {
+            let line = line.trim_start_matches("pub ").trim_start_matches("pub(crate) ");
+            line.strip_prefix("mod ")?.strip_suffix(';')
+        });
+        for module in modules {
+            let is_named = |name: &String| name.split("::").next() == Some(module);
+            assert!(named.iter().any(is_named), "{module} is not in DESIGN's table");
+        }
     }
 }
 

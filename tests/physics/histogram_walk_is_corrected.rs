@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use rustfft::num_complex::Complex64;
+use goldtof_fft::num_complex::Complex64;
 
 use crate::optics_support::stepped::Stepped;
 use crate::optics_support::{gold_11, ideal_scene, table_i_scene};

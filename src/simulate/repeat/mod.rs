@@ -31,8 +31,7 @@ pub use tally::Tally;
 const COUNTS_AT_ONCE: usize = 1 << 21;
 
 /// What a simulation gives.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Simulation {
     /// The scene's name.
     #[serde(skip)]
@@ -120,8 +119,7 @@ pub fn simulate_one_of(
 }
 
 /// What the scans of a stretch say, detector by detector.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Gathered {
     /// For each detector what its scans say of its paths.
     pub tallies: Vec<Tally>,

@@ -7,8 +7,7 @@ use super::answers::Answer;
 /// What the scans of one detector say, in the order of their numbers. Tallies of scans that
 /// follow one another, one [appended](Tally::append) to the other, are that of all of them,
 /// bit for bit: sums of errors are not kept, because they depend on where they are cut.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Tally {
     /// For each path the errors of its estimates.
     pub errors_m: Vec<Vec<f64>>,

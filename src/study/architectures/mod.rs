@@ -18,8 +18,7 @@ use crate::sensor::Sensor;
 const PARALLEL: u32 = 16;
 
 /// What `goldtof compare-architectures` gives.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Comparison {
     /// The scene's name.
     #[serde(skip)]
@@ -39,8 +38,7 @@ impl Body for Comparison {
 }
 
 /// A sensor that could be built.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Way {
     /// What it is called here.
     pub name: &'static str,
@@ -65,8 +63,7 @@ pub struct Way {
 }
 
 /// What is expected of a sensor in some measuring time.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Point {
     /// How the distance is got.
     pub estimator: EstimatorKind,

@@ -29,8 +29,7 @@ use crate::simulate::{Tier, domain};
 const REFERENCE_NAME: &str = "sampled";
 
 /// What `goldtof fidelity` gives.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct FidelityReport {
     /// The scene's name.
     #[serde(skip)]
@@ -60,8 +59,7 @@ impl Body for FidelityReport {
 }
 
 /// The reference.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Reference {
     /// Its tier.
     pub fidelity: &'static str,
@@ -90,8 +88,7 @@ pub struct Reference {
 }
 
 /// One tier at one number of scans.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct TierPoint {
     /// The tier.
     pub fidelity: String,
@@ -127,8 +124,7 @@ pub struct TierPoint {
 
 /// Whether a tier's errors of standard deviation (relative), bias (in standard
 /// deviations) and share of missed peaks (of all scans) are within the target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// The 95 % intervals of all three are within it.
@@ -150,8 +146,7 @@ impl std::fmt::Display for Verdict {
 }
 
 /// Why no tier can be recommended: the reference's own intervals are too wide.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Refusal {
     /// The error that was asked for.
     pub target_error: f64,
@@ -178,8 +173,7 @@ impl std::fmt::Display for Refusal {
 }
 
 /// For which scenes a tier's answers hold.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct TierDomain {
     /// The tier.
     pub fidelity: String,
@@ -193,8 +187,7 @@ pub struct TierDomain {
 }
 
 /// The cheapest tier for an error.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Recommendation {
     /// The error that was asked for: of the standard deviation, relative; of the bias,
     /// in standard deviations; of the share of missed peaks, in shares of all scans.
@@ -211,8 +204,7 @@ pub struct Recommendation {
 }
 
 /// The sensor at one light level and integration time.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct SensorPoint {
     /// Power of every source, relative to the scene's.
     pub relative_power: f64,

@@ -5,7 +5,7 @@ use crate::scene::{DetectorIndex, PathIndex};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use rustfft::num_complex::Complex64;
+use goldtof_fft::num_complex::Complex64;
 
 use super::run::RunError;
 use super::sensor::{CHIP_PERIOD_PS, Light, SAMPLES_PER_CHIP, TARGET_PS, sensor, window};

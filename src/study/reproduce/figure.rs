@@ -16,11 +16,10 @@ macro_rules! figures {
     ($($what:literal, $id:ident, $called:literal, $number:expr, $name:literal;)*) => {
         /// The figures that can be made: the article's, those of the errors that it leaves
         /// out, and those of light that the joint fit tells apart.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-        #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
         #[serde(into = "&'static str", try_from = "String")]
         pub enum FigureId {
-            $(#[doc = $what] #[cfg_attr(feature = "cli", value(name = $called))] $id,)*
+            $(#[doc = $what] #[value(name = $called)] $id,)*
         }
 
         impl FigureId {
@@ -113,8 +112,7 @@ impl Figure {
 }
 
 /// A claim of the article, as measured.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Claim {
     /// C1 to C8; with a letter, a second criterion of ours for the same claim.
     pub id: Cow<'static, str>,
@@ -124,13 +122,13 @@ pub struct Claim {
     pub criterion: Cow<'static, str>,
     /// The measured value.
     #[serde(with = "exact")]
-    #[cfg_attr(feature = "schemas", schemars(with = "exact::ExactNumber"))]
+    #[schemars(with = "exact::ExactNumber")]
     pub measured: f64,
     /// Its unit.
     pub unit: Cow<'static, str>,
     /// 95 % confidence interval; none for what is exact.
     #[serde(with = "exact")]
-    #[cfg_attr(feature = "schemas", schemars(with = "Option<[exact::ExactNumber; 2]>"))]
+    #[schemars(with = "Option<[exact::ExactNumber; 2]>")]
     pub measured_ci95: Option<[f64; 2]>,
     /// Whether the criterion is met; `holds` and `verdict` in JSON.
     #[serde(flatten)]

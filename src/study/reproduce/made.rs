@@ -9,12 +9,11 @@ use super::{Options, RunError, make};
 use crate::files::{FileError, OutputFolder};
 
 /// A figure with its drawing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct MadeFigure {
     /// Which one it is: the stem of its files' names.
     #[serde(rename = "figure")]
-    #[cfg_attr(feature = "schemas", schemars(with = "String"))]
+    #[schemars(with = "String")]
     pub id: FigureId,
     /// Title.
     pub title: String,

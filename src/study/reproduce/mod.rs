@@ -70,8 +70,7 @@ pub enum ReproduceError {
 }
 
 /// What was made.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Reproduction {
     /// Seed of all random numbers.
     pub seed: u64,
@@ -92,8 +91,7 @@ impl Body for Reproduction {
 }
 
 /// A figure's files.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct FigureFiles {
     /// The article's number; none for figures that it does not have.
     pub number: Option<u32>,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use rustfft::num_complex::Complex64;
+use goldtof_fft::num_complex::Complex64;
 
 use crate::estimate::distance_m;
 use crate::scan::Step;

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::statistics::Measured;
 
 /// Whether a claim's criterion is met.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(into = "VerdictFields", try_from = "VerdictFields")]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema), schemars(with = "VerdictFields"))]
+#[schemars(with = "VerdictFields")]
 pub enum Verdict {
     /// The whole interval meets it.
     Holds,
@@ -67,8 +67,7 @@ impl Verdict {
 }
 
 /// A verdict in JSON.
-#[derive(Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Serialize, Deserialize, schemars::JsonSchema)]
 struct VerdictFields {
     /// Whether the criterion is known to be met.
     holds: bool,

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use goldtof_fft::num_complex::Complex;
+use goldtof_fft::{Fft, FftNum};
 use goldtof_fft::{double_pair, single_pair};
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftNum};
 
 use super::case::{Case, CaseError, Measured, cases, ensure};
 use super::reading::{counts, drawn, estimated, mean_count, mean_counts, model, numbers};

@@ -10,8 +10,7 @@ use crate::document::Body;
 use crate::exact;
 
 /// The JSON of `goldtof stress`.
-#[derive(Debug, Clone, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct StressReport {
     /// Seed of all random numbers.
     pub seed: u64,
@@ -24,8 +23,7 @@ impl Body for StressReport {
 }
 
 /// One case's verdict.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct CaseReport {
     /// Its name.
     pub name: Cow<'static, str>,
@@ -35,7 +33,7 @@ pub struct CaseReport {
     pub what: Cow<'static, str>,
     /// The number; none when the measurement failed.
     #[serde(with = "exact")]
-    #[cfg_attr(feature = "schemas", schemars(with = "Option<exact::ExactNumber>"))]
+    #[schemars(with = "Option<exact::ExactNumber>")]
     pub measured: Option<f64>,
     /// Unit of measurement and bound.
     pub unit: String,

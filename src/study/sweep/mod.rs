@@ -6,16 +6,12 @@
 //! disk before the next one begins, so that a sweep that was cut off goes on behind the
 //! last one ([`Store`]).
 
-#[cfg(feature = "parquet")]
-mod about;
 mod axis;
 mod plot;
 mod points;
 mod store;
 mod table;
 
-#[cfg(feature = "parquet")]
-pub use about::parquet;
 pub use axis::{Axis, Value};
 pub use plot::plot;
 pub use points::{Point, Sweep, SweepError};

@@ -18,8 +18,7 @@ const DEFINITION: &str = "sweep.json";
 const MOST_BYTES: u64 = 64 << 20;
 
 /// What a sweep's numbers depend on.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Definition {
     /// What differs from point to point.
     pub over: Vec<String>,
@@ -64,7 +63,7 @@ pub enum StoreError {
 
 impl Definition {
     /// What the numbers of `sweep` depend on, beside the version and the scene.
-    pub(super) fn new(sweep: &Sweep) -> Definition {
+    pub fn new(sweep: &Sweep) -> Definition {
         Definition {
             over: sweep.axes.iter().map(|axis| axis.text.clone()).collect(),
             repetitions: sweep.repeat,
@@ -88,42 +87,38 @@ impl Body for Definition {
     const NAME: &'static str = "sweep-definition";
 }
 
-impl Document<Definition> {
-    /// What another sweep has otherwise, in words.
-    fn differences(&self, other: &Document<Definition>) -> String {
-        let settings = |document: &Document<Definition>| {
-            let scene = document.scene.as_ref();
-            scene.map_or_else(Vec::new, |scene| scene.settings.clone())
-        };
-        let list = |texts: &[String]| match texts {
-            [] => "none".to_owned(),
-            _ => texts.join(" "),
-        };
-        let none = || "the scene's".to_owned();
-        let pairs = [
-            ("version", self.goldtof.to_string(), other.goldtof.to_string()),
-            ("--set", list(&settings(self)), list(&settings(other))),
-            ("--over", list(&self.body.over), list(&other.body.over)),
-            ("--repeat", self.body.repetitions.to_string(), other.body.repetitions.to_string()),
-            ("--fidelity", self.body.fidelity.clone(), other.body.fidelity.clone()),
-            (
-                "--estimator",
-                self.body.estimator.clone().unwrap_or_else(none),
-                other.body.estimator.clone().unwrap_or_else(none),
-            ),
-            ("--seed", self.body.seed.to_string(), other.body.seed.to_string()),
-        ];
-        let differing = pairs.into_iter().filter(|(_, here, there)| here != there);
-        let mut differences: Vec<String> = differing
-            .map(|(what, here, there)| format!("{what} was {there}, now {here}"))
-            .collect();
-        let text =
-            |document: &Document<Definition>| document.scene.as_ref().map(|s| s.sha256.clone());
-        if text(self) != text(other) {
-            differences.push("the scene's file has changed since".to_owned());
-        }
-        differences.join("; ")
+/// What of a sweep differs from another, in words.
+fn differences(this: &Document<Definition>, other: &Document<Definition>) -> String {
+    let settings = |document: &Document<Definition>| {
+        let scene = document.scene.as_ref();
+        scene.map_or_else(Vec::new, |scene| scene.settings.clone())
+    };
+    let list = |texts: &[String]| match texts {
+        [] => "none".to_owned(),
+        _ => texts.join(" "),
+    };
+    let none = || "the scene's".to_owned();
+    let pairs = [
+        ("version", this.goldtof.to_string(), other.goldtof.to_string()),
+        ("--set", list(&settings(this)), list(&settings(other))),
+        ("--over", list(&this.body.over), list(&other.body.over)),
+        ("--repeat", this.body.repetitions.to_string(), other.body.repetitions.to_string()),
+        ("--fidelity", this.body.fidelity.clone(), other.body.fidelity.clone()),
+        (
+            "--estimator",
+            this.body.estimator.clone().unwrap_or_else(none),
+            other.body.estimator.clone().unwrap_or_else(none),
+        ),
+        ("--seed", this.body.seed.to_string(), other.body.seed.to_string()),
+    ];
+    let differing = pairs.into_iter().filter(|(_, here, there)| here != there);
+    let mut differences: Vec<String> =
+        differing.map(|(what, here, there)| format!("{what} was {there}, now {here}")).collect();
+    let text = |document: &Document<Definition>| document.scene.as_ref().map(|s| s.sha256.clone());
+    if text(this) != text(other) {
+        differences.push("the scene's file has changed since".to_owned());
     }
+    differences.join("; ")
 }
 
 /// The folder of a sweep.
@@ -148,7 +143,7 @@ impl Store {
             let text = read(&path)?;
             let there: Document<Definition> =
                 serde_json::from_str(&text).map_err(|reason| unreadable(&path, &reason))?;
-            let differences = definition.differences(&there);
+            let differences = differences(definition, &there);
             if !differences.is_empty() {
                 return Err(StoreError::Other { path: printable_path(folder.path()), differences });
             }
@@ -186,7 +181,6 @@ impl Store {
     ///
     /// # Errors
     /// When a file cannot be removed.
-    #[cfg(feature = "cli")]
     pub fn clear(folder: &OutputFolder) -> Result<(), StoreError> {
         if folder.join(POINTS).is_dir() {
             let points = folder.subfolder(POINTS, |_| ())?;

@@ -1,0 +1,353 @@
+//! What an expectation covers: the one place that decides where there is a number.
+//!
+//! Each approximation behind an expected bias, standard deviation and share of missed peaks
+//! has a name, a measure of its size in the scene at hand, and a bound beyond which there is
+//! no number. Every way to an expectation asks here, whatever the tier and the command; what
+//! was forgotten shows when scans are held against expectations ([`super::evidence`]).
+
+use super::approximation::Approximation;
+use super::expected_counts::ExpectedCounts;
+use super::fit::error::FitError;
+use super::fit::slipping::SlippingLight;
+use super::fit::{FittedPath, ModelEstimate, own_threshold};
+use super::missed::errors_wrap;
+use super::path_bound::Bound;
+use super::prediction::Prediction;
+use super::{CountingTier, calibration_offset_ps, true_delay};
+use crate::math::normal_cdf;
+use crate::photons::DetectorModel;
+use crate::response::{MeanResponse, MeanResponseError};
+use crate::scene::{Architecture, DetectorIndex, PathIndex};
+use crate::sensor::Sensor;
+
+/// Whether anything can be expected of a path's estimates by either estimator: the scan comes
+/// by the path, and counts are not clamped.
+///
+/// # Errors
+/// What does not hold.
+///
+/// # Panics
+/// If the scene has no such path.
+pub fn check_scene(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    counting: CountingTier,
+) -> Result<(), Approximation> {
+    outside_scan(sensor, path, counting).check()?;
+    match clamped(sensor, detector, counting) {
+        // Without a response there is no expectation either, for that reason.
+        Err(_) | Ok(None) => Ok(()),
+        Ok(Some(clamped)) => clamped.check(),
+    }
+}
+
+/// Whether anything can be expected of a path's estimates by the fit, whose answer to the
+/// expected counts is `fitted`: as [`check_scene`], and all light is told apart.
+///
+/// # Errors
+/// What does not hold.
+///
+/// # Panics
+/// If the scene has no such path.
+pub fn check_fit(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    counting: CountingTier,
+    fitted: &ModelEstimate,
+) -> Result<(), Approximation> {
+    check_scene(sensor, detector, path, counting)?;
+    let untold = fitted.untold.as_ref();
+    Approximation {
+        name: "that the fit tells all paths apart",
+        measure: "paths of the scene that the expected counts do not show",
+        size: untold.map_or(0, |untold| untold.missing + untold.missing_of_others) as f64,
+        bound: 0.0,
+        concerns_misses: true,
+    }
+    .check()?;
+    let model = DetectorModel::new(sensor, detector);
+    if model.modulated_paths().count() + model.slipping().count() <= 1 {
+        return Ok(());
+    }
+    let chips = sensor.timing().scan.steps as f64 / f64::from(sensor.clock().samples_per_chip);
+    let weakest = fitted.paths.iter().map(FittedPath::significance).fold(f64::INFINITY, f64::min);
+    Approximation {
+        name: "that each path stands out of other light in every scan",
+        measure: "chance of the weakest not to",
+        size: normal_cdf(own_threshold(chips) - weakest),
+        bound: 0.02,
+        concerns_misses: true,
+    }
+    .check()
+}
+
+/// The Cramer-Rao bound of a path, in metres; none where nothing can be expected of its
+/// estimates, since counts that do not show it, or are clamped, have another.
+///
+/// # Errors
+/// Why there is none, in words.
+///
+/// # Panics
+/// If the scene has no such path.
+pub fn bound_m(
+    sensor: &Sensor,
+    path: PathIndex,
+    counting: CountingTier,
+    bound: &Result<Bound, FitError>,
+) -> Result<f64, String> {
+    let bound = bound.as_ref().map_err(ToString::to_string)?;
+    let detector = sensor.scene().paths[path].detector;
+    check_scene(sensor, detector, path, counting).map_err(|reason| reason.to_string())?;
+    bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
+}
+
+/// How far a path's delay is outside of the scan.
+fn outside_scan(sensor: &Sensor, path: PathIndex, counting: CountingTier) -> Approximation {
+    let scan = &sensor.timing().scan;
+    let offset_ps = calibration_offset_ps(sensor, sensor.scene().paths[path].detector, counting);
+    let measured_ps = true_delay(sensor, path, counting).delay_ps + offset_ps;
+    let period = scan.steps_per_period as f64;
+    let place = measured_ps / sensor.clock().sample_period_ps() - scan.first_step as f64;
+    let after_first = place.rem_euclid(period);
+    let beyond_last = after_first - (scan.steps - 1) as f64;
+    Approximation {
+        name: "that the true delay is in the scan",
+        measure: "phase steps outside of it",
+        size: if scan.is_full() { 0.0 } else { beyond_last.min(period - after_first).max(0.0) },
+        bound: 0.5,
+        concerns_misses: true,
+    }
+}
+
+/// How often the largest count of a scan, or of a histogram, is clamped; none without a
+/// counter that is too narrow for it.
+fn clamped(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    counting: CountingTier,
+) -> Result<Option<Approximation>, MeanResponseError> {
+    let Some(limit) = count_limit(sensor).filter(|_| counting == CountingTier::Sampled) else {
+        return Ok(None);
+    };
+    let model = DetectorModel::new(sensor, detector);
+    if most_counts(sensor, &model) <= limit {
+        return Ok(None);
+    }
+    let response = MeanResponse::of_tier(&model, counting)?;
+    let (largest, total) = match sensor.scene().hardware.architecture {
+        Architecture::UpDown => response.mean_counts().iter().fold((0.0, 0.0), |most, count| {
+            let signed: f64 = count.signed.abs();
+            if signed > most.0 { (signed, count.total) } else { most }
+        }),
+        Architecture::Histogram => {
+            let largest = response.mean_bins().into_iter().fold(0.0, f64::max);
+            (largest, largest)
+        }
+    };
+    Ok(Some(Approximation {
+        name: "that counts are not clamped",
+        measure: "share of scans whose largest count is",
+        // Counts scatter no more than without dead time.
+        size: normal_cdf((largest - limit - 0.5) / total.max(1.0).sqrt()),
+        bound: 1e-3,
+        concerns_misses: true,
+    }))
+}
+
+/// Largest count of a counter that the scene makes narrower than it needs to be.
+pub fn count_limit(sensor: &Sensor) -> Option<f64> {
+    let width = sensor.scene().hardware.counter_width? as i32;
+    Some(match sensor.scene().hardware.architecture {
+        Architecture::UpDown => 2_f64.powi(width - 1) - 1.0,
+        Architecture::Histogram => 2_f64.powi(width) - 1.0,
+    })
+}
+
+/// The most that a phase step, or a bin, may count: one detection in a dead time.
+pub fn most_counts(sensor: &Sensor, model: &DetectorModel) -> f64 {
+    let chips = sensor.timing().scan.integration_chips as f64;
+    match sensor.scene().hardware.architecture {
+        Architecture::UpDown => chips * model.most_detections_per_chip(),
+        Architecture::Histogram => chips / sensor.timing().code_chips() as f64,
+    }
+}
+
+/// Whether histograms of so many code periods show, bin by bin, in what share of them the
+/// detector was ready, `ready` on average.
+///
+/// Dead time is taken out by dividing by that share. It scatters with the periods, and where
+/// the detector was never ready there is nothing to divide.
+///
+/// # Errors
+/// What does not hold.
+pub(super) fn check_ready(ready: &[f64], periods: f64) -> Result<(), Approximation> {
+    let least = ready.iter().copied().fold(1.0, f64::min);
+    Approximation {
+        name: "that a histogram shows how often the detector was ready",
+        measure: "relative error of that share, in the bin of the least",
+        size: ((1.0 - least) / (least * periods)).sqrt(),
+        bound: 0.25,
+        concerns_misses: true,
+    }
+    .check()?;
+    Approximation {
+        name: "that the detector is ready in each bin at least once",
+        measure: "chance that it never is, in the bin of the least",
+        size: (1.0 - least).powf(periods),
+        bound: 0.01,
+        concerns_misses: true,
+    }
+    .check()
+}
+
+/// Whether light of other clocks may be taken as constant by the phase.
+///
+/// # Errors
+/// What does not hold.
+pub(super) fn check_slipping(
+    counts: &ExpectedCounts,
+    counting: CountingTier,
+    peak_variance: f64,
+) -> Result<(), Approximation> {
+    let model = counts.model();
+    if model.slipping().next().is_none() {
+        return Ok(());
+    }
+    let Ok(slipping) = SlippingLight::new(model, counting) else { return Ok(()) };
+    Approximation {
+        name: "that light of other clocks is constant",
+        measure: "share of the counts' variance that it adds",
+        size: slipping.variance() / (slipping.variance() + peak_variance).max(f64::MIN_POSITIVE),
+        bound: 0.1,
+        concerns_misses: true,
+    }
+    .check()
+}
+
+/// Whether bias and standard deviation of the phase, which are those of scans that find the
+/// path, linear in the counts' errors and round the leading phase step, stand for its
+/// estimates.
+///
+/// # Errors
+/// What does not hold.
+pub(super) fn check_phase(
+    sensor: &Sensor,
+    path: PathIndex,
+    prediction: &Prediction,
+) -> Result<(), Approximation> {
+    // Errors that wrap count for the path wherever they are, and have statistics of their
+    // own (`unwrap`).
+    if errors_wrap(sensor, path) {
+        return Ok(());
+    }
+    Approximation {
+        name: "that the phase reports the path",
+        measure: "share of scans that miss it",
+        size: prediction.missed_fraction.unwrap_or(0.0),
+        bound: 0.999,
+        concerns_misses: false,
+    }
+    .check()?;
+    if prediction.is_drawn {
+        return Ok(());
+    }
+    Approximation {
+        name: "that the estimate is linear in the counts",
+        measure: "scatter of the phase in rad",
+        size: prediction.phase_std_rad,
+        bound: 0.7,
+        concerns_misses: false,
+    }
+    .check()?;
+    Approximation {
+        name: "that one phase step has the largest count",
+        measure: "scatter of the estimates round those that may have it, in standard deviations",
+        size: prediction.coarse_spread_in_std(),
+        bound: 0.5,
+        concerns_misses: false,
+    }
+    .check()
+}
+
+/// Whether bias and standard deviation of the share of a path's errors that counts for it are
+/// those of the middle of a normal law, and not of its tail.
+///
+/// # Errors
+/// What does not hold.
+pub(super) fn check_counted(share: f64) -> Result<(), Approximation> {
+    Approximation {
+        name: "that the path's errors count for it",
+        measure: "share of them that are nearer to another path, or too large",
+        size: 1.0 - share,
+        bound: 0.95,
+        concerns_misses: false,
+    }
+    .check()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::estimate::{PredictionError, predict, theory};
+    use crate::scene::load_with;
+
+    fn sensor(scene: &str, settings: &[&str]) -> Sensor {
+        let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("a setting")).collect();
+        Sensor::new(&load_with(Path::new(scene), &settings).expect("it is sound"))
+    }
+
+    const FIRST: (DetectorIndex, PathIndex) = (DetectorIndex(0), PathIndex(0));
+
+    fn refused(sensor: &Sensor) -> Option<Approximation> {
+        match predict(sensor, FIRST.0, FIRST.1, CountingTier::Sampled) {
+            Err(PredictionError::NotCovered(why)) => Some(why),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn a_path_that_the_scan_does_not_come_by_has_no_number() {
+        // 33 steps of 149.9 mm round 25 m; light at 3.2 m comes again after 31 chips, and
+        // 2.75 ns later by the detector's delay and sampling.
+        let window = "scan.steps={ around = \"25 m\", halfwidth = 16 }";
+        let far = sensor("scenes/quick.toml", &[window]);
+        let why = refused(&far).expect("no number");
+        let beyond = (3.2 - 25.0) / 0.149_896_229 + 248.0 + 2.75 - 16.0;
+        assert!((why.size - beyond).abs() < 0.6, "{why}");
+        let told = theory(&far, FIRST.0, &[FIRST.1], CountingTier::Sampled);
+        assert_eq!((told.predictions[0].is_err(), told.missed[0]), (true, None));
+        let bound = bound_m(&far, FIRST.1, CountingTier::Sampled, &told.bound);
+        assert_eq!(bound, Err(why.to_string()));
+        for inside in ["path.distance=24 m", "path.distance=26.5 m"] {
+            assert_eq!(refused(&sensor("scenes/quick.toml", &[window, inside])), None);
+        }
+        // The other side of the period is no farther than the shorter way.
+        let folded = sensor("scenes/quick.toml", &[window, "path.distance=62.2 m"]);
+        assert_eq!(refused(&folded), None);
+    }
+
+    #[test]
+    fn clamped_counts_have_no_number() {
+        // A sensor of 31 chips, of either architecture: up to some hundred counts in a step,
+        // some ten in a bin.
+        for (architecture, narrow, wide, integration) in
+            [("updown", 6, 13, "100 us"), ("histogram", 2, 12, "1 ms")]
+        {
+            let of = |width: i32| {
+                let settings = [
+                    format!("hardware.architecture={architecture}"),
+                    format!("hardware.counter_width={width}"),
+                    format!("scan.integration={integration}"),
+                ];
+                refused(&sensor("scenes/quick.toml", &settings.each_ref().map(String::as_str)))
+            };
+            let why = of(narrow).expect("no number");
+            assert!(why.name.contains("clamped"), "{architecture}: {why}");
+            assert_eq!(of(wide), None, "{architecture}");
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! What light of clocks of their own does to counts.
+//!
+//! Its code is at a delay that nobody knows, and that moves on from step to step. A step's
+//! signed count holds the correlation of the reference with that code at the delays that
+//! pass by within the step. Over all delays its mean is that of constant light; what is
+//! beside it scatters, and goes together in steps that see nearly the same delays.
+
+use std::sync::Arc;
+
+use goldtof_fft::Planner;
+use goldtof_fft::num_complex::Complex64;
+
+use crate::photons::DetectorModel;
+use crate::photons::light::ExcessLight;
+use crate::response::{CountingTier, Light, LightPath, MeanResponse, MeanResponseError};
+use crate::scan::{Step, Timing};
+
+/// All light of clocks of their own at a detector.
+#[derive(Debug)]
+pub struct SlippingLight {
+    sources: Vec<Slipping>,
+}
+
+/// Light of one code that slips past the reference.
+#[derive(Debug)]
+struct Slipping {
+    /// Covariance of two signed counts, in counts^2, where the code is so many phase steps
+    /// later beside the reference in one than in the other; round the code's period.
+    covariance: Vec<f64>,
+    /// Phase steps that it slips from one group of steps to the next.
+    per_group: f64,
+}
+
+impl SlippingLight {
+    /// Of the light that the scene says slips. Codes of another length than the
+    /// reference's correlate with it over many of its periods, and are left out; so is
+    /// that a clock which drifts is off by more in later scans.
+    ///
+    /// # Errors
+    /// As for the mean response.
+    pub fn new(
+        model: &DetectorModel,
+        tier: CountingTier,
+    ) -> Result<SlippingLight, MeanResponseError> {
+        let has_length = |light: &&ExcessLight| light.code.len() == model.reference.len();
+        let sources = model.slipping().filter(has_length);
+        let sources = sources.map(|light| Slipping::new(model, light, tier));
+        Ok(SlippingLight { sources: sources.collect::<Result<_, _>>()? })
+    }
+
+    /// Whether there is none.
+    pub fn is_none(&self) -> bool {
+        self.sources.is_empty()
+    }
+
+    /// Covariance of the signed counts of two steps, in counts^2.
+    pub fn covariance(&self, timing: &Timing, a: Step, b: Step) -> f64 {
+        let group = |step: Step| timing.grouping().group_of(step).0 as f64;
+        // The reference is a phase step later in each step.
+        let steps = b.0 as f64 - a.0 as f64;
+        let groups = group(b) - group(a);
+        let of_source = |source: &Slipping| source.at(steps + groups * source.per_group);
+        self.sources.iter().map(of_source).sum()
+    }
+
+    /// Variance of a signed count.
+    pub fn variance(&self) -> f64 {
+        self.sources.iter().map(|source| source.at(0.0)).sum()
+    }
+}
+
+impl Slipping {
+    fn new(
+        model: &DetectorModel,
+        light: &ExcessLight,
+        tier: CountingTier,
+    ) -> Result<Slipping, MeanResponseError> {
+        let timing = &model.timing;
+        let samples = f64::from(timing.clock.samples_per_chip);
+        let pitch_chips = timing.scan.integration_chips as f64;
+        let scan_chips = timing.scan_chips() as f64;
+        let slip = light.movement.as_ref().and_then(|movement| movement.slip);
+        let rate = slip.map_or(0.0, |slip| slip.mean_rate(scan_chips));
+        Ok(Slipping {
+            covariance: covariance(
+                &signed_counts(model, light, tier)?,
+                samples * rate * timing.scan.integration_chips as f64,
+            ),
+            per_group: samples * rate * pitch_chips,
+        })
+    }
+
+    /// The covariance for any difference of delays, in phase steps.
+    fn at(&self, apart: f64) -> f64 {
+        let period = self.covariance.len();
+        let whole = apart.floor();
+        let part = apart - whole;
+        let here = whole.rem_euclid(period as f64) as usize % period;
+        let next = (here + 1) % period;
+        self.covariance[here] + part * (self.covariance[next] - self.covariance[here])
+    }
+}
+
+/// Signed counts of a step at every delay of some light, with all other light constant.
+fn signed_counts(
+    model: &DetectorModel,
+    light: &ExcessLight,
+    tier: CountingTier,
+) -> Result<Vec<f64>, MeanResponseError> {
+    let mut whole = model.clone();
+    whole.timing.scan.first_step = 0;
+    whole.timing.scan.steps = whole.timing.scan.steps_per_period;
+    let mean = |light: &ExcessLight| {
+        light.rate_per_chip * light.code.weight() as f64 / light.code.len() as f64
+    };
+    let others = model.excess.iter().map(mean).sum::<f64>() - mean(light);
+    let light = Light {
+        paths: vec![LightPath {
+            code: Arc::clone(&light.code),
+            rate_per_chip: light.rate_per_chip,
+            delay_chips: 0.0,
+            shape: Arc::clone(&light.shape),
+        }],
+        constant_per_chip: model.constant_per_chip + others,
+    };
+    let response = MeanResponse::to_light(&whole, light, tier)?;
+    let counts = response.mean_counts_on_average();
+    Ok(counts.iter().map(|count| count.signed).collect())
+}
+
+/// Covariance, by how far they are apart round the period, of averages of `values` over
+/// `width` of them each.
+fn covariance(values: &[f64], width: f64) -> Vec<f64> {
+    let length = values.len();
+    let mut planner = Planner::new();
+    let mut spectrum: Vec<Complex64> = values.iter().map(|&v| Complex64::new(v, 0.0)).collect();
+    planner.forward(length).process(&mut spectrum);
+    for (number, value) in spectrum.iter_mut().enumerate() {
+        let cycles = number.min(length - number) as f64 / length as f64;
+        let angle = std::f64::consts::PI * cycles * width;
+        let kept = if angle == 0.0 { 1.0 } else { angle.sin() / angle };
+        // The mean is not scatter.
+        let power = if number == 0 { 0.0 } else { value.norm_sqr() };
+        *value = Complex64::new(power * kept * kept, 0.0);
+    }
+    planner.inverse(length).process(&mut spectrum);
+    let scale = 1.0 / (length as f64 * length as f64);
+    spectrum.iter().map(|value| value.re * scale).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Averages over whole numbers of steps, by plain sums.
+    #[test]
+    fn covariances_are_those_of_moving_averages() {
+        let values: Vec<f64> =
+            (0..60).map(|n| f64::from((n * n * 7 + n) % 13) - f64::from(n % 5)).collect();
+        // Linear between them: averages by many points of each step.
+        let period = values.len();
+        let mean = values.iter().sum::<f64>() / period as f64;
+        let found = covariance(&values, 0.0);
+        for apart in [0, 1, 7, 59] {
+            let products =
+                (0..period).map(|n| (values[n] - mean) * (values[(n + apart) % period] - mean));
+            let expected = products.sum::<f64>() / period as f64;
+            assert!((found[apart] - expected).abs() < 1e-9 * found[0], "{apart}");
+        }
+        // A cosine keeps sin(x) / x of its amplitude.
+        let cosine: Vec<f64> =
+            (0..60).map(|n| (std::f64::consts::TAU * f64::from(n) * 3.0 / 60.0).cos()).collect();
+        let angle = std::f64::consts::PI * 3.0 / 60.0 * 4.5;
+        let kept = 0.5 * (angle.sin() / angle).powi(2);
+        let found = covariance(&cosine, 4.5);
+        assert!((found[0] - kept).abs() < 1e-12);
+        assert!((found[10] + kept).abs() < 1e-12);
+    }
+}

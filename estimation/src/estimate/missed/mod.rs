@@ -1,0 +1,110 @@
+//! Scans that miss the peak of a path: what that means, and how often it happens.
+//!
+//! A scan *finds* a path if its estimate lies within [`tolerance_ps`] of the path's
+//! true delay, the shorter way round the code period, and no other path of the same
+//! source is nearer to it. Else it *misses the peak*. Simulation, prediction and
+//! documents use this one definition, for either estimator.
+
+mod find;
+mod largest;
+mod law;
+mod near;
+mod sampled;
+mod scan;
+mod target;
+mod wedge;
+
+use self::target::Target;
+pub use self::target::tolerance_ps;
+pub(crate) use self::target::{counted_errors_ps, errors_wrap};
+use super::CountingTier;
+use super::expected_counts::ExpectedCounts;
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
+use crate::sensor::Sensor;
+
+/// Shares of misses below this are not worked out any further than the sum of the
+/// chances of all wrong steps.
+const NEGLIGIBLE: f64 = 1e-7;
+
+/// Expected share of scans that miss the peak of a path; none where it cannot be
+/// told (the model estimator with several paths). `bound` is the sum of the chances
+/// that a wrong step counts more than `peak`, the expected one.
+///
+/// One phase step at a time counts light of its own: the chances that each step has
+/// the largest count, and that the phase round it leads to the path, are integrals
+/// over that count ([`largest`]). Steps that share their light, and the shape that the
+/// model estimator looks for, are correlated: scans are drawn from the counts' exact
+/// means and covariances, always the same ones ([`sampled`]).
+pub(super) fn missed_fraction(
+    counts: &ExpectedCounts,
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    counting: CountingTier,
+    (peak, bound): (usize, f64),
+) -> Option<f64> {
+    let target = Target::new(sensor, detector, path, counting);
+    let is_model = sensor.scene().estimator == EstimatorKind::Model;
+    let is_alone = || {
+        let model = counts.model();
+        model.modulated_paths().count() <= 1 && model.slipping().next().is_none()
+    };
+    // A fit of several paths may not tell them apart, one under light of other clocks may find
+    // nothing that stands out.
+    if is_model && !is_alone() {
+        return None;
+    }
+    // Wherever the largest count is, the phase of a period of two chips is the same;
+    // nothing of it is in the bound.
+    let has_phase = sensor.clock().samples_per_chip > 1;
+    let is_window =
+        sensor.timing().scan.is_full() && sensor.timing().scan.steps == window_steps(sensor);
+    let one_window = has_phase && is_window;
+    if bound < NEGLIGIBLE && !one_window && target.finds_from(&counts.signed(), peak) {
+        return Some(bound);
+    }
+    let missed = if is_drawn(sensor) {
+        sampled::missed(counts, &target)?
+    } else if one_window {
+        1.0 - find::of_whole_period(counts, &target)
+    } else {
+        largest::missed(counts, &target)
+    };
+    Some(missed.clamp(0.0, 1.0))
+}
+
+/// Mean and standard deviation of a path's errors, in ps, as scans have them whose largest
+/// count is near step `peak`: drawn from the exact moments, with
+/// what the coarse stage's choice among several steps and large errors of the phase do. None
+/// where hardly any scan finds the path.
+pub(super) fn drawn_errors_ps(
+    counts: &ExpectedCounts,
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    counting: CountingTier,
+    peak: usize,
+) -> Option<(f64, f64)> {
+    let target = Target::new(sensor, detector, path, counting);
+    near::errors_ps(counts, &target, peak)
+}
+
+/// Whether the share is counted in drawn scans.
+fn is_drawn(sensor: &Sensor) -> bool {
+    sensor.scene().estimator == EstimatorKind::Model || sensor.timing().parallel > 1
+}
+
+/// Error of an expected share of misses, where it is counted in drawn scans: four of its
+/// standard errors, and what none of them shows.
+pub fn share_error(sensor: &Sensor, detector: DetectorIndex, share: f64) -> f64 {
+    if !is_drawn(sensor) {
+        return 0.0;
+    }
+    let scans = sampled::scans(sensor, detector) as f64;
+    4.0 * (share * (1.0 - share) / scans).sqrt() + 10.0 / scans
+}
+
+/// Phase steps of the fine stage's window.
+fn window_steps(sensor: &Sensor) -> u64 {
+    2 * u64::from(sensor.clock().samples_per_chip)
+}

@@ -1,0 +1,481 @@
+//! The estimate of one detector beside the truth and what theory expects.
+
+use std::fmt::Display;
+
+use serde::Serialize;
+
+use super::bound::bound;
+use super::coverage;
+use super::evidence::{Evidence, Expectation, ExpectedErrors, Family};
+use super::histogram::{self, PhaseOfHistogram};
+use super::theory::covered;
+use super::unwrap::{check_normal, fold, fold_distance};
+use super::{
+    CountingTier, Estimate, Prediction, calibration_offset_ps, check_modulated, delay_error_ps,
+    distance_m, estimate, folded, predict, share_error, tolerance_ps, true_delay,
+};
+use crate::estimate::fit::{
+    ALARM_SIGMAS, BinFitter, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
+};
+use crate::histogram::Histogram;
+use crate::photons::StepCount;
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind, Path, PathIndex};
+use crate::sensor::Sensor;
+
+/// Why counts cannot be fitted, and what would make it possible. Signed counts alone
+/// hardly tell how much light there is in all, and with it how far dead time moves them.
+const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends the signed ones \
+     alone; total_counts = true, or estimator = \"model\", adds them";
+
+/// Why counts of a histogram sensor's phase steps say less than its bins.
+const NO_BINS: &str = "the bins of the histogram do not follow from the counts of phase steps";
+
+/// What a scan's counts say about the distance.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct EstimateReport {
+    /// The detector's name.
+    pub detector: String,
+    /// The source whose light it ranges.
+    pub source: String,
+    /// How the distance was got from the counts.
+    pub estimator: EstimatorKind,
+    /// Index of the path that the estimate is held against: of all paths of its
+    /// reference's source, the nearest to the estimate; without an estimate the
+    /// first.
+    pub path: Option<PathIndex>,
+    /// The estimate; none when the counts have no peak, or nothing modulated could
+    /// have made it.
+    pub distance_m: Option<f64>,
+    /// That path's distance, folded into the unambiguous range.
+    pub true_distance_m: Option<f64>,
+    /// When a path that moves has it, from the start of the scan: as the scan comes
+    /// by the path. None for a path that stands still.
+    pub true_distance_at_s: Option<f64>,
+    /// Estimate less truth, the shorter way round the unambiguous range.
+    pub error_m: Option<f64>,
+    /// The estimator's bias on the exact mean counts of this scene (for the
+    /// phase: range walk, interference, circular error).
+    pub expected_bias_m: Option<f64>,
+    /// Its standard deviation from the counts' variances; of the model estimator no less
+    /// than the bound.
+    pub expected_std_m: Option<f64>,
+    /// (error - expected bias) / expected standard deviation.
+    pub deviation_in_std: Option<f64>,
+    /// Whether the estimate is what it is expected to be, with a chance of 1 in 10,000 to be
+    /// accused wrongly ([`crate::estimate::evidence`]); none without an expectation. What
+    /// contradicts it is in `remark`.
+    pub expectation_holds: Option<bool>,
+    /// Cramer-Rao bound: the least standard deviation of any unbiased estimate
+    /// from these counts ([`crate::estimate::bound`]).
+    pub bound_m: Option<f64>,
+    /// `expected_std_m` in bounds.
+    pub std_over_bound: Option<f64>,
+    /// Why there is no bound, where that is so.
+    pub bound_remark: Option<String>,
+    /// The fit behind the estimate; none for the phase estimator.
+    pub fit: Option<FitReport>,
+    /// Phase step of the largest count.
+    pub coarse_phase_step: Option<u64>,
+    /// Subtracted from the measured delay: everything constant that is not light.
+    pub calibration_offset_ps: f64,
+    /// Distance beyond which the code repeats.
+    pub unambiguous_range_m: f64,
+    /// Why there is no estimate, or only a coarse one, or no expectation.
+    pub remark: Option<String>,
+    /// Of a path beyond the unambiguous range: that its distance is folded into it.
+    pub folded: Option<String>,
+}
+
+/// What the model estimator says beside the distance.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct FitReport {
+    /// Every path that was fitted, the strongest of the detector's source first.
+    pub paths: Vec<FittedPathReport>,
+    /// Primary rate of all light that is not modulated, dark counts included.
+    pub unmodulated_primary_rate_cps: f64,
+    /// Weighted sum of squared residuals.
+    pub chi_square: f64,
+    /// What it is expected to be.
+    pub degrees_of_freedom: usize,
+    /// How many standard deviations it is above that.
+    pub chi_square_excess_in_std: f64,
+    /// Whether that is too much: the light or the detector is not as modelled.
+    pub alarm: bool,
+    /// Speed of the path's distance, positive away from the sensor; none of light that stands
+    /// still.
+    pub velocity_m_per_s: Option<f64>,
+    /// Its standard deviation, by the fit itself.
+    pub velocity_std_m_per_s: Option<f64>,
+    /// Phase steps that took part.
+    pub phase_steps: usize,
+}
+
+/// One path of a fit.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct FittedPathReport {
+    /// The source with this path's code; none if the scene has no such source.
+    pub source: Option<String>,
+    /// Distance, folded into the unambiguous range.
+    pub distance_m: f64,
+    /// Its standard deviation, by the fit itself.
+    pub distance_std_m: f64,
+    /// Primary rate that on-chips add.
+    pub primary_rate_cps: f64,
+    /// How many standard deviations that is above none.
+    pub significance_in_std: f64,
+}
+
+/// Estimates the distance that a detector's counts of one scan give, with the
+/// scene's estimator.
+///
+/// `counts` are those of the steps in order; fewer than the scan's steps give no
+/// estimate.
+pub fn estimate_scan(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    counts: &[StepCount],
+) -> EstimateReport {
+    let mut report = EstimateReport::without_estimate(sensor, detector);
+    if (counts.len() as u64) < sensor.timing().scan.steps {
+        report.remark = Some(format!(
+            "no estimate: {} of the scan's {} phase steps were measured",
+            counts.len(),
+            sensor.timing().scan.steps
+        ));
+        return report;
+    }
+    let measured_ps = match (check_modulated(sensor, detector), sensor.scene().estimator) {
+        (Err(reason), _) => {
+            report.remark = Some(format!("no estimate: {reason}"));
+            None
+        }
+        (Ok(()), estimator) => match (sensor.scene().hardware.architecture, estimator) {
+            (Architecture::Histogram, _) => report.take_steps_of_histogram(sensor, counts),
+            (Architecture::UpDown, EstimatorKind::Fft) => report.take_phase(sensor, counts),
+            (Architecture::UpDown, EstimatorKind::Model) => {
+                report.take_fit(sensor, detector, counts)
+            }
+        },
+    };
+    report.compare(sensor, detector, measured_ps, Basis::Steps);
+    report
+}
+
+/// Estimates the distance that a detector's histogram gives, with the scene's estimator.
+///
+/// # Panics
+/// If the scene has no such detector, or the histogram not one bin per sample of its code.
+pub fn estimate_histogram(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    histogram: &Histogram,
+) -> EstimateReport {
+    let mut report = EstimateReport::without_estimate(sensor, detector);
+    let measured_ps = match check_modulated(sensor, detector) {
+        Err(reason) => {
+            report.remark = Some(format!("no estimate: {reason}"));
+            None
+        }
+        Ok(()) => report.take_histogram(sensor, detector, histogram),
+    };
+    report.compare(sensor, detector, measured_ps, Basis::Bins);
+    report
+}
+
+/// What an estimate of a sensor that keeps histograms is made from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Basis {
+    /// Counts of phase steps, of either architecture.
+    Steps,
+    /// The bins themselves.
+    Bins,
+}
+
+/// The same without counts: what is expected of the estimator against the first path.
+pub fn expected_errors(sensor: &Sensor, detector: DetectorIndex) -> EstimateReport {
+    let mut report = EstimateReport::without_estimate(sensor, detector);
+    match check_modulated(sensor, detector) {
+        Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
+        Ok(()) => report.compare(sensor, detector, None, Basis::Bins),
+    }
+    report
+}
+
+impl EstimateReport {
+    fn without_estimate(sensor: &Sensor, detector: DetectorIndex) -> EstimateReport {
+        let spad = &sensor.scene().detectors[detector];
+        let source = &sensor.scene().sources[spad.reference];
+        EstimateReport {
+            detector: spad.name.clone(),
+            source: source.name.clone(),
+            estimator: sensor.scene().estimator,
+            path: None,
+            distance_m: None,
+            true_distance_m: None,
+            true_distance_at_s: None,
+            error_m: None,
+            expected_bias_m: None,
+            expected_std_m: None,
+            deviation_in_std: None,
+            expectation_holds: None,
+            bound_m: None,
+            std_over_bound: None,
+            bound_remark: None,
+            fit: None,
+            coarse_phase_step: None,
+            calibration_offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
+            unambiguous_range_m: distance_m(sensor.timing().code_period_ps()),
+            remark: None,
+            folded: None,
+        }
+    }
+
+    /// A histogram's answer; gives the time of flight.
+    fn take_histogram(
+        &mut self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        histogram: &Histogram,
+    ) -> Option<f64> {
+        if sensor.scene().estimator == EstimatorKind::Fft {
+            let phase = PhaseOfHistogram::new(sensor, detector);
+            let time_ps = self.take_estimate(phase.estimate(histogram));
+            if let Some(walks) = phase.walks() {
+                self.add_remark(&format!("range walk is left in: {walks}"));
+            }
+            return time_ps;
+        }
+        let fitter = BinFitter::new(sensor, detector);
+        match fitter.and_then(|fitter| fitter.fit(histogram)) {
+            Err(reason) => {
+                self.remark = Some(format!("no estimate: {reason}"));
+                None
+            }
+            Ok(fitted) => {
+                self.distance_m = Some(fitted.distance_m);
+                self.fit = Some(FitReport::of(sensor, &fitted));
+                Some(fitted.delay_ps)
+            }
+        }
+    }
+
+    /// The answer of a histogram of which only the counts of all phase steps are known;
+    /// gives the time of flight.
+    fn take_steps_of_histogram(&mut self, sensor: &Sensor, counts: &[StepCount]) -> Option<f64> {
+        if sensor.scene().estimator == EstimatorKind::Model {
+            self.remark = Some(format!("no estimate: {NO_BINS}"));
+            return None;
+        }
+        let time_ps = self.take_phase(sensor, counts);
+        self.add_remark(&format!("range walk is left in: {NO_BINS}"));
+        time_ps
+    }
+
+    /// The phase's answer; gives the time of flight.
+    fn take_phase(&mut self, sensor: &Sensor, counts: &[StepCount]) -> Option<f64> {
+        let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
+        self.take_estimate(estimate(sensor.timing(), &signed, self.calibration_offset_ps))
+    }
+
+    fn take_estimate(&mut self, estimate: Result<Estimate, impl Display>) -> Option<f64> {
+        match estimate {
+            Err(reason) => {
+                self.remark = Some(format!("no estimate: {reason}"));
+                None
+            }
+            Ok(estimate) => {
+                self.distance_m = Some(estimate.distance_m);
+                self.coarse_phase_step = Some(estimate.coarse_step);
+                self.remark =
+                    estimate.coarse_only.map(|reason| format!("coarse estimate only: {reason}"));
+                Some(estimate.delay_ps)
+            }
+        }
+    }
+
+    /// The fit's answer; gives the time of flight.
+    fn take_fit(
+        &mut self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        counts: &[StepCount],
+    ) -> Option<f64> {
+        if !sensor.scene().sends_total_counts() {
+            self.remark = Some(format!("no estimate: {SIGNED_ALONE}"));
+            return None;
+        }
+        let tier = CountingTier::Sampled;
+        match fit(sensor, detector, tier, counts, sensor.scene().other_light) {
+            Err(reason) => {
+                self.remark = Some(format!("no estimate: {reason}"));
+                None
+            }
+            Ok(fitted) => {
+                self.distance_m = Some(fitted.distance_m);
+                self.remark = shared_light(sensor, detector);
+                if let Some(untold) = &fitted.untold {
+                    self.add_remark(&untold.to_string());
+                }
+                self.fit = Some(FitReport::of(sensor, &fitted));
+                Some(fitted.delay_ps)
+            }
+        }
+    }
+
+    /// Puts truth and expectation beside the time of flight, if there is one.
+    fn compare(
+        &mut self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        measured_ps: Option<f64>,
+        basis: Basis,
+    ) {
+        let own = sensor.scene().detectors[detector].reference;
+        let code_period_ps = sensor.timing().code_period_ps();
+        let truth = |p: PathIndex| true_delay(sensor, p, CountingTier::Sampled);
+        let error_ps = |p: PathIndex| {
+            let true_ps = truth(p).delay_ps;
+            delay_error_ps(measured_ps.unwrap_or(true_ps), true_ps, code_period_ps)
+        };
+        let is_own = |path: &Path| path.detector == detector && path.source == own;
+        self.path = PathIndex::of(&sensor.scene().paths)
+            .filter(|&p| is_own(&sensor.scene().paths[p]))
+            .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
+        let Some(path) = self.path else { return };
+        let truth = truth(path);
+        let true_ps = fold_distance(truth.delay_ps, code_period_ps);
+        self.true_distance_m = Some(distance_m(true_ps));
+        self.true_distance_at_s = truth.at_ps.map(|ps| ps * 1e-12);
+        self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
+        let bound = bound(sensor, detector, CountingTier::Sampled);
+        match coverage::bound_m(sensor, path, CountingTier::Sampled, &bound) {
+            Ok(bound_m) => self.bound_m = Some(bound_m),
+            Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
+        }
+        match expectation(sensor, detector, path, basis) {
+            Ok(Expected { bias_m, std_m, missed }) => {
+                let std_m = match (self.estimator, &bound) {
+                    (EstimatorKind::Model, Ok(bound)) => bound.at_least(path, std_m),
+                    _ => std_m,
+                };
+                self.expected_bias_m = Some(bias_m);
+                self.expected_std_m = Some(std_m);
+                let range_m = self.unambiguous_range_m;
+                self.deviation_in_std =
+                    self.error_m.map(|error_m| fold(error_m - bias_m, range_m) / std_m);
+                let with_error = |share| (share, share_error(sensor, detector, share));
+                let missed = missed.map(with_error);
+                let errors = Some(ExpectedErrors { bias_m, std_m });
+                self.take_evidence(sensor, &Expectation { errors, missed });
+            }
+            Err(reason) => self.add_remark(&format!("no expectation: {reason}")),
+        }
+        let ratio = self.expected_std_m.zip(self.bound_m);
+        self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
+        self.folded = folded(sensor, path);
+    }
+
+    /// Holds the one scan against what is expected of it.
+    fn take_evidence(&mut self, sensor: &Sensor, expected: &Expectation) {
+        let Some(error_m) = self.error_m else { return };
+        let chip_ps = sensor.clock().chip_period_ps;
+        let tolerance_m = distance_m(tolerance_ps(chip_ps, sensor.timing().code_period_ps()));
+        let is_missed = error_m.abs() > tolerance_m;
+        // An estimate elsewhere counts for no path, and is no error of this one's.
+        let found = [error_m];
+        let evidence = Evidence {
+            errors_m: if is_missed { &[] } else { &found },
+            scans: 1,
+            missed: u64::from(is_missed),
+            range_m: self.unambiguous_range_m,
+        };
+        let paths = sensor.scene().paths.len();
+        if let Some(told) = Family::of_paths(paths).contradictions(&evidence, expected) {
+            self.expectation_holds = Some(told.is_empty());
+            if !told.is_empty() {
+                self.add_remark(&format!("the expectation does not hold: {}", told.join("; ")));
+            }
+        }
+    }
+
+    /// Adds to what is remarked on already.
+    pub fn add_remark(&mut self, remark: &str) {
+        let before = self.remark.take().map(|before| before + "; ");
+        self.remark = Some(before.unwrap_or_default() + remark);
+    }
+}
+
+impl FitReport {
+    fn of(sensor: &Sensor, fitted: &ModelEstimate) -> FitReport {
+        let of_path = |path: &FittedPath| FittedPathReport {
+            source: sensor
+                .scene()
+                .sources
+                .iter()
+                .find(|source| source.code.chips == path.code.chips)
+                .map(|source| source.name.clone()),
+            distance_m: distance_m(path.delay_ps),
+            distance_std_m: distance_m(path.delay_std_ps),
+            primary_rate_cps: path.rate_hz,
+            significance_in_std: path.significance(),
+        };
+        FitReport {
+            paths: fitted.paths.iter().map(of_path).collect(),
+            unmodulated_primary_rate_cps: fitted.constant_rate_hz,
+            chi_square: fitted.chi_square,
+            degrees_of_freedom: fitted.degrees_of_freedom,
+            chi_square_excess_in_std: fitted.alarm_sigmas(),
+            alarm: fitted.alarm_sigmas() > ALARM_SIGMAS,
+            velocity_m_per_s: fitted.velocity.map(|velocity| velocity.m_per_s),
+            velocity_std_m_per_s: fitted.velocity.map(|velocity| velocity.std_m_per_s),
+            phase_steps: fitted.steps,
+        }
+    }
+}
+
+/// What the scene's estimator is expected to say of a path.
+struct Expected {
+    bias_m: f64,
+    std_m: f64,
+    /// Share of scans that miss the path, where it is known.
+    missed: Option<f64>,
+}
+
+/// What the scene's estimator is expected to say of a path.
+fn expectation(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    basis: Basis,
+) -> Result<Expected, String> {
+    let tier = CountingTier::Sampled;
+    let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
+    if sensor.scene().estimator == EstimatorKind::Fft {
+        let expected = match basis {
+            Basis::Steps if is_histogram => {
+                let predicted = histogram::predict_steps(sensor, detector, path);
+                covered(sensor, detector, path, tier, predicted)
+            }
+            _ => predict(sensor, detector, path, tier),
+        };
+        let expected = expected.map_err(|e| e.to_string())?;
+        let range_m = distance_m(sensor.code_period_of_path_ps(path));
+        check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
+        let Prediction { bias_m, std_m, missed_fraction: missed, .. } = expected;
+        return Ok(Expected { bias_m, std_m, missed });
+    }
+    let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
+    coverage::check_fit(sensor, detector, path, tier, &fitted).map_err(|e| e.to_string())?;
+    let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
+    let code_period_ps = sensor.code_period_of_path_ps(path);
+    let true_ps = true_delay(sensor, path, tier).delay_ps;
+    let error_ps = |fitted: &FittedPath| delay_error_ps(fitted.delay_ps, true_ps, code_period_ps);
+    let nearest = fitted
+        .paths
+        .iter()
+        .filter(|fitted| fitted.code.chips == code.chips)
+        .min_by(|a, b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
+    let nearest = nearest.ok_or("the expected counts do not show the path")?;
+    let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
+    Ok(Expected { bias_m, std_m, missed: None })
+}

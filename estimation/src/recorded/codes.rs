@@ -1,0 +1,294 @@
+//! Which code the counts show, if not the scene's.
+
+use std::sync::Arc;
+
+use goldtof_fft::Fft;
+use goldtof_fft::Planner;
+use goldtof_fft::num_complex::Complex64;
+
+use super::cause::Cause;
+use super::observed::Observed;
+use crate::code::{Code, Generator, GoldSet};
+use crate::estimate::{CountingTier, calibration_offset_ps};
+use crate::photons::{DetectorModel, StepCount};
+use crate::response::MeanResponse;
+use crate::scan::Step;
+use crate::scene::Scene;
+use crate::sensor::Sensor;
+
+/// Most codes times phase steps that are searched: some ten seconds.
+const MOST_WORK: u64 = 1 << 26;
+/// Most codes times phase steps of which the exact response is worked out.
+const MOST_EXACT_WORK: u64 = 1 << 20;
+/// Candidates: others in a set may stand as high as the right one, by chance.
+const MOST_CANDIDATES: usize = 5;
+
+/// What light and reference may carry in place of the scene's code.
+#[derive(Debug, Clone)]
+pub(super) struct Variation {
+    /// It, in words that follow "if".
+    pub words: String,
+    /// What is wrong then.
+    pub cause: Cause,
+    /// Code of the light.
+    pub light: Arc<Code>,
+    /// Code by which counts go up and down.
+    pub reference: Arc<Code>,
+}
+
+/// A variation, and where it fits the counts best.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    pub variation: Variation,
+    /// Delay of the light's peak, in phase steps.
+    pub at_step: u64,
+    /// Height of the peak over the noise.
+    sigmas: f64,
+}
+
+/// The best variations of the scene's own code, the best first, and how many there were.
+///
+/// # Errors
+/// Why there is no search.
+pub(super) fn search(
+    scene: &Scene,
+    observed: Observed,
+    counts: &[StepCount],
+) -> Result<(Vec<Candidate>, usize), String> {
+    if !scene.scan.is_full() {
+        return Err("codes are told apart over a whole scan; this one is a window".to_owned());
+    }
+    let own = &scene.sources[scene.detectors[observed.detector()].reference].code;
+    let others = others(scene, own);
+    let work = others.len() as u64 * scene.scan.steps;
+    if work > MOST_WORK {
+        return Err(format!(
+            "the code's set has {} codes for {} phase steps, more than are searched",
+            others.len() + 1,
+            scene.scan.steps
+        ));
+    }
+    let comparison = Comparison {
+        counts: Counts::new(scene, counts),
+        scene,
+        observed,
+        is_exact: work <= MOST_EXACT_WORK,
+    };
+    let mut candidates = comparison.of_polarities(own);
+    let of_own = comparison.spectra(own);
+    for (name, code) in &others {
+        candidates.extend(comparison.of_code(name, code, own, &of_own));
+    }
+    let tried = candidates.len();
+    candidates.sort_by(|a, b| b.sigmas.total_cmp(&a.sigmas));
+    candidates.truncate(MOST_CANDIDATES);
+    Ok((candidates, tried))
+}
+
+/// A code's transforms.
+struct Spectra {
+    /// Of what the detector counts of light that carries it, over a code period.
+    light: Vec<Complex64>,
+    /// Of the signs that it gives as a reference.
+    reference: Vec<Complex64>,
+}
+
+/// Counts, and the codes that they are held against.
+struct Comparison<'c> {
+    counts: Counts,
+    scene: &'c Scene,
+    observed: Observed<'c>,
+    /// Whether what detections hide of later light is taken into account.
+    is_exact: bool,
+}
+
+impl Comparison<'_> {
+    fn spectra(&self, code: &Arc<Code>) -> Spectra {
+        let samples = self.scene.samples_per_chip as usize;
+        let of_samples = |chips: Vec<f64>| -> Vec<f64> {
+            chips.into_iter().flat_map(|chip| std::iter::repeat_n(chip, samples)).collect()
+        };
+        let exact = self.is_exact.then(|| self.response(code)).flatten();
+        let light = exact.unwrap_or_else(|| of_samples(levels(code)));
+        Spectra {
+            light: self.counts.transform(&light),
+            reference: self.counts.transform(&of_samples(signs(code))),
+        }
+    }
+
+    /// Detections over a code period, of light that carries the code and comes as the scene's
+    /// first path does, from the period's start on.
+    fn response(&self, code: &Arc<Code>) -> Option<Vec<f64>> {
+        let detector = self.observed.detector();
+        let own = self.scene.detectors[detector].reference;
+        let mut scene = self.scene.clone();
+        scene.sources[own].code = Arc::clone(code);
+        let sensor = Sensor::new(&scene);
+        let model = DetectorModel::new(&sensor, detector);
+        let response = MeanResponse::of_tier(&model, CountingTier::Sampled).ok()?;
+        let first = scene.paths.iter().find(|path| path.detector == detector)?;
+        let offset_ps = calibration_offset_ps(&sensor, detector, CountingTier::Sampled);
+        Some(response.delayed(-first.delay_ps - offset_ps).ok()?.mean_bins())
+    }
+
+    /// Another code of the light alone, of the reference alone and of both. A histogram is kept
+    /// without a code: there the light's alone can be another one.
+    fn of_code(
+        &self,
+        name: &str,
+        code: &Arc<Code>,
+        own: &Arc<Code>,
+        of_own: &Spectra,
+    ) -> Vec<Candidate> {
+        let spectra = self.spectra(code);
+        let candidate = |words: String, light, reference, of_light, of_reference| {
+            let variation = Variation {
+                words,
+                cause: Cause::Code,
+                light: Arc::clone(light),
+                reference: Arc::clone(reference),
+            };
+            self.counts.candidate(variation, of_light, of_reference)
+        };
+        let light = format!("the light alone carries {name}");
+        let mut found = vec![candidate(light, code, own, &spectra.light, &of_own.reference)];
+        if let Observed::Steps(_) = self.observed {
+            let reference = format!("the reference alone has {name}");
+            found.push(candidate(reference, own, code, &of_own.light, &spectra.reference));
+            let both = format!("light and reference carry {name}");
+            found.push(candidate(both, code, code, &spectra.light, &spectra.reference));
+        }
+        found
+    }
+
+    /// The own code the other way round, in the light or in the reference.
+    fn of_polarities(&self, own: &Arc<Code>) -> Vec<Candidate> {
+        let Some(opposite) = opposite(own) else {
+            return Vec::new();
+        };
+        let [of_own, of_opposite] = [own, &opposite].map(|code| self.spectra(code));
+        let variation = |words: &str, light, reference| Variation {
+            words: words.to_owned(),
+            cause: Cause::Polarity,
+            light: Arc::clone(light),
+            reference: Arc::clone(reference),
+        };
+        let words = "the light is inverted: the laser is dark where the code's chip is 1";
+        let light = variation(words, &opposite, own);
+        let mut found = vec![self.counts.candidate(light, &of_opposite.light, &of_own.reference)];
+        if let Observed::Steps(_) = self.observed {
+            let words = "up and down are swapped: the counts have the opposite sign";
+            let counts = variation(words, own, &opposite);
+            found.push(self.counts.candidate(counts, &of_own.light, &of_opposite.reference));
+        }
+        found
+    }
+}
+
+/// The code with every chip the other way round.
+fn opposite(code: &Code) -> Option<Arc<Code>> {
+    let chips = code.generator.chips().into_iter().map(|chip| 1 - chip).collect();
+    Code::new(Generator::Chips(chips), code.interleave).ok().map(Arc::new)
+}
+
+/// The codes of the scene's other sources, and of the own code's Gold set.
+fn others(scene: &Scene, own: &Code) -> Vec<(String, Arc<Code>)> {
+    let of_sources = scene
+        .sources
+        .iter()
+        .filter(|source| source.code.len() == own.len() && source.code.chips != own.chips)
+        .map(|source| {
+            let name = format!("the code of source \"{}\"", source.name);
+            (name, Arc::clone(&source.code))
+        });
+    let mut found: Vec<_> = of_sources.collect();
+    let Generator::Gold { u, v } = &own.generator else {
+        return found;
+    };
+    let set = GoldSet { u: u.clone(), v: v.clone() };
+    for index in (1..set.length() as i64).chain([-2, -1]) {
+        let generator = set.generator(index).ok();
+        let member = generator.and_then(|generator| Code::new(generator, own.interleave).ok());
+        let name = match index {
+            // The own code's v is advanced by the own index already.
+            1.. => format!("the code whose index is {index} higher (modulo {})", set.length()),
+            -2 => "the code of index -2".to_owned(),
+            _ => "the code of index -1".to_owned(),
+        };
+        found.extend(member.map(|member| (name, Arc::new(member))));
+    }
+    found
+}
+
+fn signs(code: &Code) -> Vec<f64> {
+    let signs = code.chips.iter().map(|&chip| 2.0 * f64::from(chip) - 1.0);
+    signs.collect()
+}
+
+fn levels(code: &Code) -> Vec<f64> {
+    code.chips.iter().map(|&chip| f64::from(chip)).collect()
+}
+
+/// A scan's signed counts in the order of their phase steps, and their transform.
+struct Counts {
+    forward: Arc<dyn Fft<f64>>,
+    inverse: Arc<dyn Fft<f64>>,
+    spectrum: Vec<Complex64>,
+    /// Standard deviation of a count over the scan.
+    std: f64,
+}
+
+impl Counts {
+    fn new(scene: &Scene, counts: &[StepCount]) -> Counts {
+        let mut by_phase_step = vec![0.0; counts.len()];
+        for (j, count) in counts.iter().enumerate() {
+            by_phase_step[scene.scan.phase_step(Step::at(j)) as usize] = count.signed as f64;
+        }
+        let mut planner = Planner::new();
+        let mut counts = Counts {
+            forward: planner.forward(by_phase_step.len()),
+            inverse: planner.inverse(by_phase_step.len()),
+            spectrum: Vec::new(),
+            std: std_of(&by_phase_step),
+        };
+        counts.spectrum = counts.transform(&by_phase_step);
+        counts
+    }
+
+    /// Transform of values less their mean.
+    fn transform(&self, values: &[f64]) -> Vec<Complex64> {
+        let mut spectrum: Vec<Complex64> = values.iter().map(|&v| v.into()).collect();
+        self.forward.process(&mut spectrum);
+        spectrum[0] = Complex64::ZERO;
+        spectrum
+    }
+
+    /// Where the correlation of a light's and a reference's code lies best in the counts, and
+    /// how many standard deviations high it stands.
+    fn candidate(
+        &self,
+        variation: Variation,
+        light: &[Complex64],
+        reference: &[Complex64],
+    ) -> Candidate {
+        let length = self.spectrum.len() as f64;
+        let shape = light.iter().zip(reference).map(|(u, chi)| u * chi.conj());
+        let shape: Vec<Complex64> = shape.collect();
+        let norm = (shape.iter().map(Complex64::norm_sqr).sum::<f64>() / length).sqrt();
+        let product = self.spectrum.iter().zip(&shape);
+        let mut match_at: Vec<Complex64> = product.map(|(x, c)| x * c.conj()).collect();
+        self.inverse.process(&mut match_at);
+        let heights = match_at.iter().map(|value| value.re / length);
+        let highest = heights.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        let (at, height) = highest.unwrap_or((0, 0.0));
+        let sigmas = height / (norm * self.std).max(f64::MIN_POSITIVE);
+        Candidate { variation, at_step: at as u64, sigmas }
+    }
+}
+
+/// Standard deviation, without the mean.
+fn std_of(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n).sqrt()
+}

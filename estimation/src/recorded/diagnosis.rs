@@ -1,0 +1,473 @@
+//! What seems wrong with a sensor whose counts are not as its scene says.
+//!
+//! Every statement rests on a test at [`LEVEL`], at most six of them: by design they are
+//! wrong about a right scene in about one scan of a hundred (docs/recorded-counts.md has
+//! what was measured). Only the distance is unknown at first. Whatever of light level,
+//! background, dead time and chip period raises the likelihood most is taken in as long as it
+//! raises it significantly. Where several do about as well, all of them are named: the
+//! counts do not tell which it is. A cause that is named fits the counts; that another
+//! one, or several together, would fit them too is never ruled out.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::cause::Cause;
+use super::codes::{self, Candidate, Variation};
+use super::hypothesis::{Change, Fitted, Unknown, fit};
+use super::no_fit::NoFit;
+use super::observed::{Observed, differences};
+use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
+use crate::math::normal_cdf;
+use crate::scene::{Scene, SourceIndex};
+use crate::sensor::Sensor;
+
+/// Chance of each test to be wrong about counts that are as the scene says.
+pub const LEVEL: f64 = 0.002;
+
+/// Hits of a step, on average over a scan, or of a histogram, from which on causes are
+/// looked for: of scans with 370 the tests accuse a right scene as seldom as their level
+/// says, of scans with 7 one time in five.
+pub const FEWEST_HITS: f64 = 300.0;
+
+/// A test, and what it found.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct TestOutcome {
+    /// What is tested.
+    pub cause: Cause,
+    /// What twice the logarithm of the likelihood gains: by chance a chi-square of one
+    /// degree of freedom. Of the residuals their chi-square.
+    pub statistic: f64,
+    /// Chance of such a statistic if the scene is right.
+    pub p_value: Option<f64>,
+    /// Whether it is below the test's level.
+    pub rejects: bool,
+    /// What the scene has, with the unit in `unit`.
+    pub scene_value: Option<f64>,
+    /// What the counts say.
+    pub fitted_value: Option<f64>,
+    /// Its standard deviation.
+    pub fitted_value_std: Option<f64>,
+    /// Unit of the values.
+    pub unit: &'static str,
+}
+
+/// What the counts say of the scene.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct Diagnosis {
+    /// What fits the counts better than the scene, the strongest first; none if nothing
+    /// does. Those that the counts do not tell apart are all there.
+    pub causes: Vec<Cause>,
+    /// The same in a sentence.
+    pub sentence: String,
+    /// Every test that was done.
+    pub tests: Vec<TestOutcome>,
+    /// What could not be tested, and why.
+    pub not_tested: Vec<String>,
+}
+
+/// A diagnosis, and the fit behind it.
+pub(super) struct Found {
+    pub diagnosis: Diagnosis,
+    pub fitted: Fitted,
+}
+
+/// Tests a scan against its scene. `delays_ps` are where its peak may stand, as later than
+/// the scene's: the tests begin where the scene agrees best.
+pub(super) fn diagnose(
+    sensor: &Sensor,
+    observed: Observed,
+    delays_ps: &[f64],
+) -> Result<Found, NoFit> {
+    let start = best_delay(sensor, observed, delays_ps)?;
+    let mut search = Search {
+        sensor,
+        scene: sensor.scene(),
+        observed,
+        unknowns: vec![Unknown::Delay],
+        fitted: fit(sensor, observed, &[Unknown::Delay], start)
+            .or_else(|_| fit(sensor, observed, &[], start))?,
+        tests: Vec::new(),
+        alike: Vec::new(),
+        not_tested: Vec::new(),
+    };
+    if search.fitted.errors.is_empty() {
+        search.unknowns.clear();
+    }
+    let hits = search.fitted.expected.hits();
+    if hits < FEWEST_HITS {
+        return Ok(search.too_few_hits(hits));
+    }
+    while search.take_in_best() {}
+    let codes = match search.is_explained() {
+        true => Vec::new(),
+        false => search.other_codes(),
+    };
+    Ok(search.conclude(codes))
+}
+
+/// Where, of some delays, the scene agrees best with what was recorded.
+fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Change, NoFit> {
+    let values = observed.values();
+    let mut best = (f64::INFINITY, Change::default());
+    for &delay_ps in delays_ps {
+        let change = Change { delay_ps, ..Change::default() };
+        let deviance = change.expected(sensor, observed)?.judge(&values)?.deviance;
+        if deviance < best.0 {
+            best = (deviance, change);
+        }
+    }
+    Ok(best.1)
+}
+
+struct Search<'s> {
+    sensor: &'s Sensor,
+    scene: &'s Scene,
+    observed: Observed<'s>,
+    unknowns: Vec<Unknown>,
+    fitted: Fitted,
+    tests: Vec<TestOutcome>,
+    /// What was taken in, each with those that do about as well.
+    alike: Vec<Vec<Unknown>>,
+    not_tested: Vec<String>,
+}
+
+/// Chance of a chi-square of one degree of freedom above `statistic`.
+fn chance(statistic: f64) -> f64 {
+    2.0 * normal_cdf(-statistic.max(0.0).sqrt())
+}
+
+/// The statistic that has the chance [`LEVEL`].
+fn critical() -> f64 {
+    ChiSquared::new(1.0).map_or(f64::INFINITY, |chi| chi.inverse_cdf(1.0 - LEVEL))
+}
+
+impl Search<'_> {
+    /// Takes in what raises the likelihood most, if significantly.
+    fn take_in_best(&mut self) -> bool {
+        let has_dead_time = self.scene.detectors[self.observed.detector()].dead_time_ps > 0.0;
+        let mut candidates = vec![Unknown::Light, Unknown::Constant, Unknown::ChipPeriod];
+        candidates.extend(has_dead_time.then_some(Unknown::DeadTime));
+        candidates.retain(|unknown| !self.unknowns.contains(unknown));
+        let mut gains: Vec<(f64, Unknown, Fitted)> = Vec::new();
+        for unknown in candidates {
+            let mut unknowns = self.unknowns.clone();
+            unknowns.push(unknown);
+            match fit(self.sensor, self.observed, &unknowns, self.fitted.change) {
+                Ok(fitted) => {
+                    let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
+                    self.tests.retain(|test| test.cause != cause_of(unknown));
+                    self.tests.push(self.outcome(unknown, gain, &fitted));
+                    gains.push((gain, unknown, fitted));
+                }
+                Err(reason) => {
+                    let name = name_of(unknown);
+                    self.not_tested.push(format!("{name}: {reason}"));
+                }
+            }
+        }
+        gains.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut gains = gains.into_iter();
+        let Some((gain, unknown, fitted)) = gains.next().filter(|best| best.0 > critical()) else {
+            return false;
+        };
+        let mut alike = vec![unknown];
+        let as_good = gains.filter(|other| other.0 > gain - critical());
+        alike.extend(as_good.map(|(_, unknown, _)| unknown));
+        self.alike.push(alike);
+        self.unknowns.push(unknown);
+        self.fitted = fitted;
+        true
+    }
+
+    /// No diagnosis: the tests do not hold their level where hits are few.
+    fn too_few_hits(self, hits: f64) -> Found {
+        let of = match self.observed {
+            Observed::Steps(_) => "a step",
+            Observed::Bins(_) => "all bins",
+        };
+        let reason = format!(
+            "causes: {hits:.1} hits are expected in {of}; from {FEWEST_HITS} on the tests are \
+             known to hold"
+        );
+        Found {
+            diagnosis: Diagnosis {
+                causes: Vec::new(),
+                sentence: "no diagnosis: the scan has too few hits".to_owned(),
+                tests: Vec::new(),
+                not_tested: vec![reason],
+            },
+            fitted: self.fitted,
+        }
+    }
+
+    fn outcome(&self, unknown: Unknown, statistic: f64, fitted: &Fitted) -> TestOutcome {
+        let spad = &self.scene.detectors[self.observed.detector()];
+        let value = fitted.change.value(unknown);
+        let std = fitted.errors.iter().find(|(of, _)| *of == unknown);
+        let std = std.map(|(_, std)| *std);
+        let background = spad.background_rate_cps * spad.photon_detection_probability;
+        let constant_cps = background + spad.dark_count_rate_cps;
+        let (scene_value, fitted_value, std, unit) = match unknown {
+            Unknown::Light => (1.0, value.exp(), std.map(|s| s * value.exp()), "of the scene's"),
+            Unknown::Constant => (constant_cps, constant_cps + value, std, "cps"),
+            Unknown::DeadTime => {
+                let ns = spad.dead_time_ps * 1e-3;
+                (ns, ns + value * 1e-3, std.map(|s| s * 1e-3), "ns")
+            }
+            Unknown::ChipPeriod => {
+                let ns = self.scene.chip_period_ps * 1e-3;
+                (ns, ns * value.exp(), std.map(|s| s * ns * value.exp()), "ns")
+            }
+            Unknown::Delay => (0.0, value * 1e-3, std.map(|s| s * 1e-3), "ns"),
+        };
+        TestOutcome {
+            cause: cause_of(unknown),
+            statistic,
+            p_value: Some(chance(statistic)),
+            rejects: statistic > critical(),
+            scene_value: Some(scene_value),
+            fitted_value: Some(fitted_value),
+            fitted_value_std: std,
+            unit,
+        }
+    }
+
+    fn is_explained(&self) -> bool {
+        self.fitted.p_value.is_none_or(|p| p >= LEVEL)
+    }
+
+    /// The codes that explain the counts better than the scene's, if some do: the best, and
+    /// those that do about as well.
+    fn other_codes(&mut self) -> Vec<(Variation, Fitted)> {
+        let found =
+            codes::search(self.scene, self.observed, &self.observed.step_counts(self.sensor));
+        let (candidates, tried) = match found {
+            Ok(found) => found,
+            Err(reason) => {
+                self.not_tested.push(format!("code: {reason}"));
+                return Vec::new();
+            }
+        };
+        // As many codes and as many places as were tried.
+        let tried = tried as f64 * self.observed.phase_steps() as f64;
+        let needed = critical() + 2.0 * tried.ln();
+        let fit = |candidate: Candidate| {
+            let fitted = self.with_code(&candidate)?;
+            let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
+            Some((gain, candidate.variation, fitted))
+        };
+        let mut fits: Vec<_> = candidates.into_iter().filter_map(fit).collect();
+        fits.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let Some(best) = fits.first().map(|(gain, ..)| *gain) else {
+            return Vec::new();
+        };
+        self.tests.push(TestOutcome {
+            cause: fits[0].1.cause,
+            statistic: best,
+            p_value: None,
+            rejects: best > needed,
+            scene_value: None,
+            fitted_value: None,
+            fitted_value_std: None,
+            unit: "",
+        });
+        let least = needed.max(best - critical());
+        let as_good = fits.into_iter().take_while(|(gain, ..)| *gain > least || *gain == best);
+        let as_good = as_good.filter(|_| best > needed);
+        as_good.map(|(_, variation, fitted)| (variation, fitted)).collect()
+    }
+
+    /// The scene with other codes, fitted from where within a chip its means agree best.
+    fn with_code(&self, candidate: &Candidate) -> Option<Fitted> {
+        let mut scene = self.scene.clone();
+        let own = scene.detectors[self.observed.detector()].reference;
+        let mut light = scene.sources[own].clone();
+        light.code = Arc::clone(&candidate.variation.light);
+        scene.sources[own].code = Arc::clone(&candidate.variation.reference);
+        scene.sources.push(light);
+        let last = SourceIndex(scene.sources.len() - 1);
+        for path in scene.paths.iter_mut().filter(|path| path.source == own) {
+            path.source = last;
+        }
+        let sensor = Sensor::new(&scene);
+        let step_ps = sensor.clock().sample_period_ps();
+        let offset_ps =
+            calibration_offset_ps(&sensor, self.observed.detector(), CountingTier::Sampled);
+        let first = scene.paths.iter().find(|path| path.detector == self.observed.detector())?;
+        let at_ps = candidate.at_step as f64 * step_ps - offset_ps - first.delay_ps;
+        let agreement = |chips: f64| {
+            // What a wrong code made of the light is of no use here.
+            let delay_ps = at_ps + sensor.clock().ps(chips);
+            let means = self.observed.means(&sensor, delay_ps).ok()?;
+            let weights = self.fitted.expected.weights(&means).ok()?;
+            let residuals = differences(&self.observed.values(), &means);
+            let squares = weights.whitened(&residuals).ok()?.into_iter().map(|z| z * z);
+            Some((squares.sum::<f64>(), Change { delay_ps, ..Change::default() }))
+        };
+        let places = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
+        let agreements = places.into_iter().filter_map(agreement);
+        let (_, start) = agreements.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        fit(&sensor, self.observed, &[Unknown::Delay, Unknown::Light], start).ok()
+    }
+
+    /// What is said where `codes` explain the counts better than the scene's, the best first.
+    fn conclude(mut self, codes: Vec<(Variation, Fitted)>) -> Found {
+        let mut causes = Vec::new();
+        let mut says = Vec::new();
+        let words: Vec<&str> = codes.iter().map(|(code, _)| &*code.words).collect();
+        if !words.is_empty() {
+            let tells = if words.len() == 1 { "" } else { "; they do not tell which" };
+            says.push(format!("the counts fit better if {}{tells}", words.join(", also if ")));
+        }
+        for (code, _) in &codes {
+            if !causes.contains(&code.cause) {
+                causes.push(code.cause);
+            }
+        }
+        match codes.into_iter().next() {
+            Some((_, fitted)) => self.fitted = fitted,
+            None => {
+                for alike in &self.alike {
+                    for cause in alike.iter().map(|unknown| cause_of(*unknown)) {
+                        if !causes.contains(&cause) {
+                            causes.push(cause);
+                        }
+                    }
+                    says.push(self.of_unknowns(alike));
+                }
+                says.extend(self.offset(&mut causes));
+            }
+        }
+        says.extend(self.scatter(&mut causes));
+        let sentence = match says.is_empty() {
+            true => "the counts are as the scene says".to_owned(),
+            false => says.join("; "),
+        };
+        Found {
+            diagnosis: Diagnosis {
+                causes,
+                sentence,
+                tests: self.tests,
+                not_tested: self.not_tested,
+            },
+            fitted: self.fitted,
+        }
+    }
+
+    /// Whether the peak stands where the scene's path has it.
+    fn offset(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
+        self.fitted.tell_times_of_scene(self.scene, self.observed.detector());
+        let std_ps = self.fitted.errors.iter().find(|(of, _)| *of == Unknown::Delay)?.1;
+        let code =
+            &self.scene.sources[self.scene.detectors[self.observed.detector()].reference].code;
+        let period_ps = self.scene.clock().ps(code.len() as f64);
+        let turns = (self.fitted.change.delay_ps / period_ps).round();
+        self.fitted.change.delay_ps -= turns * period_ps;
+        let by_ps = self.fitted.change.delay_ps;
+        let outcome = self.outcome(Unknown::Delay, (by_ps / std_ps).powi(2), &self.fitted);
+        let rejects = outcome.rejects;
+        self.tests.push(outcome);
+        rejects.then(|| {
+            causes.push(Cause::Offset);
+            format!(
+                "the peak stands {:.3} +- {:.3} ns {} than the scene's: the target is {:.4} m \
+                 {}, or a constant delay (detector.delay, cables) differs by as much",
+                by_ps.abs() * 1e-3,
+                std_ps * 1e-3,
+                if by_ps > 0.0 { "later" } else { "earlier" },
+                distance_m(by_ps.abs()),
+                if by_ps > 0.0 { "farther" } else { "nearer" },
+            ) + match self.observed.tells_light() {
+                true => "",
+                false => "; without total counts another dead time or light level also fits",
+            }
+        })
+    }
+
+    /// Whether what is left over scatters as photons do.
+    fn scatter(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
+        let p = self.fitted.p_value?;
+        let rejects = p.min(1.0 - p) < LEVEL / 2.0;
+        let (cause, text) = match p < 0.5 {
+            true => (
+                Cause::Unexplained,
+                "the residuals are larger than chance: something else is not as the scene says \
+                 (other light, a path more, a detector of another kind)",
+            ),
+            false => (
+                Cause::TooEven,
+                "the counts scatter less than photons can: are they averages, or scaled?",
+            ),
+        };
+        self.tests.push(TestOutcome {
+            cause,
+            statistic: self.fitted.agreement.chi_square,
+            p_value: Some(p),
+            rejects,
+            scene_value: Some(self.fitted.degrees as f64),
+            fitted_value: Some(self.fitted.agreement.chi_square),
+            fitted_value_std: None,
+            unit: "chi-square",
+        });
+        rejects.then(|| {
+            causes.push(cause);
+            text.to_owned()
+        })
+    }
+
+    /// What was taken in, in words.
+    fn of_unknowns(&self, alike: &[Unknown]) -> String {
+        let words: Vec<String> = alike
+            .iter()
+            .filter_map(|unknown| {
+                let test = self.tests.iter().find(|test| test.cause == cause_of(*unknown))?;
+                let value = test.fitted_value?;
+                let std = test.fitted_value_std.unwrap_or(0.0);
+                let scene = test.scene_value?;
+                Some(match unknown {
+                    Unknown::Light => {
+                        format!("{value:.4} +- {std:.4} times the scene's light")
+                    }
+                    Unknown::Constant => format!(
+                        "background (dark counts, background) of {value:.4e} +- {std:.1e} \
+                         cps in place of {scene:.4e}"
+                    ),
+                    Unknown::DeadTime => {
+                        format!("a dead time of {value:.3} +- {std:.3} ns in place of {scene:.3}")
+                    }
+                    Unknown::ChipPeriod => {
+                        format!("a chip period of {value:.3} +- {std:.3} ns in place of {scene:.3}")
+                    }
+                    Unknown::Delay => return None,
+                })
+            })
+            .collect();
+        let all = words.join(", also with ");
+        match words.len() {
+            1 => format!("the counts fit better with {all}"),
+            _ => format!("the counts fit better with {all}; they do not tell which"),
+        }
+    }
+}
+
+fn cause_of(unknown: Unknown) -> Cause {
+    match unknown {
+        Unknown::Delay => Cause::Offset,
+        Unknown::Light => Cause::LightLevel,
+        Unknown::Constant => Cause::ConstantLight,
+        Unknown::DeadTime => Cause::DeadTime,
+        Unknown::ChipPeriod => Cause::ChipPeriod,
+    }
+}
+
+fn name_of(unknown: Unknown) -> &'static str {
+    match unknown {
+        Unknown::Delay => "offset",
+        Unknown::Light => "light level",
+        Unknown::Constant => "background",
+        Unknown::DeadTime => "dead time",
+        Unknown::ChipPeriod => "chip period",
+    }
+}

@@ -1,0 +1,129 @@
+//! Counts of a sensor that was built: read from a file, held against what its scene
+//! lets one expect, and what seems wrong where they differ.
+//!
+//! `docs/recorded-counts.md` has the file's format and the tests with their measured
+//! power.
+//!
+//! ```no_run
+//! # mod goldtof {
+//! #     pub use goldtof_sensor::*;
+//! #     pub use goldtof_estimation::*;
+//! # }
+//! use std::path::Path;
+//!
+//! use goldtof::recorded::{assess, read_counts};
+//! use goldtof::sensor::Sensor;
+//!
+//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let sensor = Sensor::new(&scene);
+//! for scan in read_counts(Path::new("counts.csv"), &sensor)? {
+//!     let assessment = assess(&sensor, &scan);
+//!     if let Some(diagnosis) = &assessment.diagnosis {
+//!         println!("{}: {}", assessment.detector, diagnosis.sentence);
+//!     }
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod bins_csv;
+mod cause;
+mod codes;
+mod csv_file;
+mod diagnosis;
+mod expected;
+mod hypothesis;
+mod no_fit;
+mod observed;
+mod report;
+mod weights;
+
+pub use cause::Cause;
+pub use csv_file::CountsError;
+pub use diagnosis::{Diagnosis, LEVEL, TestOutcome};
+pub use expected::{expected_bins, expected_csv};
+pub use observed::HITS_OF_A_SUM;
+pub use report::{Assessment, BinResidual, StepResidual, assess, assess_histogram};
+
+use std::path::Path;
+
+use crate::estimate::{ImpossibleScan, possible_scan};
+use crate::histogram::Histogram;
+use crate::photons::StepCount;
+use crate::scene::{DetectorIndex, Scene};
+use crate::sensor::Sensor;
+
+/// One scan of one detector, as a file has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordedScan {
+    /// Index of the detector in the scene.
+    pub detector: DetectorIndex,
+    /// Counts of the scan's steps, in order; totals are 0 where there are none.
+    pub counts: Vec<StepCount>,
+    /// Whether the file has total counts.
+    pub has_totals: bool,
+}
+
+impl RecordedScan {
+    /// The scan whose counts are `signed`, one of each phase step in their order; `totals` are
+    /// the total ones, where the hardware sends them.
+    ///
+    /// # Errors
+    /// If the scene's hardware cannot have counted them.
+    pub fn new(
+        scene: &Scene,
+        detector: DetectorIndex,
+        signed: &[i64],
+        totals: Option<&[u64]>,
+    ) -> Result<RecordedScan, ImpossibleScan> {
+        if let Some(totals) = totals.filter(|totals| totals.len() != signed.len()) {
+            let (found, steps) = (totals.len(), scene.scan.steps);
+            return Err(ImpossibleScan::WrongNumber { found, steps });
+        }
+        let total = |step: usize| totals.map(|totals| totals[step]);
+        let counts: Vec<_> =
+            signed.iter().enumerate().map(|(step, &signed)| (signed, total(step))).collect();
+        let counts = possible_scan(scene, &counts)?;
+        Ok(RecordedScan { detector, counts, has_totals: totals.is_some() })
+    }
+}
+
+/// What a file has of every detector that it names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Recorded {
+    /// Counts of the phase steps of a scan.
+    Scans(Vec<RecordedScan>),
+    /// Bins, of a sensor that keeps a histogram.
+    Histograms(Vec<RecordedHistogram>),
+}
+
+/// Reads what was recorded with a scene: the counts of one scan, or the bins of one
+/// histogram, as the heading says.
+///
+/// # Errors
+/// If the file cannot be read, is not of the format, or is of another scene.
+pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<Recorded, CountsError> {
+    let text = csv_file::text_of(path)?;
+    let recorded = match bins_csv::has_bins(&text) {
+        true => bins_csv::parse(&text, sensor).map(Recorded::Histograms),
+        false => csv_file::parse(&text, sensor).map(Recorded::Scans),
+    };
+    recorded.map_err(|wrong| CountsError::of(path, wrong))
+}
+
+/// Reads the counts of one scan of a scene, of every detector that the file names.
+///
+/// # Errors
+/// If the file cannot be read, is not of the format, or is of another scene.
+pub fn read_counts(path: &Path, sensor: &Sensor) -> Result<Vec<RecordedScan>, CountsError> {
+    let text = csv_file::text_of(path)?;
+    csv_file::parse(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
+}
+
+/// One histogram of one detector, as a file has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordedHistogram {
+    /// Index of the detector in the scene.
+    pub detector: DetectorIndex,
+    /// Its bins.
+    pub histogram: Histogram,
+}

@@ -1,0 +1,313 @@
+//! The distance that recorded counts give, and how they agree with their scene.
+
+use std::fmt;
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::diagnosis::{Diagnosis, Found, diagnose};
+use super::hypothesis::{Fitted, Unknown};
+use super::no_fit::NoFit;
+use super::observed::Observed;
+use super::{RecordedHistogram, RecordedScan};
+use crate::estimate::report::EstimateReport;
+use crate::estimate::{TheoryEffort, distance_m};
+use crate::photons::StepCount;
+use crate::scan::Step;
+use crate::scene::EstimatorKind;
+use crate::sensor::Sensor;
+
+/// What one detector's recorded scan says.
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+pub struct Assessment {
+    /// The detector's name.
+    pub detector: String,
+    /// The scene's estimator's answer, beside the scene's own path.
+    pub estimate: EstimateReport,
+    /// The distance at which the scene's expected counts fit best.
+    pub fitted_distance_m: Option<f64>,
+    /// Its standard deviation.
+    pub fitted_distance_std_m: Option<f64>,
+    /// Weighted sum of squared residuals of all steps.
+    pub chi_square: Option<f64>,
+    /// What it is expected to be.
+    pub degrees_of_freedom: Option<usize>,
+    /// Chance of a chi-square at least as large.
+    pub p_value: Option<f64>,
+    /// What seems wrong.
+    pub diagnosis: Option<Diagnosis>,
+    /// Why there are no residuals, where that is so.
+    pub remark: Option<String>,
+    /// The residual of every step; none of a histogram.
+    pub phase_steps: Vec<StepResidual>,
+    /// The residual of every bin of a histogram; none of phase steps.
+    pub bins: Vec<BinResidual>,
+}
+
+/// One phase step of an assessment.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct StepResidual {
+    /// The phase step.
+    pub phase_step: u64,
+    /// Calibrated distance that it stands for.
+    pub distance_m: f64,
+    /// The recorded signed count.
+    pub count: i64,
+    /// What the fitted scene expects.
+    pub expected_count: f64,
+    /// Its standard deviation.
+    pub expected_count_std: f64,
+    /// Recorded less expected, in standard deviations.
+    pub residual_in_std: f64,
+    /// The same of what the total count has beyond the signed one; none without totals.
+    pub total_residual_in_std: Option<f64>,
+}
+
+/// One bin of an assessment.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct BinResidual {
+    /// The bin: samples from the start of the code period.
+    pub bin: u64,
+    /// The recorded count.
+    pub count: u64,
+    /// What the fitted scene expects.
+    pub expected_count: f64,
+    /// Its standard deviation.
+    pub expected_count_std: f64,
+    /// Recorded less what is expected once the bins before are known, in standard deviations.
+    pub residual_in_std: f64,
+}
+
+/// Ranges a recorded scan with the scene's estimator, and holds it against what the
+/// scene lets one expect.
+///
+/// The model estimator needs total counts: a scan without them is ranged by the phase,
+/// with a remark.
+pub fn assess(sensor: &Sensor, scan: &RecordedScan) -> Assessment {
+    let without_totals = !scan.has_totals && sensor.scene().estimator == EstimatorKind::Model;
+    let observed = Observed::Steps(scan);
+    let mut assessment = match without_totals {
+        true => held_against(&by_phase(sensor), observed),
+        false => held_against(sensor, observed),
+    };
+    if without_totals {
+        let why = "ranged by the phase: the model estimator needs the column total_count";
+        assessment.estimate.add_remark(why);
+    }
+    assessment
+}
+
+/// The same of a recorded histogram.
+///
+/// # Panics
+/// If it has not one bin per sample of the scene's code period.
+pub fn assess_histogram(sensor: &Sensor, recorded: &RecordedHistogram) -> Assessment {
+    held_against(sensor, Observed::Bins(recorded))
+}
+
+/// Ranges with the sensor's estimator, and holds against the scene.
+fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
+    let estimate = observed.estimate(sensor);
+    let found = check_testable(sensor, observed).and_then(|()| {
+        // The phase may take another path's peak for the own one, and a fit an own peak that
+        // is far from the scene's for other light.
+        let by_phase = observed.estimate(&by_phase(sensor));
+        let found_ps = [&estimate, &by_phase].into_iter().filter_map(later_ps);
+        let delays_ps: Vec<f64> = found_ps.chain([0.0]).collect();
+        diagnose(sensor, observed, &delays_ps).map_err(|e| e.to_string())
+    });
+    let mut assessment = Assessment {
+        detector: sensor.scene().detectors[observed.detector()].name.clone(),
+        estimate,
+        fitted_distance_m: None,
+        fitted_distance_std_m: None,
+        chi_square: None,
+        degrees_of_freedom: None,
+        p_value: None,
+        diagnosis: None,
+        remark: None,
+        phase_steps: Vec::new(),
+        bins: Vec::new(),
+    };
+    match found {
+        Ok(found) => assessment.take(sensor, observed, found),
+        Err(reason) => assessment.remark = Some(format!("no residuals: {reason}")),
+    }
+    assessment
+}
+
+/// Why counts cannot be held against their scene.
+fn check_testable(sensor: &Sensor, observed: Observed) -> Result<(), String> {
+    if matches!(observed, Observed::Bins(_)) {
+        return Ok(());
+    }
+    if sensor.interface().histogram.is_some() {
+        return Err(
+            "counts of a histogram's phase steps are of the same photons, and their residuals go \
+             together; its bins (bins.csv of `goldtof run`) have some that do not"
+                .to_owned(),
+        );
+    }
+    let parallel = sensor.scene().hardware.parallel;
+    if parallel > 1 {
+        return Err(format!(
+            "with parallel = {parallel} the steps of a group see the same light, and their residuals \
+             go together"
+        ));
+    }
+    TheoryEffort::of(sensor, observed.detector())
+        .and_then(|effort| effort.check_fit())
+        .map_err(|reason| NoFit::from(reason).to_string())
+}
+
+/// How much later than the scene's nearest own path the peak stands.
+fn later_ps(report: &EstimateReport) -> Option<f64> {
+    let bias_m = report.expected_bias_m.unwrap_or(0.0);
+    let ps_per_m = 1.0 / distance_m(1.0);
+    Some((report.error_m? - bias_m) * ps_per_m)
+}
+
+/// The sensor, ranged by the phase.
+fn by_phase(sensor: &Sensor) -> Sensor {
+    sensor.with(|scene| scene.estimator = EstimatorKind::Fft)
+}
+
+impl Assessment {
+    fn take(&mut self, sensor: &Sensor, observed: Observed, found: Found) {
+        let (scene, fitted) = (sensor.scene(), found.fitted);
+        match observed {
+            Observed::Steps(scan) => self.phase_steps = self.steps(sensor, scan, &fitted),
+            Observed::Bins(recorded) => self.bins = bins(recorded, &fitted),
+        }
+        let delay_std = fitted.errors.iter().find(|(of, _)| *of == Unknown::Delay);
+        if let (Some((_, std_ps)), Some(path)) = (delay_std, self.estimate.path) {
+            let code = &scene.sources[scene.paths[path].source].code;
+            let period_ps = scene.clock().ps(code.len() as f64);
+            let delay_ps = scene.paths[path].delay_ps + fitted.change.delay_ps;
+            self.fitted_distance_m = Some(distance_m(delay_ps.rem_euclid(period_ps)));
+            self.fitted_distance_std_m = Some(distance_m(*std_ps));
+        }
+        self.chi_square = Some(fitted.agreement.chi_square);
+        self.degrees_of_freedom = Some(fitted.degrees);
+        self.p_value = fitted.p_value;
+        self.diagnosis = Some(found.diagnosis);
+    }
+
+    /// What each step of a scan says.
+    fn steps(&self, sensor: &Sensor, scan: &RecordedScan, fitted: &Fitted) -> Vec<StepResidual> {
+        let step_ps = sensor.clock().sample_period_ps();
+        let offset_ps = self.estimate.calibration_offset_ps;
+        let residuals = &fitted.agreement.whitened;
+        let per_step = residuals.len() / scan.counts.len().max(1);
+        let expected = fitted.expected.each();
+        let of_step = |(j, count): (usize, &StepCount)| {
+            let phase_step = sensor.timing().scan.phase_step(Step::at(j));
+            let [mean, std] = expected[j];
+            let residuals = &residuals[j * per_step..(j + 1) * per_step];
+            StepResidual {
+                phase_step,
+                distance_m: distance_m(phase_step as f64 * step_ps - offset_ps),
+                count: count.signed,
+                expected_count: mean,
+                expected_count_std: std,
+                residual_in_std: residuals[0],
+                total_residual_in_std: residuals.get(1).copied(),
+            }
+        };
+        scan.counts.iter().enumerate().map(of_step).collect()
+    }
+
+    /// The residuals as CSV.
+    pub fn residuals_csv(&self) -> String {
+        if !self.bins.is_empty() {
+            return self.bins_csv();
+        }
+        let mut text = "phase_step,distance_m,count,expected,expected_std,residual_in_std,\
+                        total_residual_in_std\n"
+            .to_owned();
+        for step in &self.phase_steps {
+            let total = step.total_residual_in_std;
+            let _ = writeln!(
+                text,
+                "{},{:.6},{},{:.6},{:.6},{:.4},{}",
+                step.phase_step,
+                step.distance_m,
+                step.count,
+                step.expected_count,
+                step.expected_count_std,
+                step.residual_in_std,
+                total.map_or_else(String::new, |total| format!("{total:.4}"))
+            );
+        }
+        text
+    }
+
+    fn bins_csv(&self) -> String {
+        let mut text = "bin,count,expected,expected_std,residual_in_std\n".to_owned();
+        for bin in &self.bins {
+            let _ = writeln!(
+                text,
+                "{},{},{:.6},{:.6},{:.4}",
+                bin.bin, bin.count, bin.expected_count, bin.expected_count_std, bin.residual_in_std
+            );
+        }
+        text
+    }
+}
+
+/// What each bin of a histogram says.
+fn bins(recorded: &RecordedHistogram, fitted: &Fitted) -> Vec<BinResidual> {
+    let counts = recorded.histogram.bins().iter().copied();
+    let of_bins = counts.zip(fitted.expected.each()).zip(&fitted.agreement.whitened);
+    let of_bin =
+        |(bin, ((count, [mean, std]), residual)): (u64, ((u64, [f64; 2]), &f64))| BinResidual {
+            bin,
+            count,
+            expected_count: mean,
+            expected_count_std: std,
+            residual_in_std: *residual,
+        };
+    (0..).zip(of_bins).map(of_bin).collect()
+}
+
+impl fmt::Display for Assessment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let estimate = &self.estimate;
+        write!(f, "{} ({}):", self.detector, estimate.estimator)?;
+        match estimate.distance_m {
+            Some(distance_m) => write!(f, " {distance_m:.4} m")?,
+            None => write!(f, " no distance")?,
+        }
+        if let (Some(bias_m), Some(std_m)) = (estimate.expected_bias_m, estimate.expected_std_m) {
+            let (bias_mm, std_mm) = (bias_m * 1e3, std_m * 1e3);
+            write!(f, " (expected bias {bias_mm:+.2} mm, standard deviation {std_mm:.2} mm)")?;
+        }
+        if let Some(truth_m) = estimate.true_distance_m {
+            write!(f, "; the scene's path: {truth_m:.4} m")?;
+        }
+        writeln!(f)?;
+        if let (Some(distance_m), Some(std_m)) =
+            (self.fitted_distance_m, self.fitted_distance_std_m)
+        {
+            let std_mm = std_m * 1e3;
+            writeln!(f, "  best fit of the scene: {distance_m:.4} m +- {std_mm:.2} mm")?;
+        }
+        if let (Some(chi_square), Some(degrees)) = (self.chi_square, self.degrees_of_freedom) {
+            write!(f, "  chi-square {chi_square:.1} for {degrees} degrees of freedom")?;
+            match self.p_value {
+                Some(p) => writeln!(f, ", p = {p:.2e}")?,
+                None => writeln!(f)?,
+            }
+        }
+        if let Some(diagnosis) = &self.diagnosis {
+            writeln!(f, "  {}", diagnosis.sentence)?;
+            for reason in &diagnosis.not_tested {
+                writeln!(f, "  not tested: {reason}")?;
+            }
+        }
+        for remark in estimate.remark.iter().chain(&self.remark) {
+            writeln!(f, "  {remark}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,71 @@
+//! What goes with the Verilog into an FPGA team's flow: a self-checking testbench
+//! with its vectors, clock constraints, a file list and a FuseSoC core.
+
+mod constraints;
+mod core;
+mod file_list;
+mod header;
+mod run_length;
+mod stimulus;
+mod testbench;
+mod vhdl;
+
+pub use stimulus::adversary as testbench_adversary;
+
+use serde::Serialize;
+
+pub use self::constraints::Constraints;
+pub use self::testbench::Testbench;
+use super::design::{Design, EmittedFile};
+use super::error::HdlError;
+use super::formal::Formal;
+
+/// Files round the design, by role. In JSON a file is its name.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct Flow {
+    /// The testbench that compares every output port at every clock.
+    pub testbench: Testbench,
+    /// The clock, in the languages of the tools.
+    pub constraints: Constraints,
+    /// The widths of the ports as macros, for Verilog round the design.
+    pub header: EmittedFile,
+    /// The top module as a component, for VHDL round the design.
+    pub vhdl: EmittedFile,
+    /// The design's files, for `-f` of simulators and linters.
+    pub file_list: EmittedFile,
+    /// FuseSoC core description (CAPI2).
+    pub core: EmittedFile,
+}
+
+impl Flow {
+    /// All that goes with a design.
+    ///
+    /// # Errors
+    /// When the reference model cannot predict the ports of this interface.
+    pub(super) fn of(design: &Design, formal: &Formal) -> Result<Flow, HdlError> {
+        let testbench = testbench::testbench(design)?;
+        let constraints = constraints::constraints(design);
+        let header = header::header(design);
+        let file_list = file_list::file_list(design);
+        let parts = core::Parts {
+            header: &header,
+            testbench: &testbench,
+            constraints: &constraints,
+            formal,
+        };
+        let core = core::core(design, &parts);
+        Ok(Flow { testbench, constraints, header, vhdl: vhdl::package(design), file_list, core })
+    }
+
+    /// Every file, in no order that matters.
+    pub fn files(&self) -> impl Iterator<Item = &EmittedFile> {
+        let constraints = &self.constraints;
+        self.testbench
+            .files
+            .iter()
+            .chain(&self.testbench.vectors)
+            .chain([&constraints.sdc, &constraints.lpf, &constraints.xdc])
+            .chain([&self.header, &self.vhdl, &self.file_list])
+            .chain([&self.testbench.file_list, &self.core])
+    }
+}

@@ -1,0 +1,416 @@
+//! The self-checking testbench: Verilog that needs neither Rust nor goldtof.
+
+mod header;
+mod reader;
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use self::header::header;
+use self::reader::reader;
+use super::file_list::testbench_file_list;
+use super::run_length::Words;
+use super::stimulus::{Column, Group, MOST_CLOCKS, Recording, record};
+use crate::deliver::design::{Design, EmittedFile};
+use crate::reference::cover_report::Coverage;
+use crate::reference::predictor::ReferenceError;
+use crate::scan::{Clock, Timescale};
+
+/// The testbench and how much it covers.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct Testbench {
+    /// Its top module.
+    pub top: String,
+    /// Its Verilog.
+    pub files: Vec<EmittedFile>,
+    /// The design's files and the testbench's, for `-f`.
+    pub file_list: EmittedFile,
+    /// What its Verilog reads at run time, from the folder it runs in.
+    pub vectors: Vec<EmittedFile>,
+    /// Clocks that it runs and compares.
+    pub clocks: u64,
+    /// Phase steps whose integration ends within these clocks.
+    pub phase_steps: u64,
+    /// Scans whose last phase step ends within these clocks.
+    pub scans: u64,
+    /// Hits that count up in the results that come to the stream, each once for
+    /// every phase step that sees it.
+    pub hits_up: u64,
+    /// Hits that count down.
+    pub hits_down: u64,
+    /// How much of what the sensor can be made to do it covers.
+    pub coverage: Coverage,
+}
+
+/// Name of the vectors that drive the sensor; all others but the next are expected
+/// values.
+const INPUTS: &str = "inputs";
+/// Name of those that move the scan's counters on.
+const SKIPS: &str = "skips";
+
+/// What the testbench and its parts are called.
+struct Names {
+    /// The design's top module.
+    design: String,
+    /// The testbench's module.
+    top: String,
+    /// The module that unpacks a vector file.
+    reader: String,
+    /// The macro for a design that has not the scan's counters.
+    whole: String,
+}
+
+impl Names {
+    fn of(design: &Design) -> Names {
+        let name = design.top();
+        Names {
+            top: format!("{name}_tb"),
+            reader: format!("{name}_tb_vectors"),
+            whole: design.prefix.of_macro("SENSOR_TOP_TB_WHOLE"),
+            design: name,
+        }
+    }
+}
+
+/// A group of ports with its vector file.
+struct VectorFile<'a> {
+    name: &'static str,
+    group: &'a Group,
+    words: Words,
+}
+
+impl VectorFile<'_> {
+    fn file_name(&self, names: &Names) -> String {
+        format!("{}_{}.hex", names.top, self.name)
+    }
+
+    /// Nets of the ports, from bit 0 up.
+    fn nets(&self) -> impl DoubleEndedIterator<Item = String> {
+        self.group.ports.iter().map(|port| match self.name {
+            INPUTS => port.name.clone(),
+            SKIPS => skip_net(&port.name),
+            _ => format!("expected_{}", port.name),
+        })
+    }
+}
+
+/// The net with what goes into a counter.
+fn skip_net(register: &str) -> String {
+    format!("skip_{}", register.replace('.', "_"))
+}
+
+/// Records vectors and writes the testbench round them.
+///
+/// # Errors
+/// When the reference model cannot predict the ports.
+pub(super) fn testbench(design: &Design) -> Result<Testbench, ReferenceError> {
+    let names = Names::of(design);
+    let detectors = design.sensor.scene().detectors.iter();
+    let detectors: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
+    let recording = record(design.interface(), &detectors)?;
+    let skips = recording.skips.as_ref().map(|skips| (SKIPS, &skips.values));
+    let vectors: Vec<VectorFile> =
+        [(INPUTS, &recording.inputs), ("chips", &recording.chips), ("results", &recording.results)]
+            .into_iter()
+            .chain(skips)
+            .map(|(name, group)| VectorFile { name, group, words: group.runs.encode(group.bits()) })
+            .collect();
+    let file = |name: String, text| EmittedFile { name, text };
+    let files = vec![
+        file(format!("{}.v", names.reader), reader(&names, design.made_by)),
+        file(
+            format!("{}.v", names.top),
+            top(&names, design.sensor.clock(), &recording, &vectors, design.made_by),
+        ),
+    ];
+    Ok(Testbench {
+        file_list: testbench_file_list(design, &names.top, &files),
+        files,
+        clocks: recording.clocks,
+        phase_steps: recording.phase_steps,
+        scans: recording.scans,
+        hits_up: recording.hits_up,
+        hits_down: recording.hits_down,
+        coverage: recording.coverage,
+        vectors: vectors.into_iter().map(|v| file(v.file_name(&names), v.words.text)).collect(),
+        top: names.top,
+    })
+}
+
+/// `[7:0] name` or, for one bit, `name`, with names in one column.
+fn declared(kind: &str, width: u32, name: &str) -> String {
+    let range = if width == 1 { String::new() } else { format!("[{}:0]", width - 1) };
+    format!("    {kind} {range:<7} {name};\n")
+}
+
+fn top(
+    names: &Names,
+    clock: Clock,
+    recording: &Recording,
+    vectors: &[VectorFile],
+    made_by: &str,
+) -> String {
+    let time = Timescale::of(clock, MOST_CLOCKS);
+    let mut text = header(names, recording, (clock, time), made_by);
+    let inputs = &recording.inputs.ports;
+    let outputs = || recording.chips.ports.iter().chain(&recording.results.ports);
+    let _ = write!(
+        text,
+        "`ifndef VERILATOR\n`timescale {time} / {time}\n`endif\n\n`default_nettype none\n\n\
+         module {};\n\n{}\n{}\n",
+        names.top,
+        length(names, recording),
+        halves(clock, time),
+    );
+    text += "    // Inputs of the sensor, and its outputs\n    reg          i_clk;\n";
+    for port in inputs {
+        text += &declared("wire", port.width, &port.name);
+    }
+    for port in outputs() {
+        text += &declared("wire", port.width, &port.name);
+    }
+    text += "\n    // What the reference model gives\n";
+    for port in outputs() {
+        text += &declared("wire", port.width, &format!("expected_{}", port.name));
+    }
+    for register in recording.skips.iter().flat_map(|skips| &skips.registers) {
+        text += &declared("wire", register.width(), &skip_net(&register.path(".")));
+    }
+    for vector in vectors {
+        let name = format!("{}_value", vector.name);
+        text += &declared("wire", vector.group.bits(), &name);
+    }
+    text += "\n    integer      clock;\n    reg          failed;\n";
+    text += "\n    // What has been exercised\n";
+    for name in ["results", "counts", "scan_ends", "stalls", "resets"] {
+        text += &format!("    integer      {name};\n");
+    }
+    text += "    reg          in_reset;\n";
+    text += &instance(names, inputs.iter().chain(outputs()));
+    for vector in vectors {
+        text += &reader_instance(names, vector);
+    }
+    text += &compare(outputs());
+    text += &check(names, recording, vectors);
+    text
+}
+
+/// The number of clocks: all of them, or those before a counter is moved on.
+fn length(names: &Names, recording: &Recording) -> String {
+    match &recording.skips {
+        None => format!("    localparam CLOCKS = {};\n", recording.clocks),
+        Some(skips) => format!(
+            "`ifdef {}\n    localparam CLOCKS = {};\n`else\n    localparam CLOCKS = {};\n`endif\n",
+            names.whole, skips.first_clock, recording.clocks
+        ),
+    }
+}
+
+/// How long the clock is low and high in each period. Verilator does not take a time
+/// scale in some files of many, and has its own where none has one.
+fn halves(clock: Clock, time: Timescale) -> String {
+    let of_period = |low: u64, period: u64| {
+        let high = period.saturating_sub(low).max(1);
+        format!("    localparam LOW = 64'd{low}, HIGH = 64'd{high};\n")
+    };
+    let ps = clock.chip_period_ps;
+    format!(
+        "`ifdef VERILATOR // in its unit of time, 1 ps\n{}`else\n{}`endif\n",
+        of_period(((ps / 2.0).round() as u64).max(1), ps.round() as u64),
+        of_period(time.after_halves(1).max(1), time.after_halves(2)),
+    )
+}
+
+/// What moves the scan's counters on, before a rising edge.
+fn moves(names: &Names, recording: &Recording) -> String {
+    let Some(skips) = &recording.skips else {
+        return String::new();
+    };
+    let lines: String = skips
+        .registers
+        .iter()
+        .map(|register| {
+            let path = register.path(".");
+            format!("            dut.{path} <= dut.{path} ^ {};\n", skip_net(&path))
+        })
+        .collect();
+    let whole = &names.whole;
+    format!(
+        "`ifndef {whole}
+            // Steps and scans are cut short: nothing else in the design is touched.
+            /* verilator lint_off INITIALDLY */
+{lines}            /* verilator lint_on INITIALDLY */
+`endif
+"
+    )
+}
+
+fn instance<'a>(names: &Names, ports: impl Iterator<Item = &'a Column>) -> String {
+    let connections: Vec<String> = std::iter::once("i_clk")
+        .chain(ports.map(|port| port.name.as_str()))
+        .map(|name| format!("        .{name:<13} ({name})"))
+        .collect();
+    format!("\n    {} dut (\n{}\n    );\n", names.design, connections.join(",\n"))
+}
+
+fn reader_instance(names: &Names, vector: &VectorFile) -> String {
+    let reader = &names.reader;
+    let name = vector.name;
+    let parts: Vec<String> = vector.nets().rev().collect();
+    let file_name = vector.file_name(names);
+    format!(
+        "
+    {reader} #(
+        .FILE      (\"{file_name}\"),
+        .WORDS     ({words}),
+        .W_REPEATS ({repeat_bits}),
+        .W_VALUE   ({value_bits})
+    ) {name}_file (
+        .i_clk     (i_clk),
+        .o_value   ({name}_value)
+    );
+    assign {{
+        {parts}
+    }} = {name}_value;
+",
+        words = vector.words.count,
+        repeat_bits = vector.words.repeat_bits,
+        value_bits = vector.group.bits(),
+        parts = parts.join(",\n        "),
+    )
+}
+
+/// What the testbench does after it has compared a clock, and after the last one.
+const ENDING: &str = "            compare(clock);
+            if (failed) $fatal;
+            // What stands here is taken with the next rising edge.
+            if (m_axis_tvalid && !i_rst) begin
+                if (m_axis_tready) begin
+                    results = results + 1;
+                    if (|m_axis_tdata) counts = counts + 1;
+                    if (m_axis_tlast) scan_ends = scan_ends + 1;
+                end else begin
+                    stalls = stalls + 1;
+                end
+            end
+            if (i_rst && !in_reset) resets = resets + 1;
+            in_reset = i_rst;
+            i_clk    = 1'b0;
+        end
+        if (counts == 0) begin
+            $display(\"INCONCLUSIVE: every output port as expected, but of %0d results that were taken\",
+                     results);
+            $display(\"              none holds a count: nothing shows that the sensor counts\");
+            $fatal;
+        end
+        $display(\"PASS: every output port as expected at each of %0d clocks\", CLOCKS);
+        $display(\"exercised: %0d results, %0d of them not zero, %0d scan ends, %0d clocks stalled,\",
+                 results, counts, scan_ends, stalls);
+        $display(\"           %0d resets\", resets);
+        $finish;
+    end
+
+endmodule
+
+`default_nettype wire
+";
+
+fn check(names: &Names, recording: &Recording, vectors: &[VectorFile]) -> String {
+    let mut text = String::from(
+        "
+    // Inputs, outputs and expected values all change with the rising edge.
+    initial begin
+        if ($test$plusargs(\"vcd\")) begin
+",
+    );
+    let _ = write!(
+        text,
+        "            $dumpfile(\"{top}.vcd\");
+            $dumpvars(0, {top});
+        end
+        failed    = 1'b0;
+        i_clk     = 1'b0;
+        results   = 0;
+        counts    = 0;
+        scan_ends = 0;
+        stalls    = 0;
+        resets    = 0;
+        in_reset  = 1'b0;
+        for (clock = 0; clock < CLOCKS; clock = clock + 1) begin
+{moves}            #LOW;
+{still}            i_clk = 1'b1;
+            #HIGH;
+",
+        top = names.top,
+        moves = moves(names, recording),
+        still = still(recording),
+    );
+    for vector in vectors {
+        text += &vector_check(names, vector);
+    }
+    text += ENDING;
+    text
+}
+
+/// Whether a vector file is there, and long enough.
+fn vector_check(names: &Names, vector: &VectorFile) -> String {
+    // A simulator with two states reads a missing file as zeros.
+    let no_reset = if vector.name == INPUTS { " || (clock == 0 && !i_rst)" } else { "" };
+    format!(
+        "            if (^{name}_value === 1'bx{no_reset}) begin
+                $display(\"FAIL clock %0d: {file} is missing or short\", clock);
+                failed = 1'b1;
+            end
+",
+        name = vector.name,
+        file = vector.file_name(names),
+    )
+}
+
+/// Looks at what a receiver takes with the next rising edge. Where the scan's counters have just
+/// been moved on, what follows them is free to move.
+fn still(recording: &Recording) -> String {
+    let moved = match recording.skips {
+        Some(_) => format!(" && !(|{SKIPS}_value)"),
+        None => String::new(),
+    };
+    format!(
+        "            if (clock != 0{moved}) compare(clock - 1);
+            if (failed) begin
+                $display(\"     it was as expected after that clock's rising edge, and moved before the next\");
+                $fatal;
+            end
+"
+    )
+}
+
+/// The task that compares all ports with what is expected of a clock.
+fn compare<'a>(outputs: impl Iterator<Item = &'a Column>) -> String {
+    let ports: String = outputs.map(port_check).collect();
+    format!(
+        "
+    // Of a clock; its expected values stand from its rising edge to the next one.
+    task compare;
+        input integer at;
+        begin
+{ports}        end
+    endtask
+"
+    )
+}
+
+/// Whether a port is as expected.
+fn port_check(port: &Column) -> String {
+    // Without a result the interface promises nothing of its payload.
+    let counts = if port.is_payload { "expected_m_axis_tvalid && " } else { "" };
+    format!(
+        "            if ({counts}{name} !== expected_{name}) begin
+                $display(\"FAIL clock %0d: {name} expected %h got %h\", at,
+                         expected_{name}, {name});
+                failed = 1'b1;
+            end
+",
+        name = port.name,
+    )
+}

@@ -1,0 +1,12 @@
+//! What hardware takes of an FPGA.
+
+use serde::Serialize;
+
+/// Cells of one family of FPGAs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+pub struct Cells {
+    /// Look-up tables, those of carry chains included.
+    pub luts: u64,
+    /// Flip-flops.
+    pub flip_flops: u64,
+}

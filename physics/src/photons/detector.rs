@@ -1,0 +1,266 @@
+//! What one detector sees of a sensor, in chips.
+
+use std::sync::Arc;
+
+use rand::RngExt;
+
+use super::afterpulsing::Afterpulsing;
+use super::dead_time::DeadTime;
+use super::light::{ExcessLight, LightRates};
+use super::memory::Memory;
+use super::movement::Movement;
+use super::paths::{number_of, paths_to};
+use super::random::{Part, StreamKey};
+use super::shape::PulseShape;
+use super::tail::Tail;
+use crate::code::Code;
+use crate::scan::{Group, Timing};
+use crate::scene::{CounterTiming, DetectorIndex, PathIndex};
+use crate::sensor::Sensor;
+
+/// The ready-made numbers behind every phase step of one detector.
+///
+/// Light is split into the *excess* on-light of each path and one constant
+/// process that holds everything else: off-light, background, dark counts.
+/// Parts with a neutral parameter do not exist here, and draw nothing.
+#[derive(Debug, Clone)]
+pub struct DetectorModel {
+    /// What its random streams are told apart by.
+    number: u64,
+    pub timing: Timing,
+    pub reference: Arc<Code>,
+    /// Excess on-light, one entry per path that has any.
+    pub excess: Vec<ExcessLight>,
+    /// Rate of the background per chip.
+    pub constant_per_chip: f64,
+    pub dead_time_chips: f64,
+    /// Whether each arrival within the dead time begins it anew.
+    pub(crate) is_paralyzable: bool,
+    pub(crate) afterpulsing: Option<Afterpulsing>,
+    pub(crate) delay_chips: f64,
+    /// Standard deviation of all jitters together; `None` if zero.
+    pub jitter_chips: Option<f64>,
+    /// What detections are late beside that.
+    pub(crate) tail: Option<Tail>,
+    /// How light of each code of the scene follows it.
+    shapes: Vec<(Arc<Code>, Arc<PulseShape>)>,
+    pub pulse_width_chips: f64,
+    pub(crate) counter: CounterTiming,
+    pub(crate) warm_up_chips: i64,
+}
+
+/// Jitter is cut at this many standard deviations (probability 1.5e-23), so
+/// that the reorder buffer is bounded.
+pub(crate) const JITTER_BOUND_SIGMAS: f64 = 10.0;
+
+/// What a pending afterpulse costs at each avalanche, in detections of the plain loop.
+const PENDING_WORK: f64 = 0.02;
+
+impl DetectorModel {
+    /// The model of detector `detector` (an index into the scene's detectors).
+    ///
+    /// # Panics
+    /// If the scene has no such detector.
+    pub fn new(sensor: &Sensor, detector: DetectorIndex) -> DetectorModel {
+        let spad = &sensor.scene().detectors[detector];
+        let clock = sensor.clock();
+        let chips = |ps: f64| clock.chips(ps);
+
+        let shapes: Vec<(Arc<Code>, Arc<PulseShape>)> = sensor
+            .scene()
+            .sources
+            .iter()
+            .map(|source| {
+                let shape = PulseShape::new(&source.response, clock);
+                (Arc::clone(&source.code), Arc::new(shape))
+            })
+            .collect();
+        let mut excess: Vec<ExcessLight> = Vec::new();
+        let mut constant_hz =
+            spad.background_rate_cps * spad.photon_detection_probability + spad.dark_count_rate_cps;
+        for numbered in paths_to(sensor, detector) {
+            let path = &sensor.scene().paths[numbered.index];
+            let source = &sensor.scene().sources[path.source];
+            let rates = LightRates::of(source, path, spad);
+            constant_hz += rates.off_hz;
+            let light =
+                ExcessLight::new(numbered, rates, &source.code, path.delay_ps, clock, &excess);
+            let movement = Movement::new(path, source, clock);
+            let shape = Arc::clone(&shapes[path.source.0].1);
+            excess.extend(light.map(|light| light.moving(movement).shaped(shape)));
+        }
+
+        let reference = sensor.scene().sources[spad.reference].code.clone();
+        let jitter_ps = spad.jitter_std_ps();
+        let mut model = DetectorModel {
+            number: number_of(&spad.name),
+            timing: *sensor.timing(),
+            excess,
+            constant_per_chip: clock.per_chip(constant_hz),
+            dead_time_chips: chips(spad.dead_time_ps),
+            is_paralyzable: spad.is_paralyzable(),
+            afterpulsing: Afterpulsing::new(
+                spad.afterpulsing_probability,
+                chips(spad.afterpulsing_time_constant_ps),
+            ),
+            delay_chips: chips(spad.delay_ps),
+            jitter_chips: (jitter_ps > 0.0).then(|| chips(jitter_ps)),
+            tail: Tail::new(&spad.jitter_tail, clock),
+            shapes,
+            pulse_width_chips: chips(spad.pulse_width_ps),
+            counter: spad.counter,
+            warm_up_chips: 0,
+            reference,
+        };
+        model.warm_up_chips = model.warm_up();
+        model
+    }
+
+    /// The scene's paths that carry modulated light to this detector, in order.
+    pub fn modulated_paths(&self) -> impl Iterator<Item = PathIndex> + '_ {
+        self.synchronised().map(|light| light.path)
+    }
+
+    /// How light of a code follows it: as the scene says, and light of unknown codes
+    /// as the reference's.
+    pub fn shape_of(&self, code: &Code) -> Arc<PulseShape> {
+        let of = |code: &Code| self.shapes.iter().find(|(known, _)| known.chips == code.chips);
+        let found = of(code).or_else(|| of(&self.reference));
+        found.map_or_else(|| Arc::new(PulseShape::ideal()), |(_, shape)| Arc::clone(shape))
+    }
+
+    pub fn key(&self, seed: u64, repetition: u64, group: Group) -> StreamKey {
+        StreamKey { seed, detector: self.number, group, repetition }
+    }
+
+    /// Modulated light whose code keeps its place beside the reference's.
+    pub(crate) fn synchronised(&self) -> impl Iterator<Item = &ExcessLight> {
+        self.excess.iter().filter(|light| !self.slips(light))
+    }
+
+    /// Modulated light of clocks of their own, which comes at every delay within a scan
+    /// and so is constant on average: its mean rate per chip.
+    pub(crate) fn slipping_per_chip(&self) -> f64 {
+        self.slipping()
+            .map(|light| light.rate_per_chip * light.code.weight() as f64 / light.code.len() as f64)
+            .sum()
+    }
+
+    /// That light, path by path.
+    pub fn slipping(&self) -> impl Iterator<Item = &ExcessLight> {
+        self.excess.iter().filter(|light| self.slips(light))
+    }
+
+    /// Whether a clock runs away by a chip or more within a scan.
+    fn slips(&self, light: &ExcessLight) -> bool {
+        let scan_chips = self.timing.scan_chips() as f64;
+        let slip = light.movement.as_ref().and_then(|movement| movement.slip);
+        slip.is_some_and(|slip| slip.range_chips(scan_chips) >= 1.0)
+    }
+
+    /// How far the delay of a path moves within a scan, and how far it may for
+    /// paths to count as standing still: a thousandth of a phase step. In chips.
+    pub fn movement_in_scan(&self) -> (f64, f64) {
+        let scan_chips = self.timing.scan_chips() as f64;
+        let moved = self
+            .synchronised()
+            .filter_map(|light| light.movement.as_ref())
+            .map(|movement| {
+                let slip = movement.slip.map_or(0.0, |slip| slip.range_chips(scan_chips));
+                movement.range_chips(scan_chips) + slip
+            })
+            .fold(0.0, f64::max);
+        (moved, 1e-3 * self.timing.clock.sample_period_chips())
+    }
+
+    /// Position in a code of `length` chips at which a group starts.
+    pub(crate) fn code_position(&self, repetition: u64, group: Group, length: u64) -> i64 {
+        self.timing.first_chip(repetition, group).of_code(length) as i64
+    }
+
+    /// How long before a step its simulation starts.
+    pub fn warm_up_chips(&self) -> i64 {
+        self.warm_up_chips
+    }
+
+    /// When the hardware that it feeds does what.
+    pub fn timing(&self) -> &Timing {
+        &self.timing
+    }
+
+    /// How long before a step its simulation starts, so that the step does not
+    /// remember. Where that is too long, it starts as if it had run before
+    /// ([`Self::first_ready_chips`]).
+    fn warm_up(&self) -> i64 {
+        let memory = self.memory().simulated_start_chips();
+        let jitter = self.jitter_chips.unwrap_or(0.0);
+        // At least a fixed margin, so that small delays and jitters do not move
+        // the start, and with it every arrival.
+        let tail = self.tail.as_ref().map_or(0.0, Tail::longest_chips);
+        let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter + tail).max(4.0);
+        let chips = memory + margin;
+        chips.ceil() as i64
+    }
+
+    /// Its dead time, of rates per chip.
+    pub fn dead_time(&self) -> DeadTime {
+        DeadTime(self.dead_time_chips)
+    }
+
+    /// What it remembers under all of its light.
+    fn memory(&self) -> Memory {
+        self.memory_under(self.brightest_per_chip())
+    }
+
+    /// What it remembers under light of at most `brightest_per_chip` primary detections.
+    pub fn memory_under(&self, brightest_per_chip: f64) -> Memory {
+        // A paralyzable detector is blind where anything came within the last dead time, whatever
+        // came before.
+        let remembered_per_chip = if self.is_paralyzable { 0.0 } else { brightest_per_chip };
+        Memory::new(self.dead_time_chips, self.afterpulsing, remembered_per_chip)
+    }
+
+    /// Bound on the detections per chip: what the brightest light makes with its
+    /// afterpulses, where an avalanche begets less than one, and one in a dead time.
+    pub fn most_detections_per_chip(&self) -> f64 {
+        let primary = self.brightest_per_chip();
+        let begotten = self.afterpulsing.map_or(0.0, |a| a.mean_per_avalanche);
+        let alone = 1.0 - begotten + primary * self.dead_time_chips;
+        let most = if alone > 0.0 { primary / alone } else { f64::INFINITY };
+        if self.dead_time_chips > 0.0 { most.min(1.0 / self.dead_time_chips) } else { most }
+    }
+
+    /// What a chip costs at most, in detections of the plain loop without afterpulses:
+    /// an avalanche goes over all afterpulses that are pending.
+    pub fn most_work_per_chip(&self) -> f64 {
+        // A paralyzable detector's arrivals are drawn one by one, counted or not.
+        let lost = if self.is_paralyzable { self.brightest_per_chip() } else { 0.0 };
+        (self.most_detections_per_chip() + lost)
+            * (1.0 + PENDING_WORK * self.most_pending_afterpulses())
+    }
+
+    /// Afterpulses that are still to come, on average, in the brightest light.
+    pub fn most_pending_afterpulses(&self) -> f64 {
+        let detections = self.most_detections_per_chip();
+        self.afterpulsing.map_or(0.0, |a| detections * a.mean_per_avalanche * a.time_constant_chips)
+    }
+
+    /// Primary rate with every laser on.
+    fn brightest_per_chip(&self) -> f64 {
+        self.constant_per_chip + self.excess.iter().map(|light| light.rate_per_chip).sum::<f64>()
+    }
+
+    /// When the detector is first ready, in chips after its simulation starts.
+    ///
+    /// At once, if the warm-up makes it forget. Else anywhere within a dead time,
+    /// with equal chance: under background the wait for the end of a dead time
+    /// that is going on has that distribution, and the detector is ready for only
+    /// 1 / (rate x dead time) of the time, less than half a per cent here.
+    pub(crate) fn first_ready_chips(&self, key: &StreamKey) -> f64 {
+        if self.memory().forgets_its_start() {
+            return 0.0;
+        }
+        let share: f64 = key.stream(Part::Start).random();
+        share * self.dead_time_chips
+    }
+}

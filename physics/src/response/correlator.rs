@@ -1,0 +1,377 @@
+//! Expected counts of the up/down correlator, step by step.
+//!
+//! The reference of phase step k = a S + b holds chip c from c + a + b / S on
+//! (plus the tier's edge delay). So it divides time, for each b, into *slots* of
+//! one chip, each with one sign chi_(i - a), and
+//! r = sum over slots i of chi_(i - a) H_b\[i\], H_b\[i\] the detections of slot i.
+//! Slots are taken from rising edges. Where falling edges have another delay, the
+//! detections G_b\[i\] between the two still count up at each falling edge, hence
+//! + 2 G_b\[i\] there.
+//!
+//! Whole code periods are a periodic correlation (an FFT for each b), what is
+//! left of the integration time a sum over its slots.
+
+use goldtof_fft::Planner;
+use goldtof_fft::num_complex::Complex64;
+
+use super::column::{Column, Jitter};
+use super::forward::{AllAndMerged, Detections};
+use super::grid::{Grid, frame_chips};
+use super::light::Light;
+use super::sampling::Sampling;
+use super::tier::EdgeTiming;
+use crate::photons::DetectorModel;
+
+/// Means of r\[k\] and of the total count N\[k\] of one phase step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanCount {
+    /// Mean of the signed count r.
+    pub signed: f64,
+    /// Mean of the number of all detections N.
+    pub total: f64,
+}
+
+/// Tables from which every step's expected counts follow.
+#[derive(Debug, Clone)]
+pub struct Correlator {
+    reference: Reference,
+    samples_per_chip: u64,
+    period_chips: usize,
+    hits_per_period: f64,
+    /// Chips from the window's shift to the rising edge's.
+    rising_after_window: f64,
+    phases: Vec<Phase>,
+    /// Detections before the window's edge at each chip.
+    window: Vec<f64>,
+}
+
+/// What a correlator's tables follow from.
+pub struct Source<'a> {
+    /// Cells of integration.
+    pub grid: &'a Grid,
+    /// The light that the grid was made for.
+    pub light: &'a Light,
+    /// Mean detections.
+    pub detections: &'a AllAndMerged,
+    /// The tier's edges.
+    pub timing: EdgeTiming,
+    /// What samples show of detections; none for a counter in continuous time.
+    pub sampling: Option<Sampling>,
+    /// Added to every path's time of flight.
+    pub delay_chips: f64,
+}
+
+/// The tables of one sub-chip phase b.
+#[derive(Debug, Clone)]
+struct Phase {
+    /// Detections before each slot, period + 1 of them.
+    before: Vec<f64>,
+    /// H_b, over one period and once more.
+    hits: Vec<f64>,
+    /// 2 G_b alike; empty if both kinds of edge are equally late.
+    falling: Vec<f64>,
+}
+
+/// The reference code, with more than one period in a row.
+#[derive(Debug, Clone)]
+struct Reference {
+    length: usize,
+    signs: Vec<f64>,
+    /// 1 where the chip is 0 after a 1.
+    falls: Vec<f64>,
+}
+
+impl Correlator {
+    /// The tables of a detector's counts.
+    pub fn new(model: &DetectorModel, source: &Source) -> Correlator {
+        let timing = &source.timing;
+        let samples_per_chip = u64::from(model.timing.clock.samples_per_chip);
+        let period_chips = source.grid.period_chips;
+        let offset = |phase: u64| phase as f64 / samples_per_chip as f64;
+        let columns = |edge: f64, transition: f64| -> Vec<Vec<f64>> {
+            (0..samples_per_chip)
+                .map(|phase| source.column(model, offset(phase) + edge, transition))
+                .collect()
+        };
+        let mut before = columns(timing.rising, timing.transition);
+        let mut window = source.column(model, timing.window, 0.0);
+        let mut hits_per_period = source.detections.per_period();
+        if let Some(unseen_until) = source.seen_from(timing.rising) {
+            // The edges of slots and of the window are sample instants.
+            before = seen(&before, &columns(unseen_until, 0.0));
+            window = before[0].clone();
+            hits_per_period = window[period_chips];
+        }
+        let lag = timing.falling - timing.rising;
+        let fallen = (lag != 0.0).then(|| columns(timing.falling, timing.transition));
+        let phases = before.into_iter().enumerate().map(|(phase, before)| {
+            let falling = fallen.as_ref().map(|fallen| {
+                let between = fallen[phase].iter().zip(&before);
+                let between = between.map(|(f, r)| 2.0 * (f - r));
+                twice(between.take(period_chips).collect())
+            });
+            let hits = before.windows(2).map(|edge| edge[1] - edge[0]).collect();
+            Phase { before, hits: twice(hits), falling: falling.unwrap_or_default() }
+        });
+        Correlator {
+            reference: Reference::new(&model.reference.chips, period_chips),
+            samples_per_chip,
+            period_chips,
+            hits_per_period,
+            rising_after_window: timing.rising - timing.window,
+            phases: phases.collect(),
+            window,
+        }
+    }
+
+    /// Expected detections at each sample of the code period, by the rising
+    /// edges that divide samples.
+    pub fn hits_per_sample(&self) -> Vec<f64> {
+        let mut before: Vec<f64> = Vec::new();
+        for chip in 0..self.period_chips {
+            before.extend(self.phases.iter().map(|phase| phase.before[chip]));
+        }
+        before.push(before[0] + self.hits_per_period);
+        before.windows(2).map(|edge| edge[1] - edge[0]).collect()
+    }
+
+    /// Expected detections in a whole code period.
+    pub fn hits_per_period(&self) -> f64 {
+        self.hits_per_period
+    }
+
+    /// Expected detections in `chips` chips, less than a period, from `first` on.
+    pub fn hits_between(&self, first: usize, chips: usize) -> f64 {
+        self.hits_before(first + chips) - self.window[first]
+    }
+
+    fn hits_before(&self, chip: usize) -> f64 {
+        match chip.checked_sub(self.period_chips) {
+            None => self.window[chip],
+            Some(past) => self.window[past] + self.hits_per_period,
+        }
+    }
+
+    /// Expected signed count of phase step `phase_step` over a code period.
+    pub fn signed_per_period(&self, phase_step: u64) -> f64 {
+        let (delay, phase) = self.split(phase_step);
+        self.slots(phase, delay, 0, self.period_chips)
+    }
+
+    /// The same for every phase step of the reference's period.
+    pub fn signed_per_period_of_all(&self) -> Vec<f64> {
+        let length = self.reference.length;
+        let mut planner = Planner::new();
+        let (forward, inverse) = (planner.forward(length), planner.inverse(length));
+        let mut code: Vec<Complex64> = (0..length)
+            .map(|i| Complex64::new(self.reference.signs[i], self.reference.falls[i]))
+            .collect();
+        forward.process(&mut code);
+        let code: Vec<[Complex64; 2]> = (0..length).map(|f| parts(&code, f)).collect();
+
+        let mut counts = vec![0.0; length * self.phases.len()];
+        let mut values = vec![Complex64::ZERO; length];
+        let mut product = vec![Complex64::ZERO; length];
+        let mut scratch =
+            vec![
+                Complex64::ZERO;
+                forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len())
+            ];
+        for (phase, tables) in self.phases.iter().enumerate() {
+            values.fill(Complex64::ZERO);
+            for (i, hits) in tables.hits[..self.period_chips].iter().enumerate() {
+                values[i % length].re += hits;
+            }
+            for (i, falling) in tables.falling.iter().take(self.period_chips).enumerate() {
+                values[i % length].im += falling;
+            }
+            forward.process_with_scratch(&mut values, &mut scratch);
+            for (f, product) in product.iter_mut().enumerate() {
+                let [hits, falling] = parts(&values, f);
+                let [signs, falls] = code[f];
+                *product = signs.conj() * hits + falls.conj() * falling;
+            }
+            inverse.process_with_scratch(&mut product, &mut scratch);
+            for (delay, value) in product.iter().enumerate() {
+                counts[delay * self.phases.len() + phase] = value.re / length as f64;
+            }
+        }
+        counts
+    }
+
+    /// Expected signed count over `chips` chips from `first` on, 0 < chips <
+    /// period; `whole` is the count of a whole period.
+    pub fn signed_between(&self, phase_step: u64, first: usize, chips: usize, whole: f64) -> f64 {
+        if 2 * chips > self.period_chips {
+            let rest = self.period_chips - chips;
+            let start = (first + chips) % self.period_chips;
+            return whole - self.signed_in_window(phase_step, start, rest);
+        }
+        self.signed_in_window(phase_step, first, chips)
+    }
+
+    fn signed_in_window(&self, phase_step: u64, first: usize, chips: usize) -> f64 {
+        if chips == 0 {
+            return 0.0;
+        }
+        let (delay, phase) = self.split(phase_step);
+        let tables = &self.phases[phase];
+        let period = self.period_chips as i64;
+        // Slot i starts i + lead chips after the window's edge of chip 0.
+        let lead = phase as f64 / self.samples_per_chip as f64 + self.rising_after_window;
+        let first_slot = first as i64 - lead.floor() as i64;
+        let last_slot = first_slot + chips as i64 - 1;
+        let before_slot = |slot: i64| {
+            let turns = slot.div_euclid(period);
+            tables.before[slot.rem_euclid(period) as usize] + turns as f64 * self.hits_per_period
+        };
+        let sign = |slot: i64| {
+            let index = (slot - delay as i64).rem_euclid(self.reference.length as i64);
+            self.reference.signs[index as usize]
+        };
+        // The slots that the window's edges cut, and those between. Of falling
+        // edges all that belong to slots that start inside are counted in full:
+        // a detection between the two delays that is itself cut off by the
+        // window's edge, some tens of picoseconds in all, is not told apart.
+        let head = before_slot(first_slot) - self.window[first];
+        let tail = self.hits_before(first + chips) - before_slot(last_slot);
+        let start = first_slot.rem_euclid(period) as usize;
+        let mut sum = sign(first_slot - 1) * head + sign(last_slot) * tail;
+        sum += self.slots(phase, delay, start, chips - 1);
+        if let Some(last) = tables.falling.get(last_slot.rem_euclid(period) as usize)
+            && sign(last_slot) < 0.0
+            && sign(last_slot - 1) > 0.0
+        {
+            sum += last;
+        }
+        sum
+    }
+
+    /// Sum over `count` whole slots from slot `start` (of 0..period) on, at most
+    /// a period.
+    fn slots(&self, phase: usize, delay: usize, start: usize, count: usize) -> f64 {
+        let length = self.reference.length;
+        let code_start = (start + length - delay % length) % length;
+        let code = code_start..code_start + count;
+        let slots = start..start + count;
+        let tables = &self.phases[phase];
+        let mut sum = dot(&self.reference.signs[code.clone()], &tables.hits[slots.clone()]);
+        if !tables.falling.is_empty() {
+            sum += dot(&self.reference.falls[code], &tables.falling[slots]);
+        }
+        sum
+    }
+
+    fn split(&self, phase_step: u64) -> (usize, usize) {
+        (
+            (phase_step / self.samples_per_chip) as usize,
+            (phase_step % self.samples_per_chip) as usize,
+        )
+    }
+}
+
+impl Source<'_> {
+    /// Expected detections that count, registered before a time after the start of
+    /// chips 0..=period.
+    ///
+    /// Merged ones are taken off where they would be without jitter: they come, by
+    /// what merging is, before the sample instant that they would have counted at.
+    fn column(&self, model: &DetectorModel, time: f64, transition: f64) -> Vec<f64> {
+        let jitter =
+            Jitter { sigma_chips: model.jitter_chips.unwrap_or(0.0), tail: model.tail.as_ref() };
+        // Registered time to the grid's avalanche time.
+        let origin = -(frame_chips(self.light) + self.delay_chips + model.delay_chips);
+        let before = |jitter: Jitter, detections: &Detections| {
+            let column = Column::new(self.grid, time + origin, jitter, transition);
+            column.cumulative(self.grid, detections)
+        };
+        let mut counted = before(jitter, &self.detections.all);
+        if let Some(merged) = &self.detections.merged {
+            for (counted, merged) in counted.iter_mut().zip(before(Jitter::NONE, merged)) {
+                *counted -= merged;
+            }
+        }
+        counted
+    }
+
+    /// From when on a sample sees the pulses that end at `edge`, if not all of them.
+    fn seen_from(&self, edge: f64) -> Option<f64> {
+        let sampling = self.sampling.as_ref()?;
+        (!sampling.sees_all()).then(|| edge - sampling.seen_chips())
+    }
+}
+
+/// What is seen before each sample instant, the first of chip 0 being the origin, from
+/// what is registered until each instant and until a pulse is first seen there: one
+/// row per sample of a chip, with a value per chip.
+fn seen(until: &[Vec<f64>], unseen_until: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut before = until.to_vec();
+    let mut sum = 0.0;
+    for chip in 0..until[0].len() {
+        for sample in 0..until.len() {
+            if (chip, sample) != (0, 0) {
+                sum += until[sample][chip] - unseen_until[sample][chip];
+            }
+            before[sample][chip] = sum;
+        }
+    }
+    before
+}
+
+impl Reference {
+    fn new(chips: &[u8], period_chips: usize) -> Reference {
+        let length = chips.len();
+        let at = |i: usize| chips[i % length];
+        let indices = 0..length + period_chips;
+        Reference {
+            length,
+            signs: indices.clone().map(|i| 2.0 * f64::from(at(i)) - 1.0).collect(),
+            falls: indices
+                .map(|i| f64::from(u8::from(at(i + length - 1) == 1 && at(i) == 0)))
+                .collect(),
+        }
+    }
+}
+
+fn twice(values: Vec<f64>) -> Vec<f64> {
+    values.repeat(2)
+}
+
+/// Spectra at frequency `f` of the real and the imaginary part of a signal.
+fn parts(spectrum: &[Complex64], f: usize) -> [Complex64; 2] {
+    let mirrored = spectrum[(spectrum.len() - f) % spectrum.len()].conj();
+    let difference = spectrum[f] - mirrored;
+    [0.5 * (spectrum[f] + mirrored), Complex64::new(0.5 * difference.im, -0.5 * difference.re)]
+}
+
+/// Scalar product, with the widest vectors that the processor has: no operation
+/// differs.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has the instructions, as just made sure.
+        return unsafe { dot_avx2(a, b) };
+    }
+    dot_in_eight_sums(a, b)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn dot_avx2(a: &[f64], b: &[f64]) -> f64 {
+    dot_in_eight_sums(a, b)
+}
+
+/// In eight sums that the compiler keeps side by side.
+#[inline(always)]
+fn dot_in_eight_sums(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a_blocks, b_blocks) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest = a_blocks.remainder().iter().zip(b_blocks.remainder());
+    let rest: f64 = rest.map(|(x, y)| x * y).sum();
+    for (x, y) in a_blocks.zip(b_blocks) {
+        for lane in 0..8 {
+            sums[lane] += x[lane] * y[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}

@@ -1,0 +1,411 @@
+//! Means, variances and covariance of the counts, step by step.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use super::MeanResponseError;
+use super::expected::MeanResponse;
+use super::grid::{Samples, frame_chips};
+use super::pairs::{DetectorPairs, before_chips};
+use super::span::Reach;
+use crate::photons::DetectorModel;
+use crate::scan::{Group, Step};
+
+/// A count that is never anything but its mean weighs as if it had the variance of rounding.
+pub const ROUNDING: f64 = 1.0 / 12.0;
+
+/// Moments of the signed count r and the total count N of one phase step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CountMoments {
+    /// Mean of r.
+    pub signed_mean: f64,
+    /// Mean of N.
+    pub total_mean: f64,
+    /// Variance of r.
+    pub signed_variance: f64,
+    /// Variance of N.
+    pub total_variance: f64,
+    /// Covariance of r and N.
+    pub covariance: f64,
+}
+
+impl CountMoments {
+    /// Factor W of the inverse covariance, W^T W = C^-1, as (a, b, c): a r and b r + c N have
+    /// unit covariance.
+    pub fn whitening(&self) -> [f64; 3] {
+        // Cholesky of C = [[v, c], [c, n]], then the inverse of its factor.
+        let signed = self.signed_variance.max(ROUNDING).sqrt();
+        let shared = self.covariance / signed;
+        let rest = (self.total_variance - shared * shared).max(1e-3 * ROUNDING).sqrt();
+        [1.0 / signed, -shared / (signed * rest), 1.0 / rest]
+    }
+}
+
+/// Moments of the counts of one group of phase steps, which share their light.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GroupMoments {
+    /// Mean of r of each step that was asked for.
+    pub signed_means: Vec<f64>,
+    /// Mean of N, which is one and the same for all of them.
+    pub total_mean: f64,
+    /// Covariances of r of each step and, last, of N.
+    pub covariance: Vec<Vec<f64>>,
+}
+
+impl GroupMoments {
+    /// Those of the first `steps` steps only.
+    pub fn of_first(&self, steps: usize) -> GroupMoments {
+        let total = self.signed_means.len();
+        let kept: Vec<usize> = (0..steps.min(total)).chain([total]).collect();
+        let row = |&a: &usize| kept.iter().map(|&b| self.covariance[a][b]).collect();
+        GroupMoments {
+            signed_means: self.signed_means.iter().take(steps).copied().collect(),
+            total_mean: self.total_mean,
+            covariance: kept.iter().map(row).collect(),
+        }
+    }
+}
+
+/// Steps that are longer, in the scales on which the detector's counts are correlated, end
+/// with too few pairs that the end divides to change a variance by 1 in 1,000.
+const LONG_IN_SCALES: f64 = 300.0;
+/// Ends of steps within the code period that are told apart for the total count, whose variance
+/// differs little between them.
+pub(super) const ENDS: usize = 4;
+
+/// Second moments of the counts around a mean response. Signs are taken without jitter.
+pub struct SecondMoments<'r, 'm> {
+    pub(super) response: &'r MeanResponse<'m>,
+    pub(super) pairs: DetectorPairs,
+    /// Variance of N that the chips before each chip add.
+    total_variance: Vec<f64>,
+    /// How far pairs of detections reach across the end of a step; none if steps are so long
+    /// that it does not matter.
+    reach: Option<Reach>,
+    /// Ends of steps that are told apart for the total count.
+    ends: Vec<usize>,
+    /// What the ends of steps, by their chips, divide of the pairs of all detections.
+    known_across: Mutex<BTreeMap<usize, Arc<AcrossEnd>>>,
+    /// Moments of the steps that were asked for so far.
+    known: Mutex<BTreeMap<Step, CountMoments>>,
+}
+
+/// What an end of steps divides of the pairs of all detections.
+struct AcrossEnd {
+    /// Later counts after the end that go with a detection in every cell before it.
+    of_all: Vec<f64>,
+    /// What a step that ends there does not count of the variance of all detections that pairs
+    /// which begin in it have.
+    beyond: f64,
+}
+
+/// A count with a weight for each detection: its sign, or 1 for the total.
+struct Weighted<'a> {
+    /// Mean weight in every cell of the code period.
+    weights: &'a [f64],
+    /// Later counts that go with a detection in every cell.
+    excess: &'a [f64],
+    /// The same of counts after the step's end only, of the cells before it.
+    across: &'a [f64],
+}
+
+impl<'r, 'm> SecondMoments<'r, 'm> {
+    /// Solves for the states of the detector, and for the total count.
+    ///
+    /// # Errors
+    /// As for the mean response.
+    pub fn new(response: &'r MeanResponse<'m>) -> Result<SecondMoments<'r, 'm>, MeanResponseError> {
+        let samples = Samples { origin_chips: origin_chips(response), sampling: response.sampling };
+        let pairs = DetectorPairs::new(response.model, &response.light, samples)?;
+        let per_cell = pairs.hits.iter().zip(&pairs.excess_of_all);
+        let per_cell = per_cell
+            .zip(pairs.seen_of_period())
+            .map(|((hits, excess), seen)| seen * (hits + 2.0 * excess));
+        let total_variance = before_chips(&pairs.grid, per_cell);
+        let brightest = response.light.brightest_per_chip();
+        let reach = reach_across_ends(response.model, brightest, pairs.grid.memory_chips);
+        let mut second = SecondMoments {
+            response,
+            pairs,
+            total_variance,
+            reach,
+            ends: Vec::new(),
+            known_across: Mutex::default(),
+            known: Mutex::default(),
+        };
+        let timing = &response.model.timing;
+        let groups = (0..timing.groups().min(ENDS as u64)).map(Group);
+        let first_steps = groups.flat_map(|group| timing.grouping().steps_of(group).take(1));
+        second.ends = first_steps.map(|step| second.end(step)).collect();
+        Ok(second)
+    }
+
+    /// Moments of a step of the first scan.
+    pub fn of_step(&self, step: Step) -> CountMoments {
+        let mean = self.response.mean_count(step);
+        let signs = self.signs(self.response.model.timing.scan.phase_step(step));
+        let (excess, across) = self.later(step, &signs);
+        let signed = Weighted { weights: &signs, excess: &excess, across: &across };
+        let (seen, across_of_all) = (self.seen(), self.across_of_all(step));
+        let total = self.total(&seen, &across_of_all.of_all);
+        CountMoments {
+            signed_mean: mean.signed,
+            total_mean: mean.total,
+            signed_variance: self.covariance(step, [&signed; 2], |cell| seen[cell]),
+            total_variance: self.total_variance(step),
+            covariance: self.covariance(step, [&signed, &total], |cell| signs[cell]),
+        }
+    }
+
+    /// Covariance of two counts of a step, whose weights have `product` as the mean of their
+    /// product in each cell.
+    ///
+    /// Of a pair of detections the earlier one is within the step: what goes with it after
+    /// the step's end is no count of the step, and taken off.
+    fn covariance(
+        &self,
+        step: Step,
+        [a, b]: [&Weighted; 2],
+        product: impl Fn(usize) -> f64,
+    ) -> f64 {
+        let per_cell = self.pairs.hits.iter().enumerate().map(|(cell, hits)| {
+            hits * product(cell)
+                + a.weights[cell] * b.excess[cell]
+                + b.weights[cell] * a.excess[cell]
+        });
+        let over_step = self.over_step(step, &before_chips(&self.pairs.grid, per_cell));
+        let end = self.end(step);
+        over_step - self.beyond(a.weights, b.across, end) - self.beyond(b.weights, a.across, end)
+    }
+
+    /// Sum of weights of detections before chip `end` of the code period times the later
+    /// counts that go with them.
+    fn beyond(&self, weights: &[f64], across: &[f64], end: usize) -> f64 {
+        self.reach.map_or(0.0, |reach| {
+            let before = self.pairs.before(weights, end, reach);
+            before.zip(across).map(|(weight, across)| weight * across).sum()
+        })
+    }
+
+    /// Later counts, weighted with `weights`, that go with a detection in every cell, and
+    /// those of them that come after the end of a step.
+    fn later(&self, step: Step, weights: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        (self.pairs.excess(weights), self.across(weights, self.end(step)))
+    }
+
+    fn across(&self, weights: &[f64], end: usize) -> Vec<f64> {
+        self.reach.map_or_else(Vec::new, |reach| self.pairs.excess_across(weights, end, reach))
+    }
+
+    /// What the end of a step divides of the pairs of all detections; [`ENDS`] are told apart.
+    fn across_of_all(&self, step: Step) -> Arc<AcrossEnd> {
+        let end = self.end(step);
+        let end = if self.ends.contains(&end) { end } else { self.ends[end % self.ends.len()] };
+        let mut known = self.known_across.lock().unwrap_or_else(PoisonError::into_inner);
+        let across = known.entry(end).or_insert_with(|| {
+            let seen = self.seen();
+            let of_all = self.across(&seen, end);
+            let beyond = 2.0 * self.beyond(&seen, &of_all, end);
+            Arc::new(AcrossEnd { of_all, beyond })
+        });
+        Arc::clone(across)
+    }
+
+    fn total<'a>(&'a self, seen: &'a [f64], across: &'a [f64]) -> Weighted<'a> {
+        Weighted { weights: seen, excess: &self.pairs.excess_of_all, across }
+    }
+
+    fn seen(&self) -> Vec<f64> {
+        self.pairs.seen_of_period().collect()
+    }
+
+    /// Moments of some steps of the first scan, on all processors. They are kept:
+    /// a step that is asked for again costs nothing.
+    pub fn of_steps(&self, steps: &[Step]) -> Vec<CountMoments> {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut unknown: Vec<Step> = steps.to_vec();
+        unknown.retain(|step| !known.contains_key(step));
+        let found: Vec<CountMoments> = unknown.par_iter().map(|&step| self.of_step(step)).collect();
+        known.extend(unknown.into_iter().zip(found));
+        steps.iter().map(|step| known[step]).collect()
+    }
+
+    /// Variance of the sum of weight x r over steps of one group, which count the
+    /// same detections: that of one count with the weighted sum of their signs.
+    ///
+    /// # Panics
+    /// If there are no steps.
+    pub fn variance_of_sum(&self, steps: &[(Step, f64)]) -> f64 {
+        let mut sign = vec![0.0; self.pairs.hits.len()];
+        // Mean of the squared sign of what is seen: that of one step is 1 also in a
+        // cell that an edge divides, where its mean is not. Cells are no wider than an
+        // eighth of a chip, so edges of two steps seldom lie in one.
+        let mut spread = sign.clone();
+        for &(step, weight) in steps {
+            let signs = self.signs(self.response.model.timing.scan.phase_step(step));
+            let sums = sign.iter_mut().zip(&mut spread);
+            for ((sum, spread), (s, seen)) in
+                sums.zip(signs.iter().zip(self.pairs.seen_of_period()))
+            {
+                *sum += weight * s;
+                *spread += weight * weight * (seen - of_seen(s * s, seen));
+            }
+        }
+        let (excess, across) = self.later(steps[0].0, &sign);
+        let sum = Weighted { weights: &sign, excess: &excess, across: &across };
+        let seen = self.seen();
+        let square = |cell: usize| of_seen(sign[cell] * sign[cell], seen[cell]) + spread[cell];
+        self.covariance(steps[0].0, [&sum; 2], square)
+    }
+
+    /// Moments of the counts of a whole group.
+    pub fn of_group(&self, group: Group) -> GroupMoments {
+        let steps = self.response.model.timing.grouping().steps_of(group);
+        self.of_steps_together(&steps.collect::<Vec<_>>())
+    }
+
+    /// Moments of the counts of some steps of one group.
+    ///
+    /// # Panics
+    /// If there are no steps.
+    pub fn of_steps_together(&self, steps: &[Step]) -> GroupMoments {
+        let model = self.response.model;
+        let first = steps[0];
+        let signs: Vec<Vec<f64>> =
+            steps.iter().map(|&step| self.signs(model.timing.scan.phase_step(step))).collect();
+        let later: Vec<_> = signs.par_iter().map(|s| self.later(first, s)).collect();
+        let (seen, across_of_all) = (self.seen(), self.across_of_all(first));
+        let total = self.total(&seen, &across_of_all.of_all);
+        let signed: Vec<Weighted> = signs
+            .iter()
+            .zip(&later)
+            .map(|(weights, (excess, across))| Weighted { weights, excess, across })
+            .collect();
+        let count = steps.len();
+        let mut covariance = vec![vec![0.0; count + 1]; count + 1];
+        for a in 0..count {
+            for b in 0..=a {
+                covariance[a][b] =
+                    self.covariance(first, [&signed[a], &signed[b]], |cell| match a == b {
+                        true => seen[cell],
+                        false => of_seen(signs[a][cell] * signs[b][cell], seen[cell]),
+                    });
+                covariance[b][a] = covariance[a][b];
+            }
+            covariance[a][count] =
+                self.covariance(first, [&signed[a], &total], |cell| signs[a][cell]);
+            covariance[count][a] = covariance[a][count];
+        }
+        covariance[count][count] = self.total_variance(first);
+        let means = steps.iter().map(|&step| self.response.mean_count(step));
+        GroupMoments {
+            signed_means: means.map(|mean| mean.signed).collect(),
+            total_mean: self.response.mean_count(first).total,
+            covariance,
+        }
+    }
+
+    /// Variance of N of a step.
+    pub(super) fn total_variance(&self, step: Step) -> f64 {
+        self.over_step(step, &self.total_variance) - self.across_of_all(step).beyond
+    }
+
+    /// Mean sign in every cell of the code period, 0 where no sample sees a pulse.
+    fn signs(&self, phase_step: u64) -> Vec<f64> {
+        let response = self.response;
+        let chips = &response.model.reference.chips;
+        let chip_at = |chip: i64| chips[chip.rem_euclid(chips.len() as i64) as usize];
+        // Code chip 0 begins here, in the grid's frame.
+        let phase = phase_step as f64 / f64::from(response.model.timing.clock.samples_per_chip);
+        let timing = &response.timing;
+        let [rising, falling] =
+            [timing.rising, timing.falling].map(|edge| phase + edge - self.frame_chips());
+        let whole = rising.min(falling).floor();
+        let [rise, fall] = [rising, falling].map(|edge| self.pairs.shares_after(edge - whole));
+        let grid = &self.pairs.grid;
+        let mut signs = Vec::with_capacity(self.pairs.hits.len());
+        for chip in 0..grid.period_chips as i64 {
+            let [two_before, before, after] =
+                [2, 1, 0].map(|back| chip_at(chip - whole as i64 - back));
+            for cell in 0..grid.cells.len() {
+                // An edge a little over a chip late still belongs to the chip before.
+                let seen = self.pairs.seen[cell];
+                let level = level_after(two_before, before, rise[1][cell], fall[1][cell], seen)
+                    + level_after(before, after, rise[0][cell], fall[0][cell], seen)
+                    - f64::from(before) * seen;
+                signs.push(2.0 * level - seen);
+            }
+        }
+        signs
+    }
+
+    /// Registered time of the grid's origin, in chips.
+    pub(super) fn frame_chips(&self) -> f64 {
+        origin_chips(self.response)
+    }
+
+    /// What the chips of a step add up to; `before` has the sums before each chip
+    /// of the grid.
+    fn over_step(&self, step: Step, before: &[f64]) -> f64 {
+        let period = self.pairs.grid.period_chips;
+        let (periods, first, rest) = self.chips_of(step);
+        let end = first + rest;
+        let partial = match end.checked_sub(period) {
+            None => before[end] - before[first],
+            Some(past) => before[period] - before[first] + before[past],
+        };
+        periods * before[period] + partial
+    }
+
+    /// Whole code periods of a step, its first chip in the grid, and the chips left over. The
+    /// step's edges are rounded to whole chips of the grid.
+    fn chips_of(&self, step: Step) -> (f64, usize, usize) {
+        let (periods, first, rest) = self.response.chips_of(step);
+        let shift = (self.frame_chips() - self.response.timing.window).round() as i64;
+        let period = self.pairs.grid.period_chips as i64;
+        (periods, (first as i64 - shift).rem_euclid(period) as usize, rest)
+    }
+
+    /// Chip of the code period, in the grid, with which a step has ended.
+    fn end(&self, step: Step) -> usize {
+        let (_, first, rest) = self.chips_of(step);
+        (first + rest) % self.pairs.grid.period_chips
+    }
+}
+
+/// How far pairs of detections reach across the end of a step, of a detector that has forgotten
+/// its start after `memory_chips`; none where steps are so long that it does not matter.
+pub(super) fn reach_across_ends(
+    model: &DetectorModel,
+    brightest_per_chip: f64,
+    memory_chips: usize,
+) -> Option<Reach> {
+    let memory = model.memory_under(brightest_per_chip);
+    let step_chips = model.timing.scan.integration_chips;
+    let after = memory.of_ends_chips().min(memory_chips);
+    let before = usize::try_from(step_chips).unwrap_or(usize::MAX).min(after);
+    (step_chips as f64 <= LONG_IN_SCALES * memory.scale_chips()).then_some(Reach { before, after })
+}
+
+/// Registered time of the origin of a response's grid, in chips.
+fn origin_chips(response: &MeanResponse) -> f64 {
+    frame_chips(&response.light) + response.delay_chips + response.model.delay_chips
+}
+
+/// A mean over what is seen of a cell, taken as its mean's square would be: of the
+/// square of a sum over the cell, and the seen share.
+fn of_seen(square: f64, seen: f64) -> f64 {
+    if seen > 0.0 { square / seen } else { 0.0 }
+}
+
+/// Mean level over what is seen of a cell that an edge from `before` to `after` may
+/// divide.
+fn level_after(before: u8, after: u8, after_rise: f64, after_fall: f64, seen: f64) -> f64 {
+    match (before, after) {
+        (0, 1) => after_rise,
+        (1, 0) => seen - after_fall,
+        _ => f64::from(after) * seen,
+    }
+}

@@ -1,0 +1,330 @@
+//! Second moments of all steps of a scan at once.
+//!
+//! At each sub-chip phase b the reference divides time into slots of one chip
+//! (see `correlator`), and r\[k\] is a signed sum of the slots' counts n_i. With
+//! V_d\[i\] the covariance of n_i and n_(i+d) that comes from pairs whose earlier
+//! detection is in slot i,
+//!
+//! Var r = sum over i of hits_i + 2 sum over d of chi_(i - a) chi_(i+d - a) V_d\[i\],
+//!
+//! which is, for every d, a periodic correlation with the code's product with
+//! itself d chips on: all shifts a by FFT. V_d comes from few solutions: the
+//! detector forgets within some chips, so slots that far apart can be weighted
+//! at once without being confused ("combs").
+//!
+//! Second moments per detection of a whole period are worked out for up to eight
+//! phases per chip, interpolated between, and scaled to what a step is expected to
+//! detect; what a step's end divides of the pairs is taken off the total's variance alone,
+//! which may be far below the number of detections. Rising and falling edges are taken half-way between their delays.
+
+use std::sync::Arc;
+
+use goldtof_fft::Fft;
+use goldtof_fft::Planner;
+use goldtof_fft::num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::moments::{CountMoments, SecondMoments};
+use crate::scan::Step;
+
+/// Phases per chip that are worked out.
+const PHASES_PER_CHIP: usize = 8;
+
+impl SecondMoments<'_, '_> {
+    /// Moments of every step of the first scan: of few steps one by one.
+    pub fn of_scan(&self) -> Vec<CountMoments> {
+        of_scan(self)
+    }
+}
+
+fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
+    let scan = &second.response.model.timing.scan;
+    let brightest = second.response.light.brightest_per_chip();
+    let memory = second.response.model.memory_under(brightest).of_pairs_chips();
+    let period = second.pairs.grid.period_chips;
+    let stride =
+        (second.response.model.timing.clock.samples_per_chip as usize / PHASES_PER_CHIP).max(1);
+    let phases = second.response.model.timing.clock.samples_per_chip as usize / stride;
+    let one_by_one = scan.steps as usize <= memory * phases;
+    if one_by_one || period < 2 * memory {
+        return (0..scan.steps).into_par_iter().map(|step| second.of_step(Step(step))).collect();
+    }
+    let solved = all_phase_steps(second, memory, stride);
+    let means = second.response.mean_counts();
+    means
+        .into_iter()
+        .enumerate()
+        .map(|(step, mean)| {
+            let phase_step = scan.phase_step(Step::at(step)) as usize;
+            let (early, rest) = (phase_step / stride, phase_step % stride);
+            let late = (early + 1) % solved.len();
+            let share = rest as f64 / stride as f64;
+            let between = |a: f64, b: f64| (a + share * (b - a)) * mean.total;
+            let (a, b) = (&solved[early], &solved[late]);
+            CountMoments {
+                signed_mean: mean.signed,
+                total_mean: mean.total,
+                signed_variance: between(a.variance, b.variance),
+                total_variance: second.total_variance(Step::at(step)),
+                covariance: mean.signed + between(a.excess_covariance, b.excess_covariance),
+            }
+        })
+        .collect()
+}
+
+/// Second moments of one phase step per expected detection.
+#[derive(Clone, Copy)]
+struct PerDetection {
+    variance: f64,
+    /// Covariance of r and N, less the mean of r.
+    excess_covariance: f64,
+}
+
+/// Second moments of every `stride`-th phase step of the code period.
+fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<PerDetection> {
+    let samples_per_chip = second.response.model.timing.clock.samples_per_chip as usize;
+    let phases = samples_per_chip / stride;
+    let period = second.pairs.grid.period_chips;
+    let combs = combs(period, memory);
+    let slots: Vec<Slots> = (0..phases)
+        .map(|phase| {
+            let offset = (phase * stride) as f64 / samples_per_chip as f64;
+            Slots::new(second, offset)
+        })
+        .collect();
+    let jobs = phases * combs.len();
+    let solved: Vec<_> = (0..jobs)
+        .into_par_iter()
+        .map(|job| {
+            let (phase, comb) = (&slots[job / combs.len()], &combs[job % combs.len()]);
+            phase.covariances(second, comb, memory)
+        })
+        .collect();
+
+    let code = &second.response.model.reference.chips;
+    let correlation = CodeCorrelation::new(code, memory);
+    let of_phases: Vec<_> = (0..phases)
+        .into_par_iter()
+        .map(|phase| {
+            let pairs = &solved[phase * combs.len()..(phase + 1) * combs.len()];
+            slots[phase].per_detection(pairs, &correlation, memory)
+        })
+        .collect();
+    (0..code.len() * phases).map(|step| of_phases[step % phases][step / phases]).collect()
+}
+
+/// Slots that may be weighted at once: at least `memory` apart, and every slot in
+/// exactly one comb.
+fn combs(period: usize, memory: usize) -> Vec<Vec<usize>> {
+    let teeth = period / memory;
+    let start = |tooth: usize| tooth * period / teeth;
+    let longest = period.div_ceil(teeth);
+    (0..longest)
+        .map(|offset| {
+            (0..teeth)
+                .filter(|&tooth| start(tooth) + offset < start(tooth + 1))
+                .map(|tooth| start(tooth) + offset)
+                .collect()
+        })
+        .collect()
+}
+
+/// The slots of one phase, in the grid's frame.
+struct Slots {
+    /// Whole chips from the frame's origin to the start of code chip 0 (of a
+    /// reference that is delayed by less than a chip).
+    whole: i64,
+    /// Share of each cell of a chip after the slot's start, and before it, of what
+    /// samples see.
+    after: Vec<f64>,
+    before: Vec<f64>,
+    hits: Vec<f64>,
+    excess_of_all: Vec<f64>,
+}
+
+/// Covariance of two slots, from pairs whose earlier detection is in `slot`.
+struct SlotPair {
+    slot: usize,
+    lag: usize,
+    covariance: f64,
+}
+
+impl Slots {
+    fn new(second: &SecondMoments, offset: f64) -> Slots {
+        let timing = &second.response.timing;
+        let start = offset + 0.5 * (timing.rising + timing.falling) - second.frame_chips();
+        let [after, _] = second.pairs.shares_after(start - start.floor());
+        let seen = second.pairs.seen.iter().zip(&after);
+        let mut slots = Slots {
+            whole: start.floor() as i64,
+            before: seen.map(|(seen, after)| seen - after).collect(),
+            after,
+            hits: Vec::new(),
+            excess_of_all: Vec::new(),
+        };
+        slots.hits = slots.add_up(&second.pairs.hits);
+        slots.excess_of_all = slots.add_up(&second.pairs.excess_of_all);
+        slots
+    }
+
+    /// Adds up values per cell by slots.
+    fn add_up(&self, per_cell: &[f64]) -> Vec<f64> {
+        let period = per_cell.len() / self.after.len();
+        let mut sums = vec![0.0; period];
+        for (chip, values) in per_cell.chunks(self.after.len()).enumerate() {
+            for ((value, after), before) in values.iter().zip(&self.after).zip(&self.before) {
+                sums[chip] += after * value;
+                sums[(chip + period - 1) % period] += before * value;
+            }
+        }
+        sums
+    }
+
+    /// The covariances of the comb's slots with those up to `memory` before.
+    fn covariances(&self, second: &SecondMoments, comb: &[usize], memory: usize) -> Vec<SlotPair> {
+        let period = second.pairs.grid.period_chips;
+        let cells = self.after.len();
+        let mut weights = vec![0.0; period * cells];
+        for &slot in comb {
+            let next = (slot + 1) % period;
+            for (cell, (after, before)) in self.after.iter().zip(&self.before).enumerate() {
+                weights[slot * cells + cell] += after;
+                weights[next * cells + cell] += before;
+            }
+        }
+        let excess = self.add_up(&second.pairs.excess(&weights));
+        let mut pairs = Vec::with_capacity(comb.len() * memory);
+        for &late in comb {
+            for lag in 0..memory {
+                let slot = (late + period - lag) % period;
+                pairs.push(SlotPair { slot, lag, covariance: excess[slot] });
+            }
+        }
+        pairs
+    }
+
+    /// Second moments of every whole-chip shift of the reference, from the
+    /// covariances of all slots.
+    fn per_detection(
+        &self,
+        pairs: &[Vec<SlotPair>],
+        correlation: &CodeCorrelation,
+        memory: usize,
+    ) -> Vec<PerDetection> {
+        let period = self.hits.len();
+        let mut by_lag = vec![vec![0.0; period]; memory];
+        for pair in pairs.iter().flatten() {
+            by_lag[pair.lag][pair.slot] = pair.covariance;
+        }
+        let hits: f64 = self.hits.iter().sum();
+        // Covariance with N: with later detections of any slot, and with earlier.
+        let mut linear = self.excess_of_all.clone();
+        for (lag, covariances) in by_lag.iter().enumerate() {
+            let (wrapping, others) = covariances.split_at(period - lag);
+            let later = linear[lag..].iter_mut().zip(wrapping);
+            later.for_each(|(sum, covariance)| *sum += covariance);
+            let first = linear.iter_mut().zip(others);
+            first.for_each(|(sum, covariance)| *sum += covariance);
+        }
+        let quadratic = correlation.quadratic(&by_lag);
+        let linear = correlation.linear(&linear);
+        // Slot i begins i + cut chips after the frame's origin, and is shift a's
+        // code chip i + whole - a.
+        let length = correlation.length;
+        (0..length as i64)
+            .map(|a| {
+                let shift = (a + self.whole).rem_euclid(length as i64) as usize;
+                PerDetection {
+                    variance: 1.0 + 2.0 * quadratic[shift] / hits,
+                    excess_covariance: linear[shift] / hits,
+                }
+            })
+            .collect()
+    }
+}
+
+/// Periodic correlations with the reference's signs, by FFT.
+struct CodeCorrelation {
+    forward: Arc<dyn Fft<f64>>,
+    inverse: Arc<dyn Fft<f64>>,
+    length: usize,
+    /// Spectrum of the signs, and of their products with those `lag` chips on.
+    signs: Vec<Complex64>,
+    products: Vec<Vec<Complex64>>,
+}
+
+impl CodeCorrelation {
+    fn new(code: &[u8], lags: usize) -> CodeCorrelation {
+        let length = code.len();
+        let mut planner = Planner::new();
+        let mut correlation = CodeCorrelation {
+            forward: planner.forward(length),
+            inverse: planner.inverse(length),
+            length,
+            signs: Vec::new(),
+            products: Vec::new(),
+        };
+        let chi = |i: usize| 2.0 * f64::from(code[i % length]) - 1.0;
+        correlation.signs = correlation.spectrum((0..length).map(chi));
+        correlation.products = (0..lags)
+            .map(|lag| correlation.spectrum((0..length).map(|i| chi(i) * chi(i + lag))))
+            .collect();
+        correlation
+    }
+
+    /// Sum over slots and lags of values times the product of the two slots'
+    /// signs, for every shift.
+    fn quadratic(&self, by_lag: &[Vec<f64>]) -> Vec<f64> {
+        let mut sum = vec![Complex64::ZERO; self.length];
+        for (values, product) in by_lag.iter().zip(&self.products) {
+            let values = self.spectrum(values.iter().copied());
+            for ((sum, value), product) in sum.iter_mut().zip(values).zip(product) {
+                *sum += value * product.conj();
+            }
+        }
+        self.back(sum)
+    }
+
+    /// Sum over slots of values times the slot's sign, for every shift.
+    fn linear(&self, values: &[f64]) -> Vec<f64> {
+        let values = self.spectrum(values.iter().copied());
+        let product = values.iter().zip(&self.signs).map(|(v, s)| v * s.conj());
+        self.back(product.collect())
+    }
+
+    /// Spectrum of values folded to the code's period.
+    fn spectrum(&self, values: impl Iterator<Item = f64>) -> Vec<Complex64> {
+        let mut folded = vec![Complex64::ZERO; self.length];
+        for (i, value) in values.enumerate() {
+            folded[i % self.length].re += value;
+        }
+        self.forward.process(&mut folded);
+        folded
+    }
+
+    fn back(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
+        self.inverse.process(&mut spectrum);
+        spectrum.iter().map(|v| v.re / self.length as f64).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn combs_hold_every_slot_once_and_keep_their_distance() {
+        for (period, memory) in [(31, 9), (2047, 11), (40, 20), (23, 7)] {
+            let mut seen = vec![0; period];
+            for comb in combs(period, memory) {
+                for (index, &slot) in comb.iter().enumerate() {
+                    seen[slot] += 1;
+                    let next = comb[(index + 1) % comb.len()];
+                    let gap = (next + period - slot - 1) % period + 1;
+                    assert!(gap >= memory, "{period} {memory}: {slot} {next}");
+                }
+            }
+            assert!(seen.iter().all(|&times| times == 1));
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! A sensor as its scene describes it.
+//!
+//! [`scene`] reads and checks the scene, [`code`] makes its codes, [`scan`] has its clock and
+//! timing, and [`sensor`] fixes what the hardware promises at its ports. Every other package
+//! begins with a [`sensor::Sensor`].
+
+use goldtof_system::{digest, files, printable, version};
+
+pub mod code;
+pub mod document;
+pub mod exact;
+pub mod light;
+pub mod math;
+pub mod scan;
+pub mod scene;
+pub mod sensor;

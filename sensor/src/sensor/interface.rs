@@ -1,0 +1,311 @@
+//! What the hardware promises at its ports: widths, latency, order of results.
+//!
+//! Both sides build on this and on nothing else in common: the emitter makes
+//! Verilog that keeps it, the reference model predicts ports from it.
+
+use std::sync::Arc;
+
+use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
+use super::peak::{self, PeakPlan};
+use super::port::ports_of;
+pub use super::port::{Direction, Port};
+use crate::code::Code;
+use crate::scan::{Grouping, Timing};
+use crate::scene::{Architecture, Polarity, Scene, Target};
+
+/// The hardware that a scene needs, as seen from outside.
+#[derive(Debug, Clone)]
+pub struct Interface {
+    /// Level of `i_samples` while a detector's pulse lasts.
+    pub polarity: Polarity,
+    /// Clock, scan, and how many phase steps are correlated at once.
+    pub timing: Timing,
+    /// Code of each source; bit m of `o_laser` carries source m's chips.
+    pub source_codes: Vec<Arc<Code>>,
+    /// Code of each detector's reference; lanes d S .. (d + 1) S of
+    /// `i_samples` belong to detector d.
+    pub reference_codes: Vec<Arc<Code>>,
+    /// Bits of a signed count that no stimulus can overflow:
+    /// |count| <= D max(1, S / 2), because a rising edge needs a low sample.
+    pub exact_count_bits: u32,
+    /// Bits of the signed count in a result; less than `exact_count_bits` means
+    /// that it saturates.
+    pub count_bits: u32,
+    /// The total counts beside the signed ones, if the hardware sends them.
+    pub total: Option<TotalCount>,
+    /// Bits of `m_axis_tdata`: the count, sign-extended to whole bytes, and above
+    /// it the total count, zero-extended to whole bytes, if it is sent.
+    pub tdata_bits: u32,
+    /// Phase steps whose correlators work in the same clock; those of the next
+    /// bank are a clock behind.
+    pub bank_steps: u32,
+    /// How the exact count's adder is split.
+    pub count_segments: CountSegments,
+    /// Clocks from the one at which a step's last sample word is on
+    /// `i_samples` to the one after which `m_axis_tvalid` shows its count.
+    pub result_latency_clocks: u32,
+    /// The peak detector, if there is one.
+    pub peak: Option<PeakPlan>,
+    /// The histogram, of hardware that counts hits by their time in the code period and
+    /// not up and down. Then all phase steps are one group, whose results are the rows
+    /// of the histogram; bits and segments of signed counts are without meaning.
+    pub histogram: Option<HistogramPlan>,
+}
+
+/// A count's carry chain in segments, each one clock behind the one below it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CountSegments {
+    /// Number of segments, at least 1.
+    pub count: u32,
+    /// Bits of every segment but the top one; without effect if there is one.
+    pub lower_bits: u32,
+    /// Bits of the top segment.
+    pub top_bits: u32,
+}
+
+impl CountSegments {
+    /// One segment if `longest` bits hold the count, else as many as are needed
+    /// with the lower ones of one length.
+    fn of(bits: u32, longest: u32) -> CountSegments {
+        let count = match bits > longest {
+            true => bits.div_ceil(LONGEST_SEGMENT),
+            false => 1,
+        };
+        let lower_bits = bits.div_ceil(count);
+        CountSegments { count, lower_bits, top_bits: bits - lower_bits * (count - 1) }
+    }
+
+    /// Clocks from the dump of the lowest segment to the whole count: one each,
+    /// and one to pay what the lower ones owe.
+    pub fn clocks(&self) -> u32 {
+        self.count + u32::from(self.count > 1)
+    }
+
+    /// The same for the total beside the count, cut at the same bits: one dump
+    /// serves both.
+    pub fn of_total(self, total: TotalCount) -> CountSegments {
+        CountSegments { top_bits: self.top_bits - (self.bits() - total.exact_bits), ..self }
+    }
+
+    /// Bits of all segments.
+    pub fn bits(&self) -> u32 {
+        self.lower_bits * (self.count - 1) + self.top_bits
+    }
+}
+
+/// The number of hits of a phase step, up and down together: N beside r.
+///
+/// All steps of a group see the same light, so each detector has one for all of
+/// them; it is sent with each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TotalCount {
+    /// Bits of a total that no stimulus can overflow, unsigned: one less than the
+    /// signed count has, which needs a sign. Where a step is a single chip, as many:
+    /// the adder takes a word's hits as a signed number.
+    pub exact_bits: u32,
+    /// Bits of a total in a result, unsigned; less than `exact_bits` means that it
+    /// saturates. A total is as wide as a count, or exact.
+    pub bits: u32,
+    /// Bit of `m_axis_tdata` at which it begins.
+    pub first_bit: u32,
+}
+
+impl TotalCount {
+    /// Beside a signed count of `count_bits` bits, cut from one of `exact_count_bits`.
+    fn of(count_bits: u32, exact_count_bits: u32, integration_chips: u64) -> TotalCount {
+        let exact_bits = exact_count_bits - u32::from(integration_chips > 1);
+        TotalCount {
+            exact_bits,
+            bits: count_bits.min(exact_bits),
+            first_bit: whole_bytes(count_bits),
+        }
+    }
+
+    /// Whether totals can saturate.
+    pub fn saturates(&self) -> bool {
+        self.bits < self.exact_bits
+    }
+}
+
+/// Most correlators that a register reaches within a clock at 300 MHz in ECP5.
+const BANK_STEPS: u32 = 4;
+
+/// Phase steps of a bank of correlators: no more banks than a group has chips,
+/// so that a count stays until those of the last bank are there.
+fn bank_steps(scene: &Scene) -> u32 {
+    let parallel = scene.hardware.parallel;
+    let most_banks = scene.scan.integration_chips.clamp(1, u64::from(u32::MAX)) as u32;
+    BANK_STEPS.max(parallel.div_ceil(most_banks))
+}
+
+/// Longest segment of a total in several: its carry has a way to go.
+const LONGEST_SEGMENT: u32 = 12;
+
+/// Longest carry chain in one piece that keeps a target's clock: 300 MHz in ECP5, 180 MHz
+/// in iCE40.
+fn longest_carry_chain(target: Target) -> u32 {
+    match target {
+        Target::Ecp525k6 | Target::Xc7 => 22,
+        Target::Ice40Hx8k => 20,
+    }
+}
+
+impl Interface {
+    /// Derives the interface from a scene.
+    pub fn of(scene: &Scene) -> Interface {
+        let lanes = scene.samples_per_chip;
+        let most_hits = u128::from(scene.scan.integration_chips) * u128::from((lanes / 2).max(1));
+        let exact_count_bits = signed_bits(most_hits);
+        let count_bits = scene
+            .hardware
+            .counter_width
+            .map_or(exact_count_bits, |bits| bits.min(exact_count_bits));
+        let count_segments =
+            CountSegments::of(exact_count_bits, longest_carry_chain(scene.hardware.target));
+        let total = scene
+            .sends_total_counts()
+            .then(|| TotalCount::of(count_bits, exact_count_bits, scene.scan.integration_chips));
+        let mut interface = Interface {
+            polarity: scene.hardware.polarity,
+            timing: scene.timing(),
+            source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
+            reference_codes: scene
+                .detectors
+                .iter()
+                .map(|d| scene.sources[d.reference].code.clone())
+                .collect(),
+            exact_count_bits,
+            count_bits,
+            total,
+            tdata_bits: whole_bytes(count_bits) + total.map_or(0, |total| whole_bytes(total.bits)),
+            bank_steps: bank_steps(scene),
+            count_segments,
+            result_latency_clocks: 0,
+            peak: None,
+            histogram: None,
+        };
+        if scene.hardware.architecture == Architecture::Histogram {
+            return interface.with_histogram(scene);
+        }
+        interface.result_latency_clocks =
+            Self::clocks_to_dump(lanes) + interface.clocks_of_counting();
+        if scene.hardware.peak_detector {
+            let counts = peak::Counts {
+                bits: interface.count_bits,
+                saturate: interface.saturates(),
+                clocks_of_counting: interface.clocks_of_counting(),
+                latency_clocks: interface.result_latency_clocks,
+            };
+            interface.peak = Some(PeakPlan::of(&interface.timing, &counts));
+        }
+        interface
+    }
+
+    /// The interface of hardware that keeps a histogram.
+    fn with_histogram(mut self, scene: &Scene) -> Interface {
+        let plan = HistogramPlan::of(scene, &self.timing);
+        self.count_bits = plan.bin_bits;
+        self.exact_count_bits = plan.exact_bits;
+        self.total = None;
+        self.tdata_bits = plan.row_data_bits();
+        self.result_latency_clocks = plan.latency_clocks();
+        self.histogram = Some(plan);
+        self
+    }
+
+    /// Results that a group sends: one for each phase step and detector, or the rows of
+    /// their histograms.
+    pub fn beats_of_group(&self) -> u64 {
+        let results = self.histogram.map_or(u64::from(self.parallel()), |plan| plan.rows);
+        results * self.reference_codes.len() as u64
+    }
+
+    /// Clocks from a step's last one until the lowest segment of the total
+    /// holds its hits: hits, lane pairs, one adder level per halving of the
+    /// pairs, total. The segments of the count follow, and the result.
+    pub fn clocks_to_dump(lanes: u32) -> u32 {
+        let pairs = lanes.div_ceil(2);
+        let adder_levels = pairs.next_power_of_two().trailing_zeros();
+        let (hits, lane_pairs, total) = (1, 1, 1);
+        hits + lane_pairs + adder_levels + total
+    }
+
+    /// Clocks that a hit takes to the total, or to its bin.
+    pub fn clocks_of_hit(&self) -> u32 {
+        match self.histogram {
+            Some(_) => CLOCKS_TO_BIN,
+            None => Self::clocks_to_dump(self.lanes()),
+        }
+    }
+
+    /// Clocks from the first bits of a group's counts to the last.
+    pub fn clocks_of_counting(&self) -> u32 {
+        self.count_segments.clocks() + self.banks() - 1
+    }
+
+    /// Banks of correlators.
+    pub fn banks(&self) -> u32 {
+        self.parallel().div_ceil(self.bank_steps)
+    }
+
+    /// Samples per clock and detector, S.
+    pub fn lanes(&self) -> u32 {
+        self.timing.clock.samples_per_chip
+    }
+
+    /// Phase steps correlated at once.
+    pub fn parallel(&self) -> u32 {
+        self.timing.parallel
+    }
+
+    /// Groups of phase steps in a scan: `parallel` steps share their light.
+    pub fn groups(&self) -> u64 {
+        self.timing.groups()
+    }
+
+    /// How the scan's steps share their light.
+    pub fn grouping(&self) -> Grouping {
+        self.timing.grouping()
+    }
+
+    /// Phase steps of a scan's last group.
+    pub fn last_group_steps(&self) -> u64 {
+        self.grouping().steps_of_last()
+    }
+
+    /// Clocks of a scan; `u64::MAX` if there are more.
+    pub fn scan_clocks(&self) -> u64 {
+        u64::try_from(self.timing.scan_chips()).unwrap_or(u64::MAX)
+    }
+
+    /// Bits of `m_axis_tdata` that hold the signed count, sign-extended.
+    pub fn signed_data_bits(&self) -> u32 {
+        whole_bytes(self.count_bits)
+    }
+
+    /// Whether counts can saturate, so that the clamp and its flag exist. Totals
+    /// cannot where counts cannot.
+    pub fn saturates(&self) -> bool {
+        self.count_bits < self.exact_count_bits
+    }
+
+    /// Whether a scan is followed by a pause until the next epoch.
+    pub fn realigns(&self) -> bool {
+        !self.timing.is_gapless()
+    }
+
+    /// Ports of `sensor_top`, in the order of the Verilog.
+    pub fn ports(&self) -> Vec<Port> {
+        ports_of(self)
+    }
+}
+
+/// Bits of the bytes that hold `bits` bits: AXI4-Stream data come in bytes.
+fn whole_bytes(bits: u32) -> u32 {
+    bits.div_ceil(8) * 8
+}
+
+/// Bits of a two's complement number that holds -magnitude..=magnitude.
+fn signed_bits(magnitude: u128) -> u32 {
+    129 - magnitude.leading_zeros()
+}

@@ -1,8 +1,0 @@
-//! What this build of goldtof is.
-//!
-//! ```
-//! assert!(goldtof::version::VERSION.starts_with(char::is_numeric));
-//! ```
-
-/// Version, and in builds for release the commit that it was made from.
-pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), env!("GOLDTOF_COMMIT"));

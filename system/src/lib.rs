@@ -1,0 +1,9 @@
+//! What goldtof needs of the operating system: files that are whole or not there, external
+//! programs, signals, and texts as they may be shown.
+
+pub mod digest;
+pub mod files;
+pub mod interrupt;
+pub mod printable;
+pub mod programs;
+pub mod version;

@@ -1,0 +1,71 @@
+//! Reads a design: what the user names of it, and what its top module's ports are.
+
+use super::manifest::{Named as Manifest, check_top};
+use super::search::{Search, check_folders};
+use super::wrapper::wrapper;
+use super::{Named, OwnDesign, OwnRtl, bad_option, check_define, filelist, folder};
+use crate::cosim::TOP;
+use crate::cosim::error::CosimError;
+use crate::cosim::ports;
+use crate::cosim::tools::Tools;
+use crate::rtl::back::Prefix;
+use crate::rtl::blocks::ScanRegisters;
+use crate::sensor::interface::Interface;
+
+/// Reads a design, as far as it is needed.
+///
+/// # Errors
+/// When a file is missing or cannot be read, when Verilator does not take the Verilog, or
+/// when the top module's ports are not the interface's.
+pub fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, CosimError> {
+    if let Some(top) = &own.top {
+        check_top(top).map_err(|reason| bad_option("--top", reason))?;
+    }
+    let mut named = Named::default();
+    named.include_folders.extend(own.include_folders.iter().cloned());
+    for define in &own.defines {
+        check_define(define).map_err(|reason| bad_option("-D", reason))?;
+        named.defines.push(define.clone());
+    }
+    for list in &own.file_lists {
+        filelist::read(list, &mut named)?;
+    }
+    let manifest = match &own.folder {
+        Some(path) => folder::read(path, &mut named)?,
+        None => Manifest::default(),
+    };
+    let top = own.top.as_deref().or(manifest.top.as_deref());
+    let top = top.unwrap_or(TOP);
+    check_folders(&named.include_folders)?;
+    let tools = Tools::find()?;
+    let (taken, ports) = Search::new(&tools, top, named)?.find()?;
+    let differences = ports::differences(&interface.ports(), &ports);
+    if !differences.is_empty() {
+        let top = top.to_owned();
+        return Err(CosimError::Ports { top, differences });
+    }
+    let (mut sources, mut remarks) = taken;
+    let mut design_top = top.to_owned();
+    if let Some(wrapper) = wrapper(top, &interface.ports(), &ports) {
+        sources[0].text += &wrapper.text;
+        remarks.extend(wrapper.remarks);
+        design_top = wrapper.name;
+    }
+    let registers = match design_top == top {
+        true => registers(top, &manifest, interface),
+        false => None,
+    };
+    Ok(OwnDesign { registers, top: design_top, sources, remarks })
+}
+
+/// The scan's counters, if the manifest names those that a design emitted for `interface`
+/// has.
+fn registers(top: &str, manifest: &Manifest, interface: &Interface) -> Option<ScanRegisters> {
+    let registers = ScanRegisters::of(interface);
+    let wanted = serde_json::to_value(&registers).ok()?;
+    let prefix = match top.strip_suffix(TOP)? {
+        "" => Prefix::default(),
+        prefix => prefix.parse().ok()?,
+    };
+    (wanted == manifest.scan_registers).then(|| registers.in_design_of(&prefix))
+}

@@ -1,0 +1,89 @@
+//! The score of stimuli whose worth is known.
+
+use std::path::Path;
+
+use super::*;
+use crate::cosim::TOP;
+use crate::cosim::build::cache_dir;
+use crate::cosim::source::sources_of;
+use crate::deliver;
+use crate::scene;
+
+fn sensor() -> Sensor {
+    let path = format!("{}/../scenes/quick.toml", env!("CARGO_MANIFEST_DIR"));
+    let mut scene = scene::load(Path::new(&path)).unwrap();
+    scene.scan.integration_chips = 100;
+    scene.scan.steps = 24;
+    Sensor::new(&scene)
+}
+
+fn request(sensor: &Sensor, clocks: u64, mutants: u32) -> GradeRequest {
+    let emission = deliver::emit(sensor, "goldtof test").unwrap();
+    GradeRequest {
+        top: TOP.to_owned(),
+        sources: sources_of(&emission.files),
+        registers: Some(emission.scan_registers),
+        cache: cache_dir().unwrap(),
+        options: GradeOptions {
+            clocks: Some(clocks),
+            mutants,
+            proof_time_s: 1,
+            proof_budget_s: 4,
+            ..Default::default()
+        },
+    }
+}
+
+/// The grade by all faults and mutants.
+fn whole_grade(sensor: &Sensor, request: &GradeRequest) -> Grade {
+    let graded = grade(sensor, request, |count| (0..count).collect(), |_| ()).unwrap();
+    graded.grade(&request.options)
+}
+
+#[test]
+fn a_longer_stimulus_catches_more_and_all_are_accounted_for() {
+    let sensor = sensor();
+    let mut shares = Vec::new();
+    for clocks in [400, 40_000] {
+        let grade = whole_grade(&sensor, &request(&sensor, clocks, 60));
+        let mutants = grade.mutants.unwrap();
+        assert_eq!(mutants.total, 60);
+        for score in [&grade.faults, &mutants] {
+            let parts = score.caught + score.proven_equivalent + score.survivors.len();
+            assert_eq!(parts, score.total);
+            assert!(score.last_caught_clock < Some(clocks));
+        }
+        shares.push((grade.faults.caught_fraction, mutants.caught_fraction));
+    }
+    assert!(shares[0].0 < 0.9 && shares[0].1 < 0.9, "{shares:?}");
+    assert!(shares[1].0 > 0.99 && shares[1].1 > 0.95, "{shares:?}");
+}
+
+#[test]
+fn a_redundant_register_is_proven_equivalent_and_a_port_that_is_stuck_is_not() {
+    let sensor = sensor();
+    // What the stimulus leaves is little, and is decided far within the bounds.
+    let mut request = request(&sensor, 40_000, 0);
+    (request.options.proof_time_s, request.options.proof_budget_s) = (20, 60);
+    let with = |request: &GradeRequest| whole_grade(&sensor, request).faults;
+    let before = with(&request);
+    let top = request.sources.iter_mut().find(|file| file.name == "sensor_top.v");
+    let text = &mut top.unwrap().text;
+    // Two registers that never have the same value, and a gate that waits for it.
+    let end = text.rfind("endmodule").unwrap();
+    text.insert_str(
+        end,
+        "reg one_a; reg one_b; wire never = one_a & one_b;\n\
+         always @(posedge i_clk) begin one_a <= i_samples[0]; one_b <= ~i_samples[0]; end\n",
+    );
+    let reset = ".i_rst  (i_rst)";
+    let found = text.find(".i_rst").unwrap_or_else(|| panic!("{reset}"));
+    let open = found + text[found..].find('(').unwrap();
+    let close = open + text[open..].find(')').unwrap();
+    text.replace_range(open..=close, "(i_rst | never)");
+    let after = with(&request);
+    // The gate stuck at 0 cannot be seen; stuck at 1 it is a reset that never ends.
+    assert!(after.proven_equivalent > before.proven_equivalent, "{before:?} {after:?}");
+    let stuck = |survivor: &&Judged| survivor.net.starts_with("never");
+    assert_eq!(after.survivors.iter().filter(stuck).count(), 0, "{after:?}");
+}

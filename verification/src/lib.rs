@@ -1,0 +1,11 @@
+//! The Verilog beside the reference model: [`mod@cosim`] in lock-step and in lanes, [`batch`] for the
+//! testbenches of others, and [`grade`], which says what a stimulus would have found.
+
+use goldtof_hardware::{deliver, reference, rtl};
+use goldtof_physics::{histogram, photons};
+use goldtof_sensor::{code, document, scan, scene, sensor};
+use goldtof_system::{digest, files, interrupt, printable, programs};
+
+pub mod batch;
+pub mod cosim;
+pub mod grade;
