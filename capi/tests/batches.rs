@@ -102,7 +102,7 @@ fn batches_of_any_size_give_what_cosimulation_expects() {
             let field = layout.inputs.field(name);
             records.iter().map(|r| field.low_word(r) as u8).collect()
         };
-        let (reset, ready): (Vec<u8>, Vec<u8>) = (level("i_rst"), level("m_axis_tready"));
+        let (reset, ready): (Vec<u8>, Vec<u8>) = (level(Role::Reset), level(Role::Ready));
         assert_eq!(reset.iter().map(|&r| u64::from(r)).sum::<u64>(), 4 + 2 + 1 + 1111);
         let samples: Vec<u64> = records
             .iter()

@@ -233,6 +233,9 @@ fn the_size_of_the_blocks_changes_nothing() {
     let means = Means::cosim(true);
     let whole = event_driven(&interface, 7, 20_000, 20_000, means).outputs;
     for block in [1, 2, 3, 97, 4096] {
-        assert!(event_driven(&interface, 7, 20_000, block, means).outputs == whole, "blocks of {block}");
+        assert!(
+            event_driven(&interface, 7, 20_000, block, means).outputs == whole,
+            "blocks of {block}"
+        );
     }
 }

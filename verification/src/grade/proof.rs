@@ -85,8 +85,7 @@ pub(super) fn prove(
             let found = is_time.then(|| questions[place].ask(ignores_idle_payload, limit_s));
             found.transpose()
         };
-        let found: Result<Vec<_>, CosimError> =
-            left.par_iter().with_max_len(1).map(ask).collect();
+        let found: Result<Vec<_>, CosimError> = left.par_iter().with_max_len(1).map(ask).collect();
         for (&place, found) in left.iter().zip(found?) {
             if let Some(found) = found {
                 answers[place] = found;

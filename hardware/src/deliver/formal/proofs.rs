@@ -86,22 +86,21 @@ impl Proof {
         (self.engine != Engine::InReset).then(|| format!("{}_cover", self.name))
     }
 
-    /// Clocks within which they are.
+    /// Clocks within which they are, from any state on.
     pub(super) fn cover_depth(&self) -> u32 {
         match self.engine {
             // The clocks before, the one behind them, and one more.
             Engine::Steps(clocks) => clocks + 2,
-            Engine::Bounded(clocks) => clocks,
             _ => 4,
         }
     }
 
     /// The options of its task.
     pub(super) fn options(&self) -> Vec<String> {
+        let bounded = |depth: u32| vec!["mode bmc".to_owned(), format!("depth {depth}")];
         match self.engine {
-            Engine::Steps(_) | Engine::Bounded(_) => {
-                vec!["mode bmc".to_owned(), format!("depth {}", self.cover_depth())]
-            }
+            Engine::Steps(_) => bounded(self.cover_depth()),
+            Engine::Bounded(clocks) => bounded(clocks),
             _ => vec!["mode prove".to_owned()],
         }
     }
