@@ -13,7 +13,7 @@ mod wording;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-pub use self::point::{BinPoint, CoverPoint, PeakKind, Place, ResetState};
+pub use self::point::{BinPoint, CoverPoint, Family, PeakKind, Place, ResetState};
 pub(super) use self::reach::{rows_at_borders, rows_that_may_be_lost};
 pub(super) use self::running::Running;
 use crate::sensor::interface::Interface;
