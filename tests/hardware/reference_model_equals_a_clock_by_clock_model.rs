@@ -40,7 +40,7 @@ fn event_driven(interface: &Interface, seed: u64, clocks: u64, block: u64, means
         for (detector, pulses) in drive.pulses.iter().enumerate() {
             for pulse in pulses {
                 let samples = pulse.first.0 as usize..pulse.end.0 as usize;
-                for sample in samples.take_while(|sample| sample / lanes < inputs.len()) {
+                for sample in samples.take_while(|sample| sample / lanes < clocks as usize) {
                     let bit = detector * lanes + sample % lanes;
                     inputs[sample / lanes].samples |= 1 << bit;
                 }

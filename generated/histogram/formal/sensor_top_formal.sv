@@ -78,11 +78,14 @@ endmodule
     wire o_peak_valid; \
     `TOP dut (.*);
 
-`define INPUTS \
+`define INPUTS_BUT_RESET \
     input wire i_clk, \
-    input wire i_rst, \
     input wire [`DETECTORS*`SAMPLES-1:0] i_samples, \
     input wire m_axis_tready
+
+`define INPUTS \
+    input wire i_rst, \
+    `INPUTS_BUT_RESET
 
 // That what a proof is about can be: its task `..._cover` shows how.
 `ifdef COVER
@@ -105,9 +108,7 @@ endmodule
 // A clock of reset leaves every register at the value that the other proofs start from, whatever
 // it held, and no X. The assertions are those of registers.v, one for each register.
 module prove_reset (
-    input wire i_clk,
-    input wire [`DETECTORS*`SAMPLES-1:0] i_samples,
-    input wire m_axis_tready
+    `INPUTS_BUT_RESET
 );
     wire i_rst = 1'b1;
     `DESIGN

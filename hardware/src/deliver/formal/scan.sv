@@ -51,7 +51,9 @@ module prove_scan (
                         chip <= {^(chip & `CHIP_COUNT_TAPS), chip[`CHIP_COUNT_BITS-1:1]};
                     before_last <= i_rst ? 0 : running & chip == `CHIP_COUNT_END;
                 end
-                assign chip_holds = (chip_seen == chip) & (chip != 0);
+                // In a pause the counter stands where the next step begins.
+                assign chip_holds = (chip_seen == chip) & (chip != 0)
+                    & (!`REALIGNS | running | chip == `CHIP_COUNT_FIRST);
             end
         end
     endgenerate
