@@ -2,8 +2,9 @@
 //!
 //! Prints nanoseconds of processor time per detection of both in the same run,
 //! least and median of some rounds, and the ratio of the least ones, for each
-//! instruction set of this processor and several rates; then how counting scales
-//! with the number of cores. Processor time, because a machine may be shared;
+//! instruction set of this processor and several rates, of counts and of pulses; then what a chip
+//! costs over ranges of scene keys, with the largest step between neighbours; then how counting
+//! scales with the number of cores. Processor time, because a machine may be shared;
 //! only the scaling needs a quiet one.
 //!
 //!     cargo bench --bench events
@@ -11,12 +12,13 @@
 use std::error::Error;
 use std::num::NonZero;
 use std::path::Path;
+use std::sync::Arc;
 use std::thread::available_parallelism;
 use std::time::Instant;
 
-use goldtof::photons::fast::{InstructionSet, StepCounter};
-use goldtof::photons::{DetectorModel, StepCount, count_step};
-use goldtof::scan::Step;
+use goldtof::photons::fast::{InstructionSet, Recorder, StepCounter};
+use goldtof::photons::{DetectorModel, PulseStream, StepCount, count_step};
+use goldtof::scan::{Group, Sample, Step};
 use goldtof::scene::{self, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use rustix::time::{ClockId, clock_gettime};
@@ -24,19 +26,118 @@ use rustix::time::{ClockId, clock_gettime};
 const ROUNDS: usize = 7;
 /// Sensor time per measurement is such that there are about so many detections.
 const DETECTIONS: f64 = 8e6;
+const BLOCK_SAMPLES: u64 = 131_072;
 /// The plain loop gets this share of the steps.
 const PLAIN_SHARE: usize = 8;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-    println!("detections/s   engine     ns per detection (median)   plain loop (median)   ratio");
+    println!(
+        "detections/s   engine     ns per detection (median)   pulse (median)   plain loop (median)   \
+         ratio"
+    );
     for rate in [1e6, 10e6, 30e6, 45e6] {
         set_rate(&mut scene, rate);
         measure(&scene);
     }
     set_rate(&mut scene, 10e6);
+    sweeps()?;
     scaling(&scene);
     Ok(())
+}
+
+/// A key of a scene, the file, and the settings of neighbours.
+type Sweep = (&'static str, &'static str, Vec<Vec<String>>);
+
+fn swept() -> Vec<Sweep> {
+    const SINGLE: &str = "scenes/paper-single.toml";
+    let code = |degree: u32| {
+        let family = if degree.is_multiple_of(4) { "m-sequence" } else { "gold" };
+        format!("code={{ family = \"{family}\", degree = {degree} }}")
+    };
+    let of_detector = |key: &str, values: &[&str]| {
+        values.iter().map(|value| vec![format!("detector.{key}={value}")]).collect()
+    };
+    let edges = [["0 s", "0 s"], ["1 ns", "1 ns"], ["1 ns", "1.2 ns"], ["6 ns", "1 ns"]];
+    let edges = edges.map(|[rise, fall]| {
+        vec![format!("source.rise_time={rise}"), format!("source.fall_time={fall}")]
+    });
+    let jitters = ["\"0 s\"", "\"50 ps\"", "\"200 ps\"", "\"1 ns\"", "\"4 ns\"", "\"16 ns\""];
+    let jitters = jitters.map(|jitter| format!("[{jitter}]"));
+    let jitters: Vec<&str> = jitters.iter().map(String::as_str).collect();
+    let parallel = [1, 2, 4, 8, 16].map(|steps| vec![format!("hardware.parallel={steps}")]);
+    let degrees =
+        |source: &str| (3..=16).map(|degree| vec![format!("{source}.{}", code(degree))]).collect();
+    vec![
+        ("degree", SINGLE, degrees("source")),
+        ("unlike periods", "scenes/dual-view.toml", degrees("source[other]")),
+        ("edges", SINGLE, edges.into()),
+        ("jitter", SINGLE, of_detector("jitter", &jitters)),
+        ("dead time", SINGLE, of_detector("dead_time", &["0 s", "14 ns", "1 us", "8 us"])),
+        ("recharge", SINGLE, of_detector("recharge", &["active", "passive"])),
+        ("parallel", SINGLE, parallel.into()),
+    ]
+}
+
+/// Prints what a chip of a step, and a chip of a group's pulses, cost over ranges of keys.
+fn sweeps() -> Result<(), Box<dyn Error>> {
+    println!("scene: ns of processor time for a chip of a step, and of a group's pulses");
+    let mut largest = (0.0, String::new());
+    for (key, file, scenes) in swept() {
+        let mut before: Option<[f64; 2]> = None;
+        for settings in scenes {
+            let parsed: Vec<_> = settings.iter().map(|s| s.parse()).collect::<Result<_, _>>()?;
+            let scene = scene::load_with(Path::new(file), &parsed)?;
+            let costs = chip_costs_ns(&scene);
+            println!("{key:14} {:60} {:8.3} {:8.3}", settings.join(" "), costs[0], costs[1]);
+            for (cost, before) in costs.iter().zip(before.iter().flatten()) {
+                if cost / before > largest.0 {
+                    largest = (cost / before, settings.join(" "));
+                }
+            }
+            before = Some(costs);
+        }
+    }
+    println!("largest step between neighbours: {:.2} times, to {}", largest.0, largest.1);
+    Ok(())
+}
+
+/// Counting, and pulses.
+fn chip_costs_ns(scene: &Scene) -> [f64; 2] {
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
+    let (counter, recorder) = (StepCounter::new(&model), Arc::new(Recorder::new(&model)));
+    let groups = model.timing().groups().min(512);
+    let steps = (groups * u64::from(scene.hardware.parallel)).min(scene.scan.steps);
+    let chips = scene.scan.integration_chips as f64;
+    let mut counts = vec![StepCount::ZERO; steps as usize];
+    let least = |work: &mut dyn FnMut()| {
+        let times = (0..3).map(|_| {
+            let started = processor_s();
+            work();
+            processor_s() - started
+        });
+        times.fold(f64::INFINITY, f64::min)
+    };
+    let counting_s = least(&mut || counter.count(1, 0..1, 0..steps, &mut counts));
+    let pulses_s = least(&mut || {
+        pulses(&recorder, 1, groups);
+    });
+    [counting_s / steps as f64, pulses_s / groups as f64].map(|s| s * 1e9 / chips)
+}
+
+/// Number of pulses of the first groups of a scan, in blocks of clocks as a co-simulation asks for them.
+fn pulses<'m>(recorder: &Arc<Recorder<'m>>, seed: u64, groups: u64) -> usize {
+    let timing = recorder.model().timing();
+    let samples = timing.sampling().samples_of(groups * timing.scan.integration_chips);
+    let mut stream = PulseStream::of_groups(recorder, seed, 0, Group(0), Some(Group(groups)));
+    let (mut pulses, mut number, mut until) = (Vec::new(), 0, 0);
+    while until < samples {
+        until += BLOCK_SAMPLES;
+        pulses.clear();
+        stream.advance(Sample(until), &mut pulses);
+        number += pulses.len();
+    }
+    number
 }
 
 /// Sets the light to a rate of detections: the dead time stands between the two,
@@ -75,6 +176,7 @@ fn measure(scene: &Scene) {
     let sets = InstructionSet::available();
     let mut fast = vec![Vec::new(); sets.len()];
     let mut plain = Vec::new();
+    let mut sampled = vec![Vec::new(); sets.len()];
     for round in 0..ROUNDS {
         let seed = round as u64;
         for (&set, times) in sets.iter().zip(&mut fast) {
@@ -82,6 +184,12 @@ fn measure(scene: &Scene) {
             times.push(measured(&mut counts, |counts| {
                 counter.count(seed, 0..repetitions, 0..4096, counts);
             }));
+        }
+        for (&set, times) in sets.iter().zip(&mut sampled) {
+            let recorder = Arc::new(Recorder::new(&model).with_instruction_set(set));
+            let started = processor_s();
+            let number = pulses(&recorder, seed, 4096);
+            times.push((processor_s() - started) * 1e9 / number as f64);
         }
         let plain_steps = counts.len() / PLAIN_SHARE;
         plain.push(measured(&mut counts[..plain_steps], |counts| {
@@ -91,13 +199,16 @@ fn measure(scene: &Scene) {
         }));
     }
     let plain = Times::of(&plain, |time| time.processor_ns);
-    for (set, times) in sets.iter().zip(&fast) {
+    for ((set, times), pulses) in sets.iter().zip(&fast).zip(&sampled) {
         let fast = Times::of(times, |time| time.processor_ns);
+        let pulses = Times::of_values(pulses.clone());
         let set = format!("{set:?}");
         println!(
-            "{rate:9.2e}      {set:9} {:10.2} ({:.2}) {:18.1} ({:.1}) {:10.1}",
+            "{rate:9.2e}      {set:9} {:10.2} ({:.2}) {:18.2} ({:.2}) {:10.1} ({:.1}) {:10.1}",
             fast.least,
             fast.median,
+            pulses.least,
+            pulses.median,
             plain.least,
             plain.median,
             plain.least / fast.least
@@ -167,7 +278,10 @@ struct Times {
 
 impl Times {
     fn of(times: &[PerDetection], value: impl Fn(&PerDetection) -> f64) -> Times {
-        let mut values: Vec<f64> = times.iter().map(value).collect();
+        Times::of_values(times.iter().map(value).collect())
+    }
+
+    fn of_values(mut values: Vec<f64>) -> Times {
         values.sort_by(f64::total_cmp);
         Times { least: values[0], median: values[values.len() / 2] }
     }

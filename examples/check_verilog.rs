@@ -8,11 +8,8 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use goldtof::cosim::engine::Engine;
-use goldtof::cosim::latency::Latency;
-use goldtof::cosim::own::OwnRtl;
 use goldtof::cosim::{StimulusKind, Verdict};
-use goldtof::{CosimOptions, EmitOptions, Rtl};
+use goldtof::{CosimOptions, EmitOptions, Jobs as _, OwnRtl, Sensor};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args_os().skip(1).map(PathBuf::from);
@@ -22,25 +19,15 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn check(scene: PathBuf, folder: PathBuf) -> Result<(), Box<dyn Error>> {
-    let scene = goldtof::scene::load(&scene)?;
-    let emission = goldtof::emit(
-        &scene,
-        &EmitOptions { made_by: "check_verilog".to_owned(), prefix: Default::default() },
-    )?;
+    let sensor = Sensor::load(scene)?;
+    let emission = sensor.emit(&EmitOptions::default())?;
     goldtof::deliver::write(&emission, &folder)?;
     println!("{} files in {}", emission.files.len(), folder.display());
 
     // What is in the folder, not what was just made: an edited file is found out.
-    let options = CosimOptions {
-        rtl: Rtl::Own(OwnRtl::folder(&folder)),
-        stimulus: StimulusKind::Adversarial,
-        engine: Engine::Auto,
-        latency: Latency::default(),
-        clocks: None,
-        seed: 1,
-        window: goldtof::cosim::window::Window::Found,
-    };
-    let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
+    let own = OwnRtl::folder(&folder);
+    let stimulus = StimulusKind::Adversarial;
+    let mut found = sensor.cosim(&CosimOptions { own, stimulus, ..Default::default() })?;
     println!("{}: {} clocks", found.report.verdict, found.report.clocks);
     if let Some(first) = &found.report.first_mismatch {
         eprintln!("clock {}: {}", first.clock, first.text());

@@ -6,10 +6,9 @@
 //! ```
 
 use std::error::Error;
-use std::path::Path;
 
-use goldtof::SimulateOptions;
 use goldtof::scene::Setting;
+use goldtof::{Jobs as _, Sensor, SimulateOptions};
 
 /// Mean optical powers of the source, in picowatts.
 const POWERS_PW: [f64; 3] = [2.0, 8.0, 32.0];
@@ -27,9 +26,8 @@ fn table(repetitions: u64) -> Result<Vec<Line>, Box<dyn Error>> {
     let mut lines = Vec::new();
     for power_pw in POWERS_PW {
         let power: Setting = format!("source[0].mean_power={power_pw} pW").parse()?;
-        let scene = goldtof::scene::load_with(Path::new("scenes/quick.toml"), &[power])?;
-        let options = SimulateOptions { repetitions, ..Default::default() };
-        let simulation = goldtof::simulate(&scene, &options)?;
+        let sensor = Sensor::load_with("scenes/quick.toml", &[power])?;
+        let simulation = sensor.simulate(&SimulateOptions { repetitions, ..Default::default() })?;
         let path = &simulation.estimates[0];
         let millimetres = |metres: Option<f64>| metres.map_or(f64::NAN, |metres| 1e3 * metres);
         lines.push(Line {

@@ -8,23 +8,13 @@
 use std::error::Error;
 use std::path::Path;
 
-use goldtof::cosim::engine::Engine;
 use goldtof::photons::StepCount;
-use goldtof::{EstimateOptions, RunOptions};
+use goldtof::{EstimateOptions, Jobs as _, RunOptions, Sensor};
 
 /// The distance that the counts give, and that of the target, in metres.
 fn distances(folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {
-    let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-    let options = RunOptions {
-        out: folder.to_owned(),
-        engine: Engine::Auto,
-        graded_mutants: None,
-        seed: 1,
-        window: None,
-        made_by: "recorded_counts".to_owned(),
-        provenance: goldtof::Provenance::default(),
-    };
-    goldtof::run(&scene, &options, |_| ())?;
+    let sensor = Sensor::load("scenes/quick.toml")?;
+    sensor.run(&RunOptions { out: folder.to_owned(), ..Default::default() })?;
 
     // Signed counts in the order of the phase steps: columns of counts.csv.
     let text = std::fs::read_to_string(folder.join("counts.csv"))?;
@@ -40,10 +30,9 @@ fn distances(folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {
         counts.push(StepCount { signed, total: 0 });
     }
 
-    let options = EstimateOptions { detector: scene.detectors[0].name.clone() };
-    let estimate = goldtof::estimate(&scene, &options, &counts)?;
+    let estimate = sensor.estimate(&EstimateOptions::default(), &counts)?;
     let distance_m = estimate.distance_m.ok_or("the counts give no distance")?;
-    Ok((distance_m, scene.paths[0].distance_m()))
+    Ok((distance_m, sensor.scene().paths[0].distance_m()))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,5 +1,5 @@
-//! The library's doors beside [`run`](crate::run): one function for each job, with its
-//! options and its errors.
+//! The library's doors: the jobs of a [`Sensor`] are methods ([`Jobs`]) whose options have
+//! defaults. The function of a longer job's name does the same and tells its [`Progress`].
 
 use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
@@ -8,118 +8,274 @@ use crate::cosim::latency::{Latency, held_to};
 use crate::cosim::own::{self, OwnDesign, OwnRtl};
 use crate::cosim::source::sources_of;
 use crate::cosim::window::Window;
-use crate::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
+use crate::cosim::{Cosimulation, MOST_CLOCKS, Request, StimulusKind, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::estimate::{ImpossibleScan, possible_scan};
 use crate::grade::{Grade, GradeOptions, GradeRequest, Graded, not_graded};
 use crate::photons::StepCount;
+use crate::progress::Progress;
 use crate::rtl::blocks::ScanRegisters;
-use crate::scene::{DetectorIndex, Scene};
+use crate::run::{Run, RunError, RunOptions, run};
+use crate::scene::{Detector, DetectorIndex, EstimatorKind, TotalsMissing};
 use crate::sensor::Sensor;
-use crate::simulate::SimulateOptions;
 use crate::simulate::repeat::{self, Simulation};
 use crate::simulate::scans::ScansError;
+use crate::simulate::{SimulateOptions, Tier};
+use crate::version::MADE_BY;
+
+/// What can be done with a sensor.
+///
+/// ```
+/// use goldtof::{Jobs as _, Sensor};
+///
+/// let expected = Sensor::load("scenes/quick.toml")?.expected()?;
+/// assert!(expected.estimates[0].expected_std_m.is_some());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait Jobs {
+    /// The sensor.
+    fn sensor(&self) -> &Sensor;
+
+    /// Verilog of the sensor, with testbench, constraints and file lists; [`deliver::write`] puts
+    /// it into a folder.
+    ///
+    /// ```
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let sensor = Sensor::load("scenes/paper-single.toml")?;
+    /// let prefix = Some("left_".parse()?);
+    /// let emission = sensor.emit(&goldtof::EmitOptions { prefix, ..Default::default() })?;
+    /// assert_eq!(emission.clock_hz, 125e6); // one clock is one chip of 8 ns
+    /// assert_eq!(emission.top, "left_sensor_top");
+    /// assert!(emission.files.iter().any(|file| file.name == "left_gold_generator.v"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the scene asks for more than the hardware supports.
+    fn emit(&self, options: &EmitOptions) -> Result<Emission, HdlError> {
+        let prefix = options.prefix.clone().unwrap_or_default();
+        deliver::emit_prefixed(self.sensor(), &prefix, &options.made_by)
+    }
+
+    /// Expected bias and standard deviation of each path's distance, from the exact mean response
+    /// of the detectors, without random numbers.
+    ///
+    /// ```
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let expected = Sensor::load("scenes/quick.toml")?.expected()?;
+    /// let path = &expected.estimates[0];
+    /// assert!((path.true_distance_m - 3.2).abs() < 1e-9);
+    /// println!("{:?} m, {:?} m", path.expected_bias_m, path.expected_std_m);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the scene is beyond the exact response.
+    fn expected(&self) -> Result<Simulation, ScansError> {
+        self.simulate(&SimulateOptions { fidelity: Tier::Expected, ..Default::default() })
+    }
+
+    /// Repeated scans, photons to distances.
+    ///
+    /// ```
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let sensor = Sensor::load("scenes/quick.toml")?;
+    /// let options = goldtof::SimulateOptions { repetitions: 20, ..Default::default() };
+    /// let simulation = sensor.simulate(&options)?;
+    /// let path = &simulation.estimates[0];
+    /// assert_eq!(path.estimates + path.missed_scans, 20);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the scene is outside the tier's domain, or a tool that it needs is missing or fails.
+    fn simulate(&self, options: &SimulateOptions) -> Result<Simulation, ScansError> {
+        simulate(self.sensor(), options, |_| ())
+    }
+
+    /// Verilog, emitted or your own, against the bit-exact reference model: every output port at
+    /// every clock. A mismatch is a result.
+    ///
+    /// ```no_run
+    /// use std::path::Path;
+    ///
+    /// use goldtof::cosim::{StimulusKind, Verdict};
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let sensor = Sensor::load("scenes/quick.toml")?;
+    /// let mut found = sensor.cosim(&goldtof::CosimOptions {
+    ///     own: goldtof::OwnRtl::folder("my_rtl"),
+    ///     stimulus: StimulusKind::Adversarial,
+    ///     ..Default::default()
+    /// })?;
+    /// if found.report.verdict == Verdict::Mismatch {
+    ///     found.write_vcd(Path::new("mismatch.vcd"))?;
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the scene has no hardware, the Verilog does not fit it or ends its own simulation,
+    /// or a tool is missing or fails.
+    fn cosim(&self, options: &CosimOptions) -> Result<Cosimulation, CosimFailed> {
+        cosim(self.sensor(), options, |_| ())
+    }
+
+    /// Fault coverage of a stimulus on the emitted Verilog or your own.
+    ///
+    /// # Errors
+    /// When the scene has no hardware, the Verilog does not fit it, differs from the reference
+    /// model or cannot be graded, or a tool is missing or fails.
+    fn grade(&self, options: &GradeOptions) -> Result<Grade, CosimFailed> {
+        grade(self.sensor(), options, |_| ())
+    }
+
+    /// Distance from the counts of a scan, one of each phase step in their order, beside the
+    /// truth and the expectation. Where the counts give no distance, the report says why.
+    ///
+    /// ```
+    /// use goldtof::photons::StepCount;
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let sensor = Sensor::load("scenes/quick.toml")?;
+    /// // All light is counted up in phase step 40 and its neighbours.
+    /// let counts: Vec<StepCount> = (0..sensor.scene().scan.steps as i64)
+    ///     .map(|step| (100 - 12 * (step - 40).abs()).max(0))
+    ///     .map(|signed| StepCount { signed, total: 200 })
+    ///     .collect();
+    /// let estimate = sensor.estimate(&goldtof::EstimateOptions::default(), &counts)?;
+    /// assert_eq!(estimate.coarse_phase_step, Some(40));
+    /// assert!(estimate.distance_m.is_some());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the scene has no such detector, its scan another number of steps, or its hardware
+    /// cannot have counted that.
+    fn estimate(
+        &self,
+        options: &EstimateOptions,
+        counts: &[StepCount],
+    ) -> Result<EstimateReport, EstimateError> {
+        let sensor = self.sensor().with_estimator(options.estimator)?;
+        let scene = sensor.scene();
+        let is_meant = |detector: &Detector| {
+            options.detector.as_ref().is_none_or(|name| detector.name == *name)
+        };
+        let detector = scene.detectors.iter().position(is_meant).ok_or_else(|| {
+            let known = scene.detectors.iter().map(|detector| format!("\"{}\"", detector.name));
+            EstimateError::NoDetector {
+                name: options.detector.clone().unwrap_or_default(),
+                known: known.collect::<Vec<_>>().join(", "),
+            }
+        })?;
+        // Hardware that sends no total counts leaves them all 0.
+        let has_totals = counts.iter().any(|count| count.total != 0);
+        let told = |count: &StepCount| (count.signed, has_totals.then_some(count.total));
+        let counts = possible_scan(scene, &counts.iter().map(told).collect::<Vec<_>>())?;
+        Ok(estimate_scan(&sensor, DetectorIndex(detector), &counts))
+    }
+
+    /// The main job: plan, emission, photon simulation, co-simulation, estimates and report, into
+    /// `options.out`: the Verilog (in `rtl`), `counts.csv`, of histograms `bins.csv` too,
+    /// `report.html`, after a mismatch `mismatch.vcd`, and `waves.vcd` if asked for. A mismatch of
+    /// Verilog and reference model is a result.
+    ///
+    /// ```no_run
+    /// use goldtof::{Jobs as _, Sensor};
+    ///
+    /// let sensor = Sensor::load("scenes/quick.toml")?;
+    /// let options = goldtof::RunOptions { out: "out/quick".into(), ..Default::default() };
+    /// let run = sensor.run(&options)?;
+    /// println!("{}: {:?}", run.cosim.verdict, run.estimates[0].distance_m);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the scene has no hardware, a tool is missing or fails, or a file cannot be
+    /// written.
+    fn run(&self, options: &RunOptions) -> Result<Run, RunError> {
+        run(self.sensor(), options, |_| ())
+    }
+}
+
+impl Jobs for Sensor {
+    fn sensor(&self) -> &Sensor {
+        self
+    }
+}
 
 /// How to emit.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct EmitOptions {
-    /// What the files say that they were made by: the command, as a rule.
+    /// Prefix of the names of all modules, files and macros, so that one design can hold
+    /// several sensors: a letter, then letters, digits and single underscores, at most
+    /// 64 characters, for example --prefix left_ [default: none]
+    #[arg(long, value_name = "NAME")]
+    pub prefix: Option<Prefix>,
+    /// What the files say that they were made by: the command, as a rule
+    #[arg(skip)]
     pub made_by: String,
-    /// What the names of modules, files and macros begin with, so that several sensors
-    /// can be in one design; none by default.
-    pub prefix: Prefix,
 }
 
-/// Makes the Verilog of a scene's sensor, and what goes with it;
-/// [`deliver::write`] puts it into a folder.
-///
-/// ```
-/// use std::path::Path;
-///
-/// let scene = goldtof::scene::load(Path::new("scenes/paper-single.toml"))?;
-/// let options = goldtof::EmitOptions {
-///     made_by: "goldtof emit paper-single.toml".to_owned(),
-///     prefix: "left_".parse()?,
-/// };
-/// let emission = goldtof::emit(&scene, &options)?;
-/// assert_eq!(emission.clock_hz, 125e6); // one clock is one chip of 8 ns
-/// assert_eq!(emission.top, "left_sensor_top");
-/// assert!(emission.files.iter().any(|file| file.name == "left_gold_generator.v"));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// # Errors
-/// When the scene asks for more than the hardware takes.
-pub fn emit(scene: &Scene, options: &EmitOptions) -> Result<Emission, HdlError> {
-    deliver::emit_prefixed(&Sensor::new(scene), &options.prefix, &options.made_by)
-}
-
-/// Simulates a scene from photons to distances, many times.
-///
-/// ```
-/// use std::path::Path;
-///
-/// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-/// let options = goldtof::SimulateOptions { repetitions: 20, ..Default::default() };
-/// let simulation = goldtof::simulate(&scene, &options)?;
-/// let path = &simulation.estimates[0];
-/// assert_eq!(path.estimates + path.missed_scans, 20);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// # Errors
-/// When the tier cannot do the scene, or a tool that it needs is missing or fails.
-pub fn simulate(scene: &Scene, options: &SimulateOptions) -> Result<Simulation, ScansError> {
-    simulate_watched(scene, options, |_, _| ())
-}
-
-/// [`simulate`]; `on_progress` hears of each scan how many are done and how many there
-/// are, of all detectors. If it unwinds, the simulation ends there, and leaves nothing
-/// behind.
-///
-/// # Errors
-/// As there.
-pub fn simulate_watched(
-    scene: &Scene,
-    options: &SimulateOptions,
-    on_progress: impl FnMut(u64, u64),
-) -> Result<Simulation, ScansError> {
-    let scene = scene.clone().with_estimator(options.estimator)?;
-    repeat::simulate_watched(&Sensor::new(&scene), options, on_progress)
-}
-
-/// Which Verilog is compared with the reference model.
-#[derive(Debug, Clone)]
-pub enum Rtl {
-    /// What is emitted for the scene.
-    Emitted {
-        /// What the files say that they were made by. A build is found again by its
-        /// files, so that the same words spare another one.
-        made_by: String,
-    },
-    /// Verilog of one's own with the same ports.
-    Own(OwnRtl),
+impl Default for EmitOptions {
+    fn default() -> EmitOptions {
+        EmitOptions { prefix: None, made_by: MADE_BY.to_owned() }
+    }
 }
 
 /// What to compare, and how.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, clap::Args)]
 pub struct CosimOptions {
-    /// The Verilog.
-    pub rtl: Rtl,
-    /// What drives both sides.
-    pub stimulus: StimulusKind,
-    /// Clocks to run, reset included; `None` for a whole scan of photons, or as long as
-    /// the adversary needs.
-    pub clocks: Option<u64>,
-    /// Seed of all random numbers.
-    pub seed: u64,
-    /// The clocks to keep for waveforms.
-    pub window: Window,
-    /// How late results may come.
+    /// The Verilog; the emitted one if none is given
+    #[command(flatten)]
+    pub own: OwnRtl,
+    /// What emitted files say that they were made by. A build is found again by its files, so
+    /// that the same words spare another one
+    #[arg(skip)]
+    pub made_by: String,
+    /// Latency of the Verilog's results in clocks: "auto" to measure it, N, or N,P with
+    /// that of the peak, for example --latency 7 [default: the emitted design's]
+    #[arg(long, value_name = "L", default_value = "", hide_default_value = true,
+          value_parser = Latency::of_option)]
     pub latency: Latency,
-    /// How both sides are clocked.
+    /// Clocks to run, reset included, 1 to 2^50, for example --clocks 100000 [default: one
+    /// whole scan of photons, or as many as the adversarial stimulus needs]
+    #[arg(long, alias = "cycles", value_name = "N",
+          value_parser = clap::value_parser!(u64).range(1..=MOST_CLOCKS))]
+    pub clocks: Option<u64>,
+    /// Stimulus of both sides
+    #[arg(long, value_enum, default_value_t)]
+    pub stimulus: StimulusKind,
+    /// Co-simulation engine: lanes run 64 or more time slices of the scan in parallel;
+    /// auto takes them for long photon runs, and lock-step otherwise
+    #[arg(long, value_name = "E", value_enum, default_value_t)]
     pub engine: Engine,
+    /// Seed of all random numbers
+    #[arg(skip)]
+    pub seed: u64,
+    /// The clocks to keep for waveforms
+    #[arg(skip)]
+    pub window: Window,
+}
+
+impl Default for CosimOptions {
+    fn default() -> CosimOptions {
+        CosimOptions {
+            own: OwnRtl::default(),
+            made_by: MADE_BY.to_owned(),
+            latency: Latency::Emitted,
+            clocks: None,
+            stimulus: StimulusKind::Photons,
+            engine: Engine::Auto,
+            seed: 1,
+            window: Window::Found,
+        }
+    }
 }
 
 /// Why nothing was compared.
@@ -133,135 +289,15 @@ pub enum CosimFailed {
     Cosim(#[from] CosimError),
 }
 
-/// Runs Verilog beside the bit-exact reference model and compares every output port at
-/// every clock. `on_progress` hears clocks done and clocks in all. A mismatch is a
-/// result.
-///
-/// ```no_run
-/// use std::path::Path;
-///
-/// use goldtof::cosim::window::Window;
-/// use goldtof::cosim::{StimulusKind, Verdict};
-///
-/// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-/// let options = goldtof::CosimOptions {
-///     rtl: goldtof::Rtl::Own(goldtof::OwnRtl::folder("my_rtl")),
-///     stimulus: StimulusKind::Adversarial,
-///     clocks: None,
-///     seed: 1,
-///     window: goldtof::cosim::window::Window::Found,
-///     latency: goldtof::cosim::latency::Latency::Auto,
-///     engine: goldtof::cosim::engine::Engine::Auto,
-/// };
-/// let mut found = goldtof::cosim(&scene, &options, |_, _| ())?;
-/// if found.report.verdict == Verdict::Mismatch {
-///     found.write_vcd(Path::new("mismatch.vcd"))?;
-/// }
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// # Errors
-/// When the scene has no hardware, the Verilog does not fit it or ends its own
-/// simulation, or a tool is missing or fails.
-pub fn cosim(
-    scene: &Scene,
-    options: &CosimOptions,
-    on_progress: impl FnMut(u64, u64),
-) -> Result<Cosimulation, CosimFailed> {
-    let sensor = Sensor::new(scene);
-    let design = options.rtl.read(&sensor)?;
-    let request = Request {
-        top: design.top,
-        sources: design.sources,
-        registers: design.registers,
-        cache: cache_dir()?,
-        stimulus: options.stimulus,
-        clocks: options.clocks,
-        seed: options.seed,
-        window: options.window.clone(),
-        engine: options.engine,
-    };
-    let sensor = held_to(&sensor, options.latency, &request)?;
-    let mut done = cosimulate(&sensor, &request, on_progress)?;
-    done.report.remarks = design.remarks;
-    Ok(done)
-}
-
-impl Rtl {
-    /// SHA-256 of the design that is meant, in hexadecimal digits: of its top module's name
-    /// and of name and text of every file.
-    ///
-    /// # Errors
-    /// When it cannot be emitted or read.
-    pub(crate) fn sha256(&self, scene: &Scene) -> Result<String, CosimFailed> {
-        let design = self.read(&Sensor::new(scene))?;
-        let files = design.sources.iter().flat_map(|file| [&file.name, &file.text]);
-        Ok(crate::digest::sha256_of_all(std::iter::once(&design.top).chain(files)))
-    }
-
-    /// The design that is meant.
-    fn read(&self, sensor: &Sensor) -> Result<OwnDesign, CosimFailed> {
-        Ok(match self {
-            Rtl::Own(own) => own::read(own, sensor.interface())?,
-            Rtl::Emitted { made_by } => {
-                let files = deliver::verilog(sensor, &Prefix::default(), made_by)?;
-                OwnDesign {
-                    sources: sources_of(&files),
-                    top: deliver::TOP.to_owned(),
-                    registers: Some(ScanRegisters::of(sensor.interface())),
-                    remarks: Vec::new(),
-                }
-            }
-        })
-    }
-}
-
-/// How many faults and mutants of a design a stimulus finds. `on_stage` is told what is
-/// being done.
-///
-/// # Errors
-/// When the scene has no hardware, the Verilog does not fit it, differs from the
-/// reference model or is none of which faults can be told, or a tool is missing or fails.
-pub fn grade(
-    scene: &Scene,
-    rtl: &Rtl,
-    options: &GradeOptions,
-    on_stage: impl FnMut(&'static str),
-) -> Result<Grade, CosimFailed> {
-    let graded = grade_some(scene, rtl, options, |count| (0..count).collect(), on_stage)?;
-    Ok(graded.grade(options))
-}
-
-/// What becomes of some faults and mutants of a design: of those that `choose` says, by
-/// their numbers in order, given how many there are of a kind.
-///
-/// # Errors
-/// As [`grade`].
-pub(crate) fn grade_some(
-    scene: &Scene,
-    rtl: &Rtl,
-    options: &GradeOptions,
-    choose: impl Fn(usize) -> Vec<usize> + Sync,
-    on_stage: impl FnMut(&'static str),
-) -> Result<Graded, CosimFailed> {
-    let sensor = Sensor::new(scene);
-    let design = rtl.read(&sensor)?;
-    let request = GradeRequest {
-        top: design.top,
-        sources: design.sources,
-        registers: design.registers,
-        cache: cache_dir()?,
-        options: *options,
-    };
-    let graded = crate::grade::grade(&sensor, &request, choose, on_stage);
-    Ok(graded.map_err(not_graded)?)
-}
-
-/// Whose counts they are.
-#[derive(Debug, Clone)]
+/// Whose counts they are, and what turns them into a distance.
+#[derive(Debug, Clone, Default, clap::Args)]
 pub struct EstimateOptions {
-    /// Name of the detector.
-    pub detector: String,
+    /// Estimator [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
+    /// Name of the detector; the scene's first if none is given
+    #[arg(skip)]
+    pub detector: Option<String>,
 }
 
 /// Why counts cannot be estimated from.
@@ -278,51 +314,110 @@ pub enum EstimateError {
     /// The counts are not those of a scan.
     #[error(transparent)]
     Impossible(#[from] ImpossibleScan),
+    /// The estimator needs counts that the hardware does not send.
+    #[error(transparent)]
+    Totals(#[from] TotalsMissing),
 }
 
-/// Turns the counts of a scan, one of each phase step in their order, into a distance,
-/// by the scene's estimator, beside the truth and what theory expects. Where the counts
-/// give no distance, the report says why.
-///
-/// ```
-/// use std::path::Path;
-///
-/// use goldtof::photons::StepCount;
-///
-/// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-/// // All light is counted up in phase step 40 and its neighbours.
-/// let counts: Vec<StepCount> = (0..scene.scan.steps as i64)
-///     .map(|step| (100 - 12 * (step - 40).abs()).max(0))
-///     .map(|signed| StepCount { signed, total: 200 })
-///     .collect();
-/// let options = goldtof::EstimateOptions {
-///     detector: scene.detectors[0].name.clone(),
-/// };
-/// let estimate = goldtof::estimate(&scene, &options, &counts)?;
-/// assert_eq!(estimate.coarse_phase_step, Some(40));
-/// assert!(estimate.distance_m.is_some());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// [`Jobs::simulate`] with its progress in scans, of all detectors. If `on_progress` unwinds,
+/// the simulation ends there, and leaves nothing behind.
 ///
 /// # Errors
-/// When the scene has no such detector, its scan another number of steps, or its hardware
-/// cannot have counted that.
-pub fn estimate(
-    scene: &Scene,
-    options: &EstimateOptions,
-    counts: &[StepCount],
-) -> Result<EstimateReport, EstimateError> {
-    let name = &options.detector;
-    let mut detectors = scene.detectors.iter();
-    let Some(detector) = detectors.position(|detector| detector.name == *name).map(DetectorIndex)
-    else {
-        let known: Vec<String> =
-            scene.detectors.iter().map(|detector| format!("\"{}\"", detector.name)).collect();
-        return Err(EstimateError::NoDetector { name: name.clone(), known: known.join(", ") });
+/// As there.
+pub fn simulate(
+    sensor: &Sensor,
+    options: &SimulateOptions,
+    mut on_progress: impl FnMut(Progress),
+) -> Result<Simulation, ScansError> {
+    let parts = |done, of| on_progress(Progress::Parts { done, of });
+    repeat::simulate_watched(&sensor.with_estimator(options.estimator)?, options, parts)
+}
+
+/// [`Jobs::cosim`] with its progress in clocks.
+///
+/// # Errors
+/// As there.
+pub fn cosim(
+    sensor: &Sensor,
+    options: &CosimOptions,
+    mut on_progress: impl FnMut(Progress),
+) -> Result<Cosimulation, CosimFailed> {
+    let design = design(sensor, &options.own, &options.made_by)?;
+    let request = Request {
+        top: design.top,
+        sources: design.sources,
+        registers: design.registers,
+        cache: cache_dir()?,
+        stimulus: options.stimulus,
+        clocks: options.clocks,
+        seed: options.seed,
+        window: options.window.clone(),
+        engine: options.engine,
     };
-    // Hardware that sends no total counts leaves them all 0.
-    let has_totals = counts.iter().any(|count| count.total != 0);
-    let told = |count: &StepCount| (count.signed, has_totals.then_some(count.total));
-    let counts = possible_scan(scene, &counts.iter().map(told).collect::<Vec<_>>())?;
-    Ok(estimate_scan(&Sensor::new(scene), detector, &counts))
+    let sensor = held_to(sensor, options.latency, &request)?;
+    let parts = |done, of| on_progress(Progress::Parts { done, of });
+    let mut done = cosimulate(&sensor, &request, parts)?;
+    done.report.remarks.splice(0..0, design.remarks);
+    Ok(done)
+}
+
+/// [`Jobs::grade`] with its progress in stages.
+///
+/// # Errors
+/// As there.
+pub fn grade(
+    sensor: &Sensor,
+    options: &GradeOptions,
+    on_progress: impl FnMut(Progress),
+) -> Result<Grade, CosimFailed> {
+    let graded = grade_some(sensor, options, |count| (0..count).collect(), on_progress)?;
+    Ok(graded.grade(options))
+}
+
+/// What becomes of some faults and mutants of a design: of those that `choose` says, by
+/// their numbers in order, given how many there are of a kind.
+///
+/// # Errors
+/// As [`grade`].
+pub(crate) fn grade_some(
+    sensor: &Sensor,
+    options: &GradeOptions,
+    choose: impl Fn(usize) -> Vec<usize> + Sync,
+    mut on_progress: impl FnMut(Progress),
+) -> Result<Graded, CosimFailed> {
+    let design = design(sensor, &options.own, &options.made_by)?;
+    let request = GradeRequest {
+        top: design.top,
+        sources: design.sources,
+        registers: design.registers,
+        cache: cache_dir()?,
+        options: options.clone(),
+    };
+    let stage = |what| on_progress(Progress::Stage(what));
+    Ok(crate::grade::grade(sensor, &request, choose, stage).map_err(not_graded)?)
+}
+
+/// SHA-256 of the design that is graded, in hexadecimal digits: of its top module's name and of
+/// name and text of every file.
+///
+/// # Errors
+/// When it cannot be emitted or read.
+pub(crate) fn sha256_of(sensor: &Sensor, options: &GradeOptions) -> Result<String, CosimFailed> {
+    let design = design(sensor, &options.own, &options.made_by)?;
+    let files = design.sources.iter().flat_map(|file| [&file.name, &file.text]);
+    Ok(crate::digest::sha256_of_all(std::iter::once(&design.top).chain(files)))
+}
+
+/// The user's own design, or else the emitted one.
+fn design(sensor: &Sensor, own: &OwnRtl, made_by: &str) -> Result<OwnDesign, CosimFailed> {
+    if own.is_given() {
+        return Ok(own::read(own, sensor.interface())?);
+    }
+    let files = deliver::verilog(sensor, &Prefix::default(), made_by)?;
+    Ok(OwnDesign {
+        sources: sources_of(&files),
+        top: deliver::TOP.to_owned(),
+        registers: Some(ScanRegisters::of(sensor.interface())),
+        remarks: Vec::new(),
+    })
 }

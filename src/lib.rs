@@ -4,14 +4,15 @@
 //! The way of one scene through the crate: [`scene`] reads and checks it,
 //! [`code`] makes its codes, [`sensor`] fixes what the hardware promises at its
 //! ports, `rtl` describes that hardware and [`deliver`] emits it as Verilog,
-//! [`photons`] makes the light and the detections, [`mod@reference`] predicts every
-//! port at every clock, [`mod@cosim`] runs the Verilog beside it, [`response`] says what
-//! counts are expected, and [`mod@estimate`] turns counts into a distance. [`mod@simulate`]
-//! does it many times, and [`study`] learns from that.
+//! [`photons`] simulates light and detections, [`mod@reference`] predicts every port at every
+//! clock, [`mod@cosim`] compares the Verilog with it, [`response`] has the expected counts, and
+//! [`mod@estimate`] turns counts into a distance. [`mod@simulate`] repeats that, and [`study`]
+//! has sweeps, stress cases and the article's figures.
 //!
-//! The doors are [`run()`], [`emit()`], [`simulate()`], [`cosim()`] and [`estimate()`]:
-//! each takes a [`scene::Scene`] and its options. The feature `cli` is the program; it is on
-//! by default, and a library user can do without (`default-features = false`).
+//! A [`Sensor`] is the door. It loads a scene; its [`Jobs`] emit, simulate, co-simulate, grade,
+//! estimate, or run all of it, with options that have defaults. The functions of the same names
+//! also tell how far they are. The feature `cli` is the program; it is on by default,
+//! and a library user can do without (`default-features = false`).
 //!
 //! What is left out of this documentation though it is public (the hardware's blocks,
 //! the reference model) is there for the tests and benches of this package, and may
@@ -23,13 +24,15 @@
 //! [`SPEED_OF_LIGHT_M_PER_S`].
 //!
 //! ```
-//! use std::path::Path;
+//! use goldtof::{Jobs as _, Sensor, SimulateOptions};
 //!
-//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-//! let fidelity = goldtof::simulate::Tier::Expected;
-//! let options = goldtof::SimulateOptions { fidelity, ..Default::default() };
-//! let simulation = goldtof::simulate(&scene, &options)?;
-//! assert!((simulation.estimates[0].true_distance_m - 3.2).abs() < 1e-9);
+//! let sensor = Sensor::load("scenes/quick.toml")?;
+//! let expected = sensor.expected()?;
+//! let options = SimulateOptions { repetitions: 200, ..Default::default() };
+//! let simulated = sensor.simulate(&options)?;
+//! let (expected, simulated) = (&expected.estimates[0], &simulated.estimates[0]);
+//! let ratio = simulated.std_m.unwrap() / expected.expected_std_m.unwrap();
+//! assert!((ratio - 1.0).abs() < 0.2);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -42,6 +45,7 @@
 pub mod cli;
 mod door;
 pub mod plan;
+mod progress;
 #[doc(hidden)]
 pub mod report;
 mod run;
@@ -67,14 +71,16 @@ pub use goldtof_verification::{batch, cosim, grade};
 
 pub use cosim::own::OwnRtl;
 pub use door::{
-    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Rtl, cosim, emit,
-    estimate, grade, simulate, simulate_watched,
+    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Jobs, cosim, grade,
+    simulate,
 };
 pub use files::{FileError, OutputFolder};
 pub use grade::{Bounds as ProofBounds, GradeOptions, GradeStimulus};
 pub use interrupt::watch as watch_signals;
 pub use light::SPEED_OF_LIGHT_M_PER_S;
 pub use programs::set_time_limit as set_tool_time_limit;
+pub use progress::Progress;
 pub use report::provenance::Provenance;
 pub use run::{Run, RunError, RunEvent, RunOptions, run};
+pub use sensor::Sensor;
 pub use simulate::SimulateOptions;

@@ -24,14 +24,16 @@ use crate::plan::figures::Figures;
 use crate::plan::overview::with_cells;
 use crate::plan::resources::{Resources, resources};
 use crate::plan::{self, Plan};
+use crate::progress::Progress;
 use crate::reference::predictor::ReferenceError;
 use crate::report::curves::IntegrationCurves;
 use crate::report::page::Page;
 use crate::report::provenance::Provenance;
 use crate::report::timing::{Wave, waves};
 use crate::report::{DetectorCounts, bins_csv, counts_csv};
-use crate::scene::{DetectorIndex, Scene};
+use crate::scene::{DetectorIndex, EstimatorKind, TotalsMissing};
 use crate::sensor::Sensor;
+use crate::version::MADE_BY;
 
 /// The report page; written last.
 pub const REPORT: &str = "report.html";
@@ -43,29 +45,56 @@ const MISMATCH: &str = "mismatch.vcd";
 const WAVES: &str = "waves.vcd";
 const RTL: &str = "rtl";
 
-/// Said of an estimate after a mismatch.
+/// Remark on an estimate after a mismatch.
 const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from the reference model";
 
-/// What a run is to do beside what its scene says.
-#[derive(Debug, Clone)]
+/// Options of the main job.
+#[derive(Debug, Clone, clap::Args)]
 pub struct RunOptions {
-    /// Folder for the Verilog (in `rtl`), `counts.csv`, of histograms `bins.csv`, too,
-    /// `report.html`, after a mismatch `mismatch.vcd`, and
-    /// `waves.vcd` if asked for; made when missing.
+    /// Folder for the Verilog, counts.csv and report.html; made when missing,
+    /// for example --out out/quick
+    #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Seed of all random numbers.
-    pub seed: u64,
-    /// How Verilog and reference model are clocked.
+    /// Estimator [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
+    pub estimator: Option<EstimatorKind>,
+    /// Co-simulation engine
+    #[arg(long, value_name = "E", value_enum, default_value_t)]
     pub engine: Engine,
-    /// Grades the adversarial stimulus on the emitted Verilog, too, if that matches: with every
-    /// stuck-at fault, and so many mutants.
+    /// Also grade the adversarial stimulus on the Verilog, with every stuck-at fault and
+    /// 0 to 10,000 mutants, so that the report states the strength of a match, for example
+    /// --grade or --grade=100 [default: no grade; 0 mutants]
+    #[arg(long = "grade", value_name = "MUTANTS", num_args = 0..=1, require_equals = true,
+          default_missing_value = "0", hide_default_value = true,
+          value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pub graded_mutants: Option<u32>,
-    /// What emitted files say that they were made by.
+    /// Seed of all random numbers
+    #[arg(skip)]
+    pub seed: u64,
+    /// What emitted files say that they were made by
+    #[arg(skip)]
     pub made_by: String,
-    /// The clocks of `waves.vcd`; the file is not written without it.
+    /// The clocks of `waves.vcd`; the file is not written without it
+    #[arg(skip)]
     pub window: Option<Range<u64>>,
-    /// What the report says of where it comes from; may be left empty.
+    /// What the report says of where it comes from; may be left empty
+    #[arg(skip)]
     pub provenance: Provenance,
+}
+
+impl Default for RunOptions {
+    fn default() -> RunOptions {
+        RunOptions {
+            out: "out".into(),
+            estimator: None,
+            engine: Engine::Auto,
+            graded_mutants: None,
+            seed: 1,
+            made_by: MADE_BY.to_owned(),
+            window: None,
+            provenance: Provenance::default(),
+        }
+    }
 }
 
 /// How far a run is.
@@ -75,15 +104,13 @@ pub enum RunEvent<'a> {
     Waits(&'a Path),
     /// The Verilog is in its folder.
     Emitted(&'a Emission, &'a Path),
-    /// Clocks that were co-simulated, of how many.
-    Clocks(u64, u64),
+    /// Clocks that were co-simulated, then stages of the grade.
+    Progress(Progress),
     /// The co-simulation is done.
     Compared(&'a cosim::Report),
-    /// What is being done for the grade.
-    Grades(&'static str),
 }
 
-/// What a run found; as JSON the document of `goldtof run`.
+/// Results of a run; the JSON of `goldtof run`.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Run {
     /// The scene's name.
@@ -91,19 +118,18 @@ pub struct Run {
     pub scene: String,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// What was kept and left out.
+    /// Parts that are kept and left out.
     pub plan: Plan,
     /// The Verilog.
     pub emit: Emission,
     /// Verilog and reference model, side by side.
     pub cosim: cosim::Report,
-    /// What the Verilog's counts say of the distance, by the scene's estimator; one
-    /// entry per detector.
+    /// Distances from the Verilog's counts by the scene's estimator, one entry per detector.
     pub estimates: Vec<EstimateReport>,
     /// The same by the other estimator, on the same counts.
     pub other_estimates: Vec<EstimateReport>,
-    /// What the adversarial stimulus is worth on this Verilog, if that was asked for and the
-    /// Verilog matches.
+    /// Fault coverage of the adversarial stimulus on this Verilog, if asked for and if the Verilog
+    /// matches.
     pub grade: Option<Grade>,
 }
 
@@ -126,37 +152,22 @@ pub enum RunError {
     /// The hardware's ports cannot be predicted.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
+    /// The estimator needs counts that the hardware does not send.
+    #[error(transparent)]
+    Totals(#[from] TotalsMissing),
 }
 
-/// Does a scene's main job. A mismatch of Verilog and reference model is a result.
-///
-/// ```no_run
-/// use std::path::Path;
-///
-/// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-/// let options = goldtof::RunOptions {
-///     out: "out/quick".into(),
-///     seed: 1,
-///     engine: goldtof::cosim::engine::Engine::Auto,
-///     graded_mutants: None,
-///     made_by: "goldtof emit quick.toml".to_owned(),
-///     window: None,
-///     provenance: goldtof::Provenance::default(),
-/// };
-/// let run = goldtof::run(&scene, &options, |_| ())?;
-/// println!("{}: {:?}", run.cosim.verdict, run.estimates[0].distance_m);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// [`Jobs::run`](crate::Jobs::run) with its progress.
 ///
 /// # Errors
-/// When the scene has no hardware, a tool is missing or fails, or a file cannot be
-/// written.
+/// As there.
 pub fn run(
-    scene: &Scene,
+    sensor: &Sensor,
     options: &RunOptions,
     mut on_event: impl FnMut(RunEvent),
 ) -> Result<Run, RunError> {
-    let sensor = Sensor::new(scene);
+    let sensor = sensor.with_estimator(options.estimator)?;
+    let scene = sensor.scene();
     if options.graded_mutants.is_some() {
         grade::refuse(&sensor)?;
     }
@@ -169,7 +180,7 @@ pub fn run(
     on_event(RunEvent::Emitted(&emission, &folder.join(RTL)));
 
     let request = request(&emission, options)?;
-    let clocks = |done, of| on_event(RunEvent::Clocks(done, of));
+    let clocks = |done, of| on_event(RunEvent::Progress(Progress::Parts { done, of }));
     let (cosimulation, shown) =
         beside(|| Shown::of(&sensor, options.seed), || cosimulate(&sensor, &request, clocks));
     let mut cosimulation = cosimulation?;
@@ -185,7 +196,7 @@ pub fn run(
         beside(|| estimates(&other, &cosimulation), || estimates(&sensor, &cosimulation));
     let mutants =
         options.graded_mutants.filter(|_| cosimulation.report.verdict != Verdict::Mismatch);
-    let stage = |stage| on_event(RunEvent::Grades(stage));
+    let stage = |stage| on_event(RunEvent::Progress(Progress::Stage(stage)));
     let grade = mutants.map(|mutants| graded(&sensor, &request, mutants, stage));
     let run = Run {
         scene: scene.name.clone(),
@@ -214,7 +225,7 @@ fn remove_other_runs(folder: &OutputFolder) -> Result<(), RunError> {
     Ok(folder.sync()?)
 }
 
-/// What the report shows that the co-simulation has no say in.
+/// Parts of the report that do not depend on the co-simulation.
 struct Shown {
     resources: Option<Resources>,
     waves: Vec<Wave>,
@@ -258,7 +269,7 @@ fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimEr
     })
 }
 
-/// What the adversarial stimulus is worth on the design of a co-simulation.
+/// Fault coverage of the adversarial stimulus on the design of a co-simulation.
 fn graded(
     sensor: &Sensor,
     cosimulated: &Request,
@@ -277,7 +288,7 @@ fn graded(
     Ok(graded.grade(&request.options))
 }
 
-/// What the counts that the Verilog sent say of the distance, detector by detector.
+/// Distances from the counts that the Verilog sent, detector by detector.
 fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
     let of_detector = |(detector, sent): (DetectorIndex, &Vec<SentCount>)| {
         let mut estimate = match histogram_of(sensor, sent) {

@@ -5,9 +5,10 @@
 // The shared file holds words of a block's inputs, and room for those of its
 // outputs.
 //
-// A clock begins low: inputs set, outputs of the clock before looked at once more, which is
-// what a receiver takes with the rising edge; rising edge, outputs read. goldtof_low.h says
-// whether anything can move in the low half, and how the clock falls.
+// Inputs change soon after a rising edge, as those of a circuit do. Where goldtof_low.h says that
+// outputs can move before the next one they are looked at twice more: when the inputs have
+// changed, and when the clock has fallen, which is what a receiver takes. It says how the clock
+// falls, too.
 
 #include "goldtof_ports.h"
 
@@ -46,7 +47,7 @@ struct Place {
     uint64_t kept_bytes;   // of the state before the block; 0 if there was no room
     uint64_t in[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_IN_WORDS];
     uint64_t out[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_OUT_WORDS];  // after each rising edge
-    uint64_t low[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_OUT_WORDS];  // before each rising edge
+    uint64_t low[GOLDTOF_BLOCK_CLOCKS * GOLDTOF_OUT_WORDS];  // until each rising edge
     Skip skips[GOLDTOF_MOST_SKIPS];
     uint8_t kept[GOLDTOF_STATE_BYTES];
 };
@@ -123,6 +124,23 @@ uint64_t state_of(GOLDTOF_MODEL* top) {
     return hash.value;
 }
 
+// Inputs, and the falling edge. Of a bit that has moved with the inputs and back with the clock
+// what it has moved to is told.
+void look_again(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t* low) {
+    uint64_t stood[GOLDTOF_OUT_WORDS], high[GOLDTOF_OUT_WORDS];
+    goldtof_sample(top, stood);
+    goldtof_apply(top, in);
+    top->eval();
+    goldtof_sample(top, high);
+    goldtof_fall(top);
+    top->eval();
+    goldtof_sample(top, low);
+    for (int word = 0; word < GOLDTOF_OUT_WORDS; ++word) {
+        const uint64_t moved = stood[word] ^ high[word];
+        low[word] = (high[word] & moved) | (low[word] & ~moved);
+    }
+}
+
 void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_skips,
          uint64_t state) {
     if (state & TAKE) {
@@ -139,11 +157,11 @@ void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_s
     const Skip* const last_skip = skip + number_of_skips;
     place.looks_again = GOLDTOF_LOOKS_AGAIN;
     for (uint64_t clock = 0; clock < clocks; ++clock) {
-        goldtof_apply(top, in);
         if (GOLDTOF_LOOKS_AGAIN) {
-            top->eval();
-            goldtof_sample(top, low);
+            look_again(top, in, low);
             low += GOLDTOF_OUT_WORDS;
+        } else {
+            goldtof_apply(top, in);
         }
         for (; skip != last_skip && skip->clock == clock; ++skip) {
             goldtof_skip(top, skip->chips, skip->groups);
@@ -151,7 +169,7 @@ void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_s
         top->GOLDTOF_CLOCK = 1;
         top->eval();
         goldtof_sample(top, out);
-        goldtof_fall(top);
+        if (!GOLDTOF_LOOKS_AGAIN) goldtof_fall(top);
         in += GOLDTOF_IN_WORDS;
         out += GOLDTOF_OUT_WORDS;
     }

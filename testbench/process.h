@@ -25,7 +25,9 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#ifndef GOLDTOF_WITHOUT_VERILATOR
 #include "verilated.h"
+#endif
 
 // Answers requests until there are no more; `words` is the shared file. Of the processes of a
 // model the first is 0, the one that takes the opposite of every bit that Verilog leaves undefined

@@ -50,6 +50,7 @@ struct Words {
     when: Option<Expr>,
     each: Option<Each>,
     is: Option<Expr>,
+    number: bool,
 }
 
 /// `#[reset(value)]` or `#[reset(value, constant)]`.
@@ -121,6 +122,7 @@ impl Words {
                 "when" => words.when = Some(attribute.parse_args()?),
                 "each" => words.each = Some(attribute.parse_args()?),
                 "is" => words.is = Some(attribute.parse_args()?),
+                "number" => words.number = true,
                 _ => others.push(attribute),
             }
         }
@@ -167,7 +169,8 @@ impl Words {
                 let value = needed(self.value.take(), ty, "value(number)")?;
                 let width = needed(self.width.take(), ty, "width(bits)")?;
                 let about = self.about();
-                let constant = quote!(Constant::new(#value, (#width) as u32, #about));
+                let number = std::mem::take(&mut self.number).then(|| quote!(.number()));
+                let constant = quote!(Constant::new(#value, (#width) as u32, #about)#number);
                 self.under_heading(constant)
             }
             "Wiring" => self.wiring(ty)?,
@@ -250,6 +253,7 @@ impl Words {
             (self.when.is_some(), "when"),
             (self.each.is_some(), "each"),
             (self.is.is_some(), "is"),
+            (self.number, "number"),
         ];
         match rest.iter().find(|(stands, _)| *stands) {
             Some((_, word)) => Err(Error::new(

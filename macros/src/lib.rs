@@ -50,7 +50,7 @@
 //! `#[block(P)]` derives rust-hdl's `LogicBlock` and makes `fn build(plan: &P)`, in which every
 //! part is as its field says. The doc comment is the comment in the Verilog. Beside it:
 //! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
-//! of the block; `#[value(number)]` of a constant; `#[sources(places, inputs)]` of a wiring that is
+//! of the block; `#[value(number)]` of a constant, and `#[number]` if it is no pattern of bits; `#[sources(places, inputs)]` of a wiring that is
 //! not straight; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
 //! `#[under("heading")]` among the ports or constants; `#[about(text)]` for a comment that depends on the
 //! plan; `#[is(expression)]` for any other part.

@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use goldtof::code::{CodeSpec, Family, correlate, parse_polynomials, parse_seeds, report};
 use goldtof::cosim::StimulusKind;
 use goldtof::cosim::latency::Latency;
-use goldtof::cosim::window::Window;
-use goldtof::deliver::Prefix;
-use goldtof::{CosimOptions, EmitOptions, OwnRtl, Rtl};
+use goldtof::{CosimOptions, EmitOptions, Jobs as _, OwnRtl, Sensor};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
@@ -90,14 +88,11 @@ pub(crate) fn emit<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let options = EmitOptions {
         made_by: format!("goldtof emit {}.toml", scene.scene().name),
-        prefix: match prefix {
-            Some(prefix) => prefix.parse().map_err(bad_argument)?,
-            None => Prefix::default(),
-        },
+        prefix: prefix.map(str::parse).transpose().map_err(bad_argument)?,
     };
-    let scene = scene.scene().clone();
+    let sensor = Sensor::new(scene.scene());
     let emission = wait_for(python, None, move |_| {
-        let emission = goldtof::emit(&scene, &options).map_err(failed)?;
+        let emission = sensor.emit(&options).map_err(failed)?;
         goldtof::deliver::write(&emission, &out).map_err(failed)?;
         Ok(emission)
     })?;
@@ -127,30 +122,25 @@ pub(crate) fn cosim<'py>(
     engine: &str,
     on_progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let scene = scene.scene().clone();
+    let sensor = Sensor::new(scene.scene());
     within(clocks.unwrap_or(1), MOST_CLOCKS, "clocks")?;
-    let is_own = rtl.is_some() || !file_lists.is_empty();
-    let rtl = match is_own {
-        true => Rtl::Own(OwnRtl { folder: rtl, file_lists, top, include_folders, defines }),
-        false => Rtl::Emitted { made_by: format!("goldtof cosim {}.toml", scene.name) },
-    };
     let kinds = [StimulusKind::Photons, StimulusKind::Adversarial];
     let options = CosimOptions {
-        rtl,
+        own: OwnRtl { folder: rtl, file_lists, top, include_folders, defines },
+        made_by: format!("goldtof cosim {}.toml", scene.scene().name),
         stimulus: named(&kinds, stimulus, "stimulus")?,
         clocks,
         seed,
-        window: Window::Found,
         latency: match latency {
             Some(latency) => latency.parse::<Latency>().map_err(bad_argument)?,
             None => Latency::Emitted,
         },
         engine: arguments::engine(engine)?,
+        ..CosimOptions::default()
     };
     let report = wait_for(python, on_progress, move |watch| {
-        let progress = |done, all| watch.progress(done, all);
-        let done = goldtof::cosim(&scene, &options, progress).map_err(of_cosim)?;
-        Ok(done.report)
+        let done = goldtof::cosim(&sensor, &options, |so_far| watch.hear(so_far));
+        Ok(done.map_err(of_cosim)?.report)
     })?;
     to_python(python, &report)
 }

@@ -108,8 +108,8 @@ pub(crate) fn simulate<'py>(
         estimator: None,
     };
     let simulation = wait_for(python, on_progress, move |watch| {
-        goldtof::simulate_watched(&scene, &options, |done, all| watch.progress(done, all))
-            .map_err(of_scans)
+        let sensor = Sensor::new(&scene);
+        goldtof::simulate(&sensor, &options, |so_far| watch.hear(so_far)).map_err(of_scans)
     })?;
     to_python(python, &simulation)
 }

@@ -8,6 +8,8 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 
+use goldtof::Progress;
+
 use crate::errors::failed;
 
 /// How often signals are looked for, and progress is told.
@@ -26,6 +28,13 @@ struct Stopped;
 
 impl Watch {
     /// Keeps how far the job has come; does not return when it is to stop.
+    pub(crate) fn hear(&self, so_far: Progress) {
+        if let Progress::Parts { done, of } = so_far {
+            self.progress(done, of);
+        }
+    }
+
+    /// [`Watch::hear`] of parts.
     pub(crate) fn progress(&self, done: u64, all: u64) {
         self.done.store(done, Ordering::Relaxed);
         self.all.store(all, Ordering::Relaxed);

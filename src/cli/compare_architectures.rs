@@ -1,12 +1,29 @@
 //! `goldtof compare-architectures`.
 
-use super::arguments::CompareArchitecturesArguments;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::arguments::SceneArgument;
 use super::ending::Ending;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
 use crate::printable::printable_path;
 use crate::sensor::Sensor;
 use crate::study::architectures::compare;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof compare-architectures scenes/quick.toml --out out/architectures"
+)]
+pub(super) struct CompareArchitecturesArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Folder for architectures.svg and architectures.csv; made when missing, for example
+    /// --out out/architectures
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
 
 pub(super) fn run(
     arguments: &CompareArchitecturesArguments,

@@ -1,22 +1,45 @@
 //! `goldtof cosim`.
 
-use super::arguments::CosimArguments;
-use super::emit::rtl;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::arguments::{SceneArgument, VcdWindow};
+use super::emit::command_line;
 use super::ending::Ending;
 use super::forecast::Forecast;
 use super::junit;
-use super::output::{Output, Progress, with_causes};
+use super::output::{Bar, Output, with_causes};
 use super::warnings::warn_of_far_paths;
-
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
 use crate::cosim::{Report, StimulusKind, VcdClocks, Verdict};
 use crate::door::{CosimOptions, cosim};
 use crate::files::check_target;
 use crate::printable::printable_path;
+use crate::progress::Progress;
 use crate::sensor::Sensor;
 use crate::sensor::port::Role;
-use std::path::Path;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof cosim scenes/quick.toml --rtl rtl --stimulus adversarial")]
+pub(super) struct CosimArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    #[command(flatten)]
+    pub options: CosimOptions,
+    /// Write waveforms of all ports, both sides, round the first mismatch (or the first
+    /// result if there is none), with views for GTKWave and Surfer, for example
+    /// --vcd ports.vcd
+    #[arg(long, value_name = "FILE")]
+    pub vcd: Option<PathBuf>,
+    #[command(flatten)]
+    pub vcd_window: VcdWindow,
+    /// Also write the verdict as a JUnit report: a case for each output port, each family
+    /// of cover points and the stimulus, for example --junit cosim.xml
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+}
 
 pub(super) fn run(
     arguments: &CosimArguments,
@@ -24,23 +47,21 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
-    warn_of_far_paths(&Sensor::new(&scene), output);
+    let sensor = Sensor::new(&scene);
+    warn_of_far_paths(&sensor, output);
     for path in [&arguments.vcd, &arguments.junit].into_iter().flatten() {
-        // Better now than after a long run.
+        // An unwritable file is reported before the run, not after it.
         check_target(path)?;
     }
     let options = CosimOptions {
-        rtl: rtl(&arguments.own, &arguments.scene),
-        stimulus: arguments.stimulus,
-        clocks: arguments.clocks,
+        made_by: command_line(&arguments.scene),
         seed,
         window: window(arguments)?,
-        latency: arguments.latency,
-        engine: arguments.engine,
+        ..arguments.options.clone()
     };
     let mut progress = CosimProgress::new(output);
     progress.build();
-    let found = cosim(&scene, &options, |done, of| progress.take(done, of));
+    let found = cosim(&sensor, &options, |so_far| progress.hear(so_far));
     progress.end();
     let mut cosimulation = with_junit(arguments.junit.as_deref(), &scene.name, found)?;
     if let Some(path) = &arguments.junit {
@@ -64,7 +85,7 @@ fn window(arguments: &CosimArguments) -> anyhow::Result<Window> {
     Ok(asked.map_or(Window::Found, Window::Clocks))
 }
 
-/// A result; if it is an error, the JUnit report says so before the program ends.
+/// Passes a result on; an error goes into the JUnit report first.
 pub(super) fn with_junit<T, E: Into<anyhow::Error>>(
     junit: Option<&Path>,
     scene: &str,
@@ -83,38 +104,39 @@ pub(super) fn with_junit<T, E: Into<anyhow::Error>>(
 /// Shows how far a co-simulation is.
 pub(super) struct CosimProgress<'o> {
     output: &'o Output,
-    progress: Progress,
+    bar: Bar,
     forecast: Option<Forecast<'o>>,
 }
 
 impl<'o> CosimProgress<'o> {
     pub fn new(output: &'o Output) -> CosimProgress<'o> {
-        CosimProgress { output, progress: output.progress(), forecast: None }
+        CosimProgress { output, bar: output.bar(), forecast: None }
     }
 
     /// The Verilog is being built.
     pub fn build(&self) {
-        self.progress.stage("building the model of the Verilog");
+        self.bar.stage("building the model of the Verilog");
     }
 
-    /// `done` clocks `of` all are done.
-    pub fn take(&mut self, done: u64, of: u64) {
-        // From the first block on: what is built before is not in the rate.
-        let forecast =
-            self.forecast.get_or_insert_with(|| Forecast::new(self.output, "the co-simulation"));
-        forecast.progress(done, of);
-        self.progress.clocks("co-simulating", done, of);
-    }
-
-    /// Names what is being done after it.
-    pub fn stage(&mut self, what: &'static str) {
-        self.progress.end();
-        self.progress = self.output.progress();
-        self.progress.stage(what);
+    /// Clocks of the co-simulation, and stages of what is done after it.
+    pub fn hear(&mut self, so_far: Progress) {
+        match so_far {
+            Progress::Parts { done, of } => {
+                // From the first block on: what is built before is not in the rate.
+                let new = || Forecast::new(self.output, "the co-simulation");
+                self.forecast.get_or_insert_with(new).progress(done, of);
+                self.bar.clocks("co-simulating", done, of);
+            }
+            Progress::Stage(what) => {
+                self.bar.end();
+                self.bar = self.output.bar();
+                self.bar.stage(what);
+            }
+        }
     }
 
     pub fn end(&self) {
-        self.progress.end();
+        self.bar.end();
     }
 }
 
@@ -175,7 +197,7 @@ pub(super) fn score(report: &Report) -> String {
     )
 }
 
-/// How each port differs, and what would take a design that is late.
+/// The difference at each port, and a hint at `--latency auto`.
 fn differences(report: &Report) -> String {
     let mut text = String::new();
     for difference in &report.differences {
@@ -191,7 +213,7 @@ fn differences(report: &Report) -> String {
     text
 }
 
-/// What the verdict rests on, and what it lacks.
+/// Coverage behind the verdict, and what is missing for one.
 pub(super) fn exercised(report: &Report) -> String {
     let mut text = format!("clocked: {}\n", report.engines_text());
     text += &format!("exercised: {}\n", report.exercised.text());

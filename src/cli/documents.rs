@@ -27,7 +27,7 @@ use crate::study::architectures::Comparison;
 use crate::study::fidelity::FidelityReport;
 use crate::study::reproduce::Reproduction;
 use crate::study::stress::StressReport;
-use crate::study::sweep::Definition;
+use crate::study::sweep::SweepOptions;
 
 /// Name and text of the schema of each document.
 pub fn schemas() -> Vec<(&'static str, String)> {
@@ -49,7 +49,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<StressReport>(),
         schema::<CaseList>(),
         schema::<SweepReport>(),
-        schema::<Definition>(),
+        schema::<SweepOptions>(),
         schema::<Shard>(),
         schema::<ShardDone>(),
         schema::<MissingShards>(),

@@ -1,26 +1,39 @@
 //! `goldtof emit`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::arguments::{EmitArguments, OwnArguments, SceneArgument};
+use clap::Args;
+
+use super::arguments::SceneArgument;
 use super::ending::Ending;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
-use crate::deliver;
-use crate::deliver::Emission;
-use crate::door::Rtl;
+use crate::deliver::{self, Emission};
+use crate::door::{EmitOptions, Jobs as _};
 use crate::printable::printable_path;
 use crate::sensor::Sensor;
 
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof emit scenes/quick.toml --out rtl")]
+pub(super) struct EmitArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Folder for the Verilog and manifest.json; made when missing, for example
+    /// --out rtl
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub options: EmitOptions,
+}
+
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
     let sensor = Sensor::new(&arguments.scene.load()?);
-    let mut command = command_line(&arguments.scene);
-    if let Some(prefix) = &arguments.prefix {
-        command += &format!(" --prefix {prefix}");
+    let mut made_by = command_line(&arguments.scene);
+    if let Some(prefix) = &arguments.options.prefix {
+        made_by += &format!(" --prefix {prefix}");
     }
-    let prefix = arguments.prefix.clone().unwrap_or_default();
     warn_of_far_paths(&sensor, output);
-    let emission = deliver::emit_prefixed(&sensor, &prefix, &command)?;
+    let emission = sensor.emit(&EmitOptions { made_by, ..arguments.options.clone() })?;
     deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
     output.answer_document(&emission.document(), &text(&emission, &arguments.out))?;
     Ok(Ending::Done)
@@ -30,11 +43,6 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
 /// name is in it, so that emission does not depend on where the scene lies.
 pub(super) fn command_line(scene: &SceneArgument) -> String {
     format!("goldtof emit {}", scene.shown())
-}
-
-/// The user's own Verilog, or else what is emitted for the scene.
-pub(super) fn rtl(own: &OwnArguments, scene: &SceneArgument) -> Rtl {
-    own.rtl().map_or_else(|| Rtl::Emitted { made_by: command_line(scene) }, Rtl::Own)
 }
 
 /// The emission in words.

@@ -1,4 +1,4 @@
-//! What the run of a command comes to, and with it the exit status.
+//! Outcome of a command, and its exit status.
 
 /// How a command that did its work ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! An error as a JSON document, for those who asked for JSON.
+//! An error as a JSON document, with `--json`.
 
 use serde::Serialize;
 

@@ -1,15 +1,34 @@
 //! `goldtof fidelity`.
 
-use std::time::Duration;
+use std::path::PathBuf;
 
-use super::arguments::FidelityArguments;
+use clap::Args;
+
+use super::arguments::{CheckArgument, SceneArgument};
 use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
 use super::warnings::warn_of_far_paths;
 use crate::printable::printable_path;
 use crate::sensor::Sensor;
-use crate::study::fidelity::compare;
+use crate::study::fidelity::{FidelityOptions, compare};
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof fidelity scenes/quick.toml --target-error 5% --out out/fidelity"
+)]
+pub(super) struct FidelityArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    #[command(flatten)]
+    pub options: FidelityOptions,
+    /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when
+    /// missing, for example --out out/fidelity
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub check: CheckArgument,
+}
 
 pub(super) fn run(
     arguments: &FidelityArguments,
@@ -18,14 +37,14 @@ pub(super) fn run(
 ) -> anyhow::Result<Ending> {
     let scene = arguments.scene.load()?;
     warn_of_far_paths(&Sensor::new(&scene), output);
-    let budget = Duration::from_secs(arguments.budget_s);
+    let options = FidelityOptions { seed, ..arguments.options.clone() };
     // Before the long work, so that a folder that cannot be had is told at once.
     let folder = match &arguments.out {
         Some(path) => Some(output.folder(path)?),
         None => None,
     };
-    announce(output, "the comparison", arguments.budget_s as f64);
-    let report = compare(&scene, seed, budget, arguments.target_error)?;
+    announce(output, "the comparison", options.budget_s as f64);
+    let report = compare(&scene, &options)?;
     for tier in &report.domains {
         for warning in &tier.warnings {
             output.note(&format!("warning: {}: {warning}", tier.fidelity));

@@ -1,4 +1,4 @@
-//! Says how long something will take, where that is long.
+//! Run time forecasts of long jobs.
 
 use std::time::Instant;
 
@@ -6,17 +6,17 @@ use super::output::Output;
 
 /// Anything longer is announced.
 const LONG_S: f64 = 10.0;
-/// What has run for so long tells how long it will.
+/// A rate is measured over so long.
 const TRIAL_S: f64 = 0.3;
 
-/// Announces something that takes `seconds`, if that is long.
+/// Announces a job of `seconds`, if that is long.
 pub(super) fn announce(output: &Output, what: &str, seconds: f64) {
     if seconds > LONG_S {
         output.note(&format!("{what} will take about {}", duration(seconds)));
     }
 }
 
-/// Announces something by the rate of its first part.
+/// Forecasts a job from the rate of its first parts.
 pub(super) struct Forecast<'o> {
     output: &'o Output,
     what: &'static str,
@@ -38,8 +38,7 @@ impl<'o> Forecast<'o> {
     }
 }
 
-/// What the first parts say of all. What comes before the first of them, as building a model,
-/// is not part of their rate.
+/// Rate of the first parts. Time before the first, as of building a model, does not count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trial {
     NotBegun,

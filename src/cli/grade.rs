@@ -2,21 +2,38 @@
 
 use std::fmt::Write as _;
 
-use super::arguments::{GradeArguments, Order};
-use super::emit::rtl;
+use clap::Args;
+
+use super::arguments::{Order, SceneArgument, ShardArguments};
+use super::cosim::CosimProgress;
+use super::emit::command_line;
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
 use crate::document::Document;
-use crate::door::{Rtl, grade, grade_some};
+use crate::door::{grade, grade_some, sha256_of};
 use crate::grade::{Grade, GradeOptions, GradeStimulus, Score};
 use crate::printable::{printable_lines, printable_path};
 use crate::report::quantities::percent;
-use crate::scene::{Scene, SceneReference};
+use crate::scene::SceneReference;
+use crate::sensor::Sensor;
 use crate::shard::{self, GradeJob, Job, Part, Results, SceneText};
 
 /// Survivors that are printed; the JSON has all.
 const SHOWN: usize = 20;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof grade scenes/quick.toml --stimulus testbench --at-least 98%"
+)]
+pub(super) struct GradeArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    #[command(flatten)]
+    pub options: GradeOptions,
+    #[command(flatten)]
+    pub shard: ShardArguments,
+}
 
 pub(super) fn run(
     arguments: &GradeArguments,
@@ -24,8 +41,9 @@ pub(super) fn run(
     output: &Output,
 ) -> anyhow::Result<Ending> {
     let (scene, scene_text) = arguments.scene.load_with_text()?;
-    let options = GradeOptions { seed, ..arguments.options };
-    let rtl = rtl(&arguments.own, &arguments.scene);
+    let made_by = command_line(&arguments.scene);
+    let options = GradeOptions { seed, made_by, ..arguments.options.clone() };
+    let sensor = Sensor::new(&scene);
     if let Some(order) = arguments.shard.order() {
         let job = GradeJob {
             scene: SceneText::new(
@@ -33,13 +51,13 @@ pub(super) fn run(
                 scene_text,
                 &arguments.scene.settings,
             ),
-            verilog_sha256: rtl.sha256(&scene)?,
+            verilog_sha256: sha256_of(&sensor, &options)?,
             options,
         };
-        return some_variants(job, &scene, &rtl, &order, output);
+        return some_variants(job, &sensor, &order, output);
     }
-    let progress = output.progress();
-    let graded = grade(&scene, &rtl, &options, |stage| progress.stage(stage));
+    let mut progress = CosimProgress::new(output);
+    let graded = grade(&sensor, &options, |so_far| progress.hear(so_far));
     progress.end();
     tell(&graded?, scene.reference(), output)
 }
@@ -47,22 +65,21 @@ pub(super) fn run(
 /// A part of the faults and mutants.
 fn some_variants(
     job: GradeJob,
-    scene: &Scene,
-    rtl: &Rtl,
+    sensor: &Sensor,
     order: &Order,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let options = job.options;
+    let options = job.options.clone();
     order.fulfil(Job::Grade(job), output, |_| {
-        let progress = output.progress();
+        let mut progress = CosimProgress::new(output);
         let choose = |count| shard::variants(order.part, count);
-        let graded = grade_some(scene, rtl, &options, choose, |stage| progress.stage(stage));
+        let graded = grade_some(sensor, &options, choose, |so_far| progress.hear(so_far));
         progress.end();
         Ok(Results::Grade(graded?))
     })
 }
 
-/// What the faults and mutants of all shards say.
+/// The grade by the faults and mutants of all shards.
 pub(super) fn merge(
     job: &GradeJob,
     shards: Vec<(Part, Results)>,
@@ -93,7 +110,7 @@ fn text(grade: &Grade) -> String {
     text + "\n"
 }
 
-/// What became of the faults and mutants.
+/// Outcome of faults and mutants.
 pub(super) fn faults(grade: &Grade) -> String {
     let stimulus = match grade.stimulus {
         GradeStimulus::Photons => "photons",

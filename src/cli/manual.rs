@@ -1,17 +1,35 @@
-//! `goldtof completions` and `goldtof man`: the arguments as shells and readers have
-//! them.
+//! `goldtof completions` and `goldtof man`.
 
 use std::io::{self, Write as _};
+use std::path::PathBuf;
 
 use anyhow::Context as _;
-use clap::CommandFactory as _;
+use clap::{Args, CommandFactory as _};
 use serde::Serialize;
 
-use super::arguments::{Cli, CompletionsArguments, ManArguments};
+use super::arguments::Cli;
 use super::ending::Ending;
 use super::output::Output;
 use crate::document::Body;
 use crate::printable::printable_path;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof completions bash > \
+    ~/.local/share/bash-completion/completions/goldtof")]
+pub(super) struct CompletionsArguments {
+    /// Shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof man --out ~/.local/share/man/man1")]
+pub(super) struct ManArguments {
+    /// Folder for goldtof.1 and a page for each command; made when missing, for example
+    /// --out man
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
 
 /// The JSON of `goldtof man`.
 #[derive(Serialize, schemars::JsonSchema)]
@@ -28,7 +46,7 @@ pub(super) fn completions(arguments: &CompletionsArguments) -> anyhow::Result<En
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Cli::command(), "goldtof", &mut script);
     match io::stdout().lock().write_all(&script) {
-        // A reader that has seen enough is no error.
+        // A broken pipe: the reader has seen enough.
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(error).context("cannot write to stdout")
         }

@@ -1,8 +1,10 @@
-//! `goldtof merge`: what the shards of a command say together.
+//! `goldtof merge`: joins the shards of a command.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use serde::Serialize;
 
-use super::arguments::MergeArguments;
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
@@ -13,14 +15,25 @@ use crate::shard::{Folder, Job, listed};
 /// The JSON of `goldtof merge --missing`.
 #[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct MissingShards {
-    /// How many shards there are to be.
+    /// Number of shards of the job.
     shards: u64,
-    /// Numbers of those that are not there.
+    /// Numbers of the missing shards.
     missing: Vec<u64>,
 }
 
 impl Body for MissingShards {
     const NAME: &'static str = "merge-missing";
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof merge out/many")]
+pub(super) struct MergeArguments {
+    /// Output folder of the shards
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Only list the missing shards, in the format of `sbatch --array`
+    #[arg(long)]
+    pub missing: bool,
 }
 
 pub(super) fn run(arguments: &MergeArguments, output: &mut Output) -> anyhow::Result<Ending> {

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
+use clap::Args;
 use serde::Serialize;
 
-use super::arguments::NewArguments;
 use super::ending::Ending;
 use super::output::Output;
 use super::values::Like;
@@ -28,6 +28,16 @@ fn text_of(like: Like) -> &'static str {
         Like::Histogram => include_str!("../../scenes/histogram.toml"),
         Like::Moving => include_str!("../../scenes/moving.toml"),
     }
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof new my-sensor --like multipath")]
+pub(super) struct NewArguments {
+    /// Name of the scene: the file is NAME.toml, and NAME may have a path
+    pub name: PathBuf,
+    /// The standard scene to copy in place of a minimal one
+    #[arg(long, value_name = "SCENE", value_enum)]
+    pub like: Option<Like>,
 }
 
 /// The JSON of `goldtof new`.

@@ -1,4 +1,4 @@
-//! Who prints what: JSON to stdout, people's words to stdout or stderr.
+//! Output: one JSON document to stdout, or text to stdout and stderr.
 
 use std::cell::Cell;
 use std::io::{self, IsTerminal as _, Write as _};
@@ -31,8 +31,8 @@ impl Output {
         Output { json, quiet }
     }
 
-    /// The command's answer: a document with `--json`, else `text`. `scene` is what it is
-    /// of, if it is of one.
+    /// The command's result: a document with `--json`, else `text`. `scene` goes into the
+    /// document's head.
     pub fn answer<B: Body>(
         &self,
         scene: Option<&Scene>,
@@ -42,7 +42,7 @@ impl Output {
         self.answer_document(&Document::new(body, typed_command(), scene), text)
     }
 
-    /// The same with a document that has its head.
+    /// [`Output::answer`] with a document that has its head.
     pub fn answer_document<B: Body>(
         &self,
         document: &Document<B>,
@@ -58,13 +58,13 @@ impl Output {
             write!(stdout, "{}", printable_lines(text))
         };
         match written.and_then(|()| stdout.flush()) {
-            // A reader that has seen enough is no error.
+            // A broken pipe: the reader has seen enough.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
             other => other.context("cannot write to stdout"),
         }
     }
 
-    /// A remark on the way, for people.
+    /// A remark on stderr.
     pub fn note(&self, text: &str) {
         if !self.quiet {
             to_stderr(text);
@@ -77,7 +77,7 @@ impl Output {
         OutputFolder::open(path, |path| self.waits(path))
     }
 
-    /// Says that another run is waited for.
+    /// Reports that the folder is locked by another run.
     pub fn waits(&self, path: &Path) {
         self.note(&format!(
             "{}: another goldtof writes here; waiting for its end",
@@ -85,13 +85,9 @@ impl Output {
         ));
     }
 
-    /// A progress bar over the points of a sweep, drawn only for people who can see it.
+    /// A progress bar over the points of a sweep, on a terminal only.
     pub fn points(&self, total: usize) -> ProgressBar {
-        let target = match self.quiet {
-            true => ProgressDrawTarget::hidden(),
-            false => ProgressDrawTarget::stderr(),
-        };
-        let bar = ProgressBar::with_draw_target(Some(total as u64), target);
+        let bar = ProgressBar::with_draw_target(Some(total as u64), self.target());
         let style = "sweep [{bar:40}] {percent}% {human_pos} of {human_len} points, {eta} left";
         if let Ok(style) = ProgressStyle::with_template(style) {
             bar.set_style(style.progress_chars("=> "));
@@ -99,18 +95,15 @@ impl Output {
         bar
     }
 
-    /// Shows how far a command is, to people who can see it.
-    pub fn progress(&self) -> Progress {
-        Progress {
-            bar: ProgressBar::with_draw_target(
-                None,
-                if self.quiet {
-                    ProgressDrawTarget::hidden()
-                } else {
-                    ProgressDrawTarget::stderr()
-                },
-            ),
-            counts: Cell::new(false),
+    /// A progress bar, on a terminal only.
+    pub fn bar(&self) -> Bar {
+        Bar { bar: ProgressBar::with_draw_target(None, self.target()), counts: Cell::new(false) }
+    }
+
+    fn target(&self) -> ProgressDrawTarget {
+        match self.quiet {
+            true => ProgressDrawTarget::hidden(),
+            false => ProgressDrawTarget::stderr(),
         }
     }
 
@@ -118,7 +111,6 @@ impl Output {
     pub fn error(&self, error: &anyhow::Error, exit_status: u8) {
         let text = with_causes(error);
         let (on, off) = if is_coloured() { BOLD_RED } else { ("", "") };
-        // Only what is said may hold what would command the terminal.
         let told = printable_lines(&text);
         let _ = writeln!(io::stderr(), "{on}error:{off} {told}");
         if self.json {
@@ -127,21 +119,20 @@ impl Output {
     }
 }
 
-/// How far a command is: the name of a stage that cannot tell how long it takes, then
-/// clocks that are done.
-pub(super) struct Progress {
+/// The progress of a command: a stage of unknown length, then clocks.
+pub(super) struct Bar {
     bar: ProgressBar,
     counts: Cell<bool>,
 }
 
-impl Progress {
+impl Bar {
     /// Between two pictures of a stage.
     const TICK: Duration = Duration::from_millis(150);
 
     /// Names what is being done.
     pub fn stage(&self, what: &'static str) {
         self.show("{spinner} {msg} ({elapsed})", what);
-        self.bar.enable_steady_tick(Progress::TICK);
+        self.bar.enable_steady_tick(Bar::TICK);
     }
 
     /// `done` clocks `of` all are done. What was done before the first of them does
@@ -201,7 +192,7 @@ pub(super) fn terminal_width() -> Option<usize> {
     told.or_else(size).filter(|&columns| columns > 0)
 }
 
-/// Writes the document of a failure to stdout. Whether anyone reads it changes nothing.
+/// Writes the document of a failure to stdout; write errors are ignored.
 pub(super) fn failure(failure: &Failure) {
     // Which scene it would have been of may be just what is wrong.
     let document = Document::new(failure, typed_command(), None);
@@ -222,8 +213,8 @@ pub(super) fn with_causes(error: &anyhow::Error) -> String {
     })
 }
 
-/// What tools and names of files bring along does not command the terminal.
-/// Nobody may be there to read it, which is no reason to end.
+/// Writes to stderr, control characters escaped.
+/// A closed stderr does not end the program.
 pub(super) fn to_stderr(text: &str) {
     let _ = writeln!(io::stderr(), "{}", printable_lines(text));
 }

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use crate::report::table::{Column, Kind, Table, Value};
 use crate::scene::SceneReference;
-use crate::study::sweep::{Definition, Sweep};
+use crate::study::sweep::{Sweep, SweepOptions};
 use crate::version::VERSION;
 
 /// What is kept under `goldtof` for every reader, and where pandas keeps what it gives as
@@ -31,7 +31,7 @@ const KEYS: [&str; 2] = ["goldtof", "PANDAS_ATTRS"];
 struct About<'a> {
     goldtof: &'a str,
     scene: SceneReference,
-    sweep: Definition,
+    sweep: &'a SweepOptions,
     units: BTreeMap<&'a str, &'a str>,
 }
 
@@ -54,7 +54,7 @@ pub(super) fn parquet(table: &Table, sweep: &Sweep) -> Result<Vec<u8>, ParquetFa
     let about = About {
         goldtof: VERSION,
         scene: sweep.scene(),
-        sweep: Definition::new(sweep),
+        sweep: &sweep.options,
         units: units.collect(),
     };
     // It is texts and numbers, which are always JSON.

@@ -16,7 +16,7 @@ const MOST_SECONDS: u64 = 253_402_300_799;
 /// where it is set, as reproducible builds have it.
 ///
 /// # Errors
-/// When `SOURCE_DATE_EPOCH` is no such number.
+/// When `SOURCE_DATE_EPOCH` is not a number of seconds, or beyond the year 9999.
 pub(super) fn provenance(scene_text: String) -> anyhow::Result<Provenance> {
     let told = match std::env::var_os("SOURCE_DATE_EPOCH") {
         None => None,

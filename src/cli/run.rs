@@ -1,9 +1,11 @@
-//! `goldtof run`: the main job, and what people see of it.
+//! `goldtof run`: the main job, with its progress and summary.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::arguments::RunArguments;
+use clap::Args;
+
+use super::arguments::{CheckArgument, SceneArgument, VcdWindow};
 use super::cosim::{CosimProgress, ending, exercised, score, text as cosim_text, with_junit};
 use super::emit::{command_line, text as emit_text};
 use super::ending::Ending;
@@ -18,32 +20,47 @@ use crate::report::estimates::{BothEstimates, texts};
 use crate::run::{REPORT, Run, RunEvent, RunOptions, run as main_job};
 use crate::sensor::Sensor;
 
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof run scenes/quick.toml --out out/quick")]
+pub(super) struct RunArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    #[command(flatten)]
+    pub options: RunOptions,
+    #[command(flatten)]
+    pub check: CheckArgument,
+    /// With either of these waves.vcd is written, too
+    #[command(flatten)]
+    pub vcd_window: VcdWindow,
+    /// Also write the result of the co-simulation as a JUnit report, for example
+    /// --junit run.xml
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+}
+
 pub(super) fn run(
     arguments: &RunArguments,
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let (scene, scene_text) = arguments.scene.load_with_text()?;
-    let scene = scene.with_estimator(arguments.estimator)?;
-    warn_of_far_paths(&Sensor::new(&scene), output);
+    let sensor = Sensor::new(&scene);
+    warn_of_far_paths(&sensor, output);
     let options = RunOptions {
-        out: arguments.out.clone(),
         seed,
-        engine: arguments.engine,
-        graded_mutants: arguments.grade,
         made_by: command_line(&arguments.scene),
         window: arguments.vcd_window.clocks(),
         provenance: provenance(scene_text)?,
+        ..arguments.options.clone()
     };
     let mut progress = CosimProgress::new(output);
-    let ended = main_job(&scene, &options, |event| match event {
+    let ended = main_job(&sensor, &options, |event| match event {
         RunEvent::Waits(path) => output.waits(path),
         RunEvent::Emitted(emission, rtl) => {
             output.note(first_line(&emit_text(emission, rtl)));
             progress.build();
         }
-        RunEvent::Clocks(done, of) => progress.take(done, of),
-        RunEvent::Grades(stage) => progress.stage(stage),
+        RunEvent::Progress(so_far) => progress.hear(so_far),
         RunEvent::Compared(report) => {
             progress.end();
             let told = cosim_text(report);
@@ -60,7 +77,7 @@ pub(super) fn run(
         junit::write_report(path, &scene.name, &run.cosim)?;
     }
     let chips = scene.scan.integration_chips;
-    output.answer(Some(&scene), &run, &summary(&run, chips, &arguments.out))?;
+    output.answer(Some(&scene), &run, &summary(&run, chips, &options.out))?;
     Ok(match ending(&run.cosim) {
         Ending::Done => {
             let holds = run.estimates.iter().all(|own| own.expectation_holds != Some(false));

@@ -1,6 +1,10 @@
 //! `goldtof simulate`.
 
-use super::arguments::{Order, SimulateArguments};
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::arguments::{CheckArgument, Order, SceneArgument, ShardArguments};
 use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
@@ -15,6 +19,25 @@ use crate::shard::{self, Job, Part, Results, SceneText, SimulateJob};
 use crate::simulate::repeat::{Simulated, Simulation, simulate_watched};
 use crate::simulate::scans::Prepared;
 use crate::simulate::{SimulateOptions, forecast};
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: goldtof simulate scenes/quick.toml --repeat 1000 --fidelity sampled"
+)]
+pub(super) struct SimulateArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    #[command(flatten)]
+    pub options: SimulateOptions,
+    /// Write the expected count of each phase step, or bin of a histogram, and its
+    /// standard deviation as CSV, for example --expected expected.csv
+    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
+    pub expected: Option<PathBuf>,
+    #[command(flatten)]
+    pub check: CheckArgument,
+    #[command(flatten)]
+    pub shard: ShardArguments,
+}
 
 pub(super) fn run(
     arguments: &SimulateArguments,
@@ -75,7 +98,7 @@ fn part(
     })
 }
 
-/// What all shards say.
+/// The simulation of all shards together.
 pub(super) fn merge(
     job: &SimulateJob,
     shards: Vec<(Part, Results)>,

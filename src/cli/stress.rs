@@ -2,15 +2,32 @@
 
 use std::fmt::Write as _;
 
+use clap::Args;
 use serde::Serialize;
 
-use super::arguments::{Order, StressArguments};
+use super::arguments::{Order, ShardArguments};
 use super::ending::Ending;
 use super::forecast::Forecast;
 use super::output::Output;
 use crate::document::Body;
 use crate::shard::{self, Job, Part, Results, StressJob};
 use crate::study::stress::{Case, Group, StressReport, cases, run as run_cases};
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof stress --quick")]
+pub(super) struct StressArguments {
+    /// One case, for example --case no-light-at-all [default: all]
+    #[arg(long, value_name = "NAME", conflicts_with = "quick")]
+    pub case: Option<String>,
+    /// The fast subset
+    #[arg(long)]
+    pub quick: bool,
+    /// List the cases without running them
+    #[arg(long, conflicts_with = "shard")]
+    pub list: bool,
+    #[command(flatten)]
+    pub shard: ShardArguments,
+}
 
 /// The JSON of `goldtof stress --list`.
 #[derive(Serialize, schemars::JsonSchema)]
@@ -28,7 +45,7 @@ impl Body for CaseList {
 struct ListedCase {
     /// Its name.
     name: &'static str,
-    /// What it is about.
+    /// Its group.
     group: Group,
     /// What is measured.
     what: &'static str,

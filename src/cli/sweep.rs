@@ -1,14 +1,16 @@
-//! `goldtof sweep`: a scene over and over, with some of its keys otherwise.
+//! `goldtof sweep`: a scene simulated over ranges of its keys.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use serde::Serialize;
 
-use super::arguments::{Order, SweepArguments};
+use super::arguments::{CheckArgument, Order, SceneArgument};
 use super::ending::Ending;
 use super::output::Output;
 use super::parquet::parquet;
 use super::provenance::typed_command;
+use super::values::parse_shard;
 use super::warnings::warn_of_far_paths;
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
@@ -16,11 +18,32 @@ use crate::printable::printable_path;
 use crate::report::table::Table;
 use crate::scene;
 use crate::shard::{self, Job, Part, Results, SceneText, SweepJob};
-use crate::study::sweep::{self, Definition, Store, Sweep};
+use crate::study::sweep::{self, Store, Sweep, SweepOptions};
 
 const CSV: &str = "sweep.csv";
 const PARQUET: &str = "sweep.parquet";
 const PLOT: &str = "sweep.svg";
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof sweep scenes/quick.toml \
+    --over 'source[0].mean_power=1 pW..64 pW x7' --over 'path.distance=1 m, 2 m' --out out/sweep\n\n\
+    A sweep that was interrupted resumes when it is started again.")]
+pub(super) struct SweepArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    #[command(flatten)]
+    pub options: SweepOptions,
+    /// Folder for sweep.csv, sweep.parquet, sweep.svg and the finished points; made when
+    /// missing, for example --out out/sweep
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub check: CheckArgument,
+    /// Simulate one of N shards of the points, for `goldtof merge` to join: --shard 3/20, or
+    /// --shard task/20 in an array job (Slurm, HyperQueue)
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<Part>,
+}
 
 /// The JSON of `goldtof sweep`.
 #[derive(Serialize, schemars::JsonSchema)]
@@ -49,11 +72,7 @@ pub(super) fn run(
         file: printable_path(&arguments.scene.scene),
         text: scene::read_scene_text(&arguments.scene.scene)?,
         settings: arguments.scene.settings.clone(),
-        axes: arguments.over.clone(),
-        repeat: arguments.repeat,
-        fidelity: arguments.fidelity,
-        estimator: arguments.estimator,
-        seed,
+        options: SweepOptions { seed, ..arguments.options.clone() },
     };
     sweep.check_axes()?;
     if let Some(part) = arguments.shard {
@@ -95,7 +114,7 @@ fn check(
 }
 
 fn open_store(sweep: &Sweep, folder: &OutputFolder, output: &Output) -> anyhow::Result<Store> {
-    let definition = Definition::of(sweep, &typed_command());
+    let definition = sweep.definition(&typed_command());
     Ok(Store::open(folder, &definition, |path| output.waits(path))?)
 }
 
@@ -109,11 +128,7 @@ fn some_points(
 ) -> anyhow::Result<Ending> {
     let job = Job::Sweep(SweepJob {
         scene: SceneText::new(&sweep.file, sweep.text.clone(), &sweep.settings),
-        over: sweep.axes.iter().map(|axis| axis.text.clone()).collect(),
-        repetitions: sweep.repeat,
-        fidelity: sweep.fidelity,
-        estimator: sweep.estimator,
-        seed: sweep.seed,
+        options: sweep.options.clone(),
         check,
     });
     let part = order.part;
@@ -152,7 +167,7 @@ fn tell(
     output: &Output,
 ) -> anyhow::Result<()> {
     let name = sweep.point(0)?.sensor.scene().name.clone();
-    let (plot, left_out) = sweep::plot(table, &name, &sweep.axes);
+    let (plot, left_out) = sweep::plot(table, &name, &sweep.options.over);
     if left_out > 0 {
         output.note(&format!("{PLOT} has no room for {left_out} more series; {CSV} has all"));
     }
@@ -167,7 +182,7 @@ fn tell(
     let report = SweepReport {
         points: sweep.len(),
         points_done_before: done_before,
-        seed: sweep.seed,
+        seed: sweep.options.seed,
         rows: table.json(),
     };
     let document =

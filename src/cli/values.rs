@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use crate::cosim::latency::Latency;
 use crate::shard::Part;
 
 /// The standard scenes.
@@ -24,24 +23,6 @@ pub(super) enum Like {
     Histogram,
     /// A target that drifts away and fluctuates
     Moving,
-}
-
-/// The smallest error that scans can show: it takes 2 10^8 of them.
-const LEAST_ERROR: f64 = 1e-4;
-const MOST_ERROR: f64 = 0.99;
-
-/// Reads a relative error: "1%" or "0.01".
-pub(super) fn parse_error(text: &str) -> Result<f64, String> {
-    let (number, scale) = match text.strip_suffix('%') {
-        Some(number) => (number, 0.01),
-        None => (text, 1.0),
-    };
-    match number.trim().parse::<f64>() {
-        Ok(value) if (LEAST_ERROR..=MOST_ERROR).contains(&(value * scale)) => Ok(value * scale),
-        _ => Err(format!(
-            "\"{text}\" is not a relative error from 0.01% to 99%; write for example 1% or 0.01"
-        )),
-    }
 }
 
 /// Longest time that can be asked for: 1000 days.
@@ -73,26 +54,9 @@ pub(super) fn parse_shard(text: &str) -> Result<Part, String> {
     Part::parse(text, |name| std::env::var(name).ok())
 }
 
-/// `--latency`: nothing for that of the emitted design.
-pub(super) fn parse_latency(text: &str) -> Result<Latency, String> {
-    match text {
-        "" => Ok(Latency::Emitted),
-        text => text.parse(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{parse_error, parse_time};
-
-    #[test]
-    fn an_error_is_a_percentage_or_a_fraction() {
-        assert_eq!(parse_error("1%"), Ok(0.01));
-        assert_eq!(parse_error("0.25"), Ok(0.25));
-        for wrong in ["", "%", "0", "-1%", "100%", "nan", "one", "1e-300", "0.001%"] {
-            assert!(parse_error(wrong).is_err(), "{wrong}");
-        }
-    }
+    use super::parse_time;
 
     #[test]
     fn a_time_has_its_unit_and_its_bounds() {

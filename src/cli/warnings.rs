@@ -1,4 +1,4 @@
-//! What is to be said of a scene before any work begins.
+//! Warnings about a scene, before any work.
 
 use super::output::Output;
 use crate::code::{Family, Generator, MOST_HARDWARE_DEGREE};
@@ -7,7 +7,7 @@ use crate::light::distance_m;
 use crate::scene::PathIndex;
 use crate::sensor::Sensor;
 
-/// Says of every path beyond the unambiguous range that it is, and whether there is one.
+/// Warns of paths beyond the unambiguous range; whether there are any.
 pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) -> bool {
     let mut is_far = false;
     for path in PathIndex::of(&sensor.scene().paths) {
@@ -22,8 +22,8 @@ pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) -> bool {
     is_far
 }
 
-/// The least degree of the path's code whose range has room for it, and which the
-/// hardware can make.
+/// Smallest degree of the path's code family with an unambiguous range beyond the path, as far
+/// as the hardware supports it.
 fn longer_code(sensor: &Sensor, path: PathIndex) -> Option<u32> {
     let path = &sensor.scene().paths[path];
     let code = &sensor.scene().sources[path.source].code;

@@ -20,7 +20,7 @@ const DETECTIONS: f64 = 1e5;
 /// The time of fewer is that of everything else.
 const LEAST_DETECTIONS: u64 = 10_000;
 /// Phase steps that they are spread over: two for each lane of the engine.
-const STEPS: u64 = 64;
+const STEPS: u64 = 128;
 /// Times that each is measured.
 const ROUNDS: usize = 7;
 /// Most detections before the steps, which make the detector forget its start.

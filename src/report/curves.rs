@@ -6,7 +6,7 @@ use super::chart::{Axis, Mark, Panel};
 use super::figure::Figure;
 use crate::cosim;
 use crate::estimate::coverage::bound_m;
-use crate::estimate::{CountingTier, TheoryEffort, theory};
+use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 use crate::simulate::{Tier, forecast};
@@ -72,7 +72,7 @@ impl Points {
     fn of(sensor: &Sensor, detector: DetectorIndex, path: PathIndex) -> Result<Points, String> {
         let effort = TheoryEffort::of(sensor, detector).map_err(|reason| reason.to_string())?;
         let points = POWERS.count() as f64;
-        let seconds = points * (effort.predictions_s(1) + effort.bound_s());
+        let seconds = points * (effort.seconds(Work::Predictions(1)) + effort.seconds(Work::Bound));
         if seconds > MOST_SECONDS {
             return Err(format!("it would take {seconds:.0} s"));
         }

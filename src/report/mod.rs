@@ -4,7 +4,7 @@ mod block_diagram;
 pub(crate) mod chart;
 mod columns;
 mod coordinate;
-pub(crate) mod curves;
+pub mod curves;
 pub mod estimates;
 mod figure;
 mod geometry;

@@ -4,8 +4,8 @@ use super::ShardError;
 use super::job::Results;
 use super::part::Part;
 
-/// What all shards have of so many units, in their order. `of` gives what a shard has; `is_its`
-/// says whether something is of the unit of a number, and `reason` that it is not.
+/// The units of all shards, in order. `of` gives those of a shard, `is_its` checks that a unit has
+/// its number, and `reason` is the message if it has not.
 pub(super) fn in_order<U>(
     units: usize,
     shards: Vec<(Part, Results)>,

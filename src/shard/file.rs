@@ -15,16 +15,16 @@ use crate::printable::printable_path;
 /// Largest file that is read back: a million scans with several paths.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// One of the parts of a job that is done.
+/// A finished part of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Shard {
     /// Which part it is, from 1.
     pub shard: u64,
     /// How many parts there are.
     pub shards: u64,
-    /// What it is a part of.
+    /// The whole job.
     pub job: Job,
-    /// What it has of it.
+    /// Results of this part.
     pub results: Results,
     /// SHA-256 in hexadecimal digits: of the whole document, without blanks and with this
     /// field empty.
@@ -79,7 +79,7 @@ impl Shard {
     }
 }
 
-/// What [`Shard::sha256`] is to be, of a document in which it is empty.
+/// The [`Shard::sha256`] of a document in which it is empty.
 fn digest(document: &Document<Shard>) -> String {
     // What was read from JSON, or is to be written, is always JSON.
     let text = serde_json::to_vec(document).unwrap_or_default();

@@ -18,8 +18,8 @@ use crate::version::VERSION;
 /// Its name in the folder that the command writes to.
 const NAME: &str = "shards";
 
-/// The folder of a job's shards. Nobody locks it: each file in it is of one shard, and
-/// appears whole, so that runs on several machines need nothing of each other.
+/// The folder of a job's shards. It has no lock: each file is of one shard and appears whole, so
+/// that runs on several machines are independent.
 pub struct Folder {
     path: PathBuf,
 }
@@ -29,11 +29,11 @@ pub struct Folder {
 pub struct Collected {
     /// The folder.
     path: PathBuf,
-    /// What they are parts of.
+    /// The whole job.
     pub job: Job,
     /// The scene that it is of, if it is of one.
     pub scene: Option<SceneReference>,
-    /// How many there should be.
+    /// Number of shards of the job.
     pub of: u64,
     /// Those that are there, by their numbers from 1.
     pub results: BTreeMap<u64, Results>,
@@ -214,7 +214,7 @@ fn other_version(here: &str, there: &str) -> Option<String> {
     (here != there).then(|| format!("the version is {here}, there {there}"))
 }
 
-/// What a file holds, if it is not what its name says.
+/// The shard in a file, if it is not the one of the file's name.
 fn other_part(path: &Path, shard: &Shard) -> Option<String> {
     let part = shard.part().ok()?;
     let is_named = path.file_stem().is_some_and(|stem| *stem == *part.name());

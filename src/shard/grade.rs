@@ -10,7 +10,7 @@ pub fn variants(part: Part, count: usize) -> Vec<usize> {
     part.every(count as u64).map(|number| number as usize).collect()
 }
 
-/// What the stimulus is worth by all shards together.
+/// The grade by all shards together.
 ///
 /// # Errors
 /// When a shard's faults and mutants are not those of its part.

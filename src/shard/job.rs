@@ -1,4 +1,4 @@
-//! What a job is: all that its numbers depend on.
+//! A job: everything that its numbers depend on.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,14 @@ use serde_json::Value;
 
 use super::ShardError;
 use crate::grade::{GradeOptions, Graded};
-use crate::scene::{self, EstimatorKind, Scene, SceneErrors, SceneReference, Setting};
+use crate::scene::{self, Scene, SceneErrors, SceneReference, Setting};
+use crate::simulate::SimulateOptions;
 use crate::simulate::repeat::Gathered;
-use crate::simulate::{SimulateOptions, Tier};
-use crate::study::reproduce::{FigureId, MadeFigure};
+use crate::study::reproduce::{MadeFigure, ReproduceOptions};
 use crate::study::stress::CaseReport;
-use crate::study::sweep::{Axis, Sweep};
+use crate::study::sweep::{Sweep, SweepOptions};
 
-/// What is done in shards. Two shards belong together if their jobs are equal.
+/// A job in shards. Two shards belong together if their jobs are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Job {
@@ -31,7 +31,7 @@ pub enum Job {
     /// Of `goldtof reproduce`.
     Reproduce(
         /// The figures.
-        ReproduceJob,
+        ReproduceOptions,
     ),
     /// Of `goldtof stress`.
     Stress(
@@ -45,13 +45,13 @@ pub enum Job {
     ),
 }
 
-/// What a shard has of its job.
+/// Results of a shard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Results {
     /// Of `goldtof simulate`.
     Simulate(
-        /// What its scans say.
+        /// Statistics of its scans.
         Gathered,
     ),
     /// Of `goldtof sweep`.
@@ -104,30 +104,11 @@ pub struct SimulateJob {
 pub struct SweepJob {
     /// The scene.
     pub scene: SceneText,
-    /// What differs from point to point.
-    pub over: Vec<String>,
-    /// Scans of each point.
-    pub repetitions: u64,
-    /// How they are simulated.
-    pub fidelity: Tier,
-    /// The estimator, if it is not the scene's.
-    pub estimator: Option<EstimatorKind>,
-    /// Seed of every point.
-    pub seed: u64,
+    /// Its points, those of all shards.
+    #[serde(flatten)]
+    pub options: SweepOptions,
     /// Whether the exit status says if scans are as expected.
     pub check: bool,
-}
-
-/// Figures and claims of the article.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct ReproduceJob {
-    /// Stems of the names of all figures' files.
-    #[schemars(with = "Vec<String>")]
-    pub figures: Vec<FigureId>,
-    /// Scans behind each standard deviation and bias.
-    pub repetitions: u64,
-    /// Seed of all random numbers.
-    pub seed: u64,
 }
 
 /// Stress cases.
@@ -195,19 +176,13 @@ impl SweepJob {
     /// The sweep that it is.
     ///
     /// # Errors
-    /// When a key or a value is none.
+    /// When a setting is none.
     pub fn sweep(&self) -> Result<Sweep, ShardError> {
-        let unsound = |reason| ShardError::NoJob { reason };
-        let axes: Result<Vec<Axis>, String> = self.over.iter().map(|axis| axis.parse()).collect();
         Ok(Sweep {
             file: self.scene.file.clone(),
             text: self.scene.text.clone(),
-            settings: self.scene.settings().map_err(unsound)?,
-            axes: axes.map_err(unsound)?,
-            repeat: self.repetitions,
-            fidelity: self.fidelity,
-            estimator: self.estimator,
-            seed: self.seed,
+            settings: self.scene.settings().map_err(|reason| ShardError::NoJob { reason })?,
+            options: self.options.clone(),
         })
     }
 }
@@ -234,7 +209,7 @@ impl Job {
         }
     }
 
-    /// What another job has otherwise, in words: empty if it has nothing.
+    /// Differences of another job, in words.
     pub fn differences(&self, other: &Job) -> Vec<String> {
         let (here, there) = (self.command(), other.command());
         if here != there {

@@ -1,10 +1,9 @@
-//! Jobs that are done in parts, on one machine or many.
+//! Jobs in parts, on one machine or many.
 //!
 //! A [`Part`] of a job is a run of its own, which writes a file of its own into the job's
-//! [`Folder`]; runs need nothing of each other. A file ([`Shard`]) has all that the job's
-//! numbers depend on ([`Job`]) and the part's results in full: what is made of all parts is
-//! what one run would have made, bit for bit. Random numbers follow from their place in the
-//! job, not from who draws them, and sums that depend on their order are made in the end.
+//! [`Folder`]; runs are independent. A file ([`Shard`]) holds the job's complete definition
+//! ([`Job`]) and the part's results: all parts together equal one run, bit for bit. Seeds follow
+//! from the place in the job, and sums that depend on their order are formed at the end.
 
 mod every;
 mod file;
@@ -20,9 +19,7 @@ mod sweep;
 pub use file::Shard;
 pub use folder::{Collected, Folder, listed};
 pub use grade::{variants, whole_grade};
-pub use job::{
-    GradeJob, Job, PointRows, ReproduceJob, Results, SceneText, SimulateJob, StressJob, SweepJob,
-};
+pub use job::{GradeJob, Job, PointRows, Results, SceneText, SimulateJob, StressJob, SweepJob};
 pub use part::Part;
 pub use reproduce::figures;
 pub use simulate::simulation;
@@ -33,7 +30,7 @@ use crate::files::FileError;
 use crate::scene::SceneErrors;
 use crate::simulate::scans::ScansError;
 
-/// Why there is no shard, or nothing can be made of shards.
+/// Why a shard cannot be written, or shards not be merged.
 #[derive(Debug, thiserror::Error)]
 pub enum ShardError {
     /// A file or folder cannot be read or written.
@@ -94,7 +91,7 @@ pub enum ShardError {
         /// One of them.
         example: u64,
     },
-    /// A shard's results are not those of its part of the job.
+    /// A shard's results are of another part of the job.
     #[error("shard {part} does not hold its part of the job: {reason}; do it again")]
     Unfit {
         /// Which one.
@@ -102,13 +99,13 @@ pub enum ShardError {
         /// What is wrong.
         reason: &'static str,
     },
-    /// What the shards say that they are of is nothing that could be done.
+    /// The job in the shards is invalid.
     #[error("the shards are of a job that cannot be done: {reason}; do all shards again")]
     NoJob {
         /// What is wrong.
         reason: String,
     },
-    /// The job's scene is none.
+    /// The job's scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneErrors),
     /// Nothing can be concluded from the scans.

@@ -1,4 +1,4 @@
-//! Which part of a job a run does.
+//! A part of a job.
 
 use std::fmt;
 use std::ops::Range;
@@ -36,7 +36,7 @@ impl Part {
     /// `I/N`, `task/N` or `task`, with the variables of the task as `variable` has them.
     ///
     /// # Errors
-    /// When it is none of them, or there is no such shard, or no task.
+    /// When it is in none of these forms, or out of range, or the process is not an array task.
     pub fn parse(text: &str, variable: impl Fn(&str) -> Option<String>) -> Result<Part, String> {
         let (number, of) = match text.split_once('/') {
             Some((number, of)) => (number.trim(), Some(of.trim())),

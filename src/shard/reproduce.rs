@@ -2,24 +2,16 @@
 
 use super::ShardError;
 use super::every::in_order;
-use super::job::{ReproduceJob, Results};
+use super::job::Results;
 use super::part::Part;
-use crate::study::reproduce::{MadeFigure, Options};
-
-impl ReproduceJob {
-    /// What is to be made.
-    pub fn options(&self) -> Options {
-        let figures = self.figures.clone();
-        Options { seed: self.seed, repetitions: self.repetitions, figures }
-    }
-}
+use crate::study::reproduce::{MadeFigure, ReproduceOptions};
 
 /// The figures of all shards, in the order of the options.
 ///
 /// # Errors
 /// When a shard's figures are not those of its part.
 pub fn figures(
-    options: &Options,
+    options: &ReproduceOptions,
     shards: Vec<(Part, Results)>,
 ) -> Result<Vec<MadeFigure>, ShardError> {
     let figures = |results| match results {

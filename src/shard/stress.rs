@@ -10,7 +10,7 @@ impl StressJob {
     /// The cases, in their order.
     ///
     /// # Errors
-    /// When there is none of a name.
+    /// When a name is unknown.
     pub fn cases(&self) -> Result<Vec<Case>, ShardError> {
         let all = cases();
         let of_name = |name: &String| {

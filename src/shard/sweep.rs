@@ -25,7 +25,7 @@ pub fn rows(part: Part, sweep: &Sweep, store: &Store) -> Result<Vec<PointRows>, 
 /// When a shard's points are not those of its part.
 pub fn table(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Table, ShardError> {
     let read = |rows: PointRows| {
-        let mut table = empty(&sweep.axes);
+        let mut table = empty(&sweep.options.over);
         table.read_csv(&rows.rows_csv).ok()?;
         Some((rows.point, table))
     };
@@ -36,7 +36,7 @@ pub fn table(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Table, Shard
     let is_its = |number: usize, (point, _): &(u64, Table)| *point == number as u64;
     let reason = "it has other points, or other columns";
     let points = in_order(sweep.len(), shards, reason, points, is_its)?;
-    let mut table = empty(&sweep.axes);
+    let mut table = empty(&sweep.options.over);
     table.rows = points.into_iter().flat_map(|(_, table)| table.rows).collect();
     Ok(table)
 }

@@ -1,7 +1,7 @@
 //! What simulating scans takes in time and memory, refused before the work.
 
 use super::Tier;
-use crate::estimate::TheoryEffort;
+use crate::estimate::{TheoryEffort, Work};
 use crate::photons::DetectorModel;
 use crate::response::MeanResponseError;
 use crate::scene::{Architecture, DetectorIndex};
@@ -9,8 +9,6 @@ use crate::sensor::Sensor;
 
 /// A detection, with what it takes to look for the next.
 const DETECTION_S: f64 = 10e-9;
-/// A detection of the plain loop.
-const PLAIN_DETECTION_S: f64 = 60e-9;
 /// A clock of the Verilog.
 const CLOCK_S: f64 = 10e-9;
 /// The scans of one detector that are expected to take longer on one core are refused.
@@ -54,13 +52,13 @@ pub enum TooMuch {
 pub(super) fn scan_s(sensor: &Sensor, model: &DetectorModel, tier: Tier) -> f64 {
     let scan = &model.timing.scan;
     let integration = scan.integration_chips as f64;
-    let (groups, detection_s) = match sensor.scene().hardware.architecture {
-        Architecture::UpDown => (model.timing.groups() as f64, DETECTION_S),
-        Architecture::Histogram => (1.0, PLAIN_DETECTION_S),
+    let groups = match sensor.scene().hardware.architecture {
+        Architecture::UpDown => model.timing.groups() as f64,
+        Architecture::Histogram => 1.0,
     };
     let detections = (model.warm_up_chips() as f64 + integration) * model.most_work_per_chip();
     let clocks = if tier == Tier::Rtl { integration } else { 0.0 };
-    groups * (detections * detection_s + clocks * CLOCK_S)
+    groups * (detections * DETECTION_S + clocks * CLOCK_S)
 }
 
 /// Refuses to work out the moments to draw counts by where that takes too long, or too much
@@ -72,7 +70,7 @@ pub(super) fn check_draws(
     sensor: &Sensor,
     detector: DetectorIndex,
 ) -> Result<(), MeanResponseError> {
-    TheoryEffort::of(sensor, detector)?.check_draws(LONGEST_PREPARATION_S)
+    TheoryEffort::of(sensor, detector)?.check_within(Work::Draws, LONGEST_PREPARATION_S)
 }
 
 /// Refuses scans of a detector that follow photons and would take too long, or too much memory.

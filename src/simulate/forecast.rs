@@ -8,8 +8,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::scans::scans;
 use super::{Tier, effort};
-use crate::estimate::TheoryEffort;
 use crate::estimate::fit::{BinFitter, Fitter};
+use crate::estimate::{TheoryEffort, Work};
 use crate::photons::DetectorModel;
 use crate::reference::stimulus::clocks_for_scans;
 use crate::response::{MeanCount, MeanResponse};
@@ -39,13 +39,13 @@ pub fn seconds(sensor: &Sensor, tier: Tier, repetitions: u64) -> Option<f64> {
         let effort = TheoryEffort::of(sensor, detector).ok();
         seconds += match tier {
             Tier::Expected => 0.0,
-            Tier::Counts => effort.map_or(0.0, |effort| effort.draws_s()),
+            Tier::Counts => effort.map_or(0.0, |effort| effort.seconds(Work::Draws)),
             Tier::Events | Tier::Sampled | Tier::Rtl => {
                 repetitions as f64 * scan_s(sensor, detector, tier).unwrap_or(0.0)
             }
         };
         if sensor.scene().estimator == EstimatorKind::Model && tier.draws() {
-            let told_s = effort.map_or(0.0, |effort| effort.fit_s());
+            let told_s = effort.map_or(0.0, |effort| effort.seconds(Work::Fit));
             if repetitions as f64 * told_s > LEAST_FITS_S {
                 seconds += fits_s(sensor, detector, tier, repetitions).unwrap_or(0.0);
             }

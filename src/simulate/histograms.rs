@@ -10,8 +10,9 @@ use crate::estimate::histogram::{Uncorrected, dead_time};
 use crate::histogram::correction::CorrectionError;
 use crate::histogram::innovations::Innovations;
 use crate::histogram::{Histogram, HistogramError};
+use crate::photons::fast::Recorder;
 use crate::photons::random::Part;
-use crate::photons::{DetectorModel, Pulse, PulseStream};
+use crate::photons::{Detection, DetectorModel, Pulse, PulseStream};
 use crate::response::{MeanResponse, MeanResponseError};
 use crate::scan::{Group, Sample};
 use crate::scene::DetectorIndex;
@@ -73,7 +74,7 @@ pub(super) fn counts(
         let key = model.key(seed, repetition, Group(0));
         histogram(model, bins.draw(&mut key.stream(Part::Counts)))
     };
-    in_batches(numbers, one, on_histogram)
+    in_batches(numbers, 1, |some| some.map(one).collect(), on_histogram)
 }
 
 /// Every detection in the bin of the first sample at or after it.
@@ -85,9 +86,9 @@ pub(super) fn events(
 ) -> Result<(), HistogramsError> {
     let [period, _] = samples(model);
     let samples_per_chip = model.timing.clock.samples_per_chip;
-    let one = |repetition: u64| {
+    let of = |detections: &mut dyn Iterator<Item = Detection>| {
         let mut bins = vec![0; period as usize];
-        for detection in model.step(seed, repetition, Group(0)) {
+        for detection in detections {
             let into_chip = (detection.fraction * f64::from(samples_per_chip)).ceil() as u64;
             let sample = detection.chip * u64::from(samples_per_chip) + into_chip;
             // What comes after the last sample counts at the next first one: in the same
@@ -96,20 +97,36 @@ pub(super) fn events(
         }
         histogram(model, bins)
     };
-    in_batches(numbers, one, on_histogram)
+    let recorder = Recorder::new(model);
+    let Some(at_once) = recorder.groups_at_once() else {
+        let one = |repetition| of(&mut model.step(seed, repetition, Group(0)));
+        return in_batches(numbers, 1, |some| some.map(one).collect(), on_histogram);
+    };
+    let recorded = |some: Range<u64>| {
+        let groups: Vec<_> = some.map(|repetition| (repetition, Group(0))).collect();
+        let lists = recorder.record(seed, &groups).into_iter();
+        lists.map(|list| of(&mut list.iter().map(|time| time.detection()))).collect()
+    };
+    in_batches(numbers, at_once as u64, recorded, on_histogram)
 }
 
-/// Makes histograms on all cores; `on_histogram` gets them in order.
+/// Makes histograms on all cores, `at_once` of them with a call of `some`; `on_histogram` gets
+/// them in order.
 fn in_batches(
     numbers: Range<u64>,
-    one: impl Fn(u64) -> Result<Histogram, HistogramError> + Sync,
+    at_once: u64,
+    some: impl Fn(Range<u64>) -> Vec<Result<Histogram, HistogramError>> + Sync,
     on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
+    let calls = (AT_ONCE / at_once).max(rayon::current_num_threads() as u64);
     let mut first = numbers.start;
     while first < numbers.end {
-        let batch = first..first.saturating_add(AT_ONCE).min(numbers.end);
-        first = batch.end;
-        let made: Vec<_> = batch.into_par_iter().map(&one).collect();
+        let start_of = |call: u64| first.saturating_add(call * at_once).min(numbers.end);
+        let made: Vec<_> = (0..calls)
+            .into_par_iter()
+            .flat_map_iter(|call| some(start_of(call)..start_of(call + 1)))
+            .collect();
+        first = start_of(calls);
         for histogram in made {
             on_histogram(histogram?);
         }

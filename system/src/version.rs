@@ -9,3 +9,6 @@
 
 /// Version, and in builds for release the commit that it was made from.
 pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), env!("GOLDTOF_COMMIT"));
+
+/// What emitted files say that they were made by, unless their maker says more.
+pub const MADE_BY: &str = "goldtof";

@@ -26,8 +26,8 @@ type Fault = (&'static str, &'static str, &'static str);
 /// Faults in the Verilog of scenes/quick.toml.
 const QUICK: &[Fault] = &[
     // Codes: taps, seeds, the XOR, the epoch.
-    ("gold_generator.v", "U_TAPS = 5'd9", "U_TAPS = 5'd17"),
-    ("gold_generator.v", "V_TAPS = 5'hf", "V_TAPS = 5'd9"),
+    ("gold_generator.v", "U_TAPS = 5'h09", "U_TAPS = 5'h11"),
+    ("gold_generator.v", "V_TAPS = 5'h0f", "V_TAPS = 5'h09"),
     ("gold_generator.v", "V_LOAD = 5'h1f", "V_LOAD = 5'h1e"),
     ("gold_generator.v", "u_r[0] ^ v_r[0]", "u_r[0] | v_r[0]"),
     ("gold_generator.v", "u_r[0] ^ v_r[0]", "u_r[0] ^ v_r[1]"),
@@ -54,11 +54,11 @@ const QUICK: &[Fault] = &[
     ("edge_detector.v", "i_samples[6:0], last_sample_r", "i_samples[6:0], 1'b0"),
     ("edge_detector.v", "& {8{i_run}}", "& {1'b0, {7{i_run}}}"),
     ("edge_detector.v", "i_samples & ~{i_samples[6:0]", "~i_samples & {i_samples[6:0]"),
-    ("edge_detector.v", "rising[2] | rising[3]", "rising[2]"),
-    ("edge_detector.v", "{i_samples[6], i_samples[4]", "{i_samples[7], i_samples[4]"),
+    ("edge_detector.v", "rising[2*g] | rising[2*g + 1]", "rising[2*g]"),
+    ("edge_detector.v", "= i_samples[2*g]", "= i_samples[2*g + 1]"),
     // Counting: a sign, a pair, a width one short, a missed dump.
     ("updown_correlator.v", "i_hits & ~((i_early", "i_hits & ((i_early"),
-    ("updown_correlator.v", "late_reference = {i_reference[7]", "late_reference = {i_reference[6]"),
+    ("updown_correlator.v", "= i_reference[2*g + 1]", "= i_reference[2*g]"),
     ("quad_counter.v", "{&i_hit, two_hits", "{1'b0, two_hits"),
     ("quad_counter.v", "{downs_r, 1'b0}", "{1'b0, downs_r}"),
     ("accumulator.v", "{{11{i_addend[3]}}, i_addend}", "{{12{i_addend[2]}}, i_addend[2:0]}"),
@@ -114,10 +114,11 @@ const WINDOW: &[Fault] = &[
     ("interleaver.v", "generator_chip ^ subchip_r", "generator_chip"),
     ("interleaver.v", "i_advance & subchip_r", "i_advance & ~subchip_r"),
     ("scan_controller.v", "i_epoch & may_start_r", "may_start_r"),
-    ("scan_controller.v", "STEP_COUNT_END   = 5'd1", "STEP_COUNT_END   = 5'd2"),
-    ("lane_delay.v", "DELAYED_LOAD = 3'd3", "DELAYED_LOAD = 3'd1"),
-    ("count_clamp.v", "LARGEST  = 5'hf", "LARGEST  = 5'he"),
+    ("scan_controller.v", "STEP_COUNT_END   = 5'h01", "STEP_COUNT_END   = 5'h02"),
+    ("lane_delay.v", "DELAYED_LOAD = 3'h3", "DELAYED_LOAD = 3'h1"),
+    ("count_clamp.v", "LARGEST  = 5'h0f", "LARGEST  = 5'h0e"),
     ("result_stream.v", "i_counted & i_clamped", "i_counted & ~i_clamped"),
+    ("result_stream.v", "i_counted & i_clamped", "i_counted & i_clamped & ~i_last"),
 ];
 
 /// Faults that show only where a scan ends just before an epoch, as in
@@ -141,7 +142,7 @@ const PEAK: &[Fault] = &[
     ("running_maximum.v", "best_step_r <= i_step", "best_step_r <= best_step_r"),
     ("running_maximum.v", "o_count <= largest_r", "o_count <= present"),
     // Turns: the wrong count, one too many, one too few.
-    ("count_choice.v", "(i_count_2 &", "(i_count_1 &"),
+    ("count_choice.v", "(i_count[32:22] &", "(i_count[21:11] &"),
     ("peak_detector.v", "& ~group_ends_r", "& 1'b1"),
     ("peak_detector.v", "last_group_r ? turn_r[1]", "last_group_r ? turn_r[2]"),
     ("peak_detector.v", "i_counted | next_turn}", "i_counted}"),
@@ -168,25 +169,21 @@ const TOTALS: &[Fault] = &[
     ("hit_counter.v", ".i_down (4'd0)", ".i_down ({3'd0, hit_r[0]})"),
     ("hit_counter.v", "exact[6:0] | {7{o_clamped}}", "exact[6:0]"),
     ("hit_counter.v", "o_clamped = {1'b0, exact[6:0]} != exact", "o_clamped = 1'b0"),
-    ("detector_channel.v", "clamp_0_clamped | total_clamped", "clamp_0_clamped"),
+    ("detector_channel.v", "clamp_clamped[0] | total_clamped", "clamp_clamped[0]"),
     // The stream: whose total, when it is taken over, where it stands.
-    ("result_stream.v", "total_r <= i_total_0;", "total_r <= i_total_1;"),
-    ("result_stream.v", "waiting_total_r <= i_total_1;", "waiting_total_r <= i_total_0;"),
-    ("result_stream.v", "if (next_detector) begin", "if (detector_0_r) begin"),
-    ("result_stream.v", "detector_1_r <= 1'b1;", "detector_1_r <= 1'b0;"),
+    ("result_stream.v", "total_r <= i_total[6:0];", "total_r <= i_total[13:7];"),
+    ("result_stream.v", "waiting_total_r <= i_total[13:7];", "waiting_total_r <= i_total[6:0];"),
+    ("result_stream.v", "if (next_detector) begin", "if (detector_r[0]) begin"),
+    ("result_stream.v", "detector_r[2:1] <= {2{1'b1}};", "detector_r[2:1] <= 2'd2;"),
     ("result_stream.v", "{1'b0, total_r, signed_count}", "{total_r[6], total_r, signed_count}"),
     // The flag: without one of the counts, and with one that a last group has not.
+    ("result_stream.v", "(|i_clamped)", "(|{i_clamped[5:3], i_clamped[1:0]})"),
+    ("result_stream.v", "{i_clamped[4:3], i_clamped[1:0]}", "{i_clamped[4:2], i_clamped[0]}"),
     (
         "result_stream.v",
-        "i_clamped_3, i_clamped_2, i_clamped_1, i_clamped_0};",
-        "i_clamped_3, 1'b0, i_clamped_1, i_clamped_0};",
+        "detector_r[3:0] <= detector_r[4:1];",
+        "detector_r[3:0] <= detector_r[4:1]; waiting_total_r <= i_total[13:7];",
     ),
-    (
-        "result_stream.v",
-        "clamped_last = {i_clamped_4, i_clamped_3, i_clamped_1,",
-        "clamped_last = {i_clamped_4, i_clamped_3, i_clamped_2,",
-    ),
-    ("result_stream.v", "waiting_total_r <= waiting_total_r;", "waiting_total_r <= i_total_1;"),
 ];
 
 /// Faults in the Verilog of tests/scenes/histogram.toml.
@@ -215,10 +212,10 @@ const HISTOGRAM: &[Fault] = &[
         "ahead_is_last_r <= ahead_r == LAST_ROW_BUT_ONE + 5'd1",
     ),
     ("histogram_control.v", "first_r <= period_is_last_r", "first_r <= 1'b0"),
-    ("histogram_control.v", "reads_r | (|out_r) | ~goes", "reads_r | ~goes"),
-    ("histogram_control.v", "reads_r | (|out_r) | ~goes", "reads_r | (|out_r)"),
+    ("histogram_control.v", "reads_r | (|out_r) | ~o_go", "reads_r | ~o_go"),
+    ("histogram_control.v", "reads_r | (|out_r) | ~o_go", "reads_r | (|out_r)"),
     ("histogram_control.v", "ends & busy", "ends"),
-    ("histogram_control.v", "goes = room_r | i_ready", "goes = i_ready"),
+    ("histogram_control.v", "o_go = room_r | i_ready", "o_go = i_ready"),
     // A loss that is not told where the reader is at one row; what reset leaves.
     ("histogram_control.v", "ends & busy)", "ends & busy & ~(reads_r & read_is_last_r))"),
     ("histogram_control.v", "ends & busy)", "ends & busy & ~(reads_r & o_read_row == 5'd13))"),

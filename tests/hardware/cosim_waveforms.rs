@@ -6,13 +6,12 @@ use std::io::BufReader;
 use std::ops::Range;
 use std::path::Path;
 
-use goldtof::CosimOptions;
-use goldtof::cosim::engine::Engine;
 use goldtof::cosim::window::Window;
-use goldtof::cosim::{Cosimulation, StimulusKind, VcdClocks, Verdict};
+use goldtof::cosim::{Cosimulation, VcdClocks, Verdict};
 use goldtof::deliver::{emit, write};
 use goldtof::scene::Scene;
 use goldtof::sensor::Sensor;
+use goldtof::{CosimOptions, Jobs as _, OwnRtl};
 use vcd::{Command, IdCode, ScopeItem, TimescaleUnit, Value};
 
 use crate::hdl_support::{Family, code, run, scene};
@@ -30,22 +29,13 @@ fn plain() -> Scene {
     scene
 }
 
-fn co_simulated(scene: &Scene, rtl: goldtof::Rtl, window: Window) -> Cosimulation {
-    let options = CosimOptions {
-        rtl,
-        stimulus: StimulusKind::Photons,
-        clocks: None,
-        seed: 1,
-        engine: Engine::Auto,
-        latency: goldtof::cosim::latency::Latency::default(),
-        window,
-    };
-    goldtof::cosim(scene, &options, |_, _| ()).expect("it can be run")
+fn co_simulated(scene: &Scene, own: OwnRtl, window: Window) -> Cosimulation {
+    let options = CosimOptions { own, window, ..Default::default() };
+    Sensor::new(scene).cosim(&options).expect("it can be run")
 }
 
 fn emitted(window: Window) -> Cosimulation {
-    let made_by = "goldtof emit test.toml".to_owned();
-    co_simulated(&plain(), goldtof::Rtl::Emitted { made_by }, window)
+    co_simulated(&plain(), OwnRtl::default(), window)
 }
 
 /// A waveform file as it was read: what each signal is at each time at which any changes.
@@ -218,17 +208,9 @@ fn a_match_shows_its_first_result_and_what_is_asked_for_is_what_is_there() {
         let waves = Waves::of(&mut found);
         assert_eq!(clocks(&waves), asked.start..asked.end.min(found.report.clocks));
     }
-    let made_by = "goldtof emit test.toml".to_owned();
-    let options = CosimOptions {
-        rtl: goldtof::Rtl::Emitted { made_by },
-        stimulus: StimulusKind::Photons,
-        clocks: Some(300),
-        seed: 1,
-        engine: Engine::Auto,
-        latency: goldtof::cosim::latency::Latency::default(),
-        window: Window::Clocks(300..400),
-    };
-    let error = goldtof::cosim(&plain(), &options, |_, _| ()).expect_err("it ends before");
+    let window = Window::Clocks(300..400);
+    let options = CosimOptions { clocks: Some(300), window, ..Default::default() };
+    let error = Sensor::new(&plain()).cosim(&options).expect_err("it ends before");
     assert!(error.to_string().contains("which has 300 clocks, 0 to 299"), "{error}");
 }
 
@@ -243,7 +225,7 @@ fn a_mismatch_shows_where_the_sides_part() {
     let faulty = text.replacen("o_data = {", "o_data = 16'd1 ^ {", 1);
     assert_ne!(faulty, text);
     fs::write(&path, faulty).expect("it can be written");
-    let rtl = || goldtof::Rtl::Own(goldtof::cosim::own::OwnRtl::folder(folder.path()));
+    let rtl = || OwnRtl::folder(folder.path());
     let mut found = co_simulated(&plain(), rtl(), Window::Found);
     let first = found.report.first_mismatch.clone().expect("they differ");
     assert_eq!(first.port, "m_axis_tdata");
@@ -273,8 +255,7 @@ fn a_mismatch_shows_where_the_sides_part() {
 fn a_period_that_is_no_whole_number_of_any_unit_is_rounded_and_said() {
     let mut scene = plain();
     scene.chip_period_ps = 1e4 / 3.0;
-    let made_by = "goldtof emit test.toml".to_owned();
-    let mut found = co_simulated(&scene, goldtof::Rtl::Emitted { made_by }, Window::Clocks(0..100));
+    let mut found = co_simulated(&scene, OwnRtl::default(), Window::Clocks(0..100));
     let waves = Waves::of(&mut found);
     assert_eq!(waves.timescale, Some((1, TimescaleUnit::FS)));
     assert!(waves.comments.contains("rounded to 1 fs"), "{}", waves.comments);

@@ -6,11 +6,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use goldtof::CosimOptions;
 use goldtof::cosim::{StimulusKind, Verdict};
 use goldtof::deliver::{Emission, Prefix, emit, emit_prefixed, write};
 use goldtof::scene::Scene;
 use goldtof::sensor::Sensor;
+use goldtof::{CosimOptions, Jobs as _, OwnRtl};
 use serde_json::Value;
 
 use crate::hdl_support::{Family, code, random_scene, run, scene, stimulus};
@@ -186,26 +186,17 @@ fn a_prefixed_folder_is_co_simulated_by_its_manifest() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
     write(&prefixed(&rich(), "right_"), folder).expect("the files can be written");
-    let options = |rtl| CosimOptions {
-        rtl,
-        stimulus: StimulusKind::Adversarial,
-        clocks: None,
-        engine: goldtof::cosim::engine::Engine::Auto,
-        seed: 1,
-        window: goldtof::cosim::window::Window::Found,
-        latency: goldtof::cosim::latency::Latency::Emitted,
-    };
+    let options =
+        |own| CosimOptions { own, stimulus: StimulusKind::Adversarial, ..Default::default() };
     let of_folder = || {
-        let options = options(goldtof::Rtl::Own(goldtof::OwnRtl::folder(folder)));
-        goldtof::cosim(&rich(), &options, |_, _| ()).expect("it can be run").report
+        let options = options(OwnRtl::folder(folder));
+        Sensor::new(&rich()).cosim(&options).expect("it can be run").report
     };
     let found = of_folder();
     assert_eq!(found.verdict, Verdict::Match);
     // The scan's counters were found under their names: the same is covered as of the
     // design without a prefix, in as many clocks.
-    let made_by = "goldtof emit test.toml".to_owned();
-    let emitted = options(goldtof::Rtl::Emitted { made_by });
-    let bare = goldtof::cosim(&rich(), &emitted, |_, _| ()).expect("it can be run");
+    let bare = Sensor::new(&rich()).cosim(&options(OwnRtl::default())).expect("it can be run");
     assert_eq!(found.clocks, bare.report.clocks);
     assert_eq!(found.coverage, bare.report.coverage);
 

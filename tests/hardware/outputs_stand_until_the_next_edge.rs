@@ -11,7 +11,7 @@ const QUICK: &str = "scenes/quick.toml";
 
 /// What the laser's output makes of its register, the kind of the mismatch, if it is one, and
 /// its clock.
-const LASERS: [(&str, Option<&str>); 4] = [
+const LASERS: [(&str, Option<&str>); 6] = [
     // Half a pulse.
     ("assign o_laser = laser_r & i_clk;", Some("moved")),
     // Dark a clock before a reset is taken.
@@ -20,6 +20,18 @@ const LASERS: [(&str, Option<&str>); 4] = [
     (
         "reg low_r; always @(negedge i_clk) low_r <= ~laser_r; \
          assign o_laser = i_clk ? laser_r : low_r;",
+        Some("moved"),
+    ),
+    // A glitch when an input changes, over before the clock falls.
+    (
+        "reg ready_r; always @(posedge i_clk) ready_r <= m_axis_tready; \
+         assign o_laser = laser_r ^ (i_clk & (m_axis_tready ^ ready_r));",
+        Some("moved"),
+    ),
+    // An asynchronous reset: dark before the edge that takes it.
+    (
+        "reg out_r; always @(posedge i_clk or posedge i_rst) if (i_rst) out_r <= 1'b0; \
+         else out_r <= transmit_chip; assign o_laser = out_r;",
         Some("moved"),
     ),
     // A latch that is closed when the clock is low: it stands.

@@ -56,10 +56,17 @@ fn an_output_that_rests_on_an_x_is_undefined() {
         assert_eq!((&mismatch["expected"], &mismatch["got"]), (&"0x0".into(), &"0xx".into()));
     }
     // One that is never chosen shows nowhere.
-    let always_1 = "reg is_1_r; always @(posedge i_clk) is_1_r <= 1'b1;";
+    let always_1 = "reg is_1_r; always @(posedge i_clk) is_1_r <= 1'b1;\n\
+                    `ifdef SYNTHESIS\nassign o_epoch = 1'b1;\n`endif\n\
+                    reg seen; always @(o_epoch) seen = o_epoch & transmit_chip;";
     let hidden = "o_laser <= is_1_r ? transmit_chip : 1'bx;";
     let (status, report, stderr) = edited(folder.path(), always_1, hidden);
     assert_eq!((status, &report["verdict"]), (Some(0), &"match".into()), "{report} {stderr}");
+    // What other tools may make of it is said.
+    let remarks = report["remarks"].to_string();
+    for told in ["SYNTHESIS chooses", "a list that is not what its block reads"] {
+        assert!(remarks.contains(told) && remarks.contains("sensor_top.v:"), "{remarks}");
+    }
 }
 
 /// Long after all processes hold the same: a bit beyond a register's last is selected once.
@@ -92,7 +99,7 @@ fn an_x_that_cancels_in_opposites_is_undefined() {
 }
 
 #[test]
-fn a_net_of_two_drivers_is_refused_with_both_places() {
+fn what_is_no_circuit_is_refused_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     for (line, told) in [
         // Beside an instance's output.
@@ -103,6 +110,17 @@ fn a_net_of_two_drivers_is_refused_with_both_places() {
         // Two assignments, of which Verilator takes the first.
         ("assign w = i_rst; assign w = ~i_rst;", "multiple"),
         ("assign w = i_rst ? 1'b1 : 1'bz;", "z is no value"),
+        // Which block comes first is a simulator's choice.
+        (
+            "reg a, b; always @(posedge i_clk) a = i_rst; always @(posedge i_clk) b <= a; assign w = b;",
+            "simulators differ in which comes first",
+        ),
+        // Time stands still in co-simulation.
+        ("assign w = $time > 64'd100000;", "the time is no value"),
+        (
+            "reg a; always @(posedge i_clk) if ($random == 0) a <= 1'b1; assign w = a;",
+            "a random number",
+        ),
     ] {
         let lines = format!("wire w; {line}");
         let (status, _, stderr) = edited(folder.path(), &lines, "o_laser <= transmit_chip | w;");

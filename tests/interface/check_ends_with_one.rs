@@ -69,6 +69,45 @@ fn recorded_counts_of_another_distance_end_with_one() {
     }
 }
 
+/// Counts of the other sign are of no distance of the scene's, and bear nothing out; counts that scatter
+/// more than photons do may be at the right one.
+#[test]
+fn recorded_counts_of_another_scene_end_with_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let model = ["--set", "estimate.estimator=model"];
+    let made = [&["run", QUICK, "--out", out.to_str().unwrap()], &model[..]].concat();
+    assert_eq!(status(&made).0, Some(0));
+    let counts = fs::read_to_string(out.join("counts.csv")).unwrap();
+    let altered = |change: fn(usize, i64) -> i64| {
+        let mut lines = counts.lines();
+        let mut text = lines.next().unwrap().to_owned() + "\n";
+        for (number, line) in lines.enumerate() {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            // measurement,phase_step,distance_m,count,detector,total_count
+            for cell in [3, 5] {
+                let count = cells[cell].parse().unwrap();
+                let signed = change(number, count);
+                cells[cell] = if cell == 5 { signed.abs() } else { signed }.to_string();
+            }
+            text += &(cells.join(",") + "\n");
+        }
+        text
+    };
+    let file = folder.path().join("altered.csv");
+    let checked = ["estimate", QUICK, file.to_str().unwrap(), "--check"];
+    for (change, ended, told) in [
+        ((|_, count| count) as fn(usize, i64) -> i64, 0, "the counts are as the scene says"),
+        (|_, count| -count, 1, "counts for none of the scene's paths"),
+        (|number, count| if number % 10 == 0 { 2 * count } else { count }, 1, "larger than chance"),
+    ] {
+        fs::write(&file, altered(change)).unwrap();
+        let (found, text) = status(&[&checked[..], &model[..]].concat());
+        assert_eq!(found, Some(ended), "{text}");
+        assert!(text.contains(told), "{told}: {text}");
+    }
+}
+
 #[test]
 fn scans_of_another_distance_end_with_one() {
     let folder = tempfile::tempdir().unwrap();

@@ -161,7 +161,7 @@ fn every_module_is_in_the_table_and_every_row_is_a_module() {
         assert!(is_there(name), "{name}");
     }
     for package in ["", "estimation", "hardware", "physics", "sensor", "system", "verification"] {
-        let declared = read(&format!("{package}/src/lib.rs").trim_start_matches('/'));
+        let declared = read(format!("{package}/src/lib.rs").trim_start_matches('/'));
         let modules = declared.lines().filter_map(|line| {
             let line = line.trim_start_matches("pub ").trim_start_matches("pub(crate) ");
             line.strip_prefix("mod ")?.strip_suffix(';')
@@ -177,7 +177,8 @@ fn every_module_is_in_the_table_and_every_row_is_a_module() {
 fn documents() -> Vec<String> {
     let mut names: Vec<String> =
         ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(str::to_owned).into();
-    names.extend(["hdl/README.md", "examples/own-rtl/README.md"].map(str::to_owned));
+    let others = ["hdl/README.md", "examples/own-rtl/README.md", "benches/estimators/README.md"];
+    names.extend(others.map(str::to_owned));
     names.extend(pages().into_iter().map(|page| format!("docs/{page}")));
     names
 }

@@ -13,7 +13,7 @@ use goldtof::shard::{self, Part, Results, StressJob};
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::{Simulated, Simulation};
 use goldtof::simulate::scans::Prepared;
-use goldtof::study::reproduce::{FigureId, MadeFigure, Options, Reproduction, reproduce};
+use goldtof::study::reproduce::{FigureId, MadeFigure, ReproduceOptions, Reproduction, reproduce};
 use goldtof::study::stress::{self, StressReport};
 use serde_json::{Value, json};
 use sha2::Digest as _;
@@ -554,7 +554,7 @@ fn figures_come_back_from_shards_in_their_order() {
     let folder = tempfile::tempdir().unwrap();
     let open = |name: &str| OutputFolder::open(&folder.path().join(name), |_| ()).unwrap();
     let options =
-        Options { seed: 5, repetitions: 2, figures: vec![FigureId::Fig7, FigureId::Fig3] };
+        ReproduceOptions { seed: 5, repetitions: 2, figures: vec![FigureId::Fig7, FigureId::Fig3] };
     let [whole, joined] = ["whole", "joined"].map(open);
     let of_one_run = reproduce(&options, &whole, |_| ()).unwrap();
     let shard = |number| {

@@ -120,6 +120,28 @@ fn histograms_of_few_periods_have_no_expectation() {
     assert_eq!(of("20 pW", "20 us").expectation_holds, Some(true));
 }
 
+/// An edge of the light at the end of a bin, and in its middle: the fit of thirty code periods scatters
+/// by a tenth of a bin, so it sees more than what bins tell of a delay at their end, and less than in
+/// their middle.
+#[test]
+fn scatter_of_a_fit_over_the_ends_of_bins_is_expected() {
+    for delay in ["77.3 ns", "77.7 ns"] {
+        let settings = [
+            "hardware.architecture=histogram".to_owned(),
+            "estimate.estimator=model".to_owned(),
+            "source.mean_power=160 pW".to_owned(),
+            "scan.integration=7.44 us".to_owned(),
+        ];
+        let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("a setting")).collect();
+        let mut scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
+        scene.paths[0].delay_ps = delay.strip_suffix(" ns").unwrap().parse::<f64>().unwrap() * 1e3;
+        let found = of_first_path(&scene, Tier::Events, 200);
+        let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
+        // Standard error of 200 scans: 5 %.
+        assert!((std_m / expected_m - 1.0).abs() < 0.13, "{delay}: {found:?}");
+    }
+}
+
 /// The fit to a histogram takes one path: of two it says nothing, and nothing is missed as
 /// seldom as the phase would miss it.
 #[test]

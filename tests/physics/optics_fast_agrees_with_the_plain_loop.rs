@@ -8,7 +8,9 @@ use goldtof::code::Code;
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
-use goldtof::scene::{DetectorIndex, Path, Scan, Scene, SourceIndex};
+use goldtof::scene::{
+    Curve, DetectorIndex, JitterTail, LaserResponse, Path, Recharge, Scan, Scene, SourceIndex,
+};
 use goldtof::sensor::Sensor;
 
 /// Counts of both, by step and scan.
@@ -223,4 +225,80 @@ fn repeating_a_code_twice_changes_nothing() {
     };
     let once = Code::clone(&once);
     assert_eq!(counts(once), counts(twice));
+}
+
+/// Light with edges that rise and fall as quickly, or not, and a pulse as measured, of which
+/// the lanes thin candidates, where the plain loop adds up lasers.
+#[test]
+fn edges_of_the_light_agree() {
+    let edges = |rise_time_ps, fall_time_ps| LaserResponse::Edges { rise_time_ps, fall_time_ps };
+    let long = (0..60).map(|n| [f64::from(n) * 1e3 - 12e3, 1.0 / 60.0]).collect();
+    for response in [
+        edges(1e3, 1e3),
+        edges(1e3, 3e3),
+        edges(6e3, 500.0),
+        LaserResponse::Measured(Curve { points: vec![[-900.0, 0.3], [0.0, 0.4], [9.9e3, 0.3]] }),
+        // Longer than a profile.
+        LaserResponse::Measured(Curve { points: long }),
+    ] {
+        let mut scene = table_i_scene(gold_5(), 25e6, 1_000);
+        scene.scan.steps = 40;
+        scene.sources[0].response = response.clone();
+        Comparison::of(&scene, 300).assert_same_distribution(&format!("{response:?}"));
+    }
+}
+
+#[test]
+fn a_paralyzable_detector_agrees() {
+    for (rate, afterpulsing) in [(5e6, 0.4), (60e6, 0.137), (400e6, 0.0)] {
+        let mut scene = table_i_scene(gold_5(), rate, 1_000);
+        scene.scan.steps = 40;
+        let spad = &mut scene.detectors[0];
+        spad.recharge = Recharge::Passive;
+        spad.afterpulsing_probability = afterpulsing;
+        spad.afterpulsing_time_constant_ps = 20e3;
+        if rate > 50e6 {
+            scene.sources[0].response =
+                LaserResponse::Edges { rise_time_ps: 1e3, fall_time_ps: 3e3 };
+        }
+        Comparison::of(&scene, 300).assert_same_distribution(&format!("passive, {rate:.0e}"));
+    }
+}
+
+/// Jitter that a table of probabilities near edges cannot decide.
+#[test]
+fn jitter_with_a_tail_and_jitter_over_chips_agree() {
+    let mut scene = table_i_scene(gold_5(), 25e6, 1_000);
+    scene.scan.steps = 40;
+    scene.detectors[0].jitter_ps = vec![3e3];
+    Comparison::of(&scene, 300).assert_same_distribution("jitter");
+    scene.detectors[0].jitter_ps = vec![200.0];
+    scene.detectors[0].counter.rising_delay_ps = 9e3;
+    scene.detectors[0].jitter_tail = JitterTail::Exponential { share: 0.3, time_constant_ps: 5e3 };
+    Comparison::of(&scene, 300).assert_same_distribution("exponential tail");
+    scene.detectors[0].jitter_tail =
+        JitterTail::Measured(Curve { points: vec![[0.0, 0.5], [2e3, 0.3], [20e3, 0.2]] });
+    Comparison::of(&scene, 300).assert_same_distribution("measured tail");
+}
+
+/// Codes longer than waits, and two whose common period no table holds.
+#[test]
+fn long_codes_and_unlike_periods_agree() {
+    let random = |length: u64| -> Vec<u8> {
+        (0..length).map(|chip| ((chip * chip * 2_654_435_761) >> 31 & 1) as u8).collect()
+    };
+    let mut scene = table_i_scene(code(&random(65_535)), 25e6, 3_001);
+    scene.scan = Scan { first_step: 7, steps: 24, steps_per_period: 8 * 65_535, ..scene.scan };
+    let mut other = scene.sources[0].clone();
+    other.name = "other".to_owned();
+    other.code = code(&random(3_571));
+    scene.sources.push(other);
+    scene.paths.push(Path {
+        source: SourceIndex(1),
+        detector: DetectorIndex(0),
+        delay_ps: 654_321.5,
+        transmission: 0.4,
+        movement: None,
+    });
+    Comparison::of(&scene, 300).assert_same_distribution("long codes");
 }

@@ -4,11 +4,11 @@ use std::num::NonZero;
 
 use crate::optics_support::{code, gold_5, gold_11, table_i_scene};
 use goldtof::photons::fast::{
-    InstructionSet, OutsideDomain, StepCounter, count_steps, count_steps_on_all_cores,
+    InstructionSet, OutsideDomain, Recorder, StepCounter, count_steps, count_steps_on_all_cores,
 };
 use goldtof::photons::{DetectorModel, StepCount, count_step};
-use goldtof::scan::Step;
-use goldtof::scene::{DetectorIndex, Scene, SourceIndex};
+use goldtof::scan::{Group, Step};
+use goldtof::scene::{DetectorIndex, JitterTail, LaserResponse, Recharge, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
 
 fn scene() -> Scene {
@@ -31,6 +31,28 @@ fn every_instruction_set_gives_the_same_counts() {
         let counter = StepCounter::new(&model).with_instruction_set(set);
         counter.count(9, 4..5, 0..300, &mut found);
         assert_eq!(found, expected, "{set:?}");
+    }
+}
+
+#[test]
+fn neither_instruction_set_nor_company_changes_a_registered_time() {
+    let mut scene = scene();
+    scene.sources[0].response = LaserResponse::Edges { rise_time_ps: 900.0, fall_time_ps: 2e3 };
+    scene.detectors[0].jitter_tail =
+        JitterTail::Exponential { share: 0.2, time_constant_ps: 300.0 };
+    for recharge in [Recharge::Active, Recharge::Passive] {
+        scene.detectors[0].recharge = recharge;
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+        let groups: Vec<_> = (0..100).map(|group| (4, Group(group))).collect();
+        let expected = Recorder::new(&model).record(9, &groups);
+        assert!(expected.iter().all(|list| list.len() > 50 && list.is_sorted()));
+        for set in InstructionSet::available() {
+            let recorder = Recorder::new(&model).with_instruction_set(set);
+            assert_eq!(recorder.record(9, &groups), expected, "{set:?}");
+            for (group, expected) in groups.iter().zip(&expected) {
+                assert_eq!(&recorder.record(9, &[*group])[0], expected, "{set:?} {group:?}");
+            }
+        }
     }
 }
 
@@ -97,22 +119,20 @@ fn models_beyond_the_lanes_go_through_the_plain_loop() {
     };
     let far = outside(&|scene| scene.detectors[0].dead_time_ps = 9e6);
     assert!(matches!(far, Some(OutsideDomain::DeadTimeTooLong { .. })));
-    let wide = outside(&|scene| scene.detectors[0].jitter_ps = vec![900.0]);
-    assert_eq!(wide, Some(OutsideDomain::EdgesTooWide));
-    let late = outside(&|scene| scene.detectors[0].counter.rising_delay_ps = 9e3);
-    assert_eq!(late, Some(OutsideDomain::EdgesTooWide));
+    let wide = outside(&|scene| scene.detectors[0].jitter_ps = vec![2e6]);
+    assert!(matches!(wide, Some(OutsideDomain::TooMuchJitter { .. })));
     let quick = outside(&|scene| scene.detectors[0].afterpulsing_time_constant_ps = 0.5);
     assert!(matches!(quick, Some(OutsideDomain::TooQuick { .. })));
     let bright = outside(&|scene| scene.detectors[0].background_rate_cps = 1e15);
     assert!(matches!(bright, Some(OutsideDomain::TooQuick { .. })));
     let long = outside(&|scene| {
         let mut other = scene.sources[0].clone();
-        let chips: Vec<u8> = (0..40_001).map(|chip| (chip % 2) as u8).collect();
+        let chips: Vec<u8> = (0..2_097_153).map(|chip| (chip % 2) as u8).collect();
         other.code = code(&chips);
         scene.sources.push(other);
         let mut path = scene.paths[0].clone();
         path.source = SourceIndex(1);
         scene.paths.push(path);
     });
-    assert!(matches!(long, Some(OutsideDomain::PeriodTooLong { .. })));
+    assert!(matches!(long, Some(OutsideDomain::CodeTooLong { .. })));
 }

@@ -3,6 +3,7 @@
 use crate::optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, ideal_scene, power_w, table_i_scene,
 };
+use goldtof::photons::fast::Recorder;
 use goldtof::photons::{Detection, DetectorModel, Pulse, PulseStream, count_step};
 use goldtof::scan::{Chip, Group, Sample, Step};
 use goldtof::scene::{
@@ -100,7 +101,7 @@ fn leaving_jitter_out_does_not_move_the_avalanches() {
     }
 }
 
-/// Pulses by the definition, looking at every sample of every step.
+/// Pulses of the same detections by the definition, looking at every sample of every step.
 fn naive_pulses(scene: &Scene, model: &DetectorModel, steps: &[(u64, u64)]) -> Vec<Pulse> {
     let sample_ps = scene.chip_period_ps / f64::from(scene.samples_per_chip);
     let width_ps = scene.detectors[0].pulse_width_ps;
@@ -108,7 +109,8 @@ fn naive_pulses(scene: &Scene, model: &DetectorModel, steps: &[(u64, u64)]) -> V
     let mut pulses = Vec::new();
     for (number, &(repetition, step)) in steps.iter().enumerate() {
         let step_start = Sample(number as u64 * samples_per_step);
-        for detection in model.step(1, repetition, Group(step)) {
+        let recorded = &Recorder::new(model).record(1, &[(repetition, Group(step))])[0];
+        for detection in recorded.iter().map(|time| time.detection()) {
             let time_ps = (detection.chip as f64 + detection.fraction) * scene.chip_period_ps;
             let high: Vec<u64> = (0..samples_per_step + 64)
                 .filter(|&s| {

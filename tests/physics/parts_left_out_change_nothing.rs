@@ -99,11 +99,15 @@ fn scene_of(choice: &Choice) -> Scene {
     scene
 }
 
-fn pulses(model: &DetectorModel, seed: u64) -> Vec<Pulse> {
+fn pulses(model: &DetectorModel, mut stream: PulseStream) -> Vec<Pulse> {
     let samples = model.timing().groups() * model.timing().scan.integration_chips * 8;
     let mut pulses = Vec::new();
-    PulseStream::new(model, seed, 1).advance(Sample(samples), &mut pulses);
+    stream.advance(Sample(samples), &mut pulses);
     pulses
+}
+
+fn plain_pulses(model: &DetectorModel, seed: u64) -> Vec<Pulse> {
+    pulses(model, PulseStream::of_plain_loop(model, seed, 1))
 }
 
 fn plain_counts(model: &DetectorModel, seed: u64) -> Vec<StepCount> {
@@ -111,13 +115,14 @@ fn plain_counts(model: &DetectorModel, seed: u64) -> Vec<StepCount> {
     (0..model.timing().scan.steps).map(count).collect()
 }
 
-/// Counts of the vector lanes; none if they cannot do the model.
-fn lane_counts(model: &DetectorModel, seed: u64) -> Option<Vec<StepCount>> {
+/// Counts and pulses of the vector lanes; none if they cannot do the model.
+fn in_lanes(model: &DetectorModel, seed: u64) -> Option<(Vec<StepCount>, Vec<Pulse>)> {
     let counter = StepCounter::new(model);
     let steps = model.timing().scan.steps;
     let mut counts = vec![StepCount::ZERO; steps as usize];
     counter.count(seed, 1..2, 0..steps, &mut counts);
-    counter.outside_domain().is_none().then_some(counts)
+    let pulses = || pulses(model, PulseStream::new(model, seed, 1));
+    counter.outside_domain().is_none().then(|| (counts, pulses()))
 }
 
 proptest! {
@@ -126,23 +131,23 @@ proptest! {
     #[test]
     fn specialised_and_full_path_agree_bit_for_bit(choice in choices(), seed: u64) {
         let specialised = DetectorModel::new(&Sensor::new(&scene_of(&choice)), DetectorIndex(0));
-        let expected = (pulses(&specialised, seed), plain_counts(&specialised, seed));
+        let expected = (plain_pulses(&specialised, seed), plain_counts(&specialised, seed));
         let full = specialised.full();
-        prop_assert_eq!(&(pulses(&full, seed), plain_counts(&full, seed)), &expected);
+        prop_assert_eq!(&(plain_pulses(&full, seed), plain_counts(&full, seed)), &expected);
         for part in OptionalPart::ALL {
             let with = specialised.with_neutral(part);
-            let found = (pulses(&with, seed), plain_counts(&with, seed));
+            let found = (plain_pulses(&with, seed), plain_counts(&with, seed));
             prop_assert_eq!(&found, &expected, "{:?}", part);
         }
-        if let Some(expected) = lane_counts(&specialised, seed) {
-            let in_lanes = |part: &OptionalPart| *part != OptionalPart::Movement;
+        if let Some(expected) = in_lanes(&specialised, seed) {
+            let has_lanes = |part: &OptionalPart| *part != OptionalPart::Movement;
             let mut together = specialised.clone();
-            for part in OptionalPart::ALL.into_iter().filter(in_lanes) {
-                let with = lane_counts(&specialised.with_neutral(part), seed);
+            for part in OptionalPart::ALL.into_iter().filter(has_lanes) {
+                let with = in_lanes(&specialised.with_neutral(part), seed);
                 prop_assert_eq!(with.as_ref(), Some(&expected), "{:?} in lanes", part);
                 together = together.with_neutral(part);
             }
-            prop_assert_eq!(lane_counts(&together, seed), Some(expected));
+            prop_assert_eq!(in_lanes(&together, seed), Some(expected));
         }
     }
 }
@@ -161,9 +166,9 @@ fn a_part_that_is_put_back_is_at_work() {
         let with = specialised.with_neutral(part);
         assert_ne!(format!("{with:?}"), format!("{specialised:?}"), "{part:?}");
         if part == OptionalPart::Movement {
-            assert!(lane_counts(&with, 1).is_none());
+            assert!(in_lanes(&with, 1).is_none());
         } else {
-            assert!(lane_counts(&with, 1).is_some(), "{part:?}");
+            assert!(in_lanes(&with, 1).is_some(), "{part:?}");
         }
     }
 }

@@ -3,8 +3,8 @@
 
 use goldtof_hardware::{deliver, reference, rtl};
 use goldtof_physics::{histogram, photons};
-use goldtof_sensor::{code, document, scan, scene, sensor};
-use goldtof_system::{digest, files, interrupt, printable, programs};
+use goldtof_sensor::{document, scan, scene, sensor};
+use goldtof_system::{digest, files, interrupt, printable, programs, version};
 
 pub mod batch;
 pub mod cosim;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::expected_counts::ExpectedCounts;
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
+use super::fit::moments::Moments;
 use super::fit::moving;
 use super::fit::parameters::Parameters;
 use super::fit::problem::{Problem, Reading, Sides, window};
@@ -12,7 +13,7 @@ use super::fit::template::Axis;
 use super::fit::weights::Weights;
 pub use super::path_bound::{Bound, PathBound};
 use super::phase::first_maximum;
-use super::{CountingTier, TheoryEffort, distance_m};
+use super::{CountingTier, TheoryEffort, Work, distance_m};
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanResponse, SecondMoments};
 use crate::scan::Step;
@@ -24,7 +25,7 @@ use crate::sensor::Sensor;
 const MOST_UNEVEN: f64 = 1.5;
 
 /// The bound for all light of a detector from all steps of the scan: from derivatives of the
-/// means, and the covariance of r and N at each step, in [long scans](super::fit::long_scan)
+/// means, and the covariance of r and N at each step, in [long scans](super::fit::moments)
 /// that of few steps for all. What the variances alone would tell of the delay is left out.
 /// That of a path that moves is of the 3 S steps round its peak.
 ///
@@ -42,7 +43,7 @@ pub fn bound(
     if sensor.scene().hardware.architecture == Architecture::Histogram {
         return BinFitter::new(sensor, detector)?.bound();
     }
-    TheoryEffort::of(sensor, detector)?.check_bound()?;
+    TheoryEffort::of(sensor, detector)?.check(Work::Bound)?;
     let moment_ps = moving::moment_ps(sensor, detector, tier, sensor.scene().other_light)?;
     if let Some(moment_ps) = moment_ps {
         return bound_of_moving(sensor, detector, tier, moment_ps);
@@ -60,41 +61,12 @@ pub(super) fn bound_of(
     tier: CountingTier,
     counts: &ExpectedCounts,
 ) -> Result<Bound, FitError> {
-    let model = counts.model();
-    let light = Light::of(model);
+    let light = Light::of(counts.model());
     if light.paths.is_empty() {
         return Err(FitError::Dark);
     }
-    let parameters = Parameters::of(&light);
-    let problem = Problem {
-        model,
-        tier,
-        codes: light.paths.iter().map(|p| Arc::clone(&p.code)).collect(),
-        steps: Step::all(sensor.timing().scan.steps).collect(),
-        moment_ps: 0.0,
-    };
-    let jacobian = problem.jacobian(&parameters, counts.response, Reading::Exact, Sides::Both)?;
-    let axis = Axis::new(sensor, detector, tier, &problem.steps);
-    let means = counts.of_steps(&problem.steps);
-    let weights = problem.weights_of(counts.second, &parameters, &means, &axis);
-    let information = weights.information(&jacobian);
-    let steps = problem.steps.len();
-    let undetermined = FitError::Undetermined { steps, unknowns: parameters.len() };
-    let deviations = information.ok_or(undetermined)?.standard_deviations();
-    if counts.response.misses_pulses() {
-        check_even(&problem, &parameters, &weights, &deviations)?;
-    }
-    let paths = model.modulated_paths().zip(deviations.chunks(2));
-    Ok(Bound {
-        paths: paths
-            .map(|(path, deviations)| PathBound {
-                path,
-                bound_m: distance_m(sensor.clock().ps(deviations[0])),
-                velocity_bound_m_per_s: None,
-            })
-            .collect(),
-        steps,
-    })
+    let problem = Problem::of_scan(counts.model(), tier);
+    bound_of_problem(sensor, detector, &problem, &Parameters::of(&light), counts)
 }
 
 /// The bound of a path that moves, and of its speed.
@@ -113,23 +85,36 @@ fn bound_of_moving(
     let samples_per_chip = sensor.clock().samples_per_chip;
     let steps = moving::in_one_go(&window(&sensor.timing().scan, samples_per_chip, peak), peak);
     let (problem, parameters) = moving::of_scene(sensor, &model, tier, steps, moment_ps)?;
-    let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both)?;
-    let axis = Axis::new(&still, detector, tier, &problem.steps);
-    let standing = counts.of_steps(&problem.steps);
-    let weights = problem.weights_of(&second, &parameters, &standing, &axis);
-    let undetermined =
-        FitError::Undetermined { steps: problem.steps.len(), unknowns: jacobian.len() };
-    let information = weights.information(&jacobian).ok_or(undetermined)?;
+    bound_of_problem(sensor, detector, &problem, &parameters, &counts)
+}
+
+fn bound_of_problem(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    problem: &Problem,
+    parameters: &Parameters,
+    counts: &ExpectedCounts,
+) -> Result<Bound, FitError> {
+    let jacobian = problem.jacobian(parameters, counts.response, Reading::Exact, Sides::Both)?;
+    let axis = Axis::new(sensor, detector, problem.tier, &problem.steps);
+    let means = counts.of_steps(&problem.steps);
+    let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));
+    let weights = problem.weights(&axis, parameters, &means, None, moments)?;
+    let (steps, unknowns) = (problem.steps.len(), parameters.len());
+    let information = weights.information(&jacobian);
+    let information = information.ok_or(FitError::Undetermined { steps, unknowns })?;
     let deviations = information.standard_deviations();
-    let bound = |path: PathIndex| PathBound {
+    if counts.response.misses_pulses() && parameters.walk.is_none() {
+        check_even(problem, parameters, &weights, &deviations)?;
+    }
+    let velocity = parameters.walk_index().map(|walk| distance_m(1e12 * deviations[walk]));
+    let paths = counts.model().modulated_paths().zip(deviations.chunks(2));
+    let bound = |(path, deviations): (PathIndex, &[f64])| PathBound {
         path,
         bound_m: distance_m(sensor.clock().ps(deviations[0])),
-        velocity_bound_m_per_s: Some(distance_m(1e12 * deviations[2])),
+        velocity_bound_m_per_s: velocity,
     };
-    Ok(Bound {
-        paths: model.modulated_paths().take(1).map(bound).collect(),
-        steps: problem.steps.len(),
-    })
+    Ok(Bound { paths: paths.map(bound).collect(), steps })
 }
 
 /// Whether the counts tell nearly as much of each delay a standard deviation away from
@@ -185,13 +170,7 @@ mod tests {
             let counts = ExpectedCounts::new(&response, &second);
             let bound = bound_of(&sensor, DetectorIndex(0), tier, &counts).expect("there is one");
             let light = Light::of(&model);
-            let problem = Problem {
-                model: &model,
-                tier,
-                codes: vec![Arc::clone(&model.reference)],
-                steps: Step::all(sensor.timing().scan.steps).collect(),
-                moment_ps: 0.0,
-            };
+            let problem = Problem::of_scan(&model, tier);
             let parameters = Parameters::of(&light);
             let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both);
             let exact = Weights::of(&second.of_scan());

@@ -82,7 +82,7 @@ pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, U
         return Err(Uncorrected::PulsesMerge { pulse_ns, sample_ns, dead_time_ns });
     }
     let afterpulses = (spad.afterpulsing_probability > 0.0).then(|| Afterpulses {
-        mean_per_avalanche: -(-spad.afterpulsing_probability).ln_1p(),
+        mean_per_avalanche: spad.afterpulses_per_avalanche(),
         time_constant_bins: spad.afterpulsing_time_constant_ps / sample_ps,
     });
     if afterpulses.is_some() && spad.dead_time_ps < sample_ps {

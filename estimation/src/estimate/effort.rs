@@ -1,6 +1,6 @@
 //! What theory may take: refused before the work, and not after hours of it.
 
-use super::fit::long_scan::few_steps;
+use super::fit::moments::few_steps;
 use super::fit::problem::STEPS_ONE_BY_ONE;
 use crate::photons::DetectorModel;
 use crate::response::{Effort, Light, MeanResponseError};
@@ -21,6 +21,21 @@ const STEP_OF_PATH_S: f64 = 60e-9;
 const TURNS: f64 = 6.0;
 /// One product of two derivatives.
 const DERIVATIVES_S: f64 = 4e-9;
+
+/// What theory may be asked for.
+#[derive(Debug, Clone, Copy)]
+pub enum Work {
+    /// The phase's predictions for so many paths.
+    Predictions(usize),
+    /// The Cramer-Rao bound.
+    Bound,
+    /// A fit.
+    Fit,
+    /// A histogram's expectation, its phase and a fit to it.
+    Histogram,
+    /// What counts are drawn from.
+    Draws,
+}
 
 /// What theory takes for one detector.
 #[derive(Debug, Clone, Copy)]
@@ -63,10 +78,35 @@ impl TheoryEffort {
         })
     }
 
-    /// Seconds that the predictions of `paths` paths take.
-    pub fn predictions_s(&self, paths: usize) -> f64 {
+    /// Seconds that some work takes of one core; of the bound, beside the predictions.
+    pub fn seconds(&self, work: Work) -> f64 {
         let of = &self.effort;
-        let paths = paths as f64;
+        let unknowns = 2.0 * self.paths + 1.0;
+        let products_s = self.steps * unknowns * unknowns * DERIVATIVES_S;
+        match work {
+            Work::Predictions(paths) => self.predictions_s(paths as f64),
+            Work::Fit if self.moves => {
+                TURNS * self.moving_s() + of.moments_s + self.covariances_s()
+            }
+            // Some turns, and the second moments.
+            Work::Fit => {
+                TURNS * ((unknowns + 1.0) * (of.response_s + of.counts_s) + products_s)
+                    + of.moments_s
+                    + self.covariances_s()
+            }
+            Work::Bound if self.moves => self.moving_s() + of.moments_s + self.covariances_s(),
+            Work::Bound => {
+                2.0 * unknowns * (of.response_s + of.counts_s) + self.covariances_s() + products_s
+            }
+            Work::Histogram => {
+                (unknowns + TURNS) * of.response_s + of.counts_s + of.moments_s + of.step_s
+            }
+            Work::Draws => of.response_s + of.moments_s + of.scan_s,
+        }
+    }
+
+    fn predictions_s(&self, paths: f64) -> f64 {
+        let of = &self.effort;
         let window = 2.0 * self.samples_per_chip;
         let solution_s = of.response_s + of.counts_s + of.moments_s;
         let path_s = self.steps * STEP_OF_PATH_S + (window + 1.0) * of.step_s;
@@ -82,31 +122,6 @@ impl TheoryEffort {
         paths * (true_delay_s + solution_s + path_s + window * (step_s + nudged_s))
     }
 
-    /// Seconds that a fit takes, about: some turns, and the second moments.
-    pub fn fit_s(&self) -> f64 {
-        let of = &self.effort;
-        let unknowns = 2.0 * self.paths + 1.0;
-        if self.moves {
-            return TURNS * self.moving_s() + of.moments_s + self.covariances_s();
-        }
-        TURNS * ((unknowns + 1.0) * (of.response_s + of.counts_s))
-            + of.moments_s
-            + self.covariances_s()
-            + TURNS * self.steps * unknowns * unknowns * DERIVATIVES_S
-    }
-
-    /// Seconds that the bound takes beside the predictions.
-    pub fn bound_s(&self) -> f64 {
-        let of = &self.effort;
-        if self.moves {
-            return self.moving_s() + of.moments_s + self.covariances_s();
-        }
-        let unknowns = 2.0 * self.paths + 1.0;
-        2.0 * unknowns * (of.response_s + of.counts_s)
-            + self.covariances_s()
-            + self.steps * unknowns * unknowns * DERIVATIVES_S
-    }
-
     /// Seconds that the covariances of fit and bound take.
     fn covariances_s(&self) -> f64 {
         let of = &self.effort;
@@ -116,10 +131,7 @@ impl TheoryEffort {
             _ if self.moves => 3.0 * samples,
             (false, true) => return of.scan_s,
             (false, false) => self.steps,
-            (true, true) => few_steps(samples, self.paths).min(self.steps),
-            // Groups at the peaks, and those that stand for the rest.
-            (true, false) => (2.0 * self.paths * (samples + parallel) + 24_f64.max(2.0 * parallel))
-                .min(self.steps),
+            (true, _) => few_steps(samples as u32, parallel as u32, self.paths).min(self.steps),
         };
         let pairs = 0.5 * steps * (parallel - 1.0).min(steps);
         steps * of.step_s + pairs * of.pair_s
@@ -133,71 +145,36 @@ impl TheoryEffort {
         5.0 * (of.response_s + steps * (of.delayed_s + of.count_s))
     }
 
-    /// Seconds until counts can be drawn.
-    pub fn draws_s(&self) -> f64 {
-        self.effort.response_s + self.effort.moments_s + self.effort.scan_s
-    }
-
-    /// Refuses to prepare for draws what takes longer than `limit_s`.
+    /// Refuses what takes too long, or too much memory.
     ///
     /// # Errors
     /// With how long it would take, and the limit.
-    pub fn check_draws(&self, limit_s: f64) -> Result<(), MeanResponseError> {
-        TheoryEffort { limit_s, ..*self }.check(self.draws_s())
+    pub fn check(&self, work: Work) -> Result<(), MeanResponseError> {
+        self.check_within(work, self.limit_s)
     }
 
-    /// Refuses predictions that take too long.
+    /// The same with a limit of its own.
     ///
     /// # Errors
-    /// With how long they would take, and the limit.
-    pub fn check_predictions(&self, paths: usize) -> Result<(), MeanResponseError> {
-        self.check(self.predictions_s(paths))
-    }
-
-    /// Refuses a bound that takes too long.
-    ///
-    /// # Errors
-    /// With how long it would take, and the limit.
-    pub fn check_bound(&self) -> Result<(), MeanResponseError> {
-        self.check(self.bound_s())
-    }
-
-    /// Refuses a fit to the expected counts that takes too long.
-    ///
-    /// # Errors
-    /// With how long it would take, and the limit.
-    pub fn check_fit(&self) -> Result<(), MeanResponseError> {
-        self.check(self.fit_s())
-    }
-
-    /// How long a fit of one scan takes and the longest that is done, if it takes longer.
-    pub fn too_long_fit(&self) -> Option<(f64, f64)> {
-        let seconds = self.fit_s();
-        (seconds > LONGEST_FIT_S).then_some((seconds, LONGEST_FIT_S))
-    }
-
-    /// Refuses what a histogram's expectation, its phase and a fit to it take, if that is
-    /// too long.
-    ///
-    /// # Errors
-    /// With how long it would take, and the limit.
-    pub fn check_histogram(&self) -> Result<(), MeanResponseError> {
-        let of = &self.effort;
-        let unknowns = 2.0 * self.paths + 1.0;
-        self.check((unknowns + TURNS) * of.response_s + of.counts_s + of.moments_s + of.step_s)
-    }
-
-    fn check(&self, seconds: f64) -> Result<(), MeanResponseError> {
+    /// As there.
+    pub fn check_within(&self, work: Work, limit_s: f64) -> Result<(), MeanResponseError> {
         if self.effort.bytes > LIMIT_BYTES {
             return Err(MeanResponseError::TooMuchMemory {
                 gigabytes: self.effort.bytes / 1e9,
                 limit_gigabytes: LIMIT_BYTES / 1e9,
             });
         }
-        if seconds > self.limit_s {
-            return Err(MeanResponseError::TooMuchWork { seconds, limit_s: self.limit_s });
+        let seconds = self.seconds(work);
+        match seconds > limit_s {
+            true => Err(MeanResponseError::TooMuchWork { seconds, limit_s }),
+            false => Ok(()),
         }
-        Ok(())
+    }
+
+    /// How long a fit of one scan takes and the longest that is done, if it takes longer.
+    pub fn too_long_fit(&self) -> Option<(f64, f64)> {
+        let seconds = self.seconds(Work::Fit);
+        (seconds > LONGEST_FIT_S).then_some((seconds, LONGEST_FIT_S))
     }
 }
 
@@ -221,9 +198,9 @@ mod tests {
                 refused += 1;
                 continue;
             };
-            let seconds = effort.predictions_s(1) + effort.bound_s();
+            let seconds = effort.seconds(Work::Predictions(1)) + effort.seconds(Work::Bound);
             assert!(seconds.is_finite() && effort.effort.bytes.is_finite(), "{settings:?}");
-            if effort.check_predictions(1).is_err() {
+            if effort.check(Work::Predictions(1)).is_err() {
                 refused += 1;
             } else if seconds < 0.05 {
                 solved += 1;

@@ -69,9 +69,19 @@ pub struct Family {
 }
 
 impl Family {
+    /// Of so many comparisons, with a chance that any of them accuses what holds.
+    pub(crate) fn of(chance: f64, comparisons: usize) -> Family {
+        Family { level: chance / comparisons.max(1) as f64 }
+    }
+
     /// Of so many paths, each with three comparisons.
     pub fn of_paths(paths: usize) -> Family {
-        Family { level: FAMILY_WISE / (3 * paths.max(1)) as f64 }
+        Family::of(FAMILY_WISE, 3 * paths.max(1))
+    }
+
+    /// The chance of one comparison.
+    pub(crate) fn level(&self) -> f64 {
+        self.level
     }
 
     /// The same of one of so many simulations, which are a family together.
@@ -149,7 +159,7 @@ impl Family {
     }
 
     /// Two-sided quantile of the standard normal distribution.
-    fn sigmas(&self) -> f64 {
+    pub(crate) fn sigmas(&self) -> f64 {
         -Normal::standard().inverse_cdf(0.5 * self.level)
     }
 }

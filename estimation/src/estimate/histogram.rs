@@ -4,20 +4,12 @@
 //! from the histogram; with dead time and afterpulses taken out of it first, wherever that
 //! is possible, no range walk is left in them.
 
-use std::f64::consts::PI;
-
 use super::dead_time::periods;
 pub use super::dead_time::{Uncorrected, dead_time};
-use super::phase::{
-    Estimate, NoEstimate, estimate, estimate_at, estimate_values, fundamental, window_indices,
-};
-use super::prediction::{
-    check_path_is_modulated, coarse_failure_bound_fraction, coarse_spread_m, is_never_largest,
-    peak_of_path,
-};
+use super::phase::{Estimate, NoEstimate, estimate, estimate_values};
+use super::prediction::{Answer, is_never_largest};
 use super::{
-    CountingTier, Prediction, PredictionError, TheoryEffort, calibration_offset_ps, coverage,
-    delay_error_ps, distance_m,
+    CountingTier, Prediction, PredictionError, TheoryEffort, Work, calibration_offset_ps, coverage,
 };
 use crate::histogram::Histogram;
 use crate::histogram::correction::{CorrectionError, DeadTime, PrimaryLight};
@@ -97,7 +89,7 @@ impl<'s> PhaseOfHistogram<'s> {
 }
 
 /// What a histogram of the scene's own light is expected to be.
-struct Expected<'e, 'm> {
+struct ExpectedHistogram<'e, 'm> {
     phase: PhaseOfHistogram<'e>,
     response: &'e MeanResponse<'m>,
     /// Values that the estimator takes, of all phase steps.
@@ -106,11 +98,11 @@ struct Expected<'e, 'm> {
     light: Option<PrimaryLight>,
 }
 
-impl<'e, 'm> Expected<'e, 'm> {
+impl<'e, 'm> ExpectedHistogram<'e, 'm> {
     fn new(
         phase: PhaseOfHistogram<'e>,
         response: &'e MeanResponse<'m>,
-    ) -> Result<Expected<'e, 'm>, CorrectionError> {
+    ) -> Result<ExpectedHistogram<'e, 'm>, CorrectionError> {
         let sensor = phase.sensor;
         let bins = response.mean_bins();
         let (values, light) = match phase.dead_time {
@@ -123,49 +115,25 @@ impl<'e, 'm> Expected<'e, 'm> {
                 (values, Some(light))
             }
         };
-        Ok(Expected { phase, response, values, light })
+        Ok(ExpectedHistogram { phase, response, values, light })
     }
 
     fn predict(&self, path: PathIndex) -> Result<Prediction, PredictionError> {
-        check_path_is_modulated(self.response.model(), path)?;
-        if let Some(light) = &self.light {
-            coverage::check_ready(&light.ready, periods(self.phase.sensor))?;
-        }
         let (sensor, values) = (self.phase.sensor, &self.values);
-        let timing = sensor.timing();
-        let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let peak = peak_of_path(values, sensor, path, self.phase.offset_ps);
-        if values[peak] - smallest <= 1e-9 * values[peak].abs() {
-            return Err(PredictionError::Flat);
+        let model = self.response.model();
+        let is_modulated = model.modulated_paths().any(|modulated| modulated == path);
+        if let Some(light) = self.light.as_ref().filter(|_| is_modulated) {
+            coverage::check_ready(&light.ready, periods(sensor))?;
         }
-        let fundamental = fundamental(values, peak, timing)?;
-        let samples = f64::from(sensor.clock().samples_per_chip);
-        let window: Vec<(Step, f64)> = window_indices(peak, timing)?
-            .map(|(offset, index)| {
-                let angle = PI * offset as f64 / samples + fundamental.arg();
-                (Step::at(index), angle.sin())
-            })
-            .collect();
-        let phase_std = self.variance_of_sum(&window)?.sqrt() / fundamental.norm();
-        let peak_variance = self.variance_of_sum(&[(Step::at(peak), 1.0)])?;
-        let estimate = estimate_at(values, peak, timing, self.phase.offset_ps);
-        let true_delay_ps = sensor.scene().paths[path].delay_ps;
-        let error_ps = delay_error_ps(estimate.delay_ps, true_delay_ps, timing.code_period_ps());
-        let failures = coarse_failure_bound_fraction(values, peak, peak_variance, sensor);
-        let predicted = Prediction {
-            bias_m: distance_m(error_ps),
-            std_m: distance_m(sensor.clock().ps(phase_std / PI)),
-            estimate,
-            detection_rate_hz: self.response.detection_rate_hz(),
-            phase_std_rad: phase_std,
-            coarse_failure_bound_fraction: failures,
-            missed_fraction: None,
-            coarse_spread_m: coarse_spread_m(values, peak, peak_variance, timing),
-            is_drawn: false,
-        };
+        let answer = Answer::to_path(values, sensor, model, path, self.phase.offset_ps)?;
+        let variance_ps2 = self.variance_of_sum(&answer.slopes_ps)?;
+        let peak_variance = self.variance_of_sum(&[(Step::at(answer.peak), 1.0)])?;
+        let rate_hz = self.response.detection_rate_hz();
+        let predicted = answer.prediction(sensor, path, [variance_ps2, peak_variance], rate_hz);
+        let failures = predicted.coarse_failure_bound_fraction;
         let (_, counted) = predicted.counted(sensor, path, CountingTier::Sampled);
         Ok(Prediction {
-            missed_fraction: match is_never_largest(values, peak, peak_variance, sensor) {
+            missed_fraction: match is_never_largest(values, answer.peak, peak_variance, sensor) {
                 true => Some(1.0),
                 false => (failures < SURELY_FOUND).then_some(1.0 - counted + failures),
             },
@@ -194,68 +162,40 @@ impl<'e, 'm> Expected<'e, 'm> {
     }
 }
 
-/// What the phase of a histogram is expected to say of a path.
+/// What the phase of a histogram is expected to say of some paths, from one solution of the
+/// detector's state; from the counts of its phase steps as they are, if these are `steps_alone`.
 ///
 /// # Errors
-/// As for counts of phase steps; and where the light is too bright to take the dead time out.
+/// When there is none, or it would take too long; for each path as for counts of phase steps, and
+/// where the light is too bright to take the dead time out.
 ///
 /// # Panics
 /// If the scene has no such detector or path.
-pub(super) fn predict(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-) -> Result<Prediction, PredictionError> {
-    predict_by(PhaseOfHistogram::new(sensor, detector), detector, path)
-}
-
-/// [`predict`] of the counts of phase steps that follow from a histogram, as they are.
-///
-/// # Errors
-/// As there.
-///
-/// # Panics
-/// As there.
-pub(super) fn predict_steps(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-) -> Result<Prediction, PredictionError> {
-    let phase = PhaseOfHistogram {
-        dead_time: Err(Uncorrected::CountsOfSteps),
-        ..PhaseOfHistogram::new(sensor, detector)
-    };
-    predict_by(phase, detector, path)
-}
-
-fn predict_by(
-    phase: PhaseOfHistogram,
-    detector: DetectorIndex,
-    path: PathIndex,
-) -> Result<Prediction, PredictionError> {
-    TheoryEffort::of(phase.sensor, detector)?.check_histogram()?;
-    let model = DetectorModel::new(phase.sensor, detector);
-    let response = MeanResponse::new(&model)?;
-    Expected::new(phase, &response)?.predict(path)
-}
-
-/// [`predict`] for some paths, from one solution of the detector's state.
-///
-/// # Errors
-/// When there is none, or it would take too long; and for each path as there.
-///
-/// # Panics
-/// As there.
 pub(super) fn predictions(
     sensor: &Sensor,
     detector: DetectorIndex,
     paths: &[PathIndex],
+    steps_alone: bool,
 ) -> Result<Vec<Result<Prediction, PredictionError>>, MeanResponseError> {
-    TheoryEffort::of(sensor, detector)?.check_histogram()?;
+    TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
+    let mut phase = PhaseOfHistogram::new(sensor, detector);
+    if steps_alone {
+        phase.dead_time = Err(Uncorrected::CountsOfSteps);
+    }
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::new(&model)?;
-    Ok(match Expected::new(PhaseOfHistogram::new(sensor, detector), &response) {
+    Ok(match ExpectedHistogram::new(phase, &response) {
         Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
         Err(reason) => vec![Err(reason.into()); paths.len()],
     })
+}
+
+/// The same of one path.
+pub(super) fn predict(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    path: PathIndex,
+    steps_alone: bool,
+) -> Result<Prediction, PredictionError> {
+    predictions(sensor, detector, &[path], steps_alone)?.remove(0)
 }

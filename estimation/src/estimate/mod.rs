@@ -22,7 +22,6 @@
 
 mod approximation;
 pub mod bound;
-mod calibration;
 pub mod coverage;
 mod dead_time;
 mod effort;
@@ -31,7 +30,6 @@ mod expected_counts;
 pub mod fit;
 pub mod histogram;
 mod missed;
-mod modulation;
 mod moving;
 mod path_bound;
 mod phase;
@@ -46,16 +44,14 @@ pub mod unwrap;
 pub use crate::light::distance_m;
 pub use crate::response::CountingTier;
 pub use approximation::Approximation;
-pub use calibration::calibration_offset_ps;
-pub use effort::TheoryEffort;
+pub use effort::{TheoryEffort, Work};
 pub use missed::{share_error, tolerance_ps};
-pub use modulation::check_modulated;
 pub use phase::{CoarseOnly, Estimate, NoEstimate, estimate, estimate_values};
 pub use possible::ImpossibleScan;
-pub use possible::{possible_count, possible_scan};
+pub use possible::{check_modulated, possible_count, possible_scan};
 pub use prediction::{Prediction, PredictionError};
 pub use theory::{Theory, predict, theory};
-pub use truth::{TrueDelay, true_delay};
+pub use truth::{TrueDelay, calibration_offset_ps, true_delay};
 
 use crate::scene::PathIndex;
 use crate::sensor::Sensor;

@@ -3,8 +3,8 @@
 
 use std::f64::consts::PI;
 
-use super::phase::{estimate_at, fundamental, window_indices};
-use super::prediction::{Prediction, PredictionError};
+use super::phase::window_indices;
+use super::prediction::{Answer, Prediction, PredictionError};
 use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, still, true_delay};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, SecondMoments};
@@ -36,50 +36,35 @@ pub(super) fn predict(
 
     let timing = sensor.timing();
     let peak = peak_in_scan(sensor, standing.estimate.coarse_step);
-    let window: Vec<(i64, usize)> = window_indices(peak, timing)?.collect();
-    let mut expected = vec![0.0; sensor.timing().scan.steps as usize];
-    let mut variances = Vec::with_capacity(window.len());
-    for &(_, index) in &window {
-        let model = DetectorModel::new(&sensor_in_step(sensor, index), detector);
+    let mut expected = vec![0.0; timing.scan.steps as usize];
+    let mut variances = Vec::new();
+    for (_, index) in window_indices(peak, timing)? {
+        let model = DetectorModel::new(&sensor_in_step(sensor, Step::at(index)), detector);
         let response = MeanResponse::of_tier(&model, counting)?;
         let moments = SecondMoments::new(&response)?.of_step(Step::at(index));
         expected[index] = moments.signed_mean;
         variances.push(moments.signed_variance);
     }
     let offset_ps = calibration_offset_ps(sensor, detector, counting);
-    let estimate = estimate_at(&expected, peak, timing, offset_ps);
-    let period_ps = sensor.timing().code_period_ps();
-
-    let fundamental = fundamental(&expected, peak, timing)?;
-    // d(delay) / d(count) of each step.
-    let weights: Vec<f64> = window
-        .iter()
-        .map(|&(offset, _)| {
-            let angle =
-                PI * offset as f64 / f64::from(sensor.clock().samples_per_chip) + fundamental.arg();
-            sensor.clock().ps(angle.sin() / fundamental.norm() / PI)
-        })
-        .collect();
-    let counted_ps2: f64 = if sensor.timing().parallel == 1 {
-        let of_steps = weights.iter().zip(&variances);
-        of_steps.map(|(weight, variance)| weight * weight * variance).sum()
+    let answer = Answer::round(&expected, timing, peak, offset_ps)?;
+    let counted_ps2: f64 = if timing.parallel == 1 {
+        let of_steps = answer.slopes_ps.iter().zip(&variances);
+        of_steps.map(|((_, slope), variance)| slope * slope * variance).sum()
     } else {
         // Steps that share their light know of each other.
         (standing.std_m / distance_m(1.0)).powi(2)
     };
-    let weighted: Vec<(usize, f64)> =
-        window.iter().zip(&weights).map(|(&(_, step), &weight)| (step, weight)).collect();
-    let variance_ps2 = with_fluctuations(sensor, detector, counting, &weighted, counted_ps2)?;
+    let variance_ps2 =
+        with_fluctuations(sensor, detector, counting, &answer.slopes_ps, counted_ps2)?;
+    let error_ps =
+        delay_error_ps(answer.estimate.delay_ps, truth.delay_ps, timing.code_period_ps());
     Ok(Prediction {
-        bias_m: distance_m(delay_error_ps(estimate.delay_ps, truth.delay_ps, period_ps)),
+        bias_m: distance_m(error_ps),
         std_m: distance_m(f64::sqrt(variance_ps2)),
-        estimate,
-        detection_rate_hz: standing.detection_rate_hz,
-        phase_std_rad: PI * variance_ps2.sqrt() / sensor.clock().chip_period_ps,
-        coarse_failure_bound_fraction: standing.coarse_failure_bound_fraction,
-        missed_fraction: standing.missed_fraction,
-        coarse_spread_m: standing.coarse_spread_m,
+        estimate: answer.estimate,
+        phase_std_rad: PI * variance_ps2.sqrt() / timing.clock.chip_period_ps,
         is_drawn: false,
+        ..standing
     })
 }
 
@@ -90,7 +75,7 @@ fn with_fluctuations(
     sensor: &Sensor,
     detector: DetectorIndex,
     counting: CountingTier,
-    weighted: &[(usize, f64)],
+    weighted: &[(Step, f64)],
     counted_ps2: f64,
 ) -> Result<f64, PredictionError> {
     let mut variance_ps2 = counted_ps2;
@@ -102,7 +87,7 @@ fn with_fluctuations(
         let mut responses = Vec::with_capacity(weighted.len());
         for &(step, weight) in weighted {
             let slope = slope_of_step(sensor, detector, counting, step, PathIndex(index))?;
-            responses.push((Step::at(step), weight * slope));
+            responses.push((step, weight * slope));
         }
         for &(a, response_a) in &responses {
             for &(b, response_b) in &responses {
@@ -139,8 +124,8 @@ fn peak_in_scan(sensor: &Sensor, phase_step: u64) -> usize {
 }
 
 /// The sensor with every path standing still where it is in the middle of a step.
-fn sensor_in_step(sensor: &Sensor, step: usize) -> Sensor {
-    sensor.still_at(sensor.timing().middle_of_step_ps(Step::at(step)))
+fn sensor_in_step(sensor: &Sensor, step: Step) -> Sensor {
+    sensor.still_at(sensor.timing().middle_of_step_ps(step))
 }
 
 /// d(count) / d(delay of a path) of a step, per ps.
@@ -148,7 +133,7 @@ fn slope_of_step(
     sensor: &Sensor,
     detector: DetectorIndex,
     counting: CountingTier,
-    step: usize,
+    step: Step,
     path: PathIndex,
 ) -> Result<f64, PredictionError> {
     let nudge_ps = NUDGE_STEPS * sensor.clock().sample_period_ps();
@@ -157,7 +142,7 @@ fn slope_of_step(
         let still = still.with(|scene| scene.paths[path].delay_ps += by_ps);
         let model = DetectorModel::new(&still, detector);
         let response = MeanResponse::of_tier(&model, counting)?;
-        Ok(response.expected_count(Step::at(step)))
+        Ok(response.expected_count(step))
     };
     Ok((nudged(nudge_ps)? - nudged(-nudge_ps)?) / (2.0 * nudge_ps))
 }

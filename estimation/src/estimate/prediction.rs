@@ -1,9 +1,11 @@
 //! What is predicted of the phase estimator, why it may not be, and what every way to
 //! predict needs.
 
+use std::f64::consts::PI;
+
 use super::approximation::Approximation;
 use super::missed::counted_errors_ps;
-use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum};
+use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum, fundamental, window_indices};
 use super::{CountingTier, delay_error_ps, distance_m};
 use crate::histogram::correction::CorrectionError;
 use crate::light::round_trip_ps;
@@ -116,15 +118,87 @@ pub enum PredictionError {
     },
 }
 
-/// A path without modulated light has no peak, whatever other light peaks.
-pub(super) fn check_path_is_modulated(
-    model: &DetectorModel,
-    path: PathIndex,
-) -> Result<(), PredictionError> {
-    if model.modulated_paths().any(|modulated| modulated == path) {
-        Ok(())
-    } else {
-        Err(PredictionError::Flat)
+/// The phase estimator's answer to the values that are expected of a scan's phase steps, round
+/// the peak of some path.
+pub(super) struct Answer<'v> {
+    pub values: &'v [f64],
+    pub peak: usize,
+    pub estimate: Estimate,
+    /// Steps of the peak's window, and by how many ps the delay changes with each one's value.
+    pub slopes_ps: Vec<(Step, f64)>,
+}
+
+impl<'v> Answer<'v> {
+    /// Round the step of the largest of `values` that counts for a path of the detector `model`.
+    pub fn to_path(
+        values: &'v [f64],
+        sensor: &Sensor,
+        model: &DetectorModel,
+        path: PathIndex,
+        offset_ps: f64,
+    ) -> Result<Answer<'v>, PredictionError> {
+        // A path without modulated light has no peak, whatever other light peaks.
+        if !model.modulated_paths().any(|modulated| modulated == path) {
+            return Err(PredictionError::Flat);
+        }
+        let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let peak = peak_of_path(values, sensor, path, offset_ps);
+        // Equal up to rounding: the sums run over thousands of chips.
+        if values[peak] - smallest <= 1e-9 * values[peak].abs() {
+            return Err(PredictionError::Flat);
+        }
+        Ok(Answer::round(values, sensor.timing(), peak, offset_ps)?)
+    }
+
+    /// Round a step.
+    pub fn round(
+        values: &'v [f64],
+        timing: &Timing,
+        peak: usize,
+        offset_ps: f64,
+    ) -> Result<Answer<'v>, CoarseOnly> {
+        let fundamental = fundamental(values, peak, timing)?;
+        let slope_ps = |(offset, index): (i64, usize)| {
+            let samples = f64::from(timing.clock.samples_per_chip);
+            let angle = PI * offset as f64 / samples + fundamental.arg();
+            (Step::at(index), timing.clock.ps(angle.sin() / fundamental.norm() / PI))
+        };
+        Ok(Answer {
+            values,
+            peak,
+            estimate: estimate_at(values, peak, timing, offset_ps),
+            slopes_ps: window_indices(peak, timing)?.map(slope_ps).collect(),
+        })
+    }
+
+    /// What it says of a path, with the variance of its delay and of the peak's value, and the rate
+    /// of detections; the share of scans that miss the path is left open.
+    pub fn prediction(
+        &self,
+        sensor: &Sensor,
+        path: PathIndex,
+        [variance_ps2, peak_variance]: [f64; 2],
+        detection_rate_hz: f64,
+    ) -> Prediction {
+        let (timing, values, peak) = (sensor.timing(), self.values, self.peak);
+        let true_ps = sensor.scene().paths[path].delay_ps;
+        let error_ps = delay_error_ps(self.estimate.delay_ps, true_ps, timing.code_period_ps());
+        Prediction {
+            bias_m: distance_m(error_ps),
+            std_m: distance_m(variance_ps2.sqrt()),
+            estimate: self.estimate,
+            detection_rate_hz,
+            phase_std_rad: PI * variance_ps2.sqrt() / timing.clock.chip_period_ps,
+            coarse_failure_bound_fraction: coarse_failure_bound_fraction(
+                values,
+                peak,
+                peak_variance,
+                sensor,
+            ),
+            missed_fraction: None,
+            coarse_spread_m: coarse_spread_m(values, peak, peak_variance, timing),
+            is_drawn: false,
+        }
     }
 }
 
@@ -170,12 +244,7 @@ fn failures(
 
 /// [`Prediction::coarse_spread_m`], for normal counts that all scatter as the
 /// peak's does.
-pub(super) fn coarse_spread_m(
-    expected: &[f64],
-    peak: usize,
-    variance: f64,
-    timing: &Timing,
-) -> f64 {
+fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, timing: &Timing) -> f64 {
     let code_period_ps = timing.code_period_ps();
     let at_peak = estimate_at(expected, peak, timing, 0.0);
     // Sums of weights, of weighted distances from the peak's, and of their squares.

@@ -2,15 +2,12 @@
 //! scatters.
 
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
 
 use super::expected_counts::ExpectedCounts;
-use super::phase::{estimate_at, fundamental, window_indices};
 use super::prediction::{
-    Prediction, PredictionError, check_path_is_modulated, coarse_failure_bound_fraction,
-    coarse_spread_m, peak_of_path,
+    Answer, Prediction, PredictionError, coarse_failure_bound_fraction, peak_of_path,
 };
-use super::{CountingTier, calibration_offset_ps, coverage, delay_error_ps, distance_m, missed};
+use super::{CountingTier, calibration_offset_ps, coverage, distance_m, missed};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, SecondMoments};
 use crate::scan::{Group, Step};
@@ -39,42 +36,17 @@ pub(super) fn predict_from(
     path: PathIndex,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
-    check_path_is_modulated(counts.model(), path)?;
     let expected = counts.signed();
-    let smallest = expected.iter().copied().fold(f64::INFINITY, f64::min);
     let offset_ps = calibration_offset_ps(sensor, detector, counting);
-    let peak = peak_of_path(&expected, sensor, path, offset_ps);
-    // Equal up to rounding: the sums run over thousands of chips.
-    if expected[peak] - smallest <= 1e-9 * expected[peak].abs() {
-        return Err(PredictionError::Flat);
-    }
-
-    let timing = sensor.timing();
-    let fundamental = fundamental(&expected, peak, timing)?;
-    let mut window = Vec::new();
-    for (offset, index) in window_indices(peak, timing)? {
-        let angle =
-            PI * offset as f64 / f64::from(sensor.clock().samples_per_chip) + fundamental.arg();
-        window.push((Step::at(index), angle.sin()));
-    }
-    let phase_std = variance_of_sum(counts, &window).sqrt() / fundamental.norm();
-
-    let estimate = estimate_at(&expected, peak, timing, offset_ps);
+    let answer = Answer::to_path(&expected, sensor, counts.model(), path, offset_ps)?;
+    let variance_ps2 = variance_of_sum(counts, &answer.slopes_ps);
+    let peak = answer.peak;
     let peak_variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
     coverage::check_slipping(counts, counting, peak_variance)?;
-    let code_period_ps = sensor.timing().code_period_ps();
-    let true_delay_ps = sensor.scene().paths[path].delay_ps;
-    let failures = coarse_failure_bound_fraction(&expected, peak, peak_variance, sensor);
+    let rate_hz = counts.response.detection_rate_hz();
     let linear = Prediction {
-        bias_m: distance_m(delay_error_ps(estimate.delay_ps, true_delay_ps, code_period_ps)),
-        std_m: distance_m(sensor.clock().ps(phase_std / PI)),
-        estimate,
-        detection_rate_hz: counts.response.detection_rate_hz(),
-        phase_std_rad: phase_std,
-        coarse_failure_bound_fraction: failures,
         missed_fraction: missed_from(counts, sensor, detector, path, counting),
-        coarse_spread_m: coarse_spread_m(&expected, peak, peak_variance, timing),
-        is_drawn: false,
+        ..answer.prediction(sensor, path, [variance_ps2, peak_variance], rate_hz)
     };
     if linear.is_linear() || missed::errors_wrap(sensor, path) {
         return Ok(linear);

@@ -5,7 +5,7 @@ use super::expected_counts::ExpectedCounts;
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
 use super::prediction::{Prediction, PredictionError, moves};
-use super::{CountingTier, TheoryEffort, coverage, histogram, moving, still};
+use super::{CountingTier, TheoryEffort, Work, coverage, histogram, moving, still};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
@@ -42,18 +42,13 @@ pub fn predict(
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return covered(
-            sensor,
-            detector,
-            path,
-            counting,
-            histogram::predict(sensor, detector, path),
-        );
+        let predicted = histogram::predict(sensor, detector, path, false);
+        return covered(sensor, detector, path, counting, predicted);
     }
     if moves(sensor, detector) {
         moving::check_speed(sensor, detector)?;
     }
-    TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
+    TheoryEffort::of(sensor, detector)?.check(Work::Predictions(1))?;
     let predicted = match moves(sensor, detector) {
         true => moving::predict(sensor, detector, path, counting),
         false => still::predict(sensor, detector, path, counting),
@@ -127,7 +122,7 @@ pub fn theory(
         Theory {
             missed,
             predictions,
-            bound: match effort.check_bound() {
+            bound: match effort.check(Work::Bound) {
                 Ok(()) => bound_of(sensor, detector, counting, counts),
                 Err(reason) => Err(reason.into()),
             },
@@ -143,7 +138,7 @@ pub fn theory(
 
 /// Predictions and bound of a detector's histograms.
 fn of_histograms(sensor: &Sensor, detector: DetectorIndex, paths: &[PathIndex]) -> Theory {
-    let predictions = match histogram::predictions(sensor, detector, paths) {
+    let predictions = match histogram::predictions(sensor, detector, paths, false) {
         Ok(predictions) => predictions,
         Err(reason) => return Theory::refused(reason, paths.len()),
     };
@@ -203,6 +198,6 @@ fn checked_effort(
     paths: usize,
 ) -> Result<TheoryEffort, MeanResponseError> {
     let effort = TheoryEffort::of(sensor, detector)?;
-    effort.check_predictions(paths)?;
+    effort.check(Work::Predictions(paths))?;
     Ok(effort)
 }

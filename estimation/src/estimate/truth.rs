@@ -1,8 +1,9 @@
-//! Which delay an estimate is held against.
+//! Which delay an estimate is held against, and the constant part of a measured one that is not
+//! light.
 
-use super::{CountingTier, calibration_offset_ps};
+use crate::response::CountingTier;
 use crate::scan::Step;
-use crate::scene::PathIndex;
+use crate::scene::{DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// The delay of a path that a scan should find.
@@ -50,4 +51,30 @@ pub fn true_delay(sensor: &Sensor, path: PathIndex, tier: CountingTier) -> TrueD
         at_ps += steps_to_go * sensor.timing().integration_ps();
     }
     TrueDelay { delay_ps: path.delay_ps_at(at_ps), at_ps: Some(at_ps) }
+}
+
+/// What the correlation's peak stands later than the light's delay, in ps. The mean of
+/// the jitter's tail is part of the delay.
+///
+/// `Events`: the detection comes `delay` late, and the reference's edges come
+/// (rising + falling) / 2 late on average, which makes the detection look that
+/// much earlier: delay - (rising + falling) / 2.
+///
+/// `Sampled`: delay + T_s. Sample s stands for the registered times in
+/// ((s - 1) T_s, s T_s], so that a detection is seen T_s / 2 late on average;
+/// and the reference at sample s is that of the instant s T_s, the *first* of
+/// the T_s that it holds for, which is another T_s / 2. Of pulses shorter than a
+/// sample only those are seen that begin w at most before it: w / 2 late on average.
+pub fn calibration_offset_ps(sensor: &Sensor, detector: DetectorIndex, tier: CountingTier) -> f64 {
+    let spad = &sensor.scene().detectors[detector];
+    let delay_ps = spad.delay_ps + spad.jitter_tail.mean_ps();
+    match tier {
+        CountingTier::Events => {
+            delay_ps - 0.5 * (spad.counter.rising_delay_ps + spad.counter.falling_delay_ps)
+        }
+        CountingTier::Sampled => {
+            let sample_ps = sensor.clock().sample_period_ps();
+            delay_ps + 0.5 * (sample_ps + spad.pulse_width_ps.min(sample_ps))
+        }
+    }
 }

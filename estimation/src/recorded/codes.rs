@@ -6,7 +6,7 @@ use goldtof_fft::Fft;
 use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 
-use super::cause::Cause;
+use super::Cause;
 use super::observed::Observed;
 use crate::code::{Code, Generator, GoldSet};
 use crate::estimate::{CountingTier, calibration_offset_ps};
@@ -74,10 +74,10 @@ pub(super) fn search(
         observed,
         is_exact: work <= MOST_EXACT_WORK,
     };
-    let mut candidates = comparison.of_polarities(own);
-    let of_own = comparison.spectra(own);
+    let own = (Arc::clone(own), comparison.spectra(own));
+    let mut candidates = comparison.of_polarities(&own);
     for (name, code) in &others {
-        candidates.extend(comparison.of_code(name, code, own, &of_own));
+        candidates.extend(comparison.of_code(name, code, &own));
     }
     let tried = candidates.len();
     candidates.sort_by(|a, b| b.sigmas.total_cmp(&a.sigmas));
@@ -131,55 +131,47 @@ impl Comparison<'_> {
         Some(response.delayed(-first.delay_ps - offset_ps).ok()?.mean_bins())
     }
 
+    /// Light and reference with one of two codes each.
+    fn candidate(
+        &self,
+        cause: Cause,
+        words: impl Into<String>,
+        [light, reference]: [&(Arc<Code>, Spectra); 2],
+    ) -> Candidate {
+        let variation = Variation {
+            words: words.into(),
+            cause,
+            light: Arc::clone(&light.0),
+            reference: Arc::clone(&reference.0),
+        };
+        self.counts.candidate(variation, &light.1.light, &reference.1.reference)
+    }
+
     /// Another code of the light alone, of the reference alone and of both. A histogram is kept
     /// without a code: there the light's alone can be another one.
-    fn of_code(
-        &self,
-        name: &str,
-        code: &Arc<Code>,
-        own: &Arc<Code>,
-        of_own: &Spectra,
-    ) -> Vec<Candidate> {
-        let spectra = self.spectra(code);
-        let candidate = |words: String, light, reference, of_light, of_reference| {
-            let variation = Variation {
-                words,
-                cause: Cause::Code,
-                light: Arc::clone(light),
-                reference: Arc::clone(reference),
-            };
-            self.counts.candidate(variation, of_light, of_reference)
-        };
-        let light = format!("the light alone carries {name}");
-        let mut found = vec![candidate(light, code, own, &spectra.light, &of_own.reference)];
+    fn of_code(&self, name: &str, code: &Arc<Code>, own: &(Arc<Code>, Spectra)) -> Vec<Candidate> {
+        let other = &(Arc::clone(code), self.spectra(code));
+        let of = |words: String, codes| self.candidate(Cause::Code, words, codes);
+        let mut found = vec![of(format!("the light alone carries {name}"), [other, own])];
         if let Observed::Steps(_) = self.observed {
-            let reference = format!("the reference alone has {name}");
-            found.push(candidate(reference, own, code, &of_own.light, &spectra.reference));
-            let both = format!("light and reference carry {name}");
-            found.push(candidate(both, code, code, &spectra.light, &spectra.reference));
+            found.push(of(format!("the reference alone has {name}"), [own, other]));
+            found.push(of(format!("light and reference carry {name}"), [other, other]));
         }
         found
     }
 
     /// The own code the other way round, in the light or in the reference.
-    fn of_polarities(&self, own: &Arc<Code>) -> Vec<Candidate> {
-        let Some(opposite) = opposite(own) else {
+    fn of_polarities(&self, own: &(Arc<Code>, Spectra)) -> Vec<Candidate> {
+        let Some(opposite) = opposite(&own.0) else {
             return Vec::new();
         };
-        let [of_own, of_opposite] = [own, &opposite].map(|code| self.spectra(code));
-        let variation = |words: &str, light, reference| Variation {
-            words: words.to_owned(),
-            cause: Cause::Polarity,
-            light: Arc::clone(light),
-            reference: Arc::clone(reference),
-        };
+        let spectra = self.spectra(&opposite);
+        let opposite = &(opposite, spectra);
         let words = "the light is inverted: the laser is dark where the code's chip is 1";
-        let light = variation(words, &opposite, own);
-        let mut found = vec![self.counts.candidate(light, &of_opposite.light, &of_own.reference)];
+        let mut found = vec![self.candidate(Cause::Polarity, words, [opposite, own])];
         if let Observed::Steps(_) = self.observed {
             let words = "up and down are swapped: the counts have the opposite sign";
-            let counts = variation(words, own, &opposite);
-            found.push(self.counts.candidate(counts, &of_own.light, &of_opposite.reference));
+            found.push(self.candidate(Cause::Polarity, words, [own, opposite]));
         }
         found
     }

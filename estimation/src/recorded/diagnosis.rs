@@ -1,8 +1,7 @@
 //! What seems wrong with a sensor whose counts are not as its scene says.
 //!
-//! Every statement rests on a test at [`LEVEL`], at most six of them: by design they are
-//! wrong about a right scene in about one scan of a hundred (docs/recorded-counts.md has
-//! what was measured). Only the distance is unknown at first. Whatever of light level,
+//! Every statement rests on a test, all of them a [`Family`]: by design they are wrong about a
+//! right scene in about one scan of a hundred (docs/recorded-counts.md has what was measured). Only the distance is unknown at first. Whatever of light level,
 //! background, dead time and chip period raises the likelihood most is taken in as long as it
 //! raises it significantly. Where several do about as well, all of them are named: the
 //! counts do not tell which it is. A cause that is named fits the counts; that another
@@ -11,20 +10,21 @@
 use std::sync::Arc;
 
 use serde::Serialize;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::cause::Cause;
+use super::Cause;
 use super::codes::{self, Candidate, Variation};
 use super::hypothesis::{Change, Fitted, Unknown, fit};
-use super::no_fit::NoFit;
-use super::observed::{Observed, differences};
+use super::observed::{NoFit, Observed, differences};
+use crate::estimate::evidence::Family;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
 use crate::scene::{Scene, SourceIndex};
 use crate::sensor::Sensor;
 
-/// Chance of each test to be wrong about counts that are as the scene says.
-pub const LEVEL: f64 = 0.002;
+/// Chance of any of the tests to be wrong about counts that are as the scene says, and how many
+/// there are at most.
+const WRONG: f64 = 0.012;
+const TESTS: usize = 6;
 
 /// Hits of a step, on average over a scan, or of a histogram, from which on causes are
 /// looked for: of scans with 370 the tests accuse a right scene as seldom as their level
@@ -112,7 +112,7 @@ fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<
     let values = observed.values();
     let mut best = (f64::INFINITY, Change::default());
     for &delay_ps in delays_ps {
-        let change = Change { delay_ps, ..Change::default() };
+        let change = Change::later(delay_ps);
         let deviance = change.expected(sensor, observed)?.judge(&values)?.deviance;
         if deviance < best.0 {
             best = (deviance, change);
@@ -138,9 +138,13 @@ fn chance(statistic: f64) -> f64 {
     2.0 * normal_cdf(-statistic.max(0.0).sqrt())
 }
 
-/// The statistic that has the chance [`LEVEL`].
+fn family() -> Family {
+    Family::of(WRONG, TESTS)
+}
+
+/// The chi-square of one degree of freedom that has the chance of a test to be wrong.
 fn critical() -> f64 {
-    ChiSquared::new(1.0).map_or(f64::INFINITY, |chi| chi.inverse_cdf(1.0 - LEVEL))
+    family().sigmas().powi(2)
 }
 
 impl Search<'_> {
@@ -204,23 +208,22 @@ impl Search<'_> {
 
     fn outcome(&self, unknown: Unknown, statistic: f64, fitted: &Fitted) -> TestOutcome {
         let spad = &self.scene.detectors[self.observed.detector()];
-        let value = fitted.change.value(unknown);
-        let std = fitted.errors.iter().find(|(of, _)| *of == unknown);
-        let std = std.map(|(_, std)| *std);
+        let (value, std) = (fitted.change.value(unknown), fitted.std_of(unknown));
+        // What the scene says, what the counts do, and of what the change is to the first order.
         let background = spad.background_rate_cps * spad.photon_detection_probability;
         let constant_cps = background + spad.dark_count_rate_cps;
-        let (scene_value, fitted_value, std, unit) = match unknown {
-            Unknown::Light => (1.0, value.exp(), std.map(|s| s * value.exp()), "of the scene's"),
-            Unknown::Constant => (constant_cps, constant_cps + value, std, "cps"),
+        let (scene_value, fitted_value, of_change) = match unknown {
+            Unknown::Light => (1.0, value.exp(), value.exp()),
+            Unknown::Constant => (constant_cps, constant_cps + value, 1.0),
             Unknown::DeadTime => {
                 let ns = spad.dead_time_ps * 1e-3;
-                (ns, ns + value * 1e-3, std.map(|s| s * 1e-3), "ns")
+                (ns, ns + value * 1e-3, 1e-3)
             }
             Unknown::ChipPeriod => {
                 let ns = self.scene.chip_period_ps * 1e-3;
-                (ns, ns * value.exp(), std.map(|s| s * ns * value.exp()), "ns")
+                (ns, ns * value.exp(), ns * value.exp())
             }
-            Unknown::Delay => (0.0, value * 1e-3, std.map(|s| s * 1e-3), "ns"),
+            Unknown::Delay => (0.0, value * 1e-3, 1e-3),
         };
         TestOutcome {
             cause: cause_of(unknown),
@@ -229,13 +232,17 @@ impl Search<'_> {
             rejects: statistic > critical(),
             scene_value: Some(scene_value),
             fitted_value: Some(fitted_value),
-            fitted_value_std: std,
-            unit,
+            fitted_value_std: std.map(|std| std * of_change),
+            unit: match unknown {
+                Unknown::Light => "of the scene's",
+                Unknown::Constant => "cps",
+                Unknown::DeadTime | Unknown::ChipPeriod | Unknown::Delay => "ns",
+            },
         }
     }
 
     fn is_explained(&self) -> bool {
-        self.fitted.p_value.is_none_or(|p| p >= LEVEL)
+        self.fitted.p_value.is_none_or(|p| p >= family().level())
     }
 
     /// The codes that explain the counts better than the scene's, if some do: the best, and
@@ -304,7 +311,7 @@ impl Search<'_> {
             let weights = self.fitted.expected.weights(&means).ok()?;
             let residuals = differences(&self.observed.values(), &means);
             let squares = weights.whitened(&residuals).ok()?.into_iter().map(|z| z * z);
-            Some((squares.sum::<f64>(), Change { delay_ps, ..Change::default() }))
+            Some((squares.sum::<f64>(), Change::later(delay_ps)))
         };
         let places = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
         let agreements = places.into_iter().filter_map(agreement);
@@ -359,13 +366,13 @@ impl Search<'_> {
     /// Whether the peak stands where the scene's path has it.
     fn offset(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
         self.fitted.tell_times_of_scene(self.scene, self.observed.detector());
-        let std_ps = self.fitted.errors.iter().find(|(of, _)| *of == Unknown::Delay)?.1;
+        let std_ps = self.fitted.std_of(Unknown::Delay)?;
         let code =
             &self.scene.sources[self.scene.detectors[self.observed.detector()].reference].code;
         let period_ps = self.scene.clock().ps(code.len() as f64);
-        let turns = (self.fitted.change.delay_ps / period_ps).round();
-        self.fitted.change.delay_ps -= turns * period_ps;
-        let by_ps = self.fitted.change.delay_ps;
+        let turns = (self.fitted.change.value(Unknown::Delay) / period_ps).round();
+        self.fitted.change = self.fitted.change.by(Unknown::Delay, -turns * period_ps);
+        let by_ps = self.fitted.change.value(Unknown::Delay);
         let outcome = self.outcome(Unknown::Delay, (by_ps / std_ps).powi(2), &self.fitted);
         let rejects = outcome.rejects;
         self.tests.push(outcome);
@@ -389,7 +396,7 @@ impl Search<'_> {
     /// Whether what is left over scatters as photons do.
     fn scatter(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
         let p = self.fitted.p_value?;
-        let rejects = p.min(1.0 - p) < LEVEL / 2.0;
+        let rejects = p.min(1.0 - p) < 0.5 * family().level();
         let (cause, text) = match p < 0.5 {
             true => (
                 Cause::Unexplained,
@@ -419,36 +426,26 @@ impl Search<'_> {
 
     /// What was taken in, in words.
     fn of_unknowns(&self, alike: &[Unknown]) -> String {
-        let words: Vec<String> = alike
-            .iter()
-            .filter_map(|unknown| {
-                let test = self.tests.iter().find(|test| test.cause == cause_of(*unknown))?;
-                let value = test.fitted_value?;
-                let std = test.fitted_value_std.unwrap_or(0.0);
-                let scene = test.scene_value?;
-                Some(match unknown {
-                    Unknown::Light => {
-                        format!("{value:.4} +- {std:.4} times the scene's light")
-                    }
-                    Unknown::Constant => format!(
-                        "background (dark counts, background) of {value:.4e} +- {std:.1e} \
-                         cps in place of {scene:.4e}"
-                    ),
-                    Unknown::DeadTime => {
-                        format!("a dead time of {value:.3} +- {std:.3} ns in place of {scene:.3}")
-                    }
-                    Unknown::ChipPeriod => {
-                        format!("a chip period of {value:.3} +- {std:.3} ns in place of {scene:.3}")
-                    }
-                    Unknown::Delay => return None,
-                })
+        let words = |unknown: &Unknown| {
+            let test = self.tests.iter().find(|test| test.cause == cause_of(*unknown))?;
+            let (value, scene) = (test.fitted_value?, test.scene_value?);
+            let std = test.fitted_value_std.unwrap_or(0.0);
+            Some(match unknown {
+                Unknown::Light => format!("{value:.4} +- {std:.4} times the scene's light"),
+                Unknown::Constant => format!(
+                    "background (dark counts, background) of {value:.4e} +- {std:.1e} cps in place \
+                     of {scene:.4e}"
+                ),
+                Unknown::DeadTime | Unknown::ChipPeriod => format!(
+                    "a {} of {value:.3} +- {std:.3} ns in place of {scene:.3}",
+                    name_of(*unknown)
+                ),
+                Unknown::Delay => return None,
             })
-            .collect();
-        let all = words.join(", also with ");
-        match words.len() {
-            1 => format!("the counts fit better with {all}"),
-            _ => format!("the counts fit better with {all}; they do not tell which"),
-        }
+        };
+        let words: Vec<String> = alike.iter().filter_map(words).collect();
+        let tells = if words.len() == 1 { "" } else { "; they do not tell which" };
+        format!("the counts fit better with {}{tells}", words.join(", also with "))
     }
 }
 

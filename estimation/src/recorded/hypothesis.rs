@@ -1,8 +1,7 @@
 //! What counts a scene lets one expect if something about it is otherwise, fitted to
 //! counts that were recorded.
 
-use super::no_fit::NoFit;
-use super::observed::{Agreement, Expected, Observed, Weights, differences};
+use super::observed::{Agreement, Expected, NoFit, Observed, Weights, differences};
 use crate::estimate::fit::normal::Normal;
 use crate::estimate::fit::scoring::{Counts, Settling, Slopes, settle};
 use crate::photons::DetectorModel;
@@ -24,16 +23,10 @@ pub(super) enum Unknown {
     ChipPeriod,
 }
 
-/// By how much: delay in ps, logarithm of the brightness, further constant rate in
-/// counts per second, dead time in ps, logarithm of the chip period.
+/// By how much each is otherwise: delay in ps, logarithm of the brightness, further constant
+/// rate in counts per second, dead time in ps, logarithm of the chip period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Change {
-    pub delay_ps: f64,
-    pub ln_light: f64,
-    pub constant_cps: f64,
-    pub dead_time_ps: f64,
-    pub ln_chip_period: f64,
-}
+pub(super) struct Change([f64; 5]);
 
 /// A scene fitted to counts.
 pub(super) struct Fitted {
@@ -83,42 +76,45 @@ impl Unknown {
 }
 
 impl Change {
-    /// By how much an unknown is otherwise.
-    pub fn value(mut self, unknown: Unknown) -> f64 {
-        *self.value_mut(unknown)
+    /// All light later.
+    pub fn later(delay_ps: f64) -> Change {
+        Change::default().by(Unknown::Delay, delay_ps)
     }
 
-    fn value_mut(&mut self, unknown: Unknown) -> &mut f64 {
-        match unknown {
-            Unknown::Delay => &mut self.delay_ps,
-            Unknown::Light => &mut self.ln_light,
-            Unknown::Constant => &mut self.constant_cps,
-            Unknown::DeadTime => &mut self.dead_time_ps,
-            Unknown::ChipPeriod => &mut self.ln_chip_period,
-        }
+    /// By how much an unknown is otherwise.
+    pub fn value(self, unknown: Unknown) -> f64 {
+        self.0[unknown as usize]
+    }
+
+    /// The same with one unknown moved further.
+    pub fn by(mut self, unknown: Unknown, by: f64) -> Change {
+        self.0[unknown as usize] += by;
+        self
     }
 
     /// How many times the scene's a chip is.
     fn longer(&self) -> f64 {
-        self.ln_chip_period.clamp(-MOST_LN_CHIP_PERIOD, MOST_LN_CHIP_PERIOD).exp()
+        self.value(Unknown::ChipPeriod).clamp(-MOST_LN_CHIP_PERIOD, MOST_LN_CHIP_PERIOD).exp()
     }
 
     /// The sensor with this change, but for the delay.
     fn applied(&self, sensor: &Sensor, detector: DetectorIndex) -> Sensor {
         sensor.with(|scene| {
             for source in &mut scene.sources {
-                source.mean_power_w *= self.ln_light.clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp();
+                source.mean_power_w *=
+                    self.value(Unknown::Light).clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp();
             }
             let spad = &mut scene.detectors[detector];
             let photons_cps = spad.background_rate_cps * spad.photon_detection_probability;
-            let constant = photons_cps + spad.dark_count_rate_cps + self.constant_cps;
+            let constant = photons_cps + spad.dark_count_rate_cps + self.value(Unknown::Constant);
             // All of it as dark counts: both are one constant rate.
             spad.background_rate_cps = 0.0;
             spad.dark_count_rate_cps = constant.max(0.0);
             // Not so short that pulses merge where they did not.
             let least_ps = spad.pulse_width_ps.min(spad.dead_time_ps);
             let most_ps = 4.0 * spad.dead_time_ps;
-            spad.dead_time_ps = (spad.dead_time_ps + self.dead_time_ps).clamp(least_ps, most_ps);
+            spad.dead_time_ps =
+                (spad.dead_time_ps + self.value(Unknown::DeadTime)).clamp(least_ps, most_ps);
             let longer = self.longer();
             scene.chip_period_ps *= longer;
             spad.delay_ps *= longer;
@@ -130,25 +126,29 @@ impl Change {
 
     fn means(&self, sensor: &Sensor, observed: Observed) -> Result<Vec<f64>, NoFit> {
         let applied = self.applied(sensor, observed.detector());
-        observed.means(&applied, self.delay_ps)
+        observed.means(&applied, self.value(Unknown::Delay))
     }
 
     pub fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, NoFit> {
         let applied = self.applied(sensor, observed.detector());
-        observed.expected(&applied, self.delay_ps)
+        observed.expected(&applied, self.value(Unknown::Delay))
     }
 }
 
 impl Fitted {
+    /// Standard deviation of an unknown.
+    pub fn std_of(&self, unknown: Unknown) -> Option<f64> {
+        self.errors.iter().find(|(of, _)| *of == unknown).map(|(_, std)| *std)
+    }
+
     /// Counts the delay from where the scene's own clock has the light, where another one was
     /// fitted.
     pub fn tell_times_of_scene(&mut self, scene: &Scene, detector: DetectorIndex) {
         let own = scene.paths.iter().find(|path| path.detector == detector);
         let scaled_ps = own.map_or(0.0, |path| path.delay_ps + scene.detectors[detector].delay_ps);
         let longer = self.change.longer();
-        self.change.delay_ps += (longer - 1.0) * scaled_ps;
-        let of_clock = self.errors.iter().find(|(of, _)| *of == Unknown::ChipPeriod);
-        let of_clock_ps = of_clock.map_or(0.0, |(_, std)| std * longer * scaled_ps);
+        self.change = self.change.by(Unknown::Delay, (longer - 1.0) * scaled_ps);
+        let of_clock_ps = self.std_of(Unknown::ChipPeriod).unwrap_or(0.0) * longer * scaled_ps;
         for (_, std) in self.errors.iter_mut().filter(|(of, _)| *of == Unknown::Delay) {
             *std = std.hypot(of_clock_ps);
         }
@@ -169,7 +169,7 @@ pub(super) fn fit(
     if !unknowns.is_empty() {
         // Weights of where the fit began may be off: those of where it ended are not.
         for _ in 0..2 {
-            let start = Place { change, means: expected.means.clone() };
+            let start = Trial { change, means: expected.means.clone() };
             let mut scene = SceneCounts {
                 weights: expected.weights(&start.means)?,
                 weighed_at: change,
@@ -207,36 +207,29 @@ struct SceneCounts<'p> {
 }
 
 /// A change of the scene, and what it lets one expect.
-struct Place {
+struct Trial {
     change: Change,
     means: Vec<f64>,
 }
 
 impl SceneCounts<'_> {
     fn changed(&self, change: &Change, step: &[f64]) -> Change {
-        let mut changed = *change;
-        for (unknown, by) in self.unknowns.iter().zip(step) {
-            *changed.value_mut(*unknown) += by;
-        }
-        changed
+        let steps = self.unknowns.iter().zip(step);
+        steps.fold(*change, |change, (unknown, by)| change.by(*unknown, *by))
     }
 }
 
 impl Counts for SceneCounts<'_> {
-    type Place = Place;
+    type Point = Trial;
     type Error = NoFit;
 
-    fn residuals(&self, place: &Place) -> Result<Vec<f64>, NoFit> {
+    fn residuals(&self, place: &Trial) -> Result<Vec<f64>, NoFit> {
         self.weights.whitened(&differences(self.values, &place.means))
     }
 
-    fn slopes(&mut self, place: &Place, _anew: bool) -> Result<Slopes, NoFit> {
+    fn slopes(&mut self, place: &Trial, _anew: bool) -> Result<Slopes, NoFit> {
         let of_unknown = |(unknown, reach): (&Unknown, &Reach)| {
-            let at = |by: f64| {
-                let mut changed = place.change;
-                *changed.value_mut(*unknown) += by;
-                changed.means(self.sensor, self.observed)
-            };
+            let at = |by: f64| place.change.by(*unknown, by).means(self.sensor, self.observed);
             // A rate cannot be less than none.
             let step = reach.nudge;
             let down = if *unknown == Unknown::Constant { 0.0 } else { step };
@@ -248,17 +241,17 @@ impl Counts for SceneCounts<'_> {
         Ok(Slopes { columns: columns.collect::<Result<_, _>>()?, are_best: true })
     }
 
-    fn step(&self, _place: &Place, normal: &Normal) -> Vec<f64> {
+    fn step(&self, _place: &Trial, normal: &Normal) -> Vec<f64> {
         let limits = self.reach.iter().map(|reach| [-reach.farthest, reach.farthest]);
         normal.solution_within(&limits.collect::<Vec<_>>())
     }
 
-    fn moved(&self, place: &Place, step: &[f64]) -> Result<Place, NoFit> {
+    fn moved(&self, place: &Trial, step: &[f64]) -> Result<Trial, NoFit> {
         let change = self.changed(&place.change, step);
-        Ok(Place { means: change.means(self.sensor, self.observed)?, change })
+        Ok(Trial { means: change.means(self.sensor, self.observed)?, change })
     }
 
-    fn weigh(&mut self, place: &Place, _fall: f64) -> Result<bool, NoFit> {
+    fn weigh(&mut self, place: &Trial, _fall: f64) -> Result<bool, NoFit> {
         if self.weighed_at == place.change {
             return Ok(false);
         }
@@ -267,7 +260,7 @@ impl Counts for SceneCounts<'_> {
         Ok(true)
     }
 
-    fn undetermined(&self, _place: &Place) -> NoFit {
+    fn undetermined(&self, _place: &Trial) -> NoFit {
         NoFit::Undetermined
     }
 }

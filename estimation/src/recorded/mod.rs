@@ -25,32 +25,53 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod bins_csv;
-mod cause;
 mod codes;
 mod csv_file;
 mod diagnosis;
 mod expected;
 mod hypothesis;
-mod no_fit;
 mod observed;
 mod report;
-mod weights;
 
-pub use cause::Cause;
 pub use csv_file::CountsError;
-pub use diagnosis::{Diagnosis, LEVEL, TestOutcome};
+pub use diagnosis::{Diagnosis, TestOutcome};
 pub use expected::{expected_bins, expected_csv};
 pub use observed::HITS_OF_A_SUM;
 pub use report::{Assessment, BinResidual, StepResidual, assess, assess_histogram};
 
 use std::path::Path;
 
+use serde::Serialize;
+
 use crate::estimate::{ImpossibleScan, possible_scan};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
+
+/// What may be wrong with a sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// The sources' power, the transmission, or the detection probability.
+    LightLevel,
+    /// Dark counts, background, or other light that is not modulated.
+    ConstantLight,
+    /// The dead time.
+    DeadTime,
+    /// A constant delay: the detector's, a cable's, or another distance.
+    Offset,
+    /// The light, the reference or both carry another code.
+    Code,
+    /// The light is inverted, or counts up and down are swapped.
+    Polarity,
+    /// The clock's period.
+    ChipPeriod,
+    /// Counts scatter more, or otherwise, than any of these explains.
+    Unexplained,
+    /// Counts scatter less than photons can.
+    TooEven,
+}
 
 /// One scan of one detector, as a file has it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -103,9 +124,9 @@ pub enum Recorded {
 /// If the file cannot be read, is not of the format, or is of another scene.
 pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<Recorded, CountsError> {
     let text = csv_file::text_of(path)?;
-    let recorded = match bins_csv::has_bins(&text) {
-        true => bins_csv::parse(&text, sensor).map(Recorded::Histograms),
-        false => csv_file::parse(&text, sensor).map(Recorded::Scans),
+    let recorded = match csv_file::has_bins(&text) {
+        true => csv_file::histograms(&text, sensor).map(Recorded::Histograms),
+        false => csv_file::scans(&text, sensor).map(Recorded::Scans),
     };
     recorded.map_err(|wrong| CountsError::of(path, wrong))
 }
@@ -116,7 +137,7 @@ pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<Recorded, CountsErr
 /// If the file cannot be read, is not of the format, or is of another scene.
 pub fn read_counts(path: &Path, sensor: &Sensor) -> Result<Vec<RecordedScan>, CountsError> {
     let text = csv_file::text_of(path)?;
-    csv_file::parse(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
+    csv_file::scans(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
 }
 
 /// One histogram of one detector, as a file has it.

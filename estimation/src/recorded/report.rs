@@ -7,11 +7,10 @@ use serde::Serialize;
 
 use super::diagnosis::{Diagnosis, Found, diagnose};
 use super::hypothesis::{Fitted, Unknown};
-use super::no_fit::NoFit;
-use super::observed::Observed;
+use super::observed::{NoFit, Observed};
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::report::EstimateReport;
-use crate::estimate::{TheoryEffort, distance_m};
+use crate::estimate::{TheoryEffort, Work, distance_m};
 use crate::photons::StepCount;
 use crate::scan::Step;
 use crate::scene::EstimatorKind;
@@ -156,7 +155,7 @@ fn check_testable(sensor: &Sensor, observed: Observed) -> Result<(), String> {
         ));
     }
     TheoryEffort::of(sensor, observed.detector())
-        .and_then(|effort| effort.check_fit())
+        .and_then(|effort| effort.check(Work::Fit))
         .map_err(|reason| NoFit::from(reason).to_string())
 }
 
@@ -179,13 +178,12 @@ impl Assessment {
             Observed::Steps(scan) => self.phase_steps = self.steps(sensor, scan, &fitted),
             Observed::Bins(recorded) => self.bins = bins(recorded, &fitted),
         }
-        let delay_std = fitted.errors.iter().find(|(of, _)| *of == Unknown::Delay);
-        if let (Some((_, std_ps)), Some(path)) = (delay_std, self.estimate.path) {
+        if let (Some(std_ps), Some(path)) = (fitted.std_of(Unknown::Delay), self.estimate.path) {
             let code = &scene.sources[scene.paths[path].source].code;
             let period_ps = scene.clock().ps(code.len() as f64);
-            let delay_ps = scene.paths[path].delay_ps + fitted.change.delay_ps;
+            let delay_ps = scene.paths[path].delay_ps + fitted.change.value(Unknown::Delay);
             self.fitted_distance_m = Some(distance_m(delay_ps.rem_euclid(period_ps)));
-            self.fitted_distance_std_m = Some(distance_m(*std_ps));
+            self.fitted_distance_std_m = Some(distance_m(std_ps));
         }
         self.chi_square = Some(fitted.agreement.chi_square);
         self.degrees_of_freedom = Some(fitted.degrees);

@@ -1,13 +1,16 @@
 //! Photons as stimulus: simulated detections, a consumer that always takes.
 
+use std::sync::Arc;
+
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus, first_sample, scan_start};
+use crate::photons::fast::Recorder;
 use crate::photons::{DetectorModel, PulseStream};
-use crate::scan::Sample;
+use crate::scan::{Group, Sample};
 use crate::sensor::interface::Interface;
 
 /// The sampled pulses of every detector, scan after scan.
 pub struct Photons<'a> {
-    models: &'a [DetectorModel],
+    recorders: Vec<Arc<Recorder<'a>>>,
     interface: &'a Interface,
     seed: u64,
     /// The repetition of the seed that the first scan is.
@@ -30,14 +33,17 @@ impl<'a> Photons<'a> {
         seed: u64,
         first: u64,
     ) -> Photons<'a> {
-        let mut photons = Photons { models, interface, seed, first, scan: 0, streams: Vec::new() };
+        let recorders = models.iter().map(|model| Arc::new(Recorder::new(model))).collect();
+        let mut photons =
+            Photons { recorders, interface, seed, first, scan: 0, streams: Vec::new() };
         photons.start_scan();
         photons
     }
 
     fn start_scan(&mut self) {
-        let stream = |model| PulseStream::new(model, self.seed, self.first + self.scan);
-        self.streams = self.models.iter().map(stream).collect();
+        let repetition = self.first + self.scan;
+        let stream = |of| PulseStream::of_groups(of, self.seed, repetition, Group(0), None);
+        self.streams = self.recorders.iter().map(stream).collect();
     }
 }
 

@@ -35,12 +35,24 @@ impl StepCount {
 /// delayed by k T_s (k from the scan) and by the counter's own edge delays. Steps
 /// of one group count the same detections.
 pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: Step) -> StepCount {
+    let group = model.timing.grouping().group_of(step);
+    count_detections(model, seed, repetition, step, model.step(seed, repetition, group))
+}
+
+/// Counts the detections of a step's group as [`count_step`] does.
+pub(crate) fn count_detections(
+    model: &DetectorModel,
+    seed: u64,
+    repetition: u64,
+    step: Step,
+    detections: impl Iterator<Item = Detection>,
+) -> StepCount {
     let reference = CounterReference::new(model, repetition, step);
     let group = model.timing.grouping().group_of(step);
     let key = model.key(seed, repetition, group);
     let mut transition = key.stream_of_step(step, Part::Transition);
     let mut count = StepCount { signed: 0, total: 0 };
-    for detection in model.step(seed, repetition, group) {
+    for detection in detections {
         count.total += 1;
         let up = reference.level(detection).unwrap_or_else(|| transition.random());
         count.signed += if up { 1 } else { -1 };

@@ -1,6 +1,10 @@
 //! What the hardware sees of the detections: pulses, sampled.
 
+use std::collections::VecDeque;
+use std::sync::Arc;
+
 use super::detector::DetectorModel;
+use super::fast::{CHIP_BITS, Recorder, RegisteredTicks};
 use super::step::{Detection, StepDetections};
 use crate::scan::{Group, Sample, Sampling};
 
@@ -44,27 +48,41 @@ pub struct PulseStream<'m> {
     seed: u64,
     repetition: u64,
     group: Group,
-    detections: StepDetections<'m>,
+    detections: Detections<'m>,
     /// Sample number at which the present group starts.
     group_start: Sample,
-    /// Found, but not asked for yet.
-    pending: Option<Pulse>,
     /// The group before which it ends, if it is to end before the scan does.
     last: Option<Group>,
     ended: bool,
 }
 
+/// The detections of a stream's groups, of which the first is the present one.
+#[derive(Debug, Clone)]
+enum Detections<'m> {
+    /// By the plain loop, and the pulse that was found, but not asked for yet.
+    OneByOne { group: Box<StepDetections<'m>>, pending: Option<Pulse> },
+    /// By the vector lanes, some groups ahead; and how many of the present one's are used.
+    Recorded { recorder: Arc<Recorder<'m>>, groups: VecDeque<Vec<RegisteredTicks>>, used: usize },
+}
+
 impl<'m> PulseStream<'m> {
     /// The pulses from the start of scan number `repetition` on.
     pub fn new(model: &'m DetectorModel, seed: u64, repetition: u64) -> PulseStream<'m> {
+        let recorder = Arc::new(Recorder::new(model));
+        PulseStream::of_groups(&recorder, seed, repetition, Group(0), None)
+    }
+
+    /// The same from the plain loop, the referee of the vector lanes: other pulses, of the
+    /// same distribution.
+    pub fn of_plain_loop(model: &'m DetectorModel, seed: u64, repetition: u64) -> PulseStream<'m> {
+        let group = model.step(seed, repetition, Group(0));
         PulseStream {
             model,
             seed,
             repetition,
             group: Group(0),
-            detections: model.step(seed, repetition, Group(0)),
+            detections: Detections::OneByOne { group: Box::new(group), pending: None },
             group_start: Sample(0),
-            pending: None,
             last: None,
             ended: false,
         }
@@ -73,84 +91,179 @@ impl<'m> PulseStream<'m> {
     /// The same stream from a group's first pulse on, with the same sample numbers;
     /// `until` is the group before which it ends, none for where it always does.
     pub fn of_groups(
-        model: &'m DetectorModel,
+        recorder: &Arc<Recorder<'m>>,
         seed: u64,
         repetition: u64,
         first: Group,
         until: Option<Group>,
     ) -> PulseStream<'m> {
+        let model = recorder.model();
+        let detections = match recorder.groups_at_once() {
+            Some(_) => Detections::Recorded {
+                recorder: Arc::clone(recorder),
+                groups: VecDeque::new(),
+                used: 0,
+            },
+            None => {
+                let group = Box::new(model.step(seed, repetition, first));
+                Detections::OneByOne { group, pending: None }
+            }
+        };
         PulseStream {
+            model,
+            seed,
+            repetition,
             group: first,
-            detections: model.step(seed, repetition, first),
+            detections,
             group_start: Sample(first.0 * group_samples(model)),
             last: until,
-            ..PulseStream::new(model, seed, repetition)
+            ended: false,
         }
     }
 
     /// Appends every pulse with `first < until` that has not been
     /// returned yet, in order of `first`.
     pub fn advance(&mut self, until: Sample, out: &mut Vec<Pulse>) {
-        loop {
-            let Some(pulse) = self.pending.take().or_else(|| self.next_pulse(until)) else {
-                return;
-            };
-            if pulse.first >= until {
-                self.pending = Some(pulse);
+        // Groups that begin later are not even simulated yet.
+        while !self.ended && self.group_start < until {
+            if !self.advance_in_group(until, out) {
                 return;
             }
-            out.push(pulse);
+            self.start_next_group();
         }
     }
 
-    /// The next pulse, or `None` if none starts before `until`.
-    fn next_pulse(&mut self, until: Sample) -> Option<Pulse> {
-        loop {
-            // Groups that begin later are not even simulated yet.
-            if self.ended || self.group_start >= until {
-                return None;
-            }
-            match self.detections.next() {
-                Some(detection) => {
-                    let pulse = self.sample(detection);
-                    if pulse.first < pulse.end {
-                        return Some(pulse);
+    /// Whether the group has no further pulses.
+    fn advance_in_group(&mut self, until: Sample, out: &mut Vec<Pulse>) -> bool {
+        let start = self.group_start;
+        match &mut self.detections {
+            Detections::OneByOne { group, pending } => {
+                let width_chips = self.model.pulse_width_chips;
+                let samples_per_chip = self.model.timing.clock.samples_per_chip;
+                let sampled = |detection| sample(detection, samples_per_chip, width_chips, start);
+                while let Some(pulse) = pending.take().or_else(|| group.next().map(sampled)) {
+                    if pulse.first >= until {
+                        *pending = Some(pulse);
+                        return false;
                     }
+                    out.extend((pulse.first < pulse.end).then_some(pulse));
                 }
-                None => self.start_next_group(),
             }
+            Detections::Recorded { groups, used, .. } => {
+                if groups.is_empty() {
+                    self.record();
+                    return self.advance_in_group(until, out);
+                }
+                let sampler = TickSampler::new(self.model);
+                let left = &groups[0][*used..];
+                let now = left.partition_point(|&time| sampler.pulse(time, start).first < until);
+                *used += now;
+                let pulses = left[..now].iter().map(|&time| sampler.pulse(time, start));
+                match sampler.sees_all() {
+                    true => out.extend(pulses),
+                    false => out.extend(pulses.filter(|pulse| pulse.first < pulse.end)),
+                }
+                if now < left.len() {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// Records the present group and some that follow.
+    fn record(&mut self) {
+        let (mut repetition, mut group) = (self.repetition, self.group);
+        let mut jobs = Vec::new();
+        if let Detections::Recorded { recorder, groups, .. } = &mut self.detections {
+            let most = recorder.groups_at_once().unwrap_or(1);
+            loop {
+                jobs.push((repetition, group));
+                let next = next_group(self.model, repetition, group, self.last);
+                match next.filter(|_| jobs.len() < most) {
+                    Some(next) => (repetition, group) = next,
+                    None => break,
+                }
+            }
+            groups.extend(recorder.record(self.seed, &jobs));
         }
     }
 
     fn start_next_group(&mut self) {
-        self.group.0 += 1;
-        if self.last == Some(self.group) {
+        let next = next_group(self.model, self.repetition, self.group, self.last);
+        let Some((repetition, number)) = next else {
             self.ended = true;
             return;
-        }
-        if self.group.0 == self.model.timing.groups() {
-            if !self.model.timing.is_gapless() {
-                self.ended = true;
-                return;
-            }
-            self.group = Group(0);
-            self.repetition += 1;
-        }
+        };
+        (self.repetition, self.group) = (repetition, number);
         self.group_start += group_samples(self.model);
-        self.detections = self.model.step(self.seed, self.repetition, self.group);
+        match &mut self.detections {
+            Detections::OneByOne { group, .. } => {
+                **group = self.model.step(self.seed, repetition, number);
+            }
+            Detections::Recorded { groups, used, .. } => {
+                groups.pop_front();
+                *used = 0;
+            }
+        }
+    }
+}
+
+/// The group that follows one without a gap, with the number of its scan; none after the
+/// last before `last`.
+fn next_group(
+    model: &DetectorModel,
+    repetition: u64,
+    group: Group,
+    last: Option<Group>,
+) -> Option<(u64, Group)> {
+    let next = Group(group.0 + 1);
+    if last == Some(next) {
+        return None;
+    }
+    if next.0 < model.timing.groups() {
+        return Some((repetition, next));
+    }
+    model.timing.is_gapless().then_some((repetition + 1, Group(0)))
+}
+
+/// The samples of a detection's pulse in a group that starts at `start`.
+#[inline]
+fn sample(detection: Detection, samples_per_chip: u32, width_chips: f64, start: Sample) -> Pulse {
+    let chip_start = start + Sampling::new(samples_per_chip).samples_of(detection.chip);
+    let sample_at_or_after =
+        |chips: f64| chip_start + ceil_to_u64(chips * f64::from(samples_per_chip));
+    Pulse {
+        first: sample_at_or_after(detection.fraction),
+        end: sample_at_or_after(detection.fraction + width_chips),
+    }
+}
+
+/// The same of registered ticks, of which a sample is a power of two.
+#[derive(Debug, Clone, Copy)]
+struct TickSampler {
+    sample_bits: u32,
+    width_ticks: u64,
+}
+
+impl TickSampler {
+    fn new(model: &DetectorModel) -> TickSampler {
+        TickSampler {
+            sample_bits: CHIP_BITS - model.timing.clock.samples_per_chip.ilog2(),
+            width_ticks: (model.pulse_width_chips * f64::from(1_u32 << CHIP_BITS)).round() as u64,
+        }
+    }
+
+    /// Whether no pulse lies between two samples.
+    fn sees_all(self) -> bool {
+        self.width_ticks >> self.sample_bits > 0
     }
 
     #[inline]
-    fn sample(&self, detection: Detection) -> Pulse {
-        let samples_per_chip = self.model.timing.clock.samples_per_chip;
-        let chip_start =
-            self.group_start + Sampling::new(samples_per_chip).samples_of(detection.chip);
-        let sample_at_or_after =
-            |chips: f64| chip_start + ceil_to_u64(chips * f64::from(samples_per_chip));
-        Pulse {
-            first: sample_at_or_after(detection.fraction),
-            end: sample_at_or_after(detection.fraction + self.model.pulse_width_chips),
-        }
+    fn pulse(self, time: RegisteredTicks, start: Sample) -> Pulse {
+        let within = (1 << self.sample_bits) - 1;
+        let at_or_after = |ticks: u64| start + ((ticks + within) >> self.sample_bits);
+        Pulse { first: at_or_after(time.0), end: at_or_after(time.0 + self.width_ticks) }
     }
 }
 

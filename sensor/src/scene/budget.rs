@@ -10,36 +10,71 @@
 
 use std::f64::consts::PI;
 
-use super::keys::{BACKGROUND, DETECTOR};
-use super::reader::Section;
+use super::detector::DETECTOR;
+use super::keys::declare::*;
 use super::sunlight;
 use crate::light::photon_rate_hz;
 
-/// What lies between a target and the counted photon, whatever the light is.
-struct Receiver {
-    reflectance: f64,
-    aperture_m: f64,
-    /// Transmission of lens and filter times the fill factor.
-    throughput: f64,
+/// A full angle.
+const ANGLE: Kind = quantity(Quantity::Angle, "1e-3 urad", "3 rad");
+
+tables! {
+    /// What lies between a target and the counted photon, whatever the light is.
+    #[derive(Debug)]
+    pub(super) struct Receiver {}
+    of RECEIVER = "" {
+        reflectance => reflectance: f64 = number(0.0, 1.0), Needed, "0.5";
+            "share of the light that the target sends back, in all directions (Lambertian)"
+            "a share";
+        aperture => aperture_m: f64 = quantity(Distance, "1 um", "10 m"), Needed, "20 mm";
+            "diameter of the receiving lens"
+            "from a bare detector to the largest telescope";
+        optics => optics: f64 = number(0.0, 1.0), Or("1"), "0.7";
+            "transmission of lenses and filter at the source's wavelength"
+            "a share";
+        fill_factor => fill_factor: f64 = number(0.0, 1.0), Or("1"), "0.3";
+            "share of the detector's area that detects"
+            "a share";
+    }
+
+    LINK = "path.link" and RECEIVER {
+        divergence = ANGLE, Otherwise("none: the spot is in the field of view"), "20 mrad";
+            "full angle of the source's cone, evenly lit"
+            "lenses look forwards";
+        field_of_view = ANGLE, Otherwise("none: the spot is in the field of view"), "10 mrad";
+            "full angle of the detector's cone; of a larger spot the part within it counts"
+            "as for `divergence`";
+    }
+
+    BACKGROUND = "detector.background" and RECEIVER {
+        illuminance = quantity(Illuminance, "0 lux", "1000 klux"),
+            Otherwise("none: `irradiance` stands for it"), "10 klux";
+            "sunlight on the target, whose spectrum is known from 350 nm to 1700 nm, for filters of 1 nm and more"
+            "nine suns at noon";
+        irradiance = quantity(SpectralIrradiance, "0 W/m2/nm", "1000 W/m2/nm"),
+            Otherwise("none: `illuminance` stands for it"), "100 mW/m2/nm";
+            "light on the target near the source's wavelength"
+            "the sun has less than two";
+        filter_width = quantity(Wavelength, "1e-6 nm", "10 um"), Needed, "10 nm";
+            "width of the filter that passes the source's wavelength"
+            "from a laser's line to no filter at all";
+        field_of_view = ANGLE, Needed, "10 mrad";
+            "full angle of the cone that the detector sees, filled by the target"
+            "as for `divergence`";
+    }
 }
 
 impl Receiver {
-    fn read(section: &Section) -> Option<Receiver> {
-        let (optics, fill_factor) = (section.number("optics"), section.number("fill_factor"));
-        let (reflectance, aperture_m) =
-            (section.number("reflectance"), section.quantity("aperture"));
-        Some(Receiver {
-            reflectance: reflectance?,
-            aperture_m: aperture_m?,
-            throughput: optics? * fill_factor?,
-        })
+    /// Transmission of lens and filter times the fill factor.
+    fn throughput(&self) -> f64 {
+        self.optics * self.fill_factor
     }
 
     /// Share of the light on a point of the target, `distance_m` away, that is counted.
     fn collected(&self, distance_m: f64) -> f64 {
         let radius_squared = (0.5 * self.aperture_m).powi(2);
         let view = radius_squared / (distance_m * distance_m + radius_squared);
-        self.reflectance * self.throughput * view
+        self.reflectance * self.throughput() * view
     }
 
     /// Power that is counted of light that the target lies in, from the cone of a full
@@ -47,7 +82,7 @@ impl Receiver {
     fn power_w(&self, irradiance_w_per_m2: f64, field_of_view_rad: f64) -> f64 {
         let area_m2 = PI * (0.5 * self.aperture_m).powi(2);
         let cone = (0.5 * field_of_view_rad).sin().powi(2);
-        irradiance_w_per_m2 * self.reflectance * self.throughput * area_m2 * cone
+        irradiance_w_per_m2 * self.reflectance * self.throughput() * area_m2 * cone
     }
 }
 
@@ -58,7 +93,7 @@ pub(super) fn read_link(path: &Section, distance_m: Option<f64>) -> Option<f64> 
     if path.get("transmission").is_some() {
         path.report("transmission", "it follows from the table `link`; leave one of them out");
     }
-    let receiver = Receiver::read(&section);
+    let receiver = Receiver::keys(&section);
     let divergence_rad = section.quantity("divergence");
     let field_of_view_rad = section.quantity("field_of_view");
     let given = ["divergence", "field_of_view"].map(|key| section.get(key).is_some());
@@ -90,7 +125,7 @@ pub(super) fn read_background(detector: &Section, wavelength_nm: Option<f64>) ->
         let message = "it follows from the table `background`; leave one of them out";
         detector.report("background_rate", message);
     }
-    let receiver = Receiver::read(&section);
+    let receiver = Receiver::keys(&section);
     let filter_nm = section.quantity("filter_width");
     let field_of_view_rad = section.quantity("field_of_view");
     let irradiance = read_irradiance(&section, wavelength_nm, filter_nm);
@@ -189,7 +224,7 @@ mod tests {
                 .map(|n| (f64::from(n) + 0.5) / f64::from(rays) * edge)
                 .map(|angle| 2.0 * angle.cos() * angle.sin() * edge / f64::from(rays))
                 .sum();
-            let receiver = Receiver { reflectance: 1.0, aperture_m, throughput: 1.0 };
+            let receiver = Receiver { reflectance: 1.0, aperture_m, optics: 1.0, fill_factor: 1.0 };
             let found = receiver.collected(distance_m);
             assert!((found / sum - 1.0).abs() < 1e-6, "{found} {sum}");
         }
@@ -201,7 +236,12 @@ mod tests {
     /// it: a detector without a lens that looks at nothing else gets E A.
     #[test]
     fn a_detector_that_sees_only_the_target_is_lit_as_it_is() {
-        let bare = Receiver { reflectance: 1.0, aperture_m: 2.0 / PI.sqrt(), throughput: 1.0 };
+        let bare = Receiver {
+            reflectance: 1.0,
+            aperture_m: 2.0 / PI.sqrt(),
+            optics: 1.0,
+            fill_factor: 1.0,
+        };
         assert!((bare.power_w(3.0, PI) - 3.0).abs() < 1e-12);
     }
 

@@ -1,7 +1,7 @@
 //! Tables `[[detector]]`.
 
 use super::budget;
-use super::reader::Section;
+use super::keys::declare::*;
 use super::{JitterTail, std_of_sum, waveform};
 use crate::scan::Clock;
 use crate::scene::SourceIndex;
@@ -12,63 +12,129 @@ const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
 /// the difference of their delays, chip by chip.
 const MOST_EDGE_CHIPS: f64 = (1_u32 << 16) as f64;
 
-/// A SPAD with its counter (Table I).
-#[derive(Debug, Clone)]
-pub struct Detector {
-    /// Name that paths refer to.
-    pub name: String,
-    /// Index in [`Scene::sources`](super::Scene::sources) of the source whose code the sign follows.
-    pub reference: SourceIndex,
-    /// Chance that an incident photon fires a ready detector, 0..=1.
-    pub photon_detection_probability: f64,
-    /// Avalanches without light.
-    pub dark_count_rate_cps: f64,
-    /// Background, in photons before the detection probability.
-    pub background_rate_cps: f64,
-    /// Time after an avalanche in which nothing is counted.
-    pub dead_time_ps: f64,
-    /// What light does within the dead time.
-    pub recharge: Recharge,
-    /// Chance that an avalanche causes at least one afterpulse, 0..1.
-    pub afterpulsing_probability: f64,
-    /// Afterpulse delay's exponential time constant, from the dead time's end.
-    pub afterpulsing_time_constant_ps: f64,
-    /// Width of the digital pulse that a detection makes.
-    pub pulse_width_ps: f64,
-    /// Constant delay from avalanche to registered time.
-    pub delay_ps: f64,
-    /// Standard deviations of the independent Gaussian jitters.
-    pub jitter_ps: Vec<f64>,
-    /// The delay that a detection has beside these.
-    pub jitter_tail: JitterTail,
-    /// The continuous-time counter's edges.
-    pub counter: CounterTiming,
+/// What a counter's edge may be late.
+const EDGE: Kind = quantity(Quantity::Time, "0 s", "1 ms");
+
+tables! {
+    /// A SPAD with its counter (Table I).
+    #[derive(Debug, Clone)]
+    pub struct Detector {
+        /// Name that paths refer to.
+        name: String,
+        /// Index in [`Scene::sources`](super::Scene::sources) of the source whose code the sign
+        /// follows.
+        reference: SourceIndex,
+        /// Background, in photons before the detection probability.
+        background_rate_cps: f64,
+        /// Chance that an avalanche causes at least one afterpulse, 0..1.
+        afterpulsing_probability: f64,
+        /// Afterpulse delay's exponential time constant, from the dead time's end.
+        afterpulsing_time_constant_ps: f64,
+        /// Width of the digital pulse that a detection makes.
+        pulse_width_ps: f64,
+        /// Standard deviations of the independent Gaussian jitters.
+        jitter_ps: Vec<f64>,
+        /// The delay that a detection has beside these.
+        jitter_tail: JitterTail,
+        /// The continuous-time counter's edges.
+        counter: CounterTiming,
+    }
+    of DETECTOR = "detector" {
+        name = words("a text that is not empty", Form::Text), Needed, "\"spad\"";
+            "what paths call it";
+        reference = words("the name of a source", Form::Text), Needed, "\"laser\"";
+            "source whose code the sign follows";
+        photon_detection_probability => photon_detection_probability: f64 = number(0.0, 1.0), Or("1"), "0.31";
+            "chance that an incident photon fires a ready detector"
+            "a probability";
+        dark_count_rate => dark_count_rate_cps: f64 = quantity(Rate, "0 cps", "1000000 Gcps"), Or("0 cps"), "71 kcps";
+            "avalanches without light"
+            "one in a femtosecond";
+        background_rate = quantity(Rate, "0 cps", "1000000 Gcps"), Or("0 cps"), "1 Mcps";
+            "background, in photons before the detection probability"
+            "one in a femtosecond";
+        background = table("detector.background"),
+            Otherwise("none: `background_rate` stands for it"),
+            "{ illuminance = \"10 klux\", filter_width = \"10 nm\", reflectance = 0.5, aperture = \"20 mm\", field_of_view = \"10 mrad\" }";
+            "in place of `background_rate` what it follows from";
+        dead_time => dead_time_ps: f64 = quantity(Time, "0 s", "10 ms"), Or("0 s"), "14 ns";
+            "time after an avalanche in which the detector counts nothing"
+            "a passively quenched detector with a slow counter has some microseconds; 10^5 \
+             dead times of warm-up are within 64 bits of chips";
+        recharge => recharge: Recharge = choice(Recharge::CHOICES), Or("\"active\""), "\"passive\"";
+            "what light does within the dead time: nothing (\"active\", non-paralyzable), or \
+             begin it anew (\"passive\", paralyzable), which photons are simulated for and \
+             nothing is expected of";
+        afterpulsing = table("detector.afterpulsing"),
+            Otherwise("none"), "{ probability = 0.137, time_constant = \"5 ns\" }";
+            "avalanches that an avalanche causes later";
+        pulse_width = quantity(Time, "1 fs", "10 ms"),
+            Otherwise("half the dead time, but at least a phase step"), "7 ns";
+            "width of the digital pulse that a detection makes"
+            "as for `dead_time`";
+        delay => delay_ps: f64 = quantity(Time, "0 s", "1 ms"), Or("0 s"), "1.75 ns";
+            "constant delay from avalanche to registered time"
+            "200 km of cable";
+        jitter = quantity(Time, "0 s", "1 ms"), Otherwise("none"), "53.5 ps";
+            "list of the standard deviations of independent Gaussian jitters"
+            "in all no more than 65,536 chips: detections of twenty of them are put in order";
+        jitter_tail = table("detector.jitter_tail"),
+            Otherwise("none"), "{ share = 0.1, time_constant = \"200 ps\" }";
+            "further delay of some detections, beside the Gaussian ones: the diffusion tail";
+        jitter_histogram = words("rows of a time from 0 ps on and an amplitude, as CSV text", Form::Text),
+            Otherwise("none"), "\"0,0.9\\n100,0.07\\n200,0.03\"";
+            "the same, as measured: the delay's distribution in equal steps";
+        counter = table("detector.counter"),
+            Otherwise("none"), "{ rising_delay = \"340 ps\", falling_delay = \"390 ps\" }";
+            "edges of the article's continuous-time counter";
+    }
+
+    AFTERPULSING = "detector.afterpulsing" {
+        probability = number(0.0, 0.999999), Needed, "0.137";
+            "chance that an avalanche causes at least one afterpulse"
+            "fourteen afterpulses for every avalanche";
+        time_constant = quantity(Time, "1 fs", "10 ms"), Needed, "5 ns";
+            "exponential time constant, from the dead time's end"
+            "a simulation begins thirty of them early";
+    }
+
+    JITTER_TAIL = "detector.jitter_tail" {
+        share = number(0.0, 1.0), Needed, "0.1";
+            "share of the detections that come later"
+            "a share";
+        time_constant = quantity(Time, "1 fs", "10 us"), Needed, "200 ps";
+            "mean of these delays, which are exponential"
+            "a simulation begins thirty of them early; no longer than jitter may be";
+    }
+
+    /// Edge timing of the article's continuous-time counter (Table I).
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct CounterTiming {}
+    of COUNTER = "detector.counter" {
+        rising_delay => rising_delay_ps: f64 = EDGE, Or("0 s"), "340 ps";
+            "how late the sign's rising edge comes"
+            "no more than 65,536 chips: the sign looks back over the difference of the delays, \
+             chip by chip";
+        falling_delay => falling_delay_ps: f64 = EDGE, Or("0 s"), "390 ps";
+            "how late the sign's falling edge comes"
+            "as for `rising_delay`";
+        transition => transition_ps: f64 = EDGE, Or("0 s"), "1.5 ps";
+            "within this distance of an edge either sign is equally likely"
+            "as for `rising_delay`";
+    }
 }
 
 impl Detector {
+    /// Mean number of afterpulses that an avalanche begets: the number is Poisson, and its
+    /// chance to be at least one the afterpulsing probability.
+    pub fn afterpulses_per_avalanche(&self) -> f64 {
+        -(-self.afterpulsing_probability).ln_1p()
+    }
+
     /// One that counts every photon at once, without noise, dead time or jitter; its pulses
     /// are of `pulse_width_ps`.
     pub fn ideal(name: &str, reference: SourceIndex, pulse_width_ps: f64) -> Detector {
-        Detector {
-            name: name.to_owned(),
-            reference,
-            photon_detection_probability: 1.0,
-            dark_count_rate_cps: 0.0,
-            background_rate_cps: 0.0,
-            dead_time_ps: 0.0,
-            recharge: Recharge::Active,
-            afterpulsing_probability: 0.0,
-            afterpulsing_time_constant_ps: 0.0,
-            pulse_width_ps,
-            delay_ps: 0.0,
-            jitter_ps: Vec::new(),
-            jitter_tail: JitterTail::None,
-            counter: CounterTiming {
-                rising_delay_ps: 0.0,
-                falling_delay_ps: 0.0,
-                transition_ps: 0.0,
-            },
-        }
+        Detector { name: name.to_owned(), reference, pulse_width_ps, ..Detector::default() }
     }
 
     /// Whether light within the dead time prolongs it.
@@ -82,31 +148,16 @@ impl Detector {
     }
 }
 
-/// What an arrival does within the dead time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Recharge {
-    /// Nothing: the detector is quenched until the dead time ends (non-paralyzable).
-    Active,
-    /// It begins the dead time anew, uncounted: the detector recharges slowly and fires again
-    /// before its pulse has left the comparator (paralyzable).
-    Passive,
-}
-
-impl Recharge {
-    /// Each of them, under the name that scenes use.
-    pub const NAMES: [(&'static str, Recharge); 2] =
-        [("active", Recharge::Active), ("passive", Recharge::Passive)];
-}
-
-/// Edge timing of the article's continuous-time counter (Table I).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CounterTiming {
-    /// How late the sign's rising edge comes.
-    pub rising_delay_ps: f64,
-    /// How late the sign's falling edge comes.
-    pub falling_delay_ps: f64,
-    /// Within this distance of an edge either sign is equally likely.
-    pub transition_ps: f64,
+choices! {
+    /// What an arrival does within the dead time.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Recharge {
+        /// Nothing: the detector is quenched until the dead time ends (non-paralyzable).
+        Active = "active",
+        /// It begins the dead time anew, uncounted: the detector recharges slowly and fires again
+        /// before its pulse has left the comparator (paralyzable).
+        Passive = "passive",
+    }
 }
 
 /// Reads one detector. `reference` is the index of the source it names, if that
@@ -118,41 +169,31 @@ pub(super) fn read(
     wavelength_nm: Option<f64>,
 ) -> Option<Detector> {
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
+    let keys = Detector::keys(&section);
     let from_budget_cps = budget::read_background(&section, wavelength_nm);
     let background_rate_cps = section.quantity("background_rate");
-    let dead_time_ps = section.quantity("dead_time");
-    let recharge = section.choice("recharge", &Recharge::NAMES);
-    // One that cannot be read is complained about already.
-    let has_dead_time = dead_time_ps.is_none_or(|dead_time_ps| dead_time_ps > 0.0);
+    // What cannot be read is complained about already.
+    let has_dead_time = keys.as_ref().is_none_or(|keys| keys.dead_time_ps > 0.0);
     let (afterpulsing_probability, afterpulsing_time_constant_ps) =
         read_afterpulsing(&section, has_dead_time);
     let pulse_width_ps = section.quantity("pulse_width");
-    let photon_detection_probability = section.number("photon_detection_probability");
-    let dark_count_rate_cps = section.quantity("dark_count_rate");
-    let delay_ps = section.quantity("delay");
     let jitter_ps = read_jitter(&section, clock);
     let jitter_tail = read_tail(&section, clock);
     let counter = read_counter(&section, clock);
     section.finish();
-    let dead_time_ps = dead_time_ps?;
+    let keys = keys?;
+    let half_dead_time = || Some((0.5 * keys.dead_time_ps).max(clock?.sample_period_ps()));
     Some(Detector {
         name: name?.to_owned(),
         reference: SourceIndex(reference?),
-        photon_detection_probability: photon_detection_probability?,
-        dark_count_rate_cps: dark_count_rate_cps?,
         background_rate_cps: from_budget_cps.or(background_rate_cps)?,
-        dead_time_ps,
-        recharge: recharge?,
         afterpulsing_probability,
         afterpulsing_time_constant_ps,
-        pulse_width_ps: match pulse_width_ps {
-            Some(width) => width,
-            None => (0.5 * dead_time_ps).max(clock?.sample_period_ps()),
-        },
-        delay_ps: delay_ps?,
+        pulse_width_ps: pulse_width_ps.or_else(half_dead_time)?,
         jitter_ps,
         jitter_tail,
         counter: counter?,
+        ..keys
     })
 }
 
@@ -229,16 +270,12 @@ fn check_chips(
 
 fn read_counter(detector: &Section, clock: Option<Clock>) -> Option<CounterTiming> {
     let section = detector.section_or_defaults("counter");
-    let time = |key| {
-        let time_ps = section.quantity(key);
-        check_chips(&section, key, time_ps.unwrap_or_default(), MOST_EDGE_CHIPS, clock);
-        time_ps
-    };
-    let [rising, falling, transition] = ["rising_delay", "falling_delay", "transition"].map(time);
+    let counter = CounterTiming::keys(&section);
+    if let Some(CounterTiming { rising_delay_ps, falling_delay_ps, transition_ps }) = counter {
+        check_chips(&section, "rising_delay", rising_delay_ps, MOST_EDGE_CHIPS, clock);
+        check_chips(&section, "falling_delay", falling_delay_ps, MOST_EDGE_CHIPS, clock);
+        check_chips(&section, "transition", transition_ps, MOST_EDGE_CHIPS, clock);
+    }
     section.finish();
-    Some(CounterTiming {
-        rising_delay_ps: rising?,
-        falling_delay_ps: falling?,
-        transition_ps: transition?,
-    })
+    counter
 }

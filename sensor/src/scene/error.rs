@@ -97,7 +97,7 @@ const MOST_MESSAGE_CHARACTERS: usize = 600;
 const MOST_LINE_CHARACTERS: usize = 240;
 const CONTEXT_CHARACTERS: usize = 60;
 
-/// Collects what is wrong while a scene is read.
+/// Collects the errors of a scene while it is read.
 pub(super) struct Diagnostics<'t> {
     file: &'t str,
     text: &'t str,

@@ -1,8 +1,9 @@
 //! A scene: what a sensor engineer writes down, read, checked and in base units.
 //!
 //! A scene is a TOML file; [`load`] reads one. Quantities are strings with a
-//! number and a unit. `keys/tables.rs` has every key, what it may be, and what it is when it
-//! is left out; `docs/scene.md` is made from it.
+//! number and a unit. Each key is declared once, beside its reader: what it may be, what it is when
+//! it is left out, what it means. Fields, bounds, defaults, `docs/scene.md` and its schema follow
+//! from that ([`keys`]).
 //!
 //! ```
 //! # mod goldtof {
@@ -23,8 +24,10 @@
 mod budget;
 mod detector;
 mod error;
+mod estimator;
 #[doc(hidden)]
 pub mod extreme;
+mod hardware;
 mod index;
 mod keys;
 mod movement;
@@ -36,7 +39,6 @@ mod scan;
 mod setting;
 mod source;
 mod sunlight;
-mod totals;
 mod units;
 mod waveform;
 mod whole;
@@ -46,13 +48,14 @@ use std::sync::Arc;
 
 pub use detector::*;
 pub use error::{SceneError, SceneErrors};
+pub use estimator::{EstimatorKind, OtherLight, TotalsMissing};
+pub use hardware::{Architecture, Hardware, Polarity, Target};
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use keys::{reference, schema};
 pub use movement::{Fluctuation, Movement};
 pub use origin::{Origin, SceneReference};
 pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};
 pub use setting::{MOST_KEY_PARTS, Setting};
-pub use totals::TotalsMissing;
 pub use waveform::{Curve, JitterTail, LaserResponse};
 
 use crate::code::Code;
@@ -82,9 +85,9 @@ pub struct Scene {
     pub scan: Scan,
     /// Which estimator turns counts into distance.
     pub estimator: EstimatorKind,
-    /// What the model estimator is told of light besides the strongest path.
+    /// Light besides the strongest path that the model estimator looks for.
     pub other_light: OtherLight,
-    /// What the hardware is built for.
+    /// Target and options of the hardware.
     pub hardware: Hardware,
 }
 
@@ -94,7 +97,7 @@ impl Scene {
         Clock { chip_period_ps: self.chip_period_ps, samples_per_chip: self.samples_per_chip }
     }
 
-    /// What documents name it by.
+    /// Its name in documents.
     pub fn reference(&self) -> SceneReference {
         SceneReference::new(&self.name, &self.origin)
     }
@@ -191,148 +194,4 @@ impl Path {
     pub fn distance_m(&self) -> f64 {
         distance_m(self.delay_ps)
     }
-}
-
-/// Turns counts into distance.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    serde::Serialize,
-    serde::Deserialize,
-    schemars::JsonSchema,
-    clap::ValueEnum,
-)]
-#[serde(rename_all = "lowercase")]
-pub enum EstimatorKind {
-    /// Coarse argmax, then the phase of the fundamental
-    Fft,
-    /// Weighted least squares against the exact mean response
-    Model,
-}
-
-impl EstimatorKind {
-    /// Each of them, under the name that scenes use.
-    pub const NAMES: [(&'static str, EstimatorKind); 2] =
-        [("fft", EstimatorKind::Fft), ("model", EstimatorKind::Model)];
-
-    /// The one that this is not.
-    pub fn other(self) -> EstimatorKind {
-        match self {
-            EstimatorKind::Fft => EstimatorKind::Model,
-            EstimatorKind::Model => EstimatorKind::Fft,
-        }
-    }
-}
-
-impl std::fmt::Display for EstimatorKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let name = EstimatorKind::NAMES.iter().find_map(|(name, k)| (k == self).then_some(*name));
-        f.write_str(name.unwrap_or_default())
-    }
-}
-
-/// Which light besides the strongest path of its own source a detector's fit
-/// looks for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OtherLight {
-    /// Of each code at most as many paths as the scene has for this detector; which
-    /// there are, where, and how strong, is found in the scan.
-    Given,
-    /// Up to eight sensors with codes that are not known, of the reference's Gold set
-    /// and of those of the scene's other sources; and up to four own paths.
-    Search,
-    /// None: everything else counts as constant.
-    None,
-}
-
-impl OtherLight {
-    /// Each of them, under the name that scenes use.
-    pub const NAMES: [(&'static str, OtherLight); 3] =
-        [("given", OtherLight::Given), ("search", OtherLight::Search), ("none", OtherLight::None)];
-}
-
-/// What the hardware is built for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Hardware {
-    /// Target device.
-    pub target: Target,
-    /// What is counted.
-    pub architecture: Architecture,
-    /// Level of the samples while a detector's pulse lasts.
-    pub polarity: Polarity,
-    /// Phase steps correlated at once, of hardware that counts up and down.
-    pub parallel: u32,
-    /// Width of a count in the results; `None` gives the width at which no
-    /// stimulus at all can overflow. A narrower count saturates and flags.
-    pub counter_width: Option<u32>,
-    /// Whether the hardware sends total counts beside the signed ones; `None`
-    /// leaves it to the estimator. See [`Scene::sends_total_counts`].
-    pub total_counts: Option<bool>,
-    /// Whether the hardware finds the peak of a scan, beside sending its counts.
-    pub peak_detector: bool,
-    /// Histograms that each detector has memory for, 1 or 2.
-    pub buffers: u32,
-}
-
-/// What the hardware counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Architecture {
-    /// Hits up and down by the sign of the delayed reference (eq. 11), one phase step,
-    /// or `parallel` of them, after another.
-    #[default]
-    UpDown,
-    /// Hits by their time in the code period, a bin for each sample of it. Every phase
-    /// step's up/down count follows from the same hits, so that a scan is as long as its
-    /// integration time.
-    Histogram,
-}
-
-impl Architecture {
-    /// Each of them, under the name that scenes use.
-    pub const NAMES: [(&'static str, Architecture); 2] =
-        [("updown", Architecture::UpDown), ("histogram", Architecture::Histogram)];
-}
-
-/// Level of a detector's samples while its pulse lasts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Polarity {
-    /// A hit is a rising edge.
-    #[default]
-    High,
-    /// A hit is a falling edge, as from a comparator that inverts.
-    Low,
-}
-
-impl Polarity {
-    /// Each of them, under the name that scenes use.
-    pub const NAMES: [(&'static str, Polarity); 2] =
-        [("high", Polarity::High), ("low", Polarity::Low)];
-
-    /// A word of so many samples, at most 64, without a pulse.
-    pub fn rest(self, samples: u32) -> u64 {
-        match self {
-            Polarity::High => 0,
-            Polarity::Low => u64::MAX >> (u64::BITS - samples),
-        }
-    }
-}
-
-/// FPGA targets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Target {
-    /// Lattice ECP5 25k, speed grade 6.
-    Ecp525k6,
-    /// Lattice iCE40 HX8K.
-    Ice40Hx8k,
-    /// AMD 7-series (synthesis only).
-    Xc7,
-}
-
-impl Target {
-    /// Each of them, under the name that scenes use.
-    pub const NAMES: [(&'static str, Target); 3] =
-        [("ecp5-25k-6", Target::Ecp525k6), ("ice40-hx8k", Target::Ice40Hx8k), ("xc7", Target::Xc7)];
 }

@@ -1,6 +1,6 @@
 //! Paths whose length changes in time (eq. 7).
 
-use super::reader::Section;
+use super::keys::declare::*;
 use super::{Path, Scene};
 use crate::light::{SPEED_OF_LIGHT_M_PER_S, round_trip_ps};
 use crate::scan::Clock;
@@ -15,14 +15,19 @@ pub struct Movement {
     pub fluctuation: Option<Fluctuation>,
 }
 
-/// A stationary Gaussian fluctuation of the distance whose correlation decays
-/// exponentially (an Ornstein-Uhlenbeck process).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fluctuation {
-    /// Standard deviation of the distance.
-    pub std_m: f64,
-    /// Time after which the correlation is 1/e.
-    pub correlation_time_ps: f64,
+tables! {
+    /// A stationary Gaussian fluctuation of the distance whose correlation decays
+    /// exponentially (an Ornstein-Uhlenbeck process).
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Fluctuation {}
+    of FLUCTUATION = "path.fluctuation" {
+        std => std_m: f64 = quantity(Distance, "0 m", "1000 km"), Needed, "2 mm";
+            "standard deviation of the distance"
+            "light must not overtake itself: see what depends on several keys";
+        correlation_time => correlation_time_ps: f64 = quantity(Time, "16 ps", "10000 h"), Needed, "1 ms";
+            "time after which the correlation is 1/e"
+            "16 of the shortest chips; a year";
+    }
 }
 
 /// Largest ratio of a fluctuation's standard deviation and correlation time, as
@@ -74,6 +79,8 @@ impl Scene {
     }
 }
 
+const TIME: &str = "correlation_time";
+
 /// The movement of a path; `None` for one that stands still.
 pub(super) fn read(path: &Section, clock: Option<Clock>) -> Option<Movement> {
     let velocity = path.quantity("velocity");
@@ -91,35 +98,37 @@ fn refuse(section: &Section, key: &'static str, what: &str, advice: &str) {
 }
 
 fn read_fluctuation(path: &Section, clock: Option<Clock>) -> Option<Fluctuation> {
-    const STD: &str = "std";
-    const TIME: &str = "correlation_time";
     let section = path.section("fluctuation")?;
-    let std_m = section.quantity(STD);
-    let time_ps = section.quantity(TIME);
-    if let (Some(time_ps), Some(clock)) = (time_ps, clock) {
-        let chips = clock.chips(time_ps);
-        if chips < LEAST_CORRELATION_CHIPS {
-            let least_ns = clock.ps(LEAST_CORRELATION_CHIPS) / 1e3;
-            let what = format!("shorter than {LEAST_CORRELATION_CHIPS} chips");
-            let advice = format!("at least \"{} ns\"", least_ns.ceil());
-            refuse(&section, TIME, &what, &advice);
-        } else if chips > MOST_CORRELATION_CHIPS {
-            let most_h = clock.ps(MOST_CORRELATION_CHIPS) / 3600e12;
-            let advice = format!("at most \"{:.0} h\"", most_h.floor());
-            refuse(&section, TIME, "longer than 2^50 chips", &advice);
+    let fluctuation = Fluctuation::keys(&section);
+    if let Some(Fluctuation { std_m, correlation_time_ps }) = fluctuation {
+        if let Some(clock) = clock {
+            check_time(&section, correlation_time_ps, clock);
         }
-    }
-    if let (Some(std_m), Some(time_ps)) = (std_m, time_ps) {
-        let most_m = LARGEST_FLUCTUATION_SHARE * SPEED_OF_LIGHT_M_PER_S * time_ps * 1e-12;
+        let most_m =
+            LARGEST_FLUCTUATION_SHARE * SPEED_OF_LIGHT_M_PER_S * correlation_time_ps * 1e-12;
         if std_m > most_m {
             let what = "too much for so short a correlation time";
             let advice =
                 format!("at most \"{:.0} um\", or a longer `{TIME}`", (most_m * 1e6).floor());
-            refuse(&section, STD, what, &advice);
+            refuse(&section, "std", what, &advice);
         }
     }
     section.finish();
-    Some(Fluctuation { std_m: std_m?, correlation_time_ps: time_ps? })
+    fluctuation
+}
+
+/// Reports a correlation time that cannot be followed from chip to chip.
+fn check_time(section: &Section, correlation_time_ps: f64, clock: Clock) {
+    let chips = clock.chips(correlation_time_ps);
+    if chips < LEAST_CORRELATION_CHIPS {
+        let least_ns = clock.ps(LEAST_CORRELATION_CHIPS) / 1e3;
+        let what = format!("shorter than {LEAST_CORRELATION_CHIPS} chips");
+        refuse(section, TIME, &what, &format!("at least \"{} ns\"", least_ns.ceil()));
+    } else if chips > MOST_CORRELATION_CHIPS {
+        let most_h = clock.ps(MOST_CORRELATION_CHIPS) / 3600e12;
+        let advice = format!("at most \"{:.0} h\"", most_h.floor());
+        refuse(section, TIME, "longer than 2^50 chips", &advice);
+    }
 }
 
 /// Reports paths that come to the sensor, or behind it, within a scan.

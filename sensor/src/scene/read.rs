@@ -31,7 +31,7 @@ pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
 /// [`load`], with some keys of the file overridden.
 ///
 /// # Errors
-/// As there; what is wrong with a setting is told of it, and not of a line.
+/// As there; an error in a setting names the setting, not a line.
 pub fn load_with(path: &FilePath, settings: &[Setting]) -> Result<Scene, SceneErrors> {
     load_with_text(path, settings).map(|(scene, _)| scene)
 }

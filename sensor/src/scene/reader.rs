@@ -51,7 +51,7 @@ impl<'r, 't> Section<'r, 't> {
     ///
     /// # Panics
     /// If it is in no table of keys.
-    fn key(&self, name: &str) -> &'static Key {
+    pub(super) fn key(&self, name: &str) -> &'static Key {
         let table = TABLES.iter().find(|table| table.path == self.path);
         match table {
             Some(table) => table.key(name),
@@ -272,7 +272,7 @@ impl<'r, 't> Section<'r, 't> {
         let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
         let text = match self.given(key) {
             Some(value) => self.string_of(key, value, names.first().unwrap_or(&""))?,
-            None => self.key(key).default()?.trim_matches('"'),
+            None => self.key(key).default()?,
         };
         let chosen = choices.iter().find(|(name, _)| *name == text);
         if chosen.is_none() {

@@ -3,9 +3,10 @@
 use toml::de::DeValue;
 
 use super::Scan;
-use super::keys::{PATH, STEPS};
-use super::reader::{Section, Value};
-use super::units::Quantity;
+use super::keys::declare::*;
+use super::reader::Value;
+use super::source::PATH;
+use crate::code::MAX_CODE_CHIPS;
 use crate::light::round_trip_ps;
 use crate::scan::Clock;
 
@@ -14,6 +15,41 @@ use crate::scan::Clock;
 const MAX_SCAN_SAMPLES: u128 = 1 << 60;
 /// Most chips of a step: doubles count them one by one.
 const MAX_STEP_CHIPS: f64 = (1_u64 << 53) as f64;
+
+/// Most phase steps of a code period: the longest code, with the most samples.
+const MOST_PHASE_STEPS: i64 = (MAX_CODE_CHIPS * 64) as i64;
+
+tables! {
+    SCAN = "scan" {
+        integration = quantity(Time, "1 ps", "1000000 s"), Needed, "100 us";
+            "integration time of a phase step, rounded to whole chips; of a histogram, to \
+             whole code periods"
+            "the shortest chip period; eleven days, in which the number of samples stays within 64 \
+             bits";
+        steps = words("\"all\" or a table of phase steps", Form::AllOr("scan.steps")),
+            Otherwise("\"all\""), "\"all\"";
+            "which phase steps are measured";
+    }
+
+    STEPS = "scan.steps" {
+        first = integer(0, MOST_PHASE_STEPS - 1),
+            Otherwise("none: the window is given with `around`"), "0";
+            "first phase step, less than those of a code period"
+            "phase steps of the longest code, 2^24 chips, with 64 samples per chip";
+        count = integer(1, MOST_PHASE_STEPS),
+            Otherwise("none: the window is given with `around`"), "64";
+            "number of phase steps, no more than those of a code period"
+            "as for `first`";
+        around = quantity(Distance, "0 m", "1500000 km"),
+            Otherwise("none: the window is given with `first`"), "3.2 m";
+            "distance (or time of flight, 0 s to 10 s) in the middle of the window"
+            "as for `path.distance` and `path.delay`";
+        halfwidth = integer(0, MOST_PHASE_STEPS / 2),
+            Otherwise("none: the window is given with `first`"), "16";
+            "phase steps on either side of the middle"
+            "as for `first`";
+    }
+}
 
 const STEPS_EXAMPLE: &str =
     "\"all\", { first = 0, count = 64 } or { around = \"3.2 m\", halfwidth = 16 }";

@@ -20,7 +20,7 @@ pub struct Setting {
     places: Vec<Place>,
     /// The value, as TOML.
     value: String,
-    /// What people are told of where it comes from.
+    /// Where it comes from, for error messages.
     origin: String,
 }
 
@@ -73,7 +73,7 @@ impl Setting {
         })
     }
 
-    /// What people are told of where it comes from: `--set path.distance=5 m`.
+    /// Where it comes from, for error messages: `--set path.distance=5 m`.
     pub fn origin(&self) -> &str {
         &self.origin
     }
@@ -91,7 +91,7 @@ impl Setting {
     /// Puts its value into a document.
     ///
     /// # Errors
-    /// If there is no such place in it, with what there is.
+    /// If the document has no such key; the message names those that it has.
     pub(super) fn apply<'t>(
         &self,
         root: &mut DeTable<'t>,

@@ -4,14 +4,108 @@ use crate::scene::{DetectorIndex, SourceIndex};
 use std::sync::Arc;
 
 use super::budget;
+use super::keys::declare::*;
 use super::movement;
 use super::names::Names;
-use super::reader::Section;
 use super::waveform;
 use super::{Path, Source, SourceClock};
-use crate::code::{Code, CodeSpec, Family};
+use crate::code::{Code, CodeSpec, Family, MAX_DEGREE, MAX_INTERLEAVE, MIN_DEGREE};
 use crate::light::{self, round_trip_ps};
 use crate::scan::Clock;
+
+tables! {
+    SOURCE = "source" {
+        name = words("a text that is not empty", Form::Text), Needed, "\"laser\"";
+            "what paths and detectors call it";
+        code = table("source.code"), Needed, "{ family = \"gold\", degree = 11 }";
+            "the code that it repeats without end";
+        wavelength = quantity(Wavelength, "1 nm", "1 mm"), Or("783 nm"), "783 nm";
+            "vacuum wavelength"
+            "soft X-rays to far infrared: what photon counters exist for";
+        mean_power = quantity(Power, "0 W", "1000 W"),
+            Or("0 W: a source without light, for work on the hardware alone"), "4 pW";
+            "optical power averaged over the code, at the source"
+            "no laser is keyed chip by chip at more";
+        extinction_ratio = ratio(1.0, 1e15), Or("\"inf\": no light in the off-state"), "10";
+            "on-rate over off-rate, or \"inf\""
+            "1 is light without a code; beyond 10^15 a double no longer tells the off-light \
+             from none: write \"inf\"";
+        clock_offset = quantity(ClockOffset, "-1000 ppm", "1000 ppm"),
+            Or("0 ppm: it shares the detectors' clock"), "20 ppm";
+            "how much faster than the detectors' its clock is; none for a reference"
+            "ten times what the cheapest quartz may be off";
+        clock_drift = quantity(ClockDrift, "-10 ppm/s", "10 ppm/s"), Or("0 ppm/s"), "0.1 ppm/s";
+            "how much faster it gets"
+            "a quartz that is heated by some degrees a second";
+        rise_time = quantity(Time, "0 s", "1 ms"), Or("0 s"), "300 ps";
+            "from 10 to 90 % of the light when it turns on, in a straight line, half of it at \
+             the chip's edge"
+            "no more than 80 % of a chip: an edge ends before the next one begins";
+        fall_time = quantity(Time, "0 s", "1 ms"), Or("0 s"), "500 ps";
+            "from 90 to 10 % when it turns off"
+            "as for `rise_time`";
+        impulse_response = words("rows of a time in ps and an amplitude, as CSV text", Form::Text),
+            Otherwise("none"), "\"0,0.1\\n100,0.6\\n200,0.3\"";
+            "in place of edges what a flash without width becomes, as measured, in equal \
+             steps; its mean time is the chip's";
+    }
+
+    CODE = "source.code" {
+        family = choice(const { &names(&Family::NAMES) }), Needed, "\"gold\"";
+            "family of the code";
+        degree = integer(MIN_DEGREE as i64, MAX_DEGREE as i64),
+            Otherwise("none: Gold codes and m-sequences need it"), "11";
+            "degree n of the polynomials: 2^n - 1 chips"
+            "shorter ones make no Gold code; codes are kept in memory, chip by chip";
+        index = integer(-2, (1 << MAX_DEGREE) - 2), Otherwise("0"), "0";
+            "code of the Gold set, -2 to 2^n - 2"
+            "codes of the largest set";
+        interleave = integer(0, MAX_INTERLEAVE as i64), Or("0"), "1";
+            "interleaving depth nu: 2^nu times as many chips"
+            "codes are kept in memory, chip by chip";
+        polynomials = integer(0, MAX_DEGREE as i64),
+            Otherwise("a preferred pair; for an m-sequence its first polynomial"), "2";
+            "lists of exponents, [[11, 2, 0], [11, 8, 5, 2, 0]]"
+            "as for `degree`";
+        seeds = words("a list of texts of n digits 0 and 1", Form::Texts),
+            Otherwise("all ones"), "[\"11111\", \"11111\"]";
+            "first n chips of each m-sequence";
+        allow_non_preferred = BOOLEAN, Otherwise("false"), "true";
+            "whether a pair that is not preferred may make a Gold set";
+        chips = words("a text of digits 0 and 1", Form::Digits),
+            Otherwise("none: family \"chips\" needs it"), "\"0110\"";
+            "one period of the code, first chip first";
+    }
+
+    PATH = "path" {
+        source = words("the name of a source", Form::Text), Needed, "\"laser\"";
+            "where the light comes from";
+        detector = words("the name of a detector", Form::Text), Needed, "\"spad\"";
+            "where it arrives";
+        distance = quantity(Distance, "0 m", "1500000 km"),
+            Otherwise("none: `delay` stands for it"), "3.2 m";
+            "half the optical path"
+            "four times as far as the moon; as for `delay`";
+        delay = quantity(Time, "0 s", "10.01 s"),
+            Otherwise("none: `distance` stands for it"), "21.35 ns";
+            "time of flight"
+            "a double keeps 2 fs there, 0.3 um of distance";
+        transmission = number(0.0, 1.0), Or("1"), "0.5";
+            "share of the source's photons that arrive"
+            "a share";
+        link = table("path.link"),
+            Otherwise("none: `transmission` stands for it"),
+            "{ reflectance = 0.5, aperture = \"20 mm\" }";
+            "in place of `transmission` what it follows from, at the path's distance";
+        velocity = quantity(Speed, "-299 km/s", "299 km/s"),
+            Or("0 m/s: the path stands still"), "1.5 m/s";
+            "change of the distance; positive is away from the sensor"
+            "a thousandth of the speed of light: no relativity is modelled";
+        fluctuation = table("path.fluctuation"),
+            Otherwise("none"), "{ std = \"2 mm\", correlation_time = \"1 ms\" }";
+            "what the distance does at random beside that";
+    }
+}
 
 pub(super) fn read(section: Section, clock: Option<Clock>) -> Option<Source> {
     let name = section.get("name").and_then(|name| name.get_ref().as_str());

@@ -1,5 +1,8 @@
 //! Quantities: a number and a unit.
 
+use Quantity::*;
+use Scale::*;
+
 /// What a quantity measures, and the unit that it is converted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {
@@ -45,18 +48,11 @@ impl Quantity {
         }
     }
 
-    fn dimension(self) -> Dimension {
+    /// The quantity whose units it has.
+    fn dimension(self) -> Quantity {
         match self {
-            Quantity::Time => Dimension::Time,
-            Quantity::Distance | Quantity::Wavelength => Dimension::Length,
-            Quantity::Rate => Dimension::Rate,
-            Quantity::Power => Dimension::Power,
-            Quantity::Speed => Dimension::Speed,
-            Quantity::ClockOffset => Dimension::ClockOffset,
-            Quantity::ClockDrift => Dimension::ClockDrift,
-            Quantity::Angle => Dimension::Angle,
-            Quantity::Illuminance => Dimension::Illuminance,
-            Quantity::SpectralIrradiance => Dimension::SpectralIrradiance,
+            Quantity::Wavelength => Quantity::Distance,
+            other => other,
         }
     }
 
@@ -65,51 +61,12 @@ impl Quantity {
         match self {
             Quantity::Time => -12,
             Quantity::Wavelength => -9,
-            Quantity::Distance
-            | Quantity::Rate
-            | Quantity::Power
-            | Quantity::Speed
-            | Quantity::ClockOffset
-            | Quantity::ClockDrift
-            | Quantity::Angle
-            | Quantity::Illuminance
-            | Quantity::SpectralIrradiance => 0,
+            _ => 0,
         }
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Dimension {
-    Time,
-    Length,
-    Rate,
-    Power,
-    Speed,
-    ClockOffset,
-    ClockDrift,
-    Angle,
-    Illuminance,
-    SpectralIrradiance,
-}
-
-impl Dimension {
-    fn name(self) -> &'static str {
-        match self {
-            Dimension::Time => "a time",
-            Dimension::Length => "a length",
-            Dimension::Rate => "a rate",
-            Dimension::Power => "a power",
-            Dimension::Speed => "a speed",
-            Dimension::ClockOffset => "a clock's offset",
-            Dimension::ClockDrift => "a clock's drift",
-            Dimension::Angle => "an angle",
-            Dimension::Illuminance => "an illuminance",
-            Dimension::SpectralIrradiance => "a spectral irradiance",
-        }
-    }
-}
-
-/// How a unit relates to the SI unit of its dimension.
+/// How a unit relates to the SI unit of its quantity.
 enum Scale {
     /// 10 to this power.
     Decimal(i32),
@@ -119,72 +76,61 @@ enum Scale {
     Dbm,
 }
 
-struct Unit {
-    name: &'static str,
-    dimension: Dimension,
-    scale: Scale,
-}
-
-const fn decimal(name: &'static str, dimension: Dimension, exponent: i32) -> Unit {
-    Unit { name, dimension, scale: Scale::Decimal(exponent) }
-}
+/// A unit: its name, of what it is, and its scale.
+type Unit = (&'static str, Quantity, Scale);
 
 /// Every unit. Spellings that only repeat another one's meaning come last.
 const UNITS: [Unit; 49] = [
-    decimal("fs", Dimension::Time, -15),
-    decimal("ps", Dimension::Time, -12),
-    decimal("ns", Dimension::Time, -9),
-    decimal("us", Dimension::Time, -6),
-    decimal("ms", Dimension::Time, -3),
-    decimal("s", Dimension::Time, 0),
-    Unit { name: "min", dimension: Dimension::Time, scale: Scale::Multiple(60.0) },
-    Unit { name: "h", dimension: Dimension::Time, scale: Scale::Multiple(3600.0) },
-    decimal("nm", Dimension::Length, -9),
-    decimal("um", Dimension::Length, -6),
-    decimal("mm", Dimension::Length, -3),
-    decimal("cm", Dimension::Length, -2),
-    decimal("m", Dimension::Length, 0),
-    decimal("km", Dimension::Length, 3),
-    decimal("cps", Dimension::Rate, 0),
-    decimal("kcps", Dimension::Rate, 3),
-    decimal("Mcps", Dimension::Rate, 6),
-    decimal("Gcps", Dimension::Rate, 9),
-    decimal("fW", Dimension::Power, -15),
-    decimal("pW", Dimension::Power, -12),
-    decimal("nW", Dimension::Power, -9),
-    decimal("uW", Dimension::Power, -6),
-    decimal("mW", Dimension::Power, -3),
-    decimal("W", Dimension::Power, 0),
-    Unit { name: "dBm", dimension: Dimension::Power, scale: Scale::Dbm },
-    decimal("um/s", Dimension::Speed, -6),
-    decimal("mm/s", Dimension::Speed, -3),
-    decimal("m/s", Dimension::Speed, 0),
-    decimal("km/s", Dimension::Speed, 3),
-    Unit { name: "km/h", dimension: Dimension::Speed, scale: Scale::Multiple(1.0 / 3.6) },
-    decimal("ppb", Dimension::ClockOffset, -9),
-    decimal("ppm", Dimension::ClockOffset, -6),
-    decimal("ppb/s", Dimension::ClockDrift, -9),
-    decimal("ppm/s", Dimension::ClockDrift, -6),
-    decimal("urad", Dimension::Angle, -6),
-    decimal("mrad", Dimension::Angle, -3),
-    decimal("rad", Dimension::Angle, 0),
-    Unit {
-        name: "deg",
-        dimension: Dimension::Angle,
-        scale: Scale::Multiple(std::f64::consts::PI / 180.0),
-    },
-    decimal("lux", Dimension::Illuminance, 0),
-    decimal("klux", Dimension::Illuminance, 3),
-    decimal("uW/m2/nm", Dimension::SpectralIrradiance, -6),
-    decimal("mW/m2/nm", Dimension::SpectralIrradiance, -3),
-    decimal("W/m2/nm", Dimension::SpectralIrradiance, 0),
+    ("fs", Time, Decimal(-15)),
+    ("ps", Time, Decimal(-12)),
+    ("ns", Time, Decimal(-9)),
+    ("us", Time, Decimal(-6)),
+    ("ms", Time, Decimal(-3)),
+    ("s", Time, Decimal(0)),
+    ("min", Time, Multiple(60.0)),
+    ("h", Time, Multiple(3600.0)),
+    ("nm", Distance, Decimal(-9)),
+    ("um", Distance, Decimal(-6)),
+    ("mm", Distance, Decimal(-3)),
+    ("cm", Distance, Decimal(-2)),
+    ("m", Distance, Decimal(0)),
+    ("km", Distance, Decimal(3)),
+    ("cps", Rate, Decimal(0)),
+    ("kcps", Rate, Decimal(3)),
+    ("Mcps", Rate, Decimal(6)),
+    ("Gcps", Rate, Decimal(9)),
+    ("fW", Power, Decimal(-15)),
+    ("pW", Power, Decimal(-12)),
+    ("nW", Power, Decimal(-9)),
+    ("uW", Power, Decimal(-6)),
+    ("mW", Power, Decimal(-3)),
+    ("W", Power, Decimal(0)),
+    ("dBm", Power, Dbm),
+    ("um/s", Speed, Decimal(-6)),
+    ("mm/s", Speed, Decimal(-3)),
+    ("m/s", Speed, Decimal(0)),
+    ("km/s", Speed, Decimal(3)),
+    ("km/h", Speed, Multiple(1.0 / 3.6)),
+    ("ppb", ClockOffset, Decimal(-9)),
+    ("ppm", ClockOffset, Decimal(-6)),
+    ("ppb/s", ClockDrift, Decimal(-9)),
+    ("ppm/s", ClockDrift, Decimal(-6)),
+    ("urad", Angle, Decimal(-6)),
+    ("mrad", Angle, Decimal(-3)),
+    ("rad", Angle, Decimal(0)),
+    ("deg", Angle, Multiple(std::f64::consts::PI / 180.0)),
+    ("lux", Illuminance, Decimal(0)),
+    ("klux", Illuminance, Decimal(3)),
+    ("uW/m2/nm", SpectralIrradiance, Decimal(-6)),
+    ("mW/m2/nm", SpectralIrradiance, Decimal(-3)),
+    ("W/m2/nm", SpectralIrradiance, Decimal(0)),
     // The micro sign and the Greek letter.
-    decimal("\u{b5}s", Dimension::Time, -6),
-    decimal("\u{3bc}s", Dimension::Time, -6),
-    decimal("\u{b5}m", Dimension::Length, -6),
-    decimal("\u{3bc}m", Dimension::Length, -6),
-    decimal("\u{b5}W", Dimension::Power, -6),
-    decimal("\u{3bc}W", Dimension::Power, -6),
+    ("\u{b5}s", Time, Decimal(-6)),
+    ("\u{3bc}s", Time, Decimal(-6)),
+    ("\u{b5}m", Distance, Decimal(-6)),
+    ("\u{3bc}m", Distance, Decimal(-6)),
+    ("\u{b5}W", Power, Decimal(-6)),
+    ("\u{3bc}W", Power, Decimal(-6)),
 ];
 
 /// Reads `text` as `quantity`, in the quantity's unit. `example` is a right
@@ -204,16 +150,19 @@ pub(super) fn parse(text: &str, quantity: Quantity, example: &str) -> Result<f64
     if unit.is_empty() {
         return Err(missing_unit(&format!("\"{text}\""), number, example));
     }
-    let unit = find_unit(text, unit, quantity)?;
-    if unit.dimension != quantity.dimension() {
+    let (_, found, scale) = find_unit(text, unit, quantity)?;
+    if *found != quantity.dimension() {
+        let found = match found {
+            Distance => "a length",
+            other => other.name(),
+        };
         return Err(format!(
-            "\"{text}\" is {}, but {} is needed; write for example \"{example}\"",
-            unit.dimension.name(),
+            "\"{text}\" is {found}, but {} is needed; write for example \"{example}\"",
             quantity.name()
         ));
     }
     let base = quantity.base_exponent();
-    let converted = match unit.scale {
+    let converted = match scale {
         Scale::Decimal(exponent) => shifted(number, exponent - base),
         Scale::Multiple(factor) => shifted(number, -base) * factor,
         Scale::Dbm => 1e-3 * 10f64.powf(value / 10.0),
@@ -223,8 +172,8 @@ pub(super) fn parse(text: &str, quantity: Quantity, example: &str) -> Result<f64
 
 /// The units of a quantity.
 pub(super) fn names(quantity: Quantity) -> impl Iterator<Item = &'static str> {
-    let is_own = move |unit: &&Unit| unit.dimension == quantity.dimension();
-    UNITS.iter().filter(is_own).map(|unit| unit.name)
+    let is_own = move |(_, of, _): &&Unit| *of == quantity.dimension();
+    UNITS.iter().filter(is_own).map(|(name, ..)| *name)
 }
 
 /// The complaint about a number without a unit; `shown` is how it was written.
@@ -260,14 +209,10 @@ fn shifted(number: &str, shift: i32) -> f64 {
 }
 
 fn find_unit(text: &str, name: &str, quantity: Quantity) -> Result<&'static Unit, String> {
-    if let Some(unit) = UNITS.iter().find(|unit| unit.name == name) {
+    if let Some(unit) = UNITS.iter().find(|(known, ..)| *known == name) {
         return Ok(unit);
     }
-    let names: Vec<&str> = UNITS
-        .iter()
-        .filter(|unit| unit.dimension == quantity.dimension() && unit.name.is_ascii())
-        .map(|unit| unit.name)
-        .collect();
+    let names: Vec<&str> = names(quantity).filter(|name| name.is_ascii()).collect();
     Err(format!(
         "\"{text}\" has the unknown unit \"{name}\"; {} takes {}",
         quantity.name(),

@@ -34,7 +34,7 @@ pub enum LaserResponse {
     Measured(Curve),
 }
 
-/// What a detection's delay has beside its constant and Gaussian parts.
+/// The part of a detection's delay that is neither constant nor Gaussian.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum JitterTail {
     /// Nothing.

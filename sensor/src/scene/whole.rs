@@ -1,12 +1,9 @@
 //! A scene's tables, put together and checked against each other.
 
+use super::keys::declare::*;
 use super::names::Names;
-use super::reader::Section;
-use super::{
-    Architecture, Detector, EstimatorKind, Hardware, Origin, OtherLight, Path, Polarity, Scan,
-    Scene, SceneReference, Source, Target, TotalsMissing,
-};
-use super::{detector, movement, scan, source};
+use super::{Architecture, Detector, Origin, Path, Scene, SceneReference, Source};
+use super::{detector, estimator, hardware, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
 use crate::scan::Clock;
 
@@ -41,8 +38,8 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     let detectors = read_detectors(detector_sections, references, sources.as_deref(), clock);
     let scan = root.table("scan");
     let scan = scan.and_then(|section| scan::read(section, clock, steps_per_period));
-    let estimate = read_estimate(root);
-    let hardware = read_hardware(root, scan.as_ref(), estimate.map(|(estimator, _)| estimator))?;
+    let estimate = estimator::read(root);
+    let hardware = hardware::read(root, scan.as_ref(), estimate.map(|(estimator, _)| estimator))?;
     let scan = match hardware.architecture {
         Architecture::UpDown => scan,
         Architecture::Histogram => {
@@ -185,6 +182,18 @@ fn shared_code_length(
     first
 }
 
+tables! {
+    CLOCK = "clock" {
+        chip_period = quantity(Time, "1 ps", "10 ms"), Needed, "8 ns";
+            "chip period T_c; one clock of the hardware"
+            "1 THz is beyond any hardware, and a delay of 10 s still counts in chips to \
+             0.002; slower than 100 Hz nothing is sampled";
+        samples_per_chip = integer(1, 64), Or("8"), "8";
+            "samples, and phase steps, per chip S; a power of two"
+            "a clock's samples of a detector are one word of 64 bits";
+    }
+}
+
 fn read_clock(section: Section) -> Option<Clock> {
     let chip_period_ps = section.quantity("chip_period");
     let samples: Option<u32> = section.count("samples_per_chip");
@@ -198,93 +207,4 @@ fn read_clock(section: Section) -> Option<Clock> {
         chip_period_ps: chip_period_ps?,
         samples_per_chip: samples.filter(|samples| samples.is_power_of_two())?,
     })
-}
-
-fn read_estimate(root: &Section) -> Option<(EstimatorKind, OtherLight)> {
-    let section = root.section_or_defaults("estimate");
-    let estimator = section.choice("estimator", &EstimatorKind::NAMES);
-    let other_light = section.choice("other_light", &OtherLight::NAMES);
-    section.finish();
-    estimator.zip(other_light)
-}
-
-fn read_hardware(
-    root: &Section,
-    scan: Option<&Scan>,
-    estimator: Option<EstimatorKind>,
-) -> Option<Hardware> {
-    let section = root.section_or_defaults("hardware");
-    let target = section.choice("target", &Target::NAMES);
-    let architecture = section.choice("architecture", &Architecture::NAMES);
-    let polarity = section.choice("polarity", &Polarity::NAMES);
-    let parallel: Option<u32> = section.count("parallel");
-    if let Some((parallel, scan)) = parallel.zip(scan)
-        && scan.steps < u64::from(parallel)
-    {
-        let message = format!(
-            "{parallel} phase steps at once are more than the {} of the scan; \
-             use {} or less, or scan more steps",
-            scan.steps, scan.steps
-        );
-        section.report("parallel", &message);
-    }
-    let counter_width = section.count("counter_width");
-    let total_counts = section.boolean("total_counts");
-    if total_counts == Some(false) && estimator == Some(EstimatorKind::Model) {
-        section.report("total_counts", &TotalsMissing.to_string());
-    }
-    let peak_detector = section.boolean("peak_detector");
-    let buffers = section.count("buffers");
-    match architecture {
-        Some(Architecture::UpDown) if section.get("buffers").is_some() => {
-            let message = "up/down counts have no memories; leave out this key, or write \
-                           architecture = \"histogram\"";
-            section.report("buffers", message);
-        }
-        Some(Architecture::Histogram) => check_histogram(&section, scan, parallel),
-        _ => {}
-    }
-    section.finish();
-    Some(Hardware {
-        target: target?,
-        architecture: architecture?,
-        polarity: polarity?,
-        parallel: parallel?,
-        counter_width,
-        total_counts,
-        peak_detector: peak_detector?,
-        buffers: buffers?,
-    })
-}
-
-/// A histogram has every phase step and every hit: nothing chooses among them.
-fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: Option<u32>) {
-    for (key, why) in [
-        ("parallel", "a histogram serves all phase steps at once; leave out this key"),
-        (
-            "total_counts",
-            "a histogram holds every hit, so that its sum is the total; leave out this key",
-        ),
-        (
-            "peak_detector",
-            "all counts of a histogram follow from it by a correlation on the host, and so does \
-             their peak; leave out this key",
-        ),
-    ] {
-        // One at a time is what a scene has that says nothing.
-        let is_one = key == "parallel" && parallel == Some(1);
-        if section.get(key).is_some() && !is_one {
-            section.report(key, why);
-        }
-    }
-    let Some(scan) = scan else {
-        return;
-    };
-    if !scan.is_full() || scan.first_step != 0 {
-        section.report(
-            "architecture",
-            "a histogram has all phase steps of the code period, and the scan asks for some of \
-             them; write scan.steps = \"all\", or count up and down (\"updown\")",
-        );
-    }
 }

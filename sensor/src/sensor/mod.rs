@@ -10,12 +10,9 @@
 //! #     pub use goldtof_sensor::*;
 //! # }
 //! # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))?;
-//! use std::path::Path;
-//!
 //! use goldtof::sensor::Sensor;
 //!
-//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
-//! let sensor = Sensor::new(&scene);
+//! let sensor = Sensor::load("scenes/quick.toml")?;
 //! let ports = sensor.interface().ports();
 //! let samples = ports.iter().find(|port| port.name == "i_samples").unwrap();
 //! assert_eq!(samples.width, 8); // all samples of a chip in one clock
@@ -29,10 +26,14 @@ pub mod layout;
 pub mod peak;
 pub mod port;
 
+use std::path::Path;
+
 use self::interface::Interface;
 use crate::code::Code;
 use crate::scan::{Clock, Timing};
-use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
+use crate::scene::{
+    self, DetectorIndex, EstimatorKind, PathIndex, Scene, SceneErrors, Setting, TotalsMissing,
+};
 
 /// A scene, and what follows from it for every other part.
 #[derive(Debug, Clone)]
@@ -46,6 +47,35 @@ impl Sensor {
     /// The sensor of a scene that has been checked.
     pub fn new(scene: &Scene) -> Sensor {
         Sensor { timing: scene.timing(), interface: Interface::of(scene), scene: scene.clone() }
+    }
+
+    /// The sensor of the scene in a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, and everything that is wrong with it.
+    pub fn load(path: impl AsRef<Path>) -> Result<Sensor, SceneErrors> {
+        Sensor::load_with(path, &[])
+    }
+
+    /// [`Sensor::load`], with some keys of the file overridden.
+    ///
+    /// ```
+    /// # mod goldtof {
+    /// #     pub use goldtof_sensor::*;
+    /// # }
+    /// # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))?;
+    /// use goldtof::sensor::Sensor;
+    ///
+    /// let settings = ["path.distance=5 m".parse()?];
+    /// let sensor = Sensor::load_with("scenes/quick.toml", &settings)?;
+    /// assert_eq!(sensor.scene().paths[0].distance_m(), 5.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As there.
+    pub fn load_with(path: impl AsRef<Path>, settings: &[Setting]) -> Result<Sensor, SceneErrors> {
+        Ok(Sensor::new(&scene::load_with(path.as_ref(), settings)?))
     }
 
     /// The sensor of this scene with a change.
@@ -63,6 +93,18 @@ impl Sensor {
             peak.latency_clocks = peak_clocks;
         }
         sensor
+    }
+
+    /// The sensor with another estimator, and with the hardware that it needs, as far as the
+    /// scene leaves that open; the same for `None`.
+    ///
+    /// # Errors
+    /// When the scene's hardware leaves out what the estimator needs.
+    pub fn with_estimator(
+        &self,
+        estimator: Option<EstimatorKind>,
+    ) -> Result<Sensor, TotalsMissing> {
+        Ok(Sensor::new(&self.scene.clone().with_estimator(estimator)?))
     }
 
     /// The same hardware and light with another estimator.

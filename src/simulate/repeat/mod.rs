@@ -19,7 +19,7 @@ use crate::cosim::engine::Engine;
 use crate::cosim::exercised::Exercised;
 use crate::document::Body;
 use crate::estimate::evidence::Family;
-use crate::estimate::{CountingTier, TheoryEffort, theory};
+use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
@@ -165,7 +165,7 @@ impl<'a> Simulated<'a> {
         if !tier.draws() {
             // Before anything that takes as long as there are steps or paths.
             for detector in detectors() {
-                TheoryEffort::of(sensor, detector)?.check_predictions(1)?;
+                TheoryEffort::of(sensor, detector)?.check(Work::Predictions(1))?;
             }
         }
         let counting = match sensor.scene().hardware.architecture {

@@ -246,17 +246,53 @@ pub enum FidelityError {
     NoScatter(String),
 }
 
-/// Compares tiers on the first detector's first own path, within about
-/// `budget` of wall time.
+/// How well a tier is to do, and how long the comparison may take.
+#[derive(Debug, Clone, clap::Args)]
+pub struct FidelityOptions {
+    /// Largest error of standard deviation, bias (in standard deviations) and share of
+    /// missed peaks for a recommended tier, 0.01% to 99%: --target-error 5%, or 0.05
+    #[arg(long, value_name = "E", default_value = "5%", value_parser = parse_error)]
+    pub target_error: f64,
+    /// Approximate run time in seconds, 1 to 86400, for example --budget-s 300
+    #[arg(long, value_name = "S", default_value_t = FidelityOptions::default().budget_s,
+          value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    pub budget_s: u64,
+    /// Seed of all random numbers
+    #[arg(skip)]
+    pub seed: u64,
+}
+
+impl Default for FidelityOptions {
+    fn default() -> FidelityOptions {
+        FidelityOptions { target_error: 0.05, budget_s: 60, seed: 1 }
+    }
+}
+
+/// The smallest error that scans can show: it takes 2 10^8 of them.
+const LEAST_ERROR: f64 = 1e-4;
+const MOST_ERROR: f64 = 0.99;
+
+/// Reads a relative error: "1%" or "0.01".
+fn parse_error(text: &str) -> Result<f64, String> {
+    let (number, scale) = match text.strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text, 1.0),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(value) if (LEAST_ERROR..=MOST_ERROR).contains(&(value * scale)) => Ok(value * scale),
+        _ => Err(format!(
+            "\"{text}\" is not a relative error from 0.01% to 99%; write for example 1% or 0.01"
+        )),
+    }
+}
+
+/// Compares tiers on the first detector's first own path, within about the budget of wall time.
 ///
 /// # Errors
 /// When a tier cannot do the scene, or there is nothing to compare.
-pub fn compare(
-    scene: &Scene,
-    seed: u64,
-    budget: Duration,
-    target_error: f64,
-) -> Result<FidelityReport, FidelityError> {
+pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityReport, FidelityError> {
+    let FidelityOptions { target_error, seed, .. } = *options;
+    let budget = Duration::from_secs(options.budget_s);
     let path = own_path(scene)?;
     let sensor = Sensor::new(scene);
     check_modulated(&sensor, DetectorIndex(0))?;
@@ -357,4 +393,18 @@ fn points_of(
         warnings.push(format!("left out, without a standard deviation: {reason}"));
     }
     known
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse_error;
+
+    #[test]
+    fn an_error_is_a_percentage_or_a_fraction() {
+        assert_eq!(parse_error("1%"), Ok(0.01));
+        assert_eq!(parse_error("0.25"), Ok(0.25));
+        for wrong in ["", "%", "0", "-1%", "100%", "nan", "one", "1e-300", "0.001%"] {
+            assert!(parse_error(wrong).is_err(), "{wrong}");
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::figure::{Claim, Figure, FigureId};
-use super::{Options, RunError, make};
+use super::{ReproduceOptions, RunError, make};
 use crate::files::{FileError, OutputFolder};
 
 /// A figure with its drawing.
@@ -34,7 +34,7 @@ impl MadeFigure {
     ///
     /// # Errors
     /// When it cannot be made.
-    pub fn new(id: FigureId, options: &Options) -> Result<MadeFigure, RunError> {
+    pub fn new(id: FigureId, options: &ReproduceOptions) -> Result<MadeFigure, RunError> {
         let started = Instant::now();
         let Figure { chart, table, claims, notes } = make(id, options)?;
         Ok(MadeFigure {

@@ -33,7 +33,7 @@ mod verdict;
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use self::figure::Figure;
 pub use self::figure::{Claim, FigureId};
@@ -44,18 +44,31 @@ pub use self::verdict::Verdict;
 use crate::document::Body;
 use crate::files::{FileError, OutputFolder};
 
-/// What to make, and how well.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// Seed of all random numbers.
-    pub seed: u64,
-    /// Scans of 1.04 ms per phase step behind each standard deviation and bias,
-    /// at least 2; of shorter ones so many more as they are shorter. Mean
-    /// correlations take at most 100 (as in the article), searches over whole
-    /// code periods at most 200.
-    pub repetitions: u64,
-    /// Figures to make.
+/// Figures and claims of the article: which to make, and how well. Of scans shorter than 1.04 ms
+/// so many more are made as they are shorter. Mean correlations take at most 100 (as in the
+/// article), searches over whole code periods at most 200.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args)]
+pub struct ReproduceOptions {
+    /// One figure, with the claims that it decides [default: all]
+    #[arg(long = "figure", value_name = "N", value_enum, num_args = 1,
+          action = clap::ArgAction::Set, default_values_t = FigureId::ALL,
+          hide_default_value = true)]
+    #[schemars(with = "Vec<String>")]
     pub figures: Vec<FigureId>,
+    /// Scans of 1.04 ms per phase step behind each standard deviation and bias, 2 to
+    /// 1000000, for example --repeat 2000
+    #[arg(long = "repeat", value_name = "R", default_value_t = ReproduceOptions::default().repetitions,
+          value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
+    pub repetitions: u64,
+    /// Seed of all random numbers
+    #[arg(skip)]
+    pub seed: u64,
+}
+
+impl Default for ReproduceOptions {
+    fn default() -> ReproduceOptions {
+        ReproduceOptions { figures: FigureId::ALL.to_vec(), repetitions: 500, seed: 1 }
+    }
 }
 
 /// Why figures could not be made.
@@ -111,7 +124,7 @@ pub struct FigureFiles {
 /// # Errors
 /// When a figure cannot be made, or a file not be written.
 pub fn reproduce(
-    options: &Options,
+    options: &ReproduceOptions,
     out: &OutputFolder,
     progress: impl Fn(&str),
 ) -> Result<Reproduction, ReproduceError> {
@@ -129,7 +142,7 @@ pub fn reproduce(
 
 impl Reproduction {
     /// What figures say together, in the order of the options.
-    pub fn of(options: &Options, figures: Vec<MadeFigure>) -> Reproduction {
+    pub fn of(options: &ReproduceOptions, figures: Vec<MadeFigure>) -> Reproduction {
         let run_time_s = figures.iter().map(|figure| figure.run_time_s).sum();
         let mut claims = Vec::new();
         let mut files = Vec::new();
@@ -156,7 +169,7 @@ impl Reproduction {
     }
 }
 
-fn make(id: FigureId, options: &Options) -> Result<Figure, RunError> {
+fn make(id: FigureId, options: &ReproduceOptions) -> Result<Figure, RunError> {
     let mut run = Run::new(id, options);
     match id {
         FigureId::Fig3 => theory::code_correlation(&mut run),

@@ -1,6 +1,6 @@
 //! Simulated scans behind the points of one figure.
 
-use super::Options;
+use super::ReproduceOptions;
 use super::figure::FigureId;
 use super::many::Fits;
 use super::phase::{Errors, phase_errors};
@@ -37,7 +37,7 @@ pub struct Run {
 
 impl Run {
     /// A run for one figure.
-    pub fn new(id: FigureId, options: &Options) -> Run {
+    pub fn new(id: FigureId, options: &ReproduceOptions) -> Run {
         Run {
             seed: options.seed ^ (id.ordinal() + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15),
             repetitions: options.repetitions.max(2),

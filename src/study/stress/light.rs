@@ -200,18 +200,18 @@ fn refused(scene: &Scene) -> Option<String> {
 
 fn too_little_light() -> Result<Measured, CaseError> {
     let mut wrong = 0;
-    for wait_chips in [10_500.0, 10_600.0, 1e12, f64::INFINITY] {
+    for wait_chips in [20_400.0, 20_600.0, 1e12, f64::INFINITY] {
         let scene = constant_light(1.0 / (8e-9 * wait_chips), 31)?;
         let model = model(&scene);
         let reason = refusal(|| Some(StepCounter::new(&model).outside_domain()?.to_string()));
         let says = |reason: &String| match wait_chips.is_finite() {
             true => {
                 reason.contains(&format!("once in {wait_chips:.3e} chips"))
-                    && reason.contains("one photon in 10540 chips")
+                    && reason.contains("one photon in 20470 chips")
             }
             false => reason.contains("no photon ever comes") && !reason.contains("inf"),
         };
-        let is_too_little = wait_chips > 10_540.0;
+        let is_too_little = wait_chips > 20_470.0;
         let is_right = reason.is_some() == is_too_little && reason.iter().all(says);
         wrong += usize::from(!is_right);
     }

@@ -2,13 +2,17 @@
 
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 use crate::scene::Setting;
 
 /// Most values of an axis.
 const MOST_VALUES: u32 = 100_000;
 
-/// A key, and the values that it takes in turn.
-#[derive(Debug, Clone, PartialEq)]
+/// A key, and the values that it takes in turn. In JSON it is its text.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(into = "String", try_from = "String")]
+#[schemars(with = "String")]
 pub struct Axis {
     /// As it was written, `source[0].mean_power=1 pW..64 pW x7`.
     pub text: String,
@@ -33,6 +37,20 @@ pub struct Value {
 
 const FORMS: &str = "write a list, \"1 pW, 4 pW, 16 pW\", values spaced evenly by ratio, \
                      \"1 pW..64 pW x7\", or by difference, \"1 m..10 m +10\"";
+
+impl From<Axis> for String {
+    fn from(axis: Axis) -> String {
+        axis.text
+    }
+}
+
+impl TryFrom<String> for Axis {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Axis, String> {
+        text.parse()
+    }
+}
 
 impl FromStr for Axis {
     type Err = String;
@@ -104,7 +122,7 @@ fn range(from: &str, rest: &str) -> Result<(Vec<Value>, bool), String> {
     let by_ratio = how.starts_with('x');
     let count = how.strip_prefix(['x', '+']).and_then(|n| n.parse().ok());
     let count: u32 = count.filter(|count| (2..=MOST_VALUES).contains(count)).ok_or_else(|| {
-        format!("\"{how}\" is no number of values from 2 to {MOST_VALUES}; {FORMS}")
+        format!("\"{how}\" is not a number of values from 2 to {MOST_VALUES}; {FORMS}")
     })?;
     let ends = [from, to].map(Value::of);
     let [Some(first), Some(last)] = [ends[0].number, ends[1].number] else {
@@ -207,7 +225,7 @@ mod tests {
         for (axis, told) in [
             ("path.distance", "there is no \"=\""),
             ("=1 m..2 m +3", "is not a key"),
-            ("a.b=1 m..2 m", "is no number of values"),
+            ("a.b=1 m..2 m", "is not a number of values"),
             ("a.b=1 m..2", "does not say how many"),
             ("a.b=1 m..2 m x1", "from 2 to 100000"),
             ("a.b=1 m..2 m x99999999999", "from 2 to 100000"),

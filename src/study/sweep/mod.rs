@@ -1,4 +1,4 @@
-//! A scene simulated many times over, with some of its keys otherwise each time.
+//! A scene simulated many times over, with other values of some keys each time.
 //!
 //! Every point is what [`simulate_one_of`] gives of the scene with the point's settings and
 //! the sweep's seed, whatever came before it: neither order nor interruption nor threads
@@ -14,8 +14,8 @@ mod table;
 
 pub use axis::{Axis, Value};
 pub use plot::plot;
-pub use points::{Point, Sweep, SweepError};
-pub use store::{Definition, Store, StoreError};
+pub use points::{Point, Sweep, SweepError, SweepOptions};
+pub use store::{Store, StoreError};
 pub use table::contradicted;
 pub(crate) use table::empty;
 
@@ -26,7 +26,7 @@ use crate::simulate::scans::ScansError;
 /// Why a sweep came to no table.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// A point is no scene.
+    /// The scene of a point is invalid.
     #[error(transparent)]
     Sweep(#[from] SweepError),
     /// A tool failed, or the Verilog differs from the reference model.
@@ -49,7 +49,7 @@ pub enum RunError {
 /// As there; and when a finished point cannot be read.
 pub fn run(sweep: &Sweep, store: &Store, on_point: impl FnMut(usize)) -> Result<Table, RunError> {
     run_points(sweep, store, 0..sweep.len(), on_point)?;
-    let mut table = empty(&sweep.axes);
+    let mut table = empty(&sweep.options.over);
     for number in 0..sweep.len() {
         table.read_csv(&store.point(number)?)?;
     }
@@ -75,11 +75,12 @@ pub fn run_points(
             continue;
         }
         let point = sweep.point(number)?;
-        let Sweep { fidelity, seed, repeat, .. } = *sweep;
-        let table = match simulate_one_of(&point.sensor, fidelity, seed, repeat, sweep.len()) {
-            Ok(simulation) => table::of_point(&sweep.axes, &point, &simulation),
+        let SweepOptions { fidelity, seed, repetitions, .. } = sweep.options;
+        let points = sweep.len();
+        let table = match simulate_one_of(&point.sensor, fidelity, seed, repetitions, points) {
+            Ok(simulation) => table::of_point(&sweep.options.over, &point, &simulation),
             Err(error @ (ScansError::Cosim(_) | ScansError::Mismatch)) => return Err(error.into()),
-            Err(reason) => table::refused(&sweep.axes, &point, &reason.to_string()),
+            Err(reason) => table::refused(&sweep.options.over, &point, &reason.to_string()),
         };
         store.keep(number, &table.csv())?;
         done.insert(number);

@@ -1,9 +1,12 @@
 //! The points of a sweep.
 
+use serde::{Deserialize, Serialize};
+
 use super::axis::{Axis, Value};
+use crate::document::{Body, Document};
 use crate::scene::{self, EstimatorKind, SceneErrors, SceneReference, Setting, TotalsMissing};
 use crate::sensor::Sensor;
-use crate::simulate::Tier;
+use crate::simulate::{SimulateOptions, Tier};
 
 /// Most points of a sweep.
 const MOST_POINTS: usize = 100_000;
@@ -18,16 +21,43 @@ pub struct Sweep {
     pub text: String,
     /// Settings of all points.
     pub settings: Vec<Setting>,
-    /// What differs from point to point, the last fastest.
-    pub axes: Vec<Axis>,
-    /// Scans of each point.
-    pub repeat: u64,
-    /// How they are simulated.
+    /// What differs from point to point, and how each is simulated.
+    pub options: SweepOptions,
+}
+
+/// What a sweep's numbers depend on beside the scene: the command line's options, the library's,
+/// and those of a shard and of the folder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args)]
+pub struct SweepOptions {
+    /// A key and its values: a list, as --over 'path.distance=1 m, 2 m, 5 m'; values spaced evenly
+    /// by ratio, 'source[0].mean_power=1 pW..64 pW x7'; or by difference,
+    /// 'path.distance=1 m..10 m +10'. May be repeated, for every combination
+    #[arg(long, value_name = "KEY=VALUES", required = true)]
+    pub over: Vec<Axis>,
+    /// Scans of each point, 1 to 1000000, for example --repeat 1000
+    #[arg(long = "repeat", value_name = "R", default_value_t = SweepOptions::default().repetitions,
+          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub repetitions: u64,
+    /// Tier of simulation
+    #[arg(long, value_name = "T", value_enum, default_value_t = SweepOptions::default().fidelity)]
     pub fidelity: Tier,
-    /// The estimator, if it is not the scene's.
+    /// Estimator [default: the scene's]
+    #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
-    /// Seed of every point.
+    /// Seed of every point
+    #[arg(skip)]
     pub seed: u64,
+}
+
+impl Default for SweepOptions {
+    fn default() -> SweepOptions {
+        let SimulateOptions { repetitions, fidelity, estimator, seed, .. } = Default::default();
+        SweepOptions { over: Vec::new(), repetitions, fidelity, estimator, seed }
+    }
+}
+
+impl Body for SweepOptions {
+    const NAME: &'static str = "sweep-definition";
 }
 
 /// One of them.
@@ -44,13 +74,13 @@ pub struct Point<'s> {
 /// Why a sweep cannot be done.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
-    /// A point is no scene.
+    /// The scene of a point is invalid.
     #[error(transparent)]
     Scene(#[from] SceneErrors),
     /// The estimator needs what the hardware is told not to send.
     #[error(transparent)]
     Totals(#[from] TotalsMissing),
-    /// A value is no setting.
+    /// A value is not a setting.
     #[error("--over {0}")]
     Setting(String),
     /// Two axes set one key.
@@ -67,7 +97,7 @@ pub enum SweepError {
 impl Sweep {
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.axes.iter().map(|axis| axis.values.len()).product()
+        self.options.over.iter().map(|axis| axis.values.len()).product()
     }
 
     /// A sweep has at least one point.
@@ -80,19 +110,26 @@ impl Sweep {
         SceneReference::of_text(&self.file, &self.text, &self.settings)
     }
 
+    /// What its numbers depend on, with version and scene in the head. `command` is that of the run
+    /// that begins the sweep.
+    pub fn definition(&self, command: &str) -> Document<SweepOptions> {
+        let document = Document::new(self.options.clone(), command, None);
+        Document { scene: Some(self.scene()), ..document }
+    }
+
     /// Whether the points can be numbered: there are not too many, and no key is swept
     /// twice.
     ///
     /// # Errors
     /// When it is not so.
     pub fn check_axes(&self) -> Result<(), SweepError> {
-        let points = self.axes.iter().map(|axis| axis.values.len() as u128);
+        let points = self.options.over.iter().map(|axis| axis.values.len() as u128);
         let points: u128 = points.product();
         if points > MOST_POINTS as u128 {
             return Err(SweepError::TooMany { points });
         }
-        for (i, axis) in self.axes.iter().enumerate() {
-            if self.axes[..i].iter().any(|other| other.key == axis.key) {
+        for (i, axis) in self.options.over.iter().enumerate() {
+            if self.options.over[..i].iter().any(|other| other.key == axis.key) {
                 return Err(SweepError::Twice(axis.text.clone()));
             }
         }
@@ -106,7 +143,7 @@ impl Sweep {
     pub fn point(&self, number: usize) -> Result<Point<'_>, SweepError> {
         let mut rest = number;
         let mut values: Vec<(&Axis, &Value)> = Vec::new();
-        for axis in self.axes.iter().rev() {
+        for axis in self.options.over.iter().rev() {
             values.push((axis, &axis.values[rest % axis.values.len()]));
             rest /= axis.values.len();
         }
@@ -117,6 +154,10 @@ impl Sweep {
             settings.push(setting.map_err(SweepError::Setting)?);
         }
         let scene = scene::parse_with(&self.file, &self.text, &settings)?;
-        Ok(Point { number, values, sensor: Sensor::new(&scene.with_estimator(self.estimator)?) })
+        Ok(Point {
+            number,
+            values,
+            sensor: Sensor::new(&scene.with_estimator(self.options.estimator)?),
+        })
     }
 }

@@ -3,10 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-
-use super::points::Sweep;
-use crate::document::{Body, Document};
+use super::points::SweepOptions;
+use crate::document::Document;
 use crate::files::{FileError, OutputFolder, read_regular};
 use crate::printable::printable_path;
 
@@ -16,21 +14,6 @@ const POINTS: &str = "points";
 const DEFINITION: &str = "sweep.json";
 /// Largest file that is read back.
 const MOST_BYTES: u64 = 64 << 20;
-
-/// What a sweep's numbers depend on.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct Definition {
-    /// What differs from point to point.
-    pub over: Vec<String>,
-    /// Scans of each point.
-    pub repetitions: u64,
-    /// How they are simulated.
-    pub fidelity: String,
-    /// The estimator, if it is not the scene's.
-    pub estimator: Option<String>,
-    /// Seed of every point.
-    pub seed: u64,
-}
 
 /// Why a folder cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -61,35 +44,9 @@ pub enum StoreError {
     },
 }
 
-impl Definition {
-    /// What the numbers of `sweep` depend on, beside the version and the scene.
-    pub fn new(sweep: &Sweep) -> Definition {
-        Definition {
-            over: sweep.axes.iter().map(|axis| axis.text.clone()).collect(),
-            repetitions: sweep.repeat,
-            fidelity: sweep.fidelity.to_string(),
-            estimator: sweep.estimator.map(|estimator| estimator.to_string()),
-            seed: sweep.seed,
-        }
-    }
-
-    /// The same as a document, with version and scene in its head. `command` is that of
-    /// the run that begins the sweep.
-    pub fn of(sweep: &Sweep, command: &str) -> Document<Definition> {
-        Document {
-            scene: Some(sweep.scene()),
-            ..Document::new(Definition::new(sweep), command, None)
-        }
-    }
-}
-
-impl Body for Definition {
-    const NAME: &'static str = "sweep-definition";
-}
-
 /// What of a sweep differs from another, in words.
-fn differences(this: &Document<Definition>, other: &Document<Definition>) -> String {
-    let settings = |document: &Document<Definition>| {
+fn differences(this: &Document<SweepOptions>, other: &Document<SweepOptions>) -> String {
+    let settings = |document: &Document<SweepOptions>| {
         let scene = document.scene.as_ref();
         scene.map_or_else(Vec::new, |scene| scene.settings.clone())
     };
@@ -97,24 +54,27 @@ fn differences(this: &Document<Definition>, other: &Document<Definition>) -> Str
         [] => "none".to_owned(),
         _ => texts.join(" "),
     };
-    let none = || "the scene's".to_owned();
-    let pairs = [
-        ("version", this.goldtof.to_string(), other.goldtof.to_string()),
-        ("--set", list(&settings(this)), list(&settings(other))),
-        ("--over", list(&this.body.over), list(&other.body.over)),
-        ("--repeat", this.body.repetitions.to_string(), other.body.repetitions.to_string()),
-        ("--fidelity", this.body.fidelity.clone(), other.body.fidelity.clone()),
-        (
-            "--estimator",
-            this.body.estimator.clone().unwrap_or_else(none),
-            other.body.estimator.clone().unwrap_or_else(none),
-        ),
-        ("--seed", this.body.seed.to_string(), other.body.seed.to_string()),
-    ];
-    let differing = pairs.into_iter().filter(|(_, here, there)| here != there);
-    let mut differences: Vec<String> =
-        differing.map(|(what, here, there)| format!("{what} was {there}, now {here}")).collect();
-    let text = |document: &Document<Definition>| document.scene.as_ref().map(|s| s.sha256.clone());
+    let pairs = |document: &Document<SweepOptions>| {
+        let SweepOptions { over, repetitions, fidelity, estimator, seed } = &document.body;
+        let over: Vec<String> = over.iter().map(|axis| axis.text.clone()).collect();
+        let estimator = estimator.map_or_else(|| "the scene's".to_owned(), |e| e.to_string());
+        [
+            ("version", document.goldtof.to_string()),
+            ("--set", list(&settings(document))),
+            ("--over", list(&over)),
+            ("--repeat", repetitions.to_string()),
+            ("--fidelity", fidelity.to_string()),
+            ("--estimator", estimator),
+            ("--seed", seed.to_string()),
+        ]
+    };
+    let pairs = pairs(this).into_iter().zip(pairs(other));
+    let differing = pairs.filter(|(here, there)| here != there);
+    let mut differences: Vec<String> = differing
+        .map(|((what, here), (_, there))| format!("{what} was {there}, now {here}"))
+        .collect();
+    let text =
+        |document: &Document<SweepOptions>| document.scene.as_ref().map(|s| s.sha256.clone());
     if text(this) != text(other) {
         differences.push("the scene's file has changed since".to_owned());
     }
@@ -134,14 +94,14 @@ impl Store {
     /// When it has another sweep's, or a file cannot be read or written.
     pub fn open(
         folder: &OutputFolder,
-        definition: &Document<Definition>,
+        definition: &Document<SweepOptions>,
         on_wait: impl FnOnce(&Path),
     ) -> Result<Store, StoreError> {
         let points = folder.subfolder(POINTS, on_wait)?;
         let path = folder.join(DEFINITION);
         if path.exists() {
             let text = read(&path)?;
-            let there: Document<Definition> =
+            let there: Document<SweepOptions> =
                 serde_json::from_str(&text).map_err(|reason| unreadable(&path, &reason))?;
             let differences = differences(definition, &there);
             if !differences.is_empty() {

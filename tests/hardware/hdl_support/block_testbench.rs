@@ -144,12 +144,12 @@ impl Case {
             pins.push(format!(".i_rst(now_{number}[0])"));
         }
         let mut at = 1;
-        for (name, width) in &self.ports.inputs {
+        for (name, width) in vectors(&self.ports.inputs) {
             pins.push(format!(".{name}(now_{number}[{}:{at}])", at + width - 1));
             at += width;
         }
         let mut at = 0;
-        for (name, width) in &self.ports.outputs {
+        for (name, width) in vectors(&self.ports.outputs) {
             pins.push(format!(".{name}(out_{number}[{}:{at}])", at + width - 1));
             at += width;
         }
@@ -190,6 +190,27 @@ impl Case {
         });
         values.collect()
     }
+}
+
+/// Ports as the Verilog has them: `name_0`, `name_1` and so on are one.
+fn vectors(ports: &[(String, u32)]) -> Vec<(String, u32)> {
+    let mut out: Vec<(String, u32)> = Vec::new();
+    let mut next = 0;
+    for (name, width) in ports {
+        let (base, place) = match name.rsplit_once('_') {
+            Some((base, place)) if place.parse::<usize>().is_ok() => (base, place.parse().ok()),
+            _ => (name.as_str(), None),
+        };
+        match out.last_mut() {
+            Some((last, bits)) if last == base && place == Some(next) => *bits += width,
+            _ => {
+                next = 0;
+                out.push((base.to_owned(), *width));
+            }
+        }
+        next += 1;
+    }
+    out
 }
 
 /// Outputs of every case after every clock, from one Verilator model of all.

@@ -199,6 +199,7 @@ fn told(
         stimulus: StimulusKind::Photons,
         clocks: outcome.clocks,
         lanes: Some(lanes.lanes),
+        refereed_clocks: Some(lanes.refereed_clocks),
     }];
     report.engines.extend(parts);
     Cosimulation { report, counts, hits: lanes.hits, outcome, ..photons }

@@ -99,7 +99,7 @@ pub fn build_with(
     registers: Option<&ScanRegisters>,
     cache: &Path,
 ) -> Result<Built, CosimError> {
-    let tools = Tools::find()?;
+    let tools = Tools::find(cache)?;
     let header = ports::header(top, &Layout::of(interface), registers);
     let mut parts =
         vec![tools.versions.as_str(), TESTBENCH, PROCESS, undefined::TEXT, &header, top];
@@ -121,7 +121,7 @@ pub fn build_with(
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("cosim.cpp"), TESTBENCH)?;
         write(&folder.join(undefined::HEADER), undefined::TEXT)?;
-        link(&tools, folder, &["-include", undefined::HEADER], &runtime)
+        link(&tools, folder, &["-include", undefined::HEADER], Some(&runtime))
             .map_err(|error| rejection(error, sources))
     })?;
     let path = cache.join(name).join(PROGRAM);
@@ -134,48 +134,54 @@ pub fn build_with(
     })
 }
 
-/// A module of lanes and what drives it.
+/// A model of lanes and what drives it.
 pub(super) struct LanesUnit<'a> {
-    /// Name of the module.
-    pub(super) module: &'a str,
-    /// Its text.
-    pub(super) verilog: &'a str,
+    /// Name and text of the module, if Verilator is to make the model.
+    pub(super) verilog: Option<(&'a str, &'a str)>,
+    /// What else the compiler is told.
+    pub(super) flags: &'a [&'a str],
     /// The testbench.
     pub(super) testbench: &'a str,
     /// Name and text of the header that the testbench includes.
     pub(super) header: (&'a str, &'a str),
 }
 
-/// Builds a module of lanes, or finds it built; gives its identity too.
+/// Builds a model of lanes, or finds it built; gives its identity too.
 pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, String), CosimError> {
-    let tools = Tools::find()?;
+    let tools = Tools::find(cache)?;
     let mut parts = vec![
         tools.versions.as_str(),
         unit.testbench,
         PROCESS,
         unit.header.1,
-        unit.verilog,
+        unit.verilog.map_or("", |(_, text)| text),
         env!("CARGO_PKG_VERSION"),
     ];
+    parts.extend(unit.flags);
     parts.extend(VERILATOR_FLAGS);
     parts.extend(tools.compiler_flags.iter().map(String::as_str));
     let identity = hash(&parts);
     let name = format!("lanes-{identity}");
     let bytes = once(cache, &name, PROGRAM, |folder| {
-        let runtime = runtime(&tools, cache)?;
-        let file = format!("{}.v", unit.module);
-        write(&folder.join(&file), unit.verilog)?;
-        tools.verilator.run(|command| {
-            command
-                .current_dir(folder)
-                .args(VERILATOR_FLAGS)
-                .args(["--top-module", unit.module, "--Mdir", "."])
-                .arg(&file)
-        })?;
+        let runtime = match unit.verilog {
+            Some((module, text)) => {
+                let file = format!("{module}.v");
+                write(&folder.join(&file), text)?;
+                tools.verilator.run(|command| {
+                    command
+                        .current_dir(folder)
+                        .args(VERILATOR_FLAGS)
+                        .args(["--top-module", module, "--Mdir", "."])
+                        .arg(&file)
+                })?;
+                Some(runtime(&tools, cache)?)
+            }
+            None => None,
+        };
         write(&folder.join(unit.header.0), unit.header.1)?;
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("lanes.cpp"), unit.testbench)?;
-        link(&tools, folder, &[], &runtime)
+        link(&tools, folder, unit.flags, runtime.as_deref())
     })?;
     let path = cache.join(name).join(PROGRAM);
     let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
@@ -298,7 +304,12 @@ pub(super) fn elaborated(
 
 /// Compiles the model and the testbench as one unit, so that the compiler sees
 /// through the calls between them.
-fn link(tools: &Tools, folder: &Path, flags: &[&str], runtime: &[u8]) -> Result<(), CosimError> {
+fn link(
+    tools: &Tools,
+    folder: &Path,
+    flags: &[&str],
+    runtime: Option<&[u8]>,
+) -> Result<(), CosimError> {
     let mut units: Vec<String> = fs::read_dir(folder)
         .map_err(CosimError::cache(folder))?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
@@ -307,10 +318,15 @@ fn link(tools: &Tools, folder: &Path, flags: &[&str], runtime: &[u8]) -> Result<
     units.sort();
     let all: String = units.iter().map(|name| format!("#include \"{name}\"\n")).collect();
     write(&folder.join(UNIT), &all)?;
-    // The bytes that were checked, and not what the cache has by now.
-    let object = folder.join(RUNTIME_OBJECT);
-    fs::write(&object, runtime).map_err(CosimError::cache(&object))?;
-    let include = include_flags(tools)?;
+    let mut objects = vec![UNIT];
+    let mut include = Vec::new();
+    if let Some(runtime) = runtime {
+        // The bytes that were checked, and not what the cache has by now.
+        let object = folder.join(RUNTIME_OBJECT);
+        fs::write(&object, runtime).map_err(CosimError::cache(&object))?;
+        objects.push(RUNTIME_OBJECT);
+        include.extend(include_flags(tools)?);
+    }
     tools.compiler.run(|command| {
         command
             .current_dir(folder)
@@ -318,7 +334,8 @@ fn link(tools: &Tools, folder: &Path, flags: &[&str], runtime: &[u8]) -> Result<
             .args(["-I", "."])
             .args(include)
             .args(flags)
-            .args([UNIT, RUNTIME_OBJECT, "-o", PROGRAM, "-pthread"])
+            .args(objects)
+            .args(["-o", PROGRAM, "-pthread"])
     })?;
     Ok(())
 }

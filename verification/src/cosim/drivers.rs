@@ -1,9 +1,10 @@
-//! Nets that another circuit would come of: of several drivers, or of a driver that lets go (z);
-//! and what synthesis reads differently.
+//! Nets that another circuit would come of: of several drivers, of a driver that lets go (z), or of
+//! values that no circuit has; and what synthesis reads differently.
 //!
 //! Verilator takes the first driver of a net and a z for 0, mostly without a word; other
 //! simulators show x, and synthesis refuses the net. Its own warning is of continuous
-//! assignments alone, so the elaborated design is read here, from what `--xml-only` writes.
+//! assignments alone, so the elaborated design is read here, from what `--xml-only` writes. Time
+//! stands still in co-simulation, and random numbers are the same in each.
 //! Only what is certain is a fault: of bits that an expression selects nothing is said.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,7 +14,7 @@ use roxmltree::{Document, Node};
 
 /// Part of a build's identity: changes with what is refused here, so that no model is kept that
 /// would not be built now.
-pub(super) const VERSION: &str = "drivers 1";
+pub(super) const VERSION: &str = "drivers 2";
 
 /// What is wrong with the nets of a design, each with its place: `FILE:LINE:COLUMN: ...`. A text
 /// that is not understood, as of another version of Verilator, says nothing.
@@ -21,22 +22,31 @@ pub(super) fn faults(xml: &str) -> Vec<String> {
     let of = |module: Node, files: &Files| {
         let mut found = of_several_drivers(module, files);
         found.extend(of_high_impedance(module, files));
+        found.extend(of_the_simulation(module, files));
+        found.extend(of_races(module, files));
         found
     };
     of_modules(xml, of).unwrap_or_default()
 }
 
-/// What synthesis may take for something else than simulation, each with its place: a list of
-/// what a block waits for, which synthesis does not look at; what a clocked block assigns at
-/// once and others read, so that the order of blocks decides; an x as a value.
-pub(super) fn ambiguities(xml: &str) -> Vec<String> {
+/// What synthesis may make another circuit of, each with its place: a block that does not wait for
+/// just what it reads, which synthesis takes for one that does; what a clocked block assigns at once
+/// and others read, so that the order of blocks decides.
+pub(super) fn other_circuits(xml: &str) -> Vec<String> {
     let of = |module: Node, files: &Files| {
         let mut found = of_lists(module, files);
         found.extend(of_order(module, files));
-        found.extend(values_with('x', module).map(|x| format!("{}: an x", place(x, files))));
         found
     };
     of_modules(xml, of).unwrap_or_else(|| vec!["Verilator's design cannot be read".to_owned()])
+}
+
+/// An x as a value, each with its place.
+pub(super) fn undefined_values(xml: &str) -> Vec<String> {
+    let of = |module: Node, files: &Files| {
+        values_with('x', module).map(|x| format!("{}: an x", place(x, files))).collect()
+    };
+    of_modules(xml, of).unwrap_or_default()
 }
 
 /// What is found in any module, without repetitions; none of what is no design.
@@ -57,10 +67,57 @@ fn is_clocked(block: Node) -> bool {
 }
 
 fn of_lists(module: Node, files: &Files) -> Vec<String> {
-    let items = module.descendants().filter(|node| node.has_tag_name("senitem"));
-    let level = items.filter(|item| !matches!(item.attribute("edgeType"), Some("POS" | "NEG")));
-    let told = |item| format!("{}: a list of what a block waits for", place(item, files));
-    level.map(told).collect()
+    let blocks = module.descendants().filter(|node| node.has_tag_name("always"));
+    let told = blocks.filter_map(|block| {
+        let mut items = block.descendants().filter(|node| node.has_tag_name("senitem"));
+        let item = items.find(|item| !matches!(item.attribute("edgeType"), Some("POS" | "NEG")))?;
+        let place = place(item, files);
+        (!waits_for_all(block)).then(|| format!("{place}: a list that is not what its block reads"))
+    });
+    told.collect()
+}
+
+/// Whether a block waits for each net that it reads and for nothing else, and keeps nothing from one
+/// time to the next. What a function reads is not looked at.
+fn waits_for_all(block: Node) -> bool {
+    let elements = || block.descendants().filter(Node::is_element);
+    let assignments =
+        elements().filter(|node| node.has_tag_name("assign") || node.has_tag_name("assigndly"));
+    let targets: Vec<Node> =
+        assignments.filter_map(|node| node.last_element_child()).flat_map(bases).collect();
+    let mut awaited = BTreeSet::new();
+    let mut read = BTreeSet::new();
+    for node in elements() {
+        match node.tag_name().name() {
+            "senitem" => {
+                let net = node.first_element_child().filter(|net| net.has_tag_name("varref"));
+                match (node.attribute("edgeType"), net) {
+                    (Some("CHANGED"), Some(net)) => awaited.insert(net.attribute("name")),
+                    _ => return false,
+                };
+            }
+            "funcref" | "taskref" => return false,
+            "varref" if !targets.contains(&node) && !is_awaited(node) => {
+                read.insert(node.attribute("name"));
+            }
+            _ => {}
+        }
+    }
+    read == awaited && targets.iter().all(|net| !read.contains(&net.attribute("name")))
+}
+
+fn is_awaited(net: Node) -> bool {
+    net.parent().is_some_and(|node| node.has_tag_name("senitem"))
+}
+
+/// The references to the nets of a target, without those of its indices.
+fn bases<'a, 'd>(target: Node<'a, 'd>) -> Vec<Node<'a, 'd>> {
+    let mut children = target.children().filter(Node::is_element);
+    match target.tag_name().name() {
+        "varref" => vec![target],
+        "concat" => children.flat_map(bases).collect(),
+        _ => children.next().map_or_else(Vec::new, bases),
+    }
 }
 
 fn of_order(module: Node, files: &Files) -> Vec<String> {
@@ -85,6 +142,50 @@ fn of_order(module: Node, files: &Files) -> Vec<String> {
         })
     });
     told.collect()
+}
+
+/// What one block assigns at once at a clock's edge and another one reads at the same edge.
+fn of_races(module: Node, files: &Files) -> Vec<String> {
+    let edge = |block: Node| {
+        let item = block.descendants().find(|node| node.has_tag_name("senitem"))?;
+        let net = item.first_element_child()?.attribute("name")?;
+        Some((item.attribute("edgeType")?.to_owned(), net.to_owned()))
+    };
+    let blocks: Vec<Node> = module
+        .descendants()
+        .filter(|node| node.has_tag_name("always") && is_clocked(*node))
+        .collect();
+    let assigned: Vec<BTreeSet<&str>> = blocks
+        .iter()
+        .map(|block| {
+            let assignments = block.descendants().filter(|node| node.has_tag_name("assign"));
+            let targets = assignments.filter_map(|node| node.last_element_child());
+            targets.flat_map(bases).filter_map(|net| net.attribute("name")).collect()
+        })
+        .collect();
+    let mut found = Vec::new();
+    for (writer, names) in blocks.iter().zip(&assigned) {
+        for (reader, own) in blocks.iter().zip(&assigned) {
+            if writer == reader || edge(*writer) != edge(*reader) {
+                continue;
+            }
+            // A variable that both assign, as one that counts loops, is each block's own.
+            let raced = reader.descendants().find(|net| {
+                let name = net.attribute("name").unwrap_or_default();
+                net.has_tag_name("varref") && names.contains(name) && !own.contains(name)
+            });
+            found.extend(raced.map(|net| {
+                format!(
+                    "{}: {} is read here at the edge at which the block at {} assigns it at once (=): \
+                     simulators differ in which comes first",
+                    place(net, files),
+                    net.attribute("name").unwrap_or_default(),
+                    place(*writer, files)
+                )
+            }));
+        }
+    }
+    found
 }
 
 /// Names of the files by their short ones.
@@ -226,6 +327,35 @@ fn of_high_impedance(module: Node, files: &Files) -> Vec<String> {
     values_with('z', module).map(|value| format!("{}: {what}", place(value, files))).collect()
 }
 
+/// What a simulator has and no circuit: the time, random numbers, words of its command line. What is
+/// only printed is left alone.
+const OF_SIMULATION: [(&str, &str); 8] = [
+    ("time", "the time"),
+    ("timed", "the time"),
+    ("rand", "a random number"),
+    ("randrng", "a random number"),
+    ("urandom", "a random number"),
+    ("urandomrange", "a random number"),
+    ("testplusargs", "a word of the command line"),
+    ("valueplusargs", "a word of the command line"),
+];
+
+fn of_the_simulation(module: Node, files: &Files) -> Vec<String> {
+    let told = |node: Node| {
+        let (_, what) = OF_SIMULATION.iter().find(|(name, _)| node.has_tag_name(*name))?;
+        let is_assignment =
+            |n: &Node| ["assign", "assigndly", "contassign"].iter().any(|&tag| n.has_tag_name(tag));
+        let decides = node.ancestors().find_map(|n| match n.tag_name().name() {
+            "display" | "sformatf" => Some(false),
+            "if" | "case" | "while" => n.descendants().any(|n| is_assignment(&n)).then_some(true),
+            _ => is_assignment(&n).then_some(true),
+        });
+        let place = place(node, files);
+        (decides == Some(true)).then(|| format!("{place}: {what} is no value of a circuit's net"))
+    };
+    module.descendants().filter_map(told).collect()
+}
+
 /// Values with such a digit, not those of a case's or a comparison's pattern.
 fn values_with<'a, 'd>(digit: char, module: Node<'a, 'd>) -> impl Iterator<Item = Node<'a, 'd>> {
     let has_digit = move |node: &Node| {
@@ -253,7 +383,7 @@ fn place(node: Node, files: &Files) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{ambiguities, faults};
+    use super::{faults, other_circuits, undefined_values};
 
     /// What Verilator 5.006 writes, shortened to what is read.
     fn design(items: &str) -> String {
@@ -339,8 +469,18 @@ mod tests {
 
     #[test]
     fn what_synthesis_reads_differently_is_named() {
-        let list =
-            "<always><sentree><senitem loc=\"c,3,2,3,3\" edgeType=\"CHANGED\"/></sentree></always>";
+        let list = |names: &[&str], body: &str| {
+            let items: String = names
+                .iter()
+                .map(|name| {
+                    format!(
+                        "<senitem loc=\"c,3,2,3,3\" edgeType=\"CHANGED\"><varref name=\"{name}\"/></senitem>"
+                    )
+                })
+                .collect();
+            format!("<always><sentree>{items}</sentree>{body}</always>")
+        };
+        let or = "<assign><or><varref name=\"a\"/><varref name=\"b\"/></or><varref name=\"i\"/></assign>";
         let at_once = |other: &str| {
             format!(
                 "<always><sentree><senitem edgeType=\"POS\"/></sentree><assign loc=\"c,3,2,3,3\">\
@@ -348,17 +488,72 @@ mod tests {
             )
         };
         let read = format!("<contassign>{WHOLE}<varref name=\"b\"/></contassign>");
-        let x = "<contassign><const loc=\"c,3,2,3,3\" name=\"2'b1x\"/><varref name=\"b\"/></contassign>";
         for (items, told) in [
-            (list.to_owned(), "a list"),
+            (list(&["a"], or), "a list"),
+            (list(&["a", "b", "clk"], or), "a list"),
+            (list(&["a", "b"], "<assign><funcref/><varref name=\"i\"/></assign>"), "a list"),
+            (list(&["a"], &format!("<assign><not>{WHOLE}</not>{WHOLE}</assign>")), "a list"),
             (at_once(&read), "read elsewhere"),
-            (x.to_owned(), "an x"),
         ] {
-            let found = ambiguities(&design(&items));
+            let found = other_circuits(&design(&items));
             assert!(found.len() == 1 && found[0].starts_with("rtl/x.v:3:2: "), "{found:?}");
             assert!(found[0].contains(told), "{found:?}");
         }
-        assert_eq!(ambiguities(&design(&at_once(""))), [""; 0]);
-        assert_eq!(ambiguities("no such text").len(), 1);
+        for same in [at_once(""), list(&["a", "b"], or)] {
+            assert_eq!(other_circuits(&design(&same)), [""; 0], "{same}");
+        }
+        assert_eq!(other_circuits("no such text").len(), 1);
+        let x = "<contassign><const loc=\"c,3,2,3,3\" name=\"2'b1x\"/><varref name=\"b\"/></contassign>";
+        assert_eq!(undefined_values(&design(x)), ["rtl/x.v:3:2: an x"]);
+    }
+
+    #[test]
+    fn a_race_of_two_blocks_is_refused_with_both_places() {
+        let block = |line: u32, edge: &str, body: String| {
+            format!(
+                "<always loc=\"c,{line},1,{line},7\"><sentree><senitem edgeType=\"{edge}\"><varref \
+                 name=\"clk\"/></senitem></sentree>{body}</always>"
+            )
+        };
+        let at_once =
+            |value: &str, to: &str| format!("<assign>{value}<varref name=\"{to}\"/></assign>");
+        let one = "<const name=\"1'h1\"/>";
+        let a = "<varref loc=\"c,7,2,7,3\" name=\"a\"/>";
+        let later = format!("<assigndly>{a}<varref name=\"b\"/></assigndly>");
+        let writer = block(3, "POS", at_once(one, "a"));
+        let found = faults(&design(&(writer.clone() + &block(7, "POS", later.clone()))));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].starts_with("rtl/x.v:7:2: a is read") && found[0].contains("rtl/x.v:3:1"));
+        for other in [
+            block(7, "NEG", later.clone()),
+            block(7, "POS", at_once(one, "a") + &later),
+            format!("<contassign>{a}<varref name=\"b\"/></contassign>"),
+        ] {
+            assert_eq!(faults(&design(&(writer.clone() + &other))), [""; 0], "{other}");
+        }
+        let alone = block(3, "POS", at_once(one, "a") + &later);
+        assert_eq!(faults(&design(&alone)), [""; 0]);
+    }
+
+    #[test]
+    fn what_only_a_simulation_has_is_refused_where_it_decides() {
+        let time = "<time loc=\"c,6,2,6,3\"/>";
+        let assigned = format!("<assigndly>{time}{WHOLE}</assigndly>");
+        let clocked = |body: &str| {
+            format!("<always><sentree><senitem edgeType=\"POS\"/></sentree>{body}</always>")
+        };
+        let set = format!("<assigndly><const name=\"1'h1\"/>{WHOLE}</assigndly>");
+        let printed = format!("<display><sformatf>{time}</sformatf></display>");
+        for decides in
+            [clocked(&assigned), clocked(&format!("<if>{time}<begin>{set}</begin></if>"))]
+        {
+            let found = faults(&design(&decides));
+            assert!(found.len() == 1 && found[0].starts_with("rtl/x.v:6:2: the time"), "{found:?}");
+        }
+        for harmless in
+            [clocked(&printed), clocked(&format!("<if>{time}<begin>{printed}</begin></if>"))]
+        {
+            assert_eq!(faults(&design(&harmless)), [""; 0]);
+        }
     }
 }

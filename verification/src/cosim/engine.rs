@@ -39,4 +39,7 @@ pub struct EnginePart {
     pub clocks: u64,
     /// Lanes that shared them.
     pub lanes: Option<usize>,
+    /// Clocks of the first 64 lanes, together, that Verilator's model of the same gates went
+    /// through beside the compiler's vectors, with the same words in all registers.
+    pub refereed_clocks: Option<u64>,
 }

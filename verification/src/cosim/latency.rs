@@ -68,6 +68,13 @@ impl FromStr for Latency {
     }
 }
 
+impl Latency {
+    /// `--latency`: nothing for that of the emitted design.
+    pub fn of_option(text: &str) -> Result<Latency, String> {
+        if text.is_empty() { Ok(Latency::Emitted) } else { text.parse() }
+    }
+}
+
 /// The latency that a design was held to, where it is not the emitted design's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct HeldLatency {

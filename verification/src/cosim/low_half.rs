@@ -3,8 +3,8 @@
 //! A receiver takes outputs with the next rising edge, with the clock low before it and that
 //! edge's inputs there. A model is evaluated and looked at there, too, if anything can have
 //! moved by then: where its Verilog looks at the clock for more than its rising edge (latches,
-//! gated clocks, falling edges, a clock that is data), and where an output follows an input
-//! within a clock. Elsewhere that the clock was low is noted directly, which saves a sixth of
+//! gated clocks, falling edges, a clock that is data), where an output follows an input
+//! within a clock, and where any net but the clock has edges (an asynchronous reset). Elsewhere that the clock was low is noted directly, which saves a sixth of
 //! the time of a small design. A model that is not written as known here, which depends on
 //! Verilator's version, is evaluated and looked at.
 
@@ -26,6 +26,9 @@ const MODEL: &str = "vlSelf->";
 /// What is in the name of each function that an input of the model makes it call.
 const OF_INPUTS: &str = "___ico_";
 
+/// How the names of members begin that hold what was looked at for an edge, in the versions known.
+const LAST: [&str; 2] = ["__Vtrigrprev", "__Vtrigprev"];
+
 /// Writes the header: how the clock falls of the model of `top` in `folder`, and whether it
 /// is looked at when it is low.
 pub(super) fn write_header(
@@ -37,13 +40,14 @@ pub(super) fn write_header(
     let outputs = ports.iter().filter(|port| port.direction == Direction::Output);
     let outputs: Vec<&Port> = outputs.collect();
     let generated = generated(folder, top)?;
-    let last = last_value(Layout::CLOCK, &generated).filter(|_| !follows(&outputs, &generated));
+    let last = last_value(Layout::CLOCK, &generated)
+        .filter(|last| !follows(&outputs, &generated) && is_only_edge(last, &generated));
     write(&folder.join(HEADER), &header(top, last.as_deref()))
 }
 
 /// Parts of a build's identity: the rule, in both its outcomes.
-pub(super) fn identity(top: &str) -> [String; 3] {
-    [header(top, Some("LAST")), header(top, None), OF_INPUTS.to_owned()]
+pub(super) fn identity(top: &str) -> [String; 4] {
+    [header(top, Some("LAST")), header(top, None), OF_INPUTS.to_owned(), LAST.concat()]
 }
 
 /// Verilator's files of a model.
@@ -107,6 +111,17 @@ fn is_written(output: &Port, text: &str) -> bool {
         let is_whole = !before.ends_with(is_part) && !after.starts_with(is_part);
         let is_assigned = after.starts_with('=') && !after.starts_with("==");
         is_whole && (is_assigned || output.width > u64::BITS)
+    })
+}
+
+/// Whether a model waits for no edge but that of the clock, whose last value has this name.
+fn is_only_edge(last: &str, generated: &[String]) -> bool {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    generated.iter().all(|text| {
+        LAST.iter().flat_map(|start| text.match_indices(start)).all(|(at, _)| {
+            let name = text[at..].split(|c| !is_part(c)).next();
+            text[..at].ends_with(is_part) || name == Some(last)
+        })
     })
 }
 
@@ -193,7 +208,7 @@ fn compact(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{follows, last_value};
+    use super::{follows, is_only_edge, last_value};
     use crate::sensor::port::Role;
 
     /// What Verilator 5.006 and 5.048 write of a clock, in their own words.
@@ -221,6 +236,9 @@ mod tests {
     fn a_rising_edge_alone_is_recognised() {
         for (text, name) in MODELS {
             assert_eq!(last_value("i_clk", &[text.to_owned()]).as_deref(), Some(name));
+            assert!(is_only_edge(name, &[text.to_owned()]));
+            let other = name.replace("i_clk", "i_ready");
+            assert!(!is_only_edge(name, &[text.to_owned(), format!("vlSelf->{other} = 1U;")]));
         }
     }
 

@@ -67,10 +67,13 @@ pub const TOP: &str = crate::deliver::TOP;
 pub const MOST_CLOCKS: u64 = 1 << 50;
 
 /// What drives a co-simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema, clap::ValueEnum)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, schemars::JsonSchema, clap::ValueEnum,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum StimulusKind {
     /// Simulated detections of the scene.
+    #[default]
     Photons,
     /// Inputs chosen to hurt.
     Adversarial,
@@ -175,12 +178,18 @@ pub fn cosimulate(
     request: &Request,
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
-    cosimulate_by_engine(sensor, request, &mut on_progress).map_err(|error| match error {
+    let done = cosimulate_by_engine(sensor, request, &mut on_progress);
+    let mut done = done.map_err(|error| match error {
         CosimError::Halted { when, reason } => {
             CosimError::Halted { when, reason: in_users_terms(&reason, &request.sources) }
         }
         other => other,
-    })
+    })?;
+    if is_users(&request.sources) {
+        done.report.remarks =
+            lanes::meaning::remarks(&request.top, &request.sources, &request.cache)?;
+    }
+    Ok(done)
 }
 
 fn cosimulate_by_engine(

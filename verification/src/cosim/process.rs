@@ -94,7 +94,7 @@ impl Process {
     ///
     /// # Errors
     /// When the memory fails.
-    pub(super) fn write(&self, at: u64, words: &[u64]) -> Result<(), String> {
+    pub(super) fn write<T: bytemuck::NoUninit>(&self, at: u64, words: &[T]) -> Result<(), String> {
         let written =
             self.shared.write_all_at(bytemuck::cast_slice(words), at * size_of::<u64>() as u64);
         written.map_err(|error| format!("the memory that it shares fails: {error}"))

@@ -94,8 +94,9 @@ impl Report {
             match part.lanes {
                 Some(lanes) => format!(
                     "{} clocks of {drive} in {lanes} lanes, each of which ends in every register as the \
-                     next one starts",
-                    part.clocks
+                     next one starts, {} of them in Verilator's lanes, too",
+                    part.clocks,
+                    part.refereed_clocks.unwrap_or_default()
                 ),
                 None => format!("{} clocks of {drive} in lock-step", part.clocks),
             }
@@ -210,6 +211,7 @@ pub(super) fn part_of(report: &Report) -> EnginePart {
         stimulus: report.stimulus,
         clocks: report.clocks,
         lanes: None,
+        refereed_clocks: None,
     }
 }
 

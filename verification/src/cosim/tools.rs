@@ -1,9 +1,13 @@
 //! Verilator and the C++ compiler as external programs.
 
+use std::fs::{self, File};
+use std::io::Read as _;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use super::cache::{hash, once, write};
 use super::error::CosimError;
 use crate::programs;
 
@@ -21,6 +25,9 @@ const COMPILER_FLAGS: &[&str] = &[
     "-DVM_SC=0",
     "-DVM_TRACE=0",
 ];
+
+/// File of what a tool said of its version.
+const VERSION: &str = "version.txt";
 
 /// An external program.
 #[derive(Debug, Clone)]
@@ -47,11 +54,11 @@ pub struct Tools {
 
 impl Tools {
     /// Finds the tools: `$VERILATOR` or `verilator`, `$CXX` or `g++`, and what flags of its own
-    /// `$GOLDTOF_CXXFLAGS` gives the compiler.
+    /// `$GOLDTOF_CXXFLAGS` gives the compiler. The cache keeps what they say of their versions.
     ///
     /// # Errors
     /// When one is missing, too old or fails; the message says how to get it.
-    pub fn find() -> Result<Tools, CosimError> {
+    pub fn find(cache: &Path) -> Result<Tools, CosimError> {
         let verilator = Tool {
             name: "Verilator",
             install: "apt-get install verilator",
@@ -62,7 +69,7 @@ impl Tools {
             install: "apt-get install g++",
             program: program("CXX", "g++"),
         };
-        let version = first_line(&verilator.itself().ask(&["--version"])?);
+        let version = first_line(&verilator.itself().version("--version", cache)?);
         let major = version
             .split_whitespace()
             .nth(1)
@@ -74,7 +81,7 @@ impl Tools {
                 install: verilator.install,
             });
         }
-        let compiler_version = compiler.ask(&["--version"])?;
+        let compiler_version = compiler.version("--version", cache)?;
         let flags = std::env::var_os("GOLDTOF_CXXFLAGS").unwrap_or_default();
         Ok(Tools {
             versions: format!("{version}\n{}", first_line(&compiler_version)),
@@ -128,6 +135,48 @@ impl Tool {
             tool.program = program;
         }
         tool
+    }
+
+    /// What it says when it is asked with this argument for its version. The cache keeps that as
+    /// long as the program's file is the same: its path, its size and its times.
+    ///
+    /// # Errors
+    /// When it fails, or the cache cannot be had.
+    pub fn version(&self, argument: &str, cache: &Path) -> Result<String, CosimError> {
+        let Some(file) = self.file_identity() else {
+            return self.ask(&[argument]);
+        };
+        let name = format!("version-{}", hash(&["version", self.name, argument, &file]));
+        let said = once(cache, &name, VERSION, |folder| {
+            write(&folder.join(VERSION), &self.ask(&[argument])?)
+        })?;
+        Ok(String::from_utf8_lossy(&said).into_owned())
+    }
+
+    /// What changes with the program's file. None if there is no such file, or if what it starts
+    /// may change without it: a script, or a program that goes by another's name.
+    fn file_identity(&self) -> Option<String> {
+        let called = Path::new(&self.program).file_name()?.to_str()?;
+        let path = match self.program.contains('/') {
+            true => PathBuf::from(&self.program),
+            false => std::env::split_paths(&std::env::var_os("PATH")?)
+                .map(|folder| folder.join(&self.program))
+                .find(|path| path.is_file())?,
+        };
+        let path = fs::canonicalize(path).ok()?;
+        let mut magic = [0; 4];
+        let mut file = File::open(&path).ok()?;
+        file.read_exact(&mut magic).ok()?;
+        let found = file.metadata().ok()?;
+        let path = path.to_str()?;
+        (magic == *b"\x7fELF" && path.rsplit('/').next()?.contains(called)).then(|| {
+            let modified = (found.mtime(), found.mtime_nsec());
+            format!(
+                "{path} {} {modified:?} {:?}",
+                found.size(),
+                (found.ctime(), found.ctime_nsec())
+            )
+        })
     }
 
     fn ask(&self, arguments: &[&str]) -> Result<String, CosimError> {
@@ -224,7 +273,41 @@ fn first_line(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::compiler_flags;
+    use std::os::unix::fs::PermissionsExt as _;
+
+    use super::*;
+
+    /// A program that counts how often it is asked.
+    fn script(path: &Path, text: &str) {
+        fs::write(path, text).unwrap();
+        fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
+    }
+
+    #[test]
+    fn a_version_is_asked_for_again_when_the_program_is_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = folder.path().join("cache");
+        let program = folder.path().join("true");
+        let tool =
+            Tool { name: "a tool", install: "", program: program.to_str().unwrap().to_owned() };
+        // Two programs that answer differently, and are no scripts.
+        fs::copy("/bin/echo", &program).unwrap();
+        assert_eq!(tool.version("one", &cache).unwrap(), "one\n");
+        fs::copy("/bin/true", &program).unwrap();
+        assert_eq!(tool.version("one", &cache).unwrap(), "");
+        // What is kept is what is told, and only of this file.
+        let kept = || fs::read_dir(&cache).unwrap().map(|entry| entry.unwrap().path());
+        let folders: Vec<PathBuf> = kept().filter(|path| path.is_dir()).collect();
+        assert_eq!(folders.len(), 2);
+        assert_eq!(tool.version("one", &cache).unwrap(), "");
+        assert_eq!(kept().filter(|path| path.is_dir()).count(), 2);
+        // A script may start anything: it is asked each time.
+        script(&program, "#!/bin/sh\ncat \"$0.says\"\n");
+        for said in ["1", "2"] {
+            fs::write(folder.path().join("true.says"), said).unwrap();
+            assert_eq!(tool.version("one", &cache).unwrap(), said);
+        }
+    }
 
     #[test]
     fn the_users_flags_come_last_and_so_win() {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Bounds;
 use crate::cosim::MOST_CLOCKS;
+use crate::cosim::own::OwnRtl;
 
 /// What is graded.
 #[derive(
@@ -21,10 +22,16 @@ pub enum GradeStimulus {
 }
 
 /// What to grade, and how long it may take.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args,
-)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args)]
 pub struct GradeOptions {
+    /// The Verilog; the emitted one if none is given. A shard knows it by its SHA-256
+    #[command(flatten)]
+    #[serde(skip)]
+    pub own: OwnRtl,
+    /// What emitted files say that they were made by
+    #[arg(skip)]
+    #[serde(skip)]
+    pub made_by: String,
     /// Stimulus to grade: the first 4 million clocks of photons, the adversarial
     /// stimulus of `cosim` (also `hostile`), or that of the emitted testbench
     #[arg(long, value_enum, default_value_t = GradeOptions::default().stimulus)]
@@ -60,6 +67,8 @@ impl Default for GradeOptions {
     fn default() -> GradeOptions {
         let bounds = Bounds::default();
         GradeOptions {
+            own: OwnRtl::default(),
+            made_by: crate::version::MADE_BY.to_owned(),
             stimulus: GradeStimulus::Adversarial,
             clocks: None,
             mutants: 1_000,

@@ -5,10 +5,8 @@
 //! ([`Innovations`]): the likelihood of 16,376 bins in as much time as they take to read, which
 //! holds where hardly any bin counts at all.
 
-use std::sync::Arc;
-
 use super::error::FitError;
-use super::model_estimate::{FittedPath, ModelEstimate};
+use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
 use super::problem::Problem;
@@ -35,8 +33,14 @@ const OTHER_STARTS_CHIPS: [f64; 6] = [-0.25, 0.25, -0.5, 0.5, -1.0, 1.0];
 /// Bins by which a fit is moved to see whether that is likelier.
 const OTHER_BINS: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
 
+/// Where what bins tell of a delay is looked at, in standard deviations of the estimates from it: the
+/// middles of five equal shares of them.
+const SPREAD: [f64; 5] = [-1.2816, -0.5244, 0.0, 0.5244, 1.2816];
+/// So often the spread of the estimates is worked out of what bins tell over it.
+const SPREADS: usize = 3;
+
 /// Where a fit has settled.
-struct Settled {
+struct BinFit {
     estimate: ModelEstimate,
     parameters: Parameters,
     misfit: f64,
@@ -74,7 +78,7 @@ struct BinCounts<'f> {
 }
 
 impl<'f> Counts for BinCounts<'f> {
-    type Place = Bins<'f>;
+    type Point = Bins<'f>;
     type Error = FitError;
 
     fn residuals(&self, here: &Bins<'f>) -> Result<Vec<f64>, FitError> {
@@ -246,7 +250,7 @@ impl<'s> BinFitter<'s> {
     ) -> Result<ModelEstimate, FitError> {
         let start = self.start(counts, light)?;
         let mut best = self.settle(counts, start.clone());
-        let fits_badly = |settled: &Settled| settled.estimate.alarm_sigmas() >= RETRIED_SIGMAS;
+        let fits_badly = |settled: &BinFit| settled.estimate.alarm_sigmas() >= RETRIED_SIGMAS;
         let others = match &best {
             Ok(first) if !fits_badly(first) => self.likelier(counts, first)?,
             _ => OTHER_STARTS_CHIPS.iter().map(|&by| start.later(by)).collect(),
@@ -262,7 +266,7 @@ impl<'s> BinFitter<'s> {
     }
 
     /// Light that comes up to a bin earlier or later, where that is likelier.
-    fn likelier(&self, counts: &[f64], here: &Settled) -> Result<Vec<Parameters>, FitError> {
+    fn likelier(&self, counts: &[f64], here: &BinFit) -> Result<Vec<Parameters>, FitError> {
         let counts = self.counts(counts);
         let mut found = Vec::new();
         for bins in OTHER_BINS {
@@ -275,7 +279,7 @@ impl<'s> BinFitter<'s> {
         Ok(found)
     }
 
-    fn settle(&self, counts: &[f64], start: Parameters) -> Result<Settled, FitError> {
+    fn settle(&self, counts: &[f64], start: Parameters) -> Result<BinFit, FitError> {
         let mut counts = self.counts(counts);
         let start = counts.bins(start)?;
         let settled = settle(&mut counts, start, Settling::FINE)?;
@@ -286,52 +290,83 @@ impl<'s> BinFitter<'s> {
         let deviations = differences(counts.counts, &place.means);
         let residuals = place.innovations.whitened(&deviations)?;
         let chi_square = residuals.iter().map(|r| r * r).sum();
-        let chi_square = self.chi_square_as_of_normal(chi_square, place);
         let fitted = place.parameters.moved(&settled.step);
-        let estimate = self.outcome(&fitted, &settled.normal, chi_square, settled.steps);
-        Ok(Settled { estimate, parameters: fitted, misfit: settled.misfit })
+        let found = Goodness {
+            chi_square: self.chi_square_as_of_normal(chi_square, place),
+            degrees_of_freedom: place.means.len() - fitted.len(),
+            steps: place.means.len(),
+            iterations: settled.steps,
+        };
+        let std = settled.normal.standard_deviations();
+        let estimate = ModelEstimate::new(self.sensor.clock(), &fitted, &std, found);
+        Ok(BinFit { estimate, parameters: fitted, misfit: settled.misfit })
     }
 
     fn counts<'f>(&'f self, counts: &'f [f64]) -> BinCounts<'f> {
         let problem = Problem {
             model: &self.model,
             tier: CountingTier::Sampled,
-            codes: vec![Arc::clone(&self.model.reference)],
             steps: Vec::new(),
             moment_ps: 0.0,
         };
         BinCounts { fitter: self, problem, counts, light: None }
     }
 
-    /// What the fit says of the expected histogram of the scene's own light.
+    /// What the fit says of the expected histogram of the scene's own light, with the standard
+    /// deviation of [`BinFitter::bound`].
     ///
     /// # Errors
     /// As [`BinFitter::fit`].
     pub fn expected(&self) -> Result<ModelEstimate, FitError> {
-        self.fit_means(&MeanResponse::new(&self.model)?.mean_bins())
+        let mut fitted = self.fit_means(&MeanResponse::new(&self.model)?.mean_bins())?;
+        let delay_std_ps = self.sensor.clock().ps(self.delay_std_chips()?);
+        fitted.std_m = distance_m(delay_std_ps);
+        fitted.paths[0].delay_std_ps = delay_std_ps;
+        Ok(fitted)
     }
 
     /// How precise any unbiased estimate from the bins can be: the inverse of what their
-    /// means, with their covariance, tell of the unknowns.
+    /// means, with their covariance, tell of the unknowns, on average over the delays that come into
+    /// question.
     ///
     /// # Errors
     /// When the mean response cannot be had, or the bins do not determine all unknowns.
     pub fn bound(&self) -> Result<Bound, FitError> {
-        let means = MeanResponse::new(&self.model)?.mean_bins();
-        let mut counts = self.counts(&means);
-        let bins = counts.bins(Parameters::of(&Light::of(&self.model)))?;
-        let (slopes, residuals) = (counts.slopes(&bins, true)?, counts.residuals(&bins)?);
-        let normal = counts.normal(&slopes.columns, &residuals);
-        let normal = normal.ok_or_else(|| counts.undetermined(&bins))?;
-        let delay_std_chips = normal.standard_deviations()[0];
         Ok(Bound {
             paths: vec![PathBound {
                 path: self.path,
-                bound_m: distance_m(self.sensor.clock().ps(delay_std_chips)),
+                bound_m: distance_m(self.sensor.clock().ps(self.delay_std_chips()?)),
                 velocity_bound_m_per_s: None,
             }],
-            steps: bins.means.len(),
+            steps: self.correlator.bins(),
         })
+    }
+
+    /// Standard deviation of the delay. Where an edge of the light is at a bin's end, half as much is
+    /// told of it as in the middle of a bin: estimates that scatter by a tenth of a bin see both, and
+    /// what bins tell is averaged over them.
+    fn delay_std_chips(&self) -> Result<f64, FitError> {
+        let truth = Parameters::of(&Light::of(&self.model));
+        let mut std_chips = self.delay_std_chips_at(&truth)?;
+        for _ in 0..SPREADS {
+            let mut told = 0.0;
+            for of_std in SPREAD {
+                told += self.delay_std_chips_at(&truth.later(of_std * std_chips))?.powi(-2);
+            }
+            std_chips = (told / SPREAD.len() as f64).powf(-0.5);
+        }
+        Ok(std_chips)
+    }
+
+    fn delay_std_chips_at(&self, light: &Parameters) -> Result<f64, FitError> {
+        let counts = self.counts(&[]);
+        let means = counts.problem.response(light)?.mean_bins();
+        let mut counts = self.counts(&means);
+        let bins = counts.bins(light.clone())?;
+        let (slopes, residuals) = (counts.slopes(&bins, true)?, counts.residuals(&bins)?);
+        let normal = counts.normal(&slopes.columns, &residuals);
+        let normal = normal.ok_or_else(|| counts.undetermined(&bins))?;
+        Ok(normal.standard_deviations()[0])
     }
 
     /// Bins of few counts make chi-square scatter more than that of normal numbers does, by
@@ -341,40 +376,6 @@ impl<'s> BinFitter<'s> {
         let degrees = (place.means.len() - place.parameters.len()) as f64;
         let excess: f64 = place.innovations.means().iter().map(|mean| 1.0 / mean).sum();
         degrees + (chi_square - degrees) * (2.0 * degrees / (2.0 * degrees + excess)).sqrt()
-    }
-
-    fn outcome(
-        &self,
-        fitted: &Parameters,
-        normal: &Normal,
-        chi_square: f64,
-        iterations: usize,
-    ) -> ModelEstimate {
-        let clock = self.sensor.clock();
-        let std = normal.standard_deviations();
-        let code = &self.model.reference;
-        let path = fitted.paths[0];
-        let delay_ps = clock.ps(path.delay_chips.rem_euclid(code.len() as f64));
-        let bins = self.correlator.bins();
-        ModelEstimate {
-            velocity: None,
-            delay_ps,
-            distance_m: distance_m(delay_ps),
-            std_m: distance_m(clock.ps(std[0])),
-            paths: vec![FittedPath {
-                code: Arc::clone(code),
-                delay_ps,
-                delay_std_ps: clock.ps(std[0]),
-                rate_hz: clock.hz(path.ln_rate.exp()),
-                rate_relative_std: std[1],
-            }],
-            constant_rate_hz: clock.hz(fitted.constant),
-            chi_square,
-            degrees_of_freedom: bins - fitted.len(),
-            steps: bins,
-            untold: None,
-            iterations,
-        }
     }
 }
 

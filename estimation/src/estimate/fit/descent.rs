@@ -11,18 +11,16 @@ use std::sync::Arc;
 use super::error::FitError;
 use super::known_moments::{KnownMoments, Linear};
 use super::normal::Normal;
-use super::parameters::{Column, Parameters};
+use super::parameters::{Column, Parameters, PathParameters, share_of_ones};
 use super::problem::{Problem, Reading, Sides};
 use super::scoring::{Counts, Settled, Settling, Slopes, settle};
 use super::template::{Axis, Template};
 use super::weights::Weights;
-use crate::code::Code;
 use crate::response::{MeanCount, MeanResponse};
 
 /// Light that counts may come from, and how well it fits.
 #[derive(Debug, Clone)]
 pub struct Hypothesis<'m> {
-    pub codes: Vec<Arc<Code>>,
     pub parameters: Parameters,
     pub expected: Vec<MeanCount>,
     response: Arc<MeanResponse<'m>>,
@@ -55,7 +53,6 @@ impl<'m> Hypothesis<'m> {
         Ok(Hypothesis {
             chi_square: f64::INFINITY,
             beyond_average: Arc::new(beyond),
-            codes: problem.codes.clone(),
             parameters,
             expected,
             response,
@@ -63,15 +60,14 @@ impl<'m> Hypothesis<'m> {
         })
     }
 
-    /// Weights of this detector at this light, for some steps.
+    /// Weights of this detector at this light.
     pub fn weights(
         &self,
-        steps: &Problem,
+        problem: &Problem,
         known: &KnownMoments,
         axis: &Axis,
     ) -> Result<Weights, FitError> {
-        let problem = Problem { codes: self.codes.clone(), ..steps.clone() };
-        Ok(known.scan_weights(&problem, &self.parameters, &self.expected, axis)?)
+        Ok(known.weights(problem, &self.parameters, &self.expected, axis)?)
     }
 }
 
@@ -85,7 +81,6 @@ impl<'m> Settled<Hypothesis<'m>> {
 
 /// The counts of a scan, and what hypotheses about them share.
 pub struct Descent<'a, 'm> {
-    /// Detector and steps; its codes are not used.
     pub problem: &'a Problem<'m>,
     pub measured: &'a [MeanCount],
     pub axis: &'a Axis,
@@ -95,7 +90,7 @@ pub struct Descent<'a, 'm> {
 }
 
 /// Where the derivatives of a fit come from.
-pub enum Source<'a> {
+pub enum Derivatives<'a> {
     /// The light's first order.
     Templates(&'a [Arc<Template>]),
     /// Nodes nearby, which are kept from scan to scan, and the last of them.
@@ -107,7 +102,7 @@ pub enum Source<'a> {
 /// A fit that is under way.
 pub struct Descending<'a, 'd, 'm> {
     descent: &'d Descent<'a, 'm>,
-    source: Source<'d>,
+    source: Derivatives<'d>,
     /// Whence weights of this detector are taken near the end; `None` if they are kept.
     known: Option<&'d KnownMoments>,
     /// A combination of the unknowns that stays as it is.
@@ -122,7 +117,7 @@ pub struct Descending<'a, 'd, 'm> {
 
 impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
     /// One that keeps its weights.
-    pub fn new(descent: &'d Descent<'a, 'm>, source: Source<'d>) -> Descending<'a, 'd, 'm> {
+    pub fn new(descent: &'d Descent<'a, 'm>, source: Derivatives<'d>) -> Descending<'a, 'd, 'm> {
         Descending {
             weights: Cow::Borrowed(&descent.weights),
             descent,
@@ -147,12 +142,12 @@ impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
 
     /// Derivatives of a node near a hypothesis, where they come from nodes.
     fn of_node(&mut self, here: &Hypothesis<'m>) -> Option<Vec<Column>> {
-        let Source::Nodes(known, last) = &mut self.source else {
+        let Derivatives::Nodes(known, last) = &mut self.source else {
             return None;
         };
-        let problem = self.descent.problem_of(&here.codes);
-        if !last.as_ref().is_some_and(|linear| linear.holds_for(&here.parameters, &problem)) {
-            *last = known.linear(&problem, &here.parameters).ok();
+        let problem = self.descent.problem;
+        if !last.as_ref().is_some_and(|linear| linear.holds_for(&here.parameters, problem)) {
+            *last = known.linear(problem, &here.parameters).ok();
         }
         Some(last.as_ref()?.columns_at(&here.parameters))
     }
@@ -166,7 +161,7 @@ impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
         let (columns, of) = match self.linearised.take().filter(is_good) {
             Some(known) => known,
             None => {
-                let problem = self.descent.problem_of(&here.codes);
+                let problem = self.descent.problem;
                 let (parameters, reading) = (&here.parameters, self.descent.reading);
                 let columns = problem.jacobian(parameters, &here.response, reading, Sides::One)?;
                 (columns, here.parameters.clone())
@@ -181,12 +176,12 @@ impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
     }
 
     fn is_rough(&self) -> bool {
-        matches!(self.source, Source::Templates(_))
+        matches!(self.source, Derivatives::Templates(_))
     }
 }
 
 impl<'m> Counts for Descending<'_, '_, 'm> {
-    type Place = Hypothesis<'m>;
+    type Point = Hypothesis<'m>;
     type Error = FitError;
 
     fn residuals(&self, here: &Hypothesis<'m>) -> Result<Vec<f64>, FitError> {
@@ -195,9 +190,9 @@ impl<'m> Counts for Descending<'_, '_, 'm> {
 
     fn slopes(&mut self, here: &Hypothesis<'m>, anew: bool) -> Result<Slopes, FitError> {
         let near = match self.source {
-            Source::Templates(templates) => Some(self.descent.rough_columns(here, templates)),
-            Source::Nodes(..) if !anew => self.of_node(here),
-            Source::Nodes(..) | Source::Differences => None,
+            Derivatives::Templates(templates) => Some(self.descent.rough_columns(here, templates)),
+            Derivatives::Nodes(..) if !anew => self.of_node(here),
+            Derivatives::Nodes(..) | Derivatives::Differences => None,
         };
         match near {
             Some(columns) => Ok(Slopes {
@@ -225,10 +220,10 @@ impl<'m> Counts for Descending<'_, '_, 'm> {
     }
 
     fn moved(&self, here: &Hypothesis<'m>, step: &[f64]) -> Result<Hypothesis<'m>, FitError> {
-        let (codes, parameters) = (here.codes.clone(), here.parameters.moved(step));
+        let parameters = here.parameters.moved(step);
         let there = match self.is_rough() {
-            true => self.descent.near_hypothesis(here, codes, parameters)?,
-            false => self.descent.hypothesis(&codes, parameters)?,
+            true => self.descent.near_hypothesis(here, parameters)?,
+            false => self.descent.hypothesis(parameters)?,
         };
         Ok(Hypothesis { iterations: here.iterations + 1, ..there })
     }
@@ -255,30 +250,19 @@ impl<'m> Counts for Descending<'_, '_, 'm> {
 }
 
 impl<'m> Descent<'_, 'm> {
-    /// A problem with the codes of a hypothesis.
-    pub fn problem_of(&self, codes: &[Arc<Code>]) -> Problem<'m> {
-        Problem { codes: codes.to_vec(), ..self.problem.clone() }
-    }
-
     /// What is expected of some light.
-    pub fn hypothesis(
-        &self,
-        codes: &[Arc<Code>],
-        parameters: Parameters,
-    ) -> Result<Hypothesis<'m>, FitError> {
-        Hypothesis::of(&self.problem_of(codes), parameters, self.reading)
+    pub fn hypothesis(&self, parameters: Parameters) -> Result<Hypothesis<'m>, FitError> {
+        Hypothesis::of(self.problem, parameters, self.reading)
     }
 
     /// The same for light that is little different from that of `near`.
     pub fn near_hypothesis(
         &self,
         near: &Hypothesis,
-        codes: Vec<Arc<Code>>,
         parameters: Parameters,
     ) -> Result<Hypothesis<'m>, FitError> {
-        let problem = self.problem_of(&codes);
-        let response = Arc::new(problem.response(&parameters)?);
-        let mut expected = problem.means_read(&parameters, &response, self.reading)?;
+        let response = Arc::new(self.problem.response(&parameters)?);
+        let mut expected = self.problem.means_read(&parameters, &response, self.reading)?;
         for (mean, beyond) in expected.iter_mut().zip(near.beyond_average.iter()) {
             mean.signed += beyond.signed;
             mean.total += beyond.total;
@@ -286,7 +270,6 @@ impl<'m> Descent<'_, 'm> {
         Ok(Hypothesis {
             chi_square: f64::INFINITY,
             beyond_average: Arc::clone(&near.beyond_average),
-            codes,
             parameters,
             expected,
             response,
@@ -296,10 +279,7 @@ impl<'m> Descent<'_, 'm> {
 
     /// The same light, with all that is expected of it worked out.
     fn refreshed(&self, here: Hypothesis<'m>) -> Result<Hypothesis<'m>, FitError> {
-        Ok(Hypothesis {
-            iterations: here.iterations,
-            ..self.hypothesis(&here.codes, here.parameters)?
-        })
+        Ok(Hypothesis { iterations: here.iterations, ..self.hypothesis(here.parameters)? })
     }
 
     /// Goes down with rough derivatives. `templates` are those of the codes.
@@ -321,7 +301,7 @@ impl<'m> Descent<'_, 'm> {
         templates: &[Arc<Template>],
         held: Option<&[f64]>,
     ) -> Result<Hypothesis<'m>, FitError> {
-        let descending = Descending::new(self, Source::Templates(templates));
+        let descending = Descending::new(self, Derivatives::Templates(templates));
         let mut descending = Descending { held, ..descending };
         let settled = settle(&mut descending, start, Settling::ROUGH)?;
         Ok(Hypothesis { chi_square: settled.misfit, ..settled.place })
@@ -329,7 +309,7 @@ impl<'m> Descent<'_, 'm> {
 
     /// Goes down with exact derivatives, to where it settles.
     pub fn exactly(&self, start: Hypothesis<'m>) -> Result<(Hypothesis<'m>, Normal), FitError> {
-        let mut descending = Descending::new(self, Source::Differences);
+        let mut descending = Descending::new(self, Derivatives::Differences);
         Ok(settle(&mut descending, start, Settling::FINE)?.at_end())
     }
 
@@ -341,7 +321,7 @@ impl<'m> Descent<'_, 'm> {
     ) -> Result<(Hypothesis<'m>, Normal), FitError> {
         self.weights = start.weights(self.problem, known, self.axis)?;
         let at = Some(start.parameters.clone());
-        let mut descending = Descending::new(self, Source::Differences).weighing(known, at);
+        let mut descending = Descending::new(self, Derivatives::Differences).weighing(known, at);
         let settled = settle(&mut descending, start, Settling::FINE)?;
         if let Cow::Owned(weights) = descending.weights {
             self.weights = weights;
@@ -351,16 +331,10 @@ impl<'m> Descent<'_, 'm> {
 
     /// What a detection more or less of the light's rate makes of the signed counts'
     /// pattern, and of the totals.
-    pub fn gains(
-        &self,
-        codes: &[Arc<Code>],
-        parameters: &Parameters,
-        expected: &[MeanCount],
-    ) -> [f64; 2] {
+    pub fn gains(&self, Hypothesis { parameters, expected, .. }: &Hypothesis) -> [f64; 2] {
         let detected = expected.iter().map(|mean| mean.total).sum::<f64>()
             / (expected.len() as f64 * self.axis.chips);
-        let lit = parameters.paths.iter().zip(codes);
-        let lit = lit.map(|(path, code)| path.ln_rate.exp() * share_of_ones(code));
+        let lit = parameters.paths.iter().map(PathParameters::mean_rate);
         let primary = parameters.constant + lit.sum::<f64>();
         let per_primary = detected / primary.max(f64::MIN_POSITIVE);
         let dead_time = self.problem.model.dead_time();
@@ -371,13 +345,11 @@ impl<'m> Descent<'_, 'm> {
 
     fn rough_columns(&self, here: &Hypothesis, templates: &[Arc<Template>]) -> Vec<Column> {
         let axis = self.axis;
-        let [pattern, total] = self.gains(&here.codes, &here.parameters, &here.expected);
+        let [pattern, total] = self.gains(here);
         let mut columns = Vec::with_capacity(here.parameters.len());
-        let lit = here.parameters.paths.iter().zip(&here.codes).zip(templates);
-        for ((path, code), template) in lit {
-            let rate = path.ln_rate.exp();
-            let signed = pattern * rate * axis.periods;
-            let totals = total * rate * axis.chips * share_of_ones(code);
+        for (path, template) in here.parameters.paths.iter().zip(templates) {
+            let signed = pattern * path.rate() * axis.periods;
+            let totals = total * axis.chips * path.mean_rate();
             let (delay, strength) = axis
                 .values(template, path.delay_chips)
                 .map(|[value, slope]| {
@@ -396,9 +368,4 @@ impl<'m> Descent<'_, 'm> {
         columns.push(vec![constant; axis.len()]);
         columns
     }
-}
-
-/// Ones among a code's chips.
-pub fn share_of_ones(code: &Code) -> f64 {
-    code.weight() as f64 / code.len() as f64
 }

@@ -1,8 +1,9 @@
 //! From counts to a fit: of one path, or of all light.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
-use super::air::{Air, own_threshold};
+use super::air::{self, Air, own_threshold};
+use super::bins::BinFitter;
 use super::error::FitError;
 use super::joint;
 use super::known_moments::KnownMoments;
@@ -11,14 +12,13 @@ use super::moving;
 use super::one_path::Fitted;
 use super::parameters::Parameters;
 use super::problem::{Problem, window};
+use super::start;
 use super::template::Axis;
-use super::{candidates, start};
-use crate::code::Code;
-use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, distance_m};
+use crate::estimate::bound::bound;
+use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, distance_m};
 use crate::photons::{DetectorModel, StepCount};
-use crate::response::MeanCount;
-use crate::scan::Step;
-use crate::scene::{DetectorIndex, OtherLight};
+use crate::response::{MeanCount, MeanResponse};
+use crate::scene::{Architecture, DetectorIndex, OtherLight};
 use crate::sensor::Sensor;
 
 /// Phase steps from a fit to the places from which one of steps that share their light is tried
@@ -112,19 +112,12 @@ impl<'s> Fitter<'s> {
         // A path that moves in a way that no fit follows.
         self.moment_ps()?;
         self.check_time()?;
-        let own = &sensor.scene().sources[sensor.scene().detectors[detector].reference].code;
-        if candidates::is_one_path(sensor, detector, self.other) {
-            return self.fit_one_path(own, counts);
+        if air::is_one_path(sensor, detector, self.other) {
+            return self.fit_one_path(counts);
         }
         check_not_flat(counts)?;
-        let problem = Problem {
-            model: &self.model,
-            tier: self.tier,
-            codes: Vec::new(),
-            steps: Step::all(sensor.timing().scan.steps).collect(),
-            moment_ps: 0.0,
-        };
-        let air = self.air.get_or_init(|| candidates::air(sensor, detector, self.other, &problem));
+        let problem = Problem::of_scan(&self.model, self.tier);
+        let air = self.air.get_or_init(|| air::look_for(sensor, detector, self.other, &problem));
         let air = air.as_ref().map_err(Clone::clone)?;
         let found = joint::all_light(air, &problem, &self.moments, counts)?;
         Ok(found.estimate(air, &problem))
@@ -133,28 +126,18 @@ impl<'s> Fitter<'s> {
 
 impl Fitter<'_> {
     /// The fit of the only path.
-    fn fit_one_path(
-        &self,
-        code: &Arc<Code>,
-        counts: &[MeanCount],
-    ) -> Result<ModelEstimate, FitError> {
+    fn fit_one_path(&self, counts: &[MeanCount]) -> Result<ModelEstimate, FitError> {
         let (sensor, detector, tier) = (self.sensor, self.detector, self.tier);
         let scan = &sensor.timing().scan;
         let start = start::start(sensor, detector, tier, counts)?;
         let round_peak = window(scan, sensor.clock().samples_per_chip, start.peak);
-        let mut problem = Problem {
-            model: &self.model,
-            tier,
-            codes: vec![Arc::clone(code)],
-            steps: Step::all(scan.steps).collect(),
-            moment_ps: 0.0,
-        };
+        let mut problem = Problem::of_scan(&self.model, tier);
         if let Some(moment_ps) = self.moment_ps()? {
             problem.steps = moving::in_one_go(&round_peak, start.peak);
             problem.moment_ps = moment_ps;
             return self.fit_moving(&problem, start.parameters, counts);
         }
-        let has_slipping_light = !self.moments.slipping(&problem)?.is_none();
+        let has_slipping_light = self.moments.slipping(&problem)?.is_some();
         if has_slipping_light {
             problem.steps = round_peak;
         }
@@ -248,4 +231,46 @@ fn check_not_flat(counts: &[MeanCount]) -> Result<(), NoEstimate> {
         true => Err(NoEstimate::Flat { count: first as i64 }),
         false => Ok(()),
     }
+}
+
+/// What the fit says of a scene's expected counts, told of other light what the
+/// scene says: its average answer, to first order in the noise.
+///
+/// # Errors
+/// As [`Fitter::fit`].
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn expected_fit(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: CountingTier,
+) -> Result<ModelEstimate, FitError> {
+    if sensor.scene().hardware.architecture == Architecture::Histogram {
+        TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
+        return BinFitter::new(sensor, detector)?.expected();
+    }
+    let other = sensor.scene().other_light;
+    let fitter = Fitter::new(sensor, detector, tier, other);
+    let moment_ps = fitter.moment_ps()?;
+    TheoryEffort::of(sensor, detector)?.check(Work::Fit)?;
+    let still;
+    let standing = match moment_ps {
+        Some(moment_ps) => {
+            still = sensor.still_at(moment_ps);
+            &still
+        }
+        None => sensor,
+    };
+    let model = DetectorModel::new(standing, detector);
+    let response = MeanResponse::of_tier(&model, tier)?;
+    if response.misses_pulses() {
+        // A fit settles everywhere, but there its average is not that of the average.
+        bound(sensor, detector, tier)?;
+    }
+    let mut means = response.mean_counts();
+    if let Some(moment_ps) = moment_ps {
+        moving::take_movement(sensor, &response, tier, moment_ps, &mut means)?;
+    }
+    fitter.fit_means(&means)
 }

@@ -5,15 +5,17 @@
 //! dead time would make ghosts: it multiplies the light with itself, and a product of
 //! shifted Gold codes is a Gold code of the same set.
 
-use super::air::Air;
+use super::air::{Air, Candidate};
 use super::descent::Hypothesis;
 use super::error::FitError;
 use super::known_moments::KnownMoments;
+use super::model_estimate::{Goodness, ModelEstimate, Untold};
 use super::normal::Normal;
-use super::pairs::{self, Split};
+use super::pairs::{self, Split, TOLD_APART};
 use super::problem::Problem;
 use super::ridge;
 use super::search::Search;
+use crate::estimate::distance_m;
 use crate::response::MeanCount;
 
 /// Most paths of one fit: bounds its time.
@@ -24,7 +26,7 @@ const SURE: f64 = 2.0;
 
 /// All light that a scan shows.
 #[derive(Debug)]
-pub struct Found<'m> {
+pub struct AllLight<'m> {
     pub hypothesis: Hypothesis<'m>,
     pub normal: Normal,
     /// To be added to the variances of each path's delay (chips^2) and ln(strength): for other
@@ -44,11 +46,11 @@ pub fn all_light<'m>(
     problem: &Problem<'m>,
     known: &KnownMoments,
     measured: &[MeanCount],
-) -> Result<Found<'m>, FitError> {
+) -> Result<AllLight<'m>, FitError> {
     let [light, own] = air.thresholds();
     let (mut search, mut here) = Search::new(air, problem, known, measured)?;
     let mut ambiguous: Vec<Split> = Vec::new();
-    while here.codes.len() < MOST_PATHS {
+    while here.parameters.paths.len() < MOST_PATHS {
         let place = search.strongest(&here, light);
         // Where other light is still missing, that makes one path look like two.
         let least_gain = place.as_ref().map_or(0.0, |place| place.sigmas.powi(2));
@@ -63,14 +65,14 @@ pub fn all_light<'m>(
         let Some(place) = place else {
             break;
         };
-        here = search.with(&here, &place.code, place.path(search.unit(&here)))?;
+        here = search.with(&here, place.path(search.unit(&here)))?;
     }
     if !has_own(air, &here) {
         let place = search.strongest_own(&here);
         if place.sigmas < own {
             return Err(FitError::OwnNotSeen { sigmas: place.sigmas, needed: own });
         }
-        here = search.with(&here, &place.code, place.path(search.unit(&here)))?;
+        here = search.with(&here, place.path(search.unit(&here)))?;
     }
     let splits = ambiguous.into_iter();
     let mut doubts: Vec<Split> = splits.filter_map(|s| beside_all(&search, &here, s)).collect();
@@ -89,16 +91,16 @@ pub fn all_light<'m>(
 /// lacked then. A find must lower chi-square as much as it had to stand out.
 fn find_in_doubt<'m>(
     search: &Search<'_, 'm>,
-    found: &Found<'m>,
+    found: &AllLight<'m>,
     threshold: f64,
 ) -> Result<Option<(usize, Hypothesis<'m>)>, FitError> {
-    let own = &search.air.known[0].code.chips;
+    let own = &search.air.known[0].code;
     let here = &found.hypothesis;
     let std = found.normal.standard_deviations();
     let is_sure = |path: usize| std[2 * path + 1] * SURE * threshold < 1.0;
     let mut least: Option<(f64, usize, Hypothesis<'m>)> = None;
-    for path in 0..here.codes.len() {
-        if &here.codes[path].chips == own || is_sure(path) {
+    for path in 0..here.parameters.paths.len() {
+        if here.parameters.paths[path].has(own) || is_sure(path) {
             continue;
         }
         let rest = search.without(here, path)?;
@@ -117,19 +119,19 @@ fn beside_all<'m>(
     here: &Hypothesis<'m>,
     split: Split<'m>,
 ) -> Option<Split<'m>> {
-    if split.paths_when_taken() == here.codes.len() {
+    if split.paths_when_taken() == here.parameters.paths.len() {
         return Some(split);
     }
     let &[first, second] = &split.paths[..] else {
         return None;
     };
-    let code = &here.codes[first].chips;
+    let path = &here.parameters.paths[first];
     let known = &search.air.known;
-    let Some(candidate) = known.iter().find(|known| &known.code.chips == code) else {
+    let Some(candidate) = known.iter().find(|known| path.has(&known.code)) else {
         return Some(split);
     };
     // One path in their place that leads nowhere is none.
-    let Ok(one) = search.with_one(here, [first, second]) else {
+    let Ok(one) = search.fitted(here, |light| light.merge_paths([first, second])) else {
         return None;
     };
     let close = pairs::Close {
@@ -151,15 +153,13 @@ fn finish<'m>(
     here: Hypothesis<'m>,
     doubts: &[Split],
     known: &KnownMoments,
-) -> Result<Found<'m>, FitError> {
+) -> Result<AllLight<'m>, FitError> {
     let (hypothesis, normal) = search.descent.exactly_weighed(here, known)?;
     let sigma = search.sigma();
     let values = search.descent.weights.values();
-    let [pattern, _] =
-        search.descent.gains(&hypothesis.codes, &hypothesis.parameters, &hypothesis.expected);
-    Ok(Found {
+    Ok(AllLight {
         beyond_normal: beyond_normal(search, &hypothesis, &normal, doubts),
-        unit: pattern * search.air.axis.periods,
+        unit: search.unit(&hypothesis),
         hypothesis,
         normal,
         sigma,
@@ -169,8 +169,7 @@ fn finish<'m>(
 
 /// Whether some path has the detector's own code.
 fn has_own(air: &Air, here: &Hypothesis) -> bool {
-    let own = &air.known[0].code.chips;
-    here.codes.iter().any(|code| &code.chips == own)
+    here.parameters.paths.iter().any(|path| path.has(&air.known[0].code))
 }
 
 /// The best way to take a path for two that are close together, with a say on
@@ -182,8 +181,8 @@ fn split<'m>(search: &Search<'_, 'm>, here: &Hypothesis<'m>, least_gain: f64) ->
     let mut best: Option<Split> = None;
     for candidate in search.air.known.iter().filter(|c| search.air.room(c, here) > 0) {
         let products = candidate.matched.products(&search.air.axis, &residual);
-        for path in 0..here.codes.len() {
-            if here.codes[path].chips != candidate.code.chips {
+        for path in 0..here.parameters.paths.len() {
+            if !here.parameters.paths[path].has(&candidate.code) {
                 continue;
             }
             let found = pairs::split(&pairs::Close {
@@ -241,4 +240,83 @@ fn beyond_normal<'m>(
         [spread + delay, ln_rate]
     })
     .collect()
+}
+
+/// Deviations that a pair must have on average to be told apart in 95 % of scans.
+const IN_95_PERCENT: f64 = 1.645;
+
+impl AllLight<'_> {
+    /// The estimate: own paths first, the strongest of them first of all.
+    pub fn estimate(&self, air: &Air, problem: &Problem) -> ModelEstimate {
+        let fitted = &self.hypothesis;
+        let mut parameters = fitted.parameters.clone();
+        let own = &air.known[0];
+        // Whoever searches does not know how many there are.
+        let is_given = air.sets.is_empty();
+        let room = |candidate: &Candidate| if is_given { air.room(candidate, fitted) } else { 0 };
+        let missing = room(own);
+        let missing_of_others: usize = air.known[1..].iter().map(room).sum();
+        let is_own = |path: usize| parameters.paths[path].has(&own.code);
+        let rate = |path: usize| parameters.paths[path].ln_rate;
+        let mut order: Vec<usize> = (0..parameters.paths.len()).collect();
+        order.sort_by(|&a, &b| is_own(b).cmp(&is_own(a)).then(rate(b).total_cmp(&rate(a))));
+        let resolution_chips = order.first().filter(|_| missing > 0).map_or(0.0, |&strongest| {
+            self.resolution_chips(air, rate(strongest).exp() * self.unit)
+        });
+        let std = self.normal.standard_deviations();
+        let std_of = |&path: &usize| {
+            // Light in the middle of two paths is half their distance off.
+            let hidden = if is_own(path) { 0.5 * resolution_chips } else { 0.0 };
+            let [delay, ln_rate] = self.beyond_normal[path];
+            [
+                (std[2 * path].powi(2) + delay + hidden * hidden).sqrt(),
+                (std[2 * path + 1].powi(2) + ln_rate).sqrt(),
+            ]
+        };
+        let std: Vec<f64> = order.iter().flat_map(std_of).collect();
+        parameters.paths = order.iter().map(|&path| parameters.paths[path].clone()).collect();
+        let found = Goodness {
+            chi_square: fitted.chi_square,
+            degrees_of_freedom: self.values.saturating_sub(parameters.len()),
+            steps: air.axis.len(),
+            iterations: fitted.iterations,
+        };
+        ModelEstimate {
+            untold: (missing + missing_of_others > 0).then(|| Untold {
+                missing,
+                missing_of_others,
+                resolution_m: distance_m(problem.clock().ps(resolution_chips)),
+            }),
+            ..ModelEstimate::new(problem.clock(), &parameters, &std, found)
+        }
+    }
+
+    /// How far apart two equal paths of light `height` in all must be, to be told apart
+    /// in 95 % of scans.
+    fn resolution_chips(&self, air: &Air, height: f64) -> f64 {
+        let template = &air.known[0].matched.template;
+        let needed = (TOLD_APART.sqrt() + IN_95_PERCENT).powi(2);
+        let values = |delay: f64| -> Vec<f64> {
+            let values = air.axis.values(template, delay).map(|[value, _]| value);
+            air.axis.centred(&values.collect::<Vec<_>>())
+        };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        // What a single path in their middle leaves over of two.
+        let left_over = |apart: f64| {
+            let middle = 0.37 / air.axis.samples_per_chip;
+            let [early, between, late] = [-0.5, 0.0, 0.5].map(|side| values(middle + side * apart));
+            let both: Vec<f64> = early.iter().zip(&late).map(|(a, b)| 0.5 * (a + b)).collect();
+            let shared = dot(&both, &between).powi(2) / dot(&between, &between);
+            (dot(&both, &both) - shared).max(0.0) * (height / self.sigma).powi(2)
+        };
+        let (mut low, mut high) = (0.0, 2.0);
+        for _ in 0..8 {
+            let middle = 0.5 * (low + high);
+            match left_over(middle) < needed {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        high
+    }
 }

@@ -9,15 +9,13 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use super::long_scan::{self, PerDetection};
+use super::moments::Moments;
 use super::parameters::{Column, Parameters, PathParameters};
 use super::problem::{Problem, Reading, Sides};
-use super::shared_light;
-use super::shared_steps::SharedSteps;
 use super::slipping::SlippingLight;
 use super::template::Axis;
 use super::weights::Weights;
-use crate::response::{CountMoments, MeanCount, MeanResponseError, SecondMoments};
+use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
 
 /// Distance of nodes: delays in chips, and rates times dead time, which is what
@@ -76,13 +74,13 @@ struct Key {
 }
 
 impl Key {
-    fn new(problem: &Problem, place: Vec<i64>) -> Key {
+    fn new(problem: &Problem, parameters: &Parameters, place: Vec<i64>) -> Key {
         Key {
             steps: match problem.takes_all_steps() {
                 true => Vec::new(),
                 false => problem.steps.clone(),
             },
-            codes: problem.codes.iter().map(|c| c.chips.clone()).collect(),
+            codes: parameters.paths.iter().map(|path| path.code.chips.clone()).collect(),
             place,
         }
     }
@@ -105,7 +103,7 @@ impl Linear {
         let pairs = parameters.paths.iter().zip(&self.parameters.paths);
         let mut near = pairs.map(|(here, node)| {
             (here.delay_chips - node.delay_chips).abs() <= 0.75 * OF_SLOPES.delay_chips
-                && (here.ln_rate.exp() - node.ln_rate.exp()).abs() <= rate
+                && (here.rate() - node.rate()).abs() <= rate
         });
         near.all(|near| near) && (parameters.constant - self.parameters.constant).abs() <= rate
     }
@@ -139,13 +137,15 @@ impl Linear {
     }
 }
 
+/// What was worked out at nodes that were needed so far.
+type Nodes<T> = Mutex<HashMap<Key, Arc<T>>>;
+
 /// Second moments at nodes that were needed so far, and expectations with their
 /// derivatives.
 #[derive(Default)]
 pub struct KnownMoments {
-    nodes: Mutex<HashMap<Key, Arc<[PerDetection]>>>,
-    linear: Mutex<HashMap<Key, Arc<Linear>>>,
-    shared: Mutex<HashMap<Key, Arc<[SharedSteps]>>>,
+    moments: Nodes<Moments>,
+    linear: Nodes<Linear>,
     slipping: OnceLock<Result<SlippingLight, MeanResponseError>>,
 }
 
@@ -156,29 +156,24 @@ impl KnownMoments {
         problem: &Problem,
         parameters: &Parameters,
         means: &[MeanCount],
+        axis: &Axis,
     ) -> Result<Weights, MeanResponseError> {
-        if problem.shares_light() {
-            let known = self.nearest_shared(problem, parameters)?;
-            return Ok(shared_light::weights_of_all(&known, means));
-        }
-        let known = self.nearest_of(problem, parameters, &OF_STEPS)?;
-        let moments = means.iter().zip(known.iter());
-        let moments: Vec<CountMoments> = moments.map(|(mean, known)| known.of(mean)).collect();
-        let slipping = self.slipping(problem)?;
-        if slipping.is_none() {
-            return Ok(Weights::of(&moments));
-        }
-        let timing = &problem.model.timing;
-        Ok(Weights::of_steps_together(&moments, |a, b| {
-            slipping.covariance(timing, problem.steps[a], problem.steps[b])
-        }))
+        let (slipping, spacing) = match problem.shares_light() {
+            true => (None, &OF_SHARED_STEPS),
+            false => (self.slipping(problem)?, &OF_STEPS),
+        };
+        problem.weights(axis, parameters, means, slipping, |few| {
+            nearest_known(&self.moments, few, parameters, spacing, |_, response| {
+                Ok(Moments::of(few, &SecondMoments::new(response)?))
+            })
+        })
     }
 
-    /// What light of clocks of their own adds, which is the same for all scans.
-    pub fn slipping(&self, problem: &Problem) -> Result<&SlippingLight, MeanResponseError> {
+    /// Light of clocks of their own, which is the same for all scans, if there is any.
+    pub fn slipping(&self, problem: &Problem) -> Result<Option<&SlippingLight>, MeanResponseError> {
         let slipping =
             self.slipping.get_or_init(|| SlippingLight::new(problem.model, problem.tier));
-        slipping.as_ref().map_err(Clone::clone)
+        Ok(Some(slipping.as_ref().map_err(Clone::clone)?).filter(|slipping| !slipping.is_none()))
     }
 
     /// Expectation and derivatives at the node nearest to some parameters.
@@ -187,92 +182,38 @@ impl KnownMoments {
         problem: &Problem,
         parameters: &Parameters,
     ) -> Result<Arc<Linear>, MeanResponseError> {
-        let dead_time = problem.model.dead_time_chips;
-        let (place, node) = nearest(parameters, &OF_SLOPES, dead_time);
-        let key = Key::new(problem, place);
-        let known = || self.linear.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(linear) = known().get(&key) {
-            return Ok(Arc::clone(linear));
-        }
-        let response = problem.response(&node)?;
-        let linear = Arc::new(Linear {
-            means: problem.means_of(&node, &response)?,
-            columns: problem.jacobian(&node, &response, Reading::Exact, Sides::Both)?,
-            parameters: node,
-        });
-        let mut known = known();
-        if known.len() < most_kept(problem) {
-            known.insert(key, Arc::clone(&linear));
-        }
-        Ok(linear)
+        nearest_known(&self.linear, problem, parameters, &OF_SLOPES, |node, response| {
+            Ok(Linear {
+                means: problem.means_of(&node, response)?,
+                columns: problem.jacobian(&node, response, Reading::Exact, Sides::Both)?,
+                parameters: node,
+            })
+        })
     }
+}
 
-    /// The same; of [many steps at once](long_scan) second moments of few stand for all.
-    pub fn scan_weights(
-        &self,
-        problem: &Problem,
-        parameters: &Parameters,
-        means: &[MeanCount],
-        axis: &Axis,
-    ) -> Result<Weights, MeanResponseError> {
-        if !problem.is_long() {
-            return self.weights(problem, parameters, means);
-        }
-        let own = problem.own_peaks(parameters, axis);
-        if problem.shares_light() {
-            let known = |few: &Problem| self.nearest_shared(few, parameters);
-            return shared_light::weights_of_scan(problem, axis, &own, means, known);
-        }
-        // Steps of a long scan are taken for far apart beside what slips between them.
-        let slipping = self.slipping(problem)?.variance();
-        let known = |few: &Problem| self.nearest_of(few, parameters, &OF_STEPS);
-        long_scan::weights_of_scan(problem, axis, &own, means, slipping, known)
+/// What is known of the node nearest to some parameters, or is worked out by `of_node`.
+fn nearest_known<T>(
+    nodes: &Nodes<T>,
+    problem: &Problem,
+    parameters: &Parameters,
+    spacing: &Spacing,
+    of_node: impl FnOnce(Parameters, &MeanResponse) -> Result<T, MeanResponseError>,
+) -> Result<Arc<T>, MeanResponseError> {
+    let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips);
+    let key = Key::new(problem, parameters, place);
+    // Whoever panicked meanwhile left the map whole.
+    let nodes = || nodes.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = nodes().get(&key) {
+        return Ok(Arc::clone(known));
     }
-
-    fn nearest_shared(
-        &self,
-        problem: &Problem,
-        parameters: &Parameters,
-    ) -> Result<Arc<[SharedSteps]>, MeanResponseError> {
-        let dead_time = problem.model.dead_time_chips;
-        let (place, node) = nearest(parameters, &OF_SHARED_STEPS, dead_time);
-        let key = Key::new(problem, place);
-        // Whoever panicked meanwhile left the map whole.
-        let nodes = || self.shared.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = nodes().get(&key) {
-            return Ok(Arc::clone(known));
-        }
-        let response = problem.response(&node)?;
-        let found: Arc<[SharedSteps]> =
-            problem.shared_steps(&SecondMoments::new(&response)?).into();
-        let mut nodes = nodes();
-        if nodes.len() < most_kept(problem) {
-            nodes.insert(key, Arc::clone(&found));
-        }
-        Ok(found)
+    let response = problem.response(&node)?;
+    let found = Arc::new(of_node(node, &response)?);
+    let mut nodes = nodes();
+    if nodes.len() < most_kept(problem) {
+        nodes.insert(key, Arc::clone(&found));
     }
-
-    fn nearest_of(
-        &self,
-        problem: &Problem,
-        parameters: &Parameters,
-        spacing: &Spacing,
-    ) -> Result<Arc<[PerDetection]>, MeanResponseError> {
-        let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips);
-        let key = Key::new(problem, place);
-        // Whoever panicked meanwhile left the map whole.
-        let nodes = || self.nodes.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = nodes().get(&key) {
-            return Ok(Arc::clone(known));
-        }
-        let moments = problem.moments(&problem.response(&node)?)?;
-        let found: Arc<[PerDetection]> = moments.iter().map(PerDetection::from_moments).collect();
-        let mut nodes = nodes();
-        if nodes.len() < most_kept(problem) {
-            nodes.insert(key, Arc::clone(&found));
-        }
-        Ok(found)
-    }
+    Ok(found)
 }
 
 impl fmt::Debug for KnownMoments {
@@ -300,10 +241,11 @@ fn nearest(
         let number = numbered((rate / rate_spacing).floor());
         (number + 0.5) * rate_spacing
     };
-    let rates: Vec<f64> = parameters.paths.iter().map(|p| rate(p.ln_rate.exp())).collect();
+    let rates: Vec<f64> = parameters.paths.iter().map(|path| rate(path.rate())).collect();
     let constant = rate(parameters.constant);
     let paths = parameters.paths.iter().zip(rates);
     let paths = paths.map(|(path, rate)| PathParameters {
+        code: Arc::clone(&path.code),
         delay_chips: numbered((path.delay_chips / spacing.delay_chips).round())
             * spacing.delay_chips,
         ln_rate: rate.ln(),
@@ -315,13 +257,17 @@ fn nearest(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::code::{CodeSpec, Family};
 
     #[test]
     fn a_node_is_within_half_a_spacing_and_its_own_nearest() {
+        let spec = CodeSpec { degree: Some(5), ..CodeSpec::new(Family::MSequence) };
+        let code = Arc::new(spec.build().expect("a code"));
         for number in 0..50 {
             let number = f64::from(number);
             let parameters = Parameters {
                 paths: vec![PathParameters {
+                    code: Arc::clone(&code),
                     delay_chips: 2.0 + 0.0137 * number,
                     ln_rate: -4.0 + 0.0311 * number,
                 }],
@@ -329,9 +275,9 @@ mod tests {
                 constant: 1e-3 * number,
             };
             let (place, node) = nearest(&parameters, &OF_STEPS, 2.0);
-            let (path, known) = (parameters.paths[0], node.paths[0]);
+            let (path, known) = (&parameters.paths[0], &node.paths[0]);
             assert!((path.delay_chips - known.delay_chips).abs() <= 0.5001 / 32.0);
-            assert!((path.ln_rate.exp() - known.ln_rate.exp()).abs() <= 0.002_001);
+            assert!((path.rate() - known.rate()).abs() <= 0.002_001);
             assert!((parameters.constant - node.constant).abs() <= 0.002_001);
             assert_eq!(nearest(&node, &OF_STEPS, 2.0).0, place);
         }

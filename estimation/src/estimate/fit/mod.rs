@@ -17,22 +17,17 @@
 
 mod air;
 pub(super) mod bins;
-mod candidates;
-pub(super) mod coarse;
 mod descent;
 pub(super) mod error;
-mod expected;
 mod fitter;
 mod hadamard;
 mod joint;
 mod known_moments;
-pub(super) mod long_scan;
 mod model_estimate;
+pub(super) mod moments;
 pub(super) mod moving;
-mod nearby;
 pub(crate) mod normal;
 mod one_path;
-mod outcome;
 mod pairs;
 pub(super) mod parameters;
 mod places;
@@ -40,21 +35,17 @@ pub(super) mod problem;
 mod ridge;
 pub(crate) mod scoring;
 mod search;
-mod shared_light;
-mod shared_steps;
 pub(in crate::estimate) mod slipping;
-mod start;
+pub(super) mod start;
 pub(super) mod template;
-mod weighing;
 pub(super) mod weights;
 
 pub(super) use self::air::own_threshold;
 pub use self::bins::BinFitter;
-use self::descent::share_of_ones;
 pub use self::error::FitError;
-pub use self::expected::expected_fit;
-pub use self::fitter::Fitter;
+pub use self::fitter::{Fitter, expected_fit};
 pub use self::model_estimate::{ALARM_SIGMAS, FittedPath, ModelEstimate, Untold, Velocity};
+use self::parameters::share_of_ones;
 use super::CountingTier;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{Light, MeanCount};
@@ -107,7 +98,7 @@ pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> 
     if parallel <= 1 {
         return None;
     }
-    if candidates::is_one_path(sensor, detector, sensor.scene().other_light) {
+    if air::is_one_path(sensor, detector, sensor.scene().other_light) {
         let between = detections_between_steps(sensor, detector);
         return (between < FEW_BETWEEN_STEPS).then(|| {
             format!(

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
+use super::parameters::Parameters;
 use crate::code::Code;
+use crate::estimate::distance_m;
+use crate::scan::Clock;
 
 /// Chi-square this many standard deviations above its expectation is an alarm;
 /// by chance less than one fit in 10,000 has it.
@@ -111,7 +114,53 @@ impl std::fmt::Display for Untold {
     }
 }
 
+/// How well unknowns fit.
+pub(super) struct Goodness {
+    pub chi_square: f64,
+    pub degrees_of_freedom: usize,
+    pub steps: usize,
+    pub iterations: usize,
+}
+
 impl ModelEstimate {
+    /// Of unknowns, and their standard deviations. The speed of a path that moves is of the start
+    /// of the scan.
+    pub(super) fn new(
+        clock: Clock,
+        parameters: &Parameters,
+        std: &[f64],
+        found: Goodness,
+    ) -> ModelEstimate {
+        let of_paths = parameters.paths.iter().zip(std.chunks(2));
+        let paths: Vec<FittedPath> = of_paths
+            .map(|(path, std)| FittedPath {
+                code: Arc::clone(&path.code),
+                delay_ps: clock.ps(path.delay_chips.rem_euclid(path.code.len() as f64)),
+                delay_std_ps: clock.ps(std[0]),
+                rate_hz: clock.hz(path.rate()),
+                rate_relative_std: std[1],
+            })
+            .collect();
+        let Goodness { chi_square, degrees_of_freedom, steps, iterations } = found;
+        ModelEstimate {
+            delay_ps: paths[0].delay_ps,
+            distance_m: distance_m(paths[0].delay_ps),
+            std_m: distance_m(paths[0].delay_std_ps),
+            velocity: parameters.walk.map(|walk| Velocity {
+                m_per_s: distance_m(1e12 * walk),
+                std_m_per_s: distance_m(1e12 * std[2 * paths.len()]),
+                at_s: 0.0,
+            }),
+            constant_rate_hz: clock.hz(parameters.constant),
+            chi_square,
+            degrees_of_freedom,
+            steps,
+            untold: None,
+            iterations,
+            paths,
+        }
+    }
+
     /// How many standard deviations chi-square is above its expectation: the
     /// alarm that the light or the detector is not as modelled.
     pub fn alarm_sigmas(&self) -> f64 {

@@ -5,11 +5,9 @@
 //! of one moment, that at which the scan comes by the path ([`true_delay`]); there they
 //! hardly know of each other.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
-use super::candidates;
+use super::air;
 use super::error::FitError;
 use super::parameters::{Column, Parameters};
 use super::problem::{Problem, window};
@@ -48,7 +46,7 @@ pub fn moment_ps(
     };
     let mut modulated = model.modulated_paths();
     let is_only = modulated.next() == Some(path) && modulated.next().is_none();
-    let is_one_path = candidates::is_one_path(sensor, detector, other);
+    let is_one_path = air::is_one_path(sensor, detector, other);
     let fluctuates = scene.paths[path].delay_std_ps() > 0.0;
     let is_own = scene.paths[path].source == scene.detectors[detector].reference;
     if !is_only || !is_one_path || !is_own || fluctuates {
@@ -119,11 +117,10 @@ pub fn of_scene<'m>(
 ) -> Result<(Problem<'m>, Parameters), FitError> {
     let light = Light::of(model);
     let lit = light.paths.first().zip(model.modulated_paths().next());
-    let (path, index) = lit.ok_or(FitError::Dark)?;
+    let (_, index) = lit.ok_or(FitError::Dark)?;
     let walk = Some(sensor.scene().paths[index].delay_rate());
-    let codes = vec![Arc::clone(&path.code)];
     let parameters = Parameters { walk, ..Parameters::of(&light) };
-    Ok((Problem { model, tier, codes, steps, moment_ps }, parameters))
+    Ok((Problem { model, tier, steps, moment_ps }, parameters))
 }
 
 /// What the steps round the peak count of a scene's path as it moves, in place of what

@@ -1,20 +1,22 @@
 //! The fit of the only path.
+//!
+//! Near a node of known light means are as good as linear in the unknowns, and their derivatives
+//! are kept from scan to scan: steps from node to node cost nothing beside an expected response.
+//! Only from the node that is nearest to the fit on are means exact.
 
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::descent::{Descending, Descent, Hypothesis, Source};
+use super::descent::{Derivatives, Descending, Descent, Hypothesis};
 use super::error::FitError;
-use super::known_moments::KnownMoments;
-use super::model_estimate::{FittedPath, ModelEstimate, Velocity};
-use super::nearby::nearby;
+use super::known_moments::{KnownMoments, Linear};
+use super::model_estimate::{Goodness, ModelEstimate, Velocity};
 use super::normal::Normal;
 use super::parameters::Parameters;
 use super::problem::{Problem, Reading};
-use super::scoring::{Settling, settle};
+use super::scoring::{Counts, Settling, Slopes, settle};
 use super::template::Axis;
 use super::weights::Weights;
-use crate::estimate::distance_m;
 use crate::response::MeanCount;
 
 /// A finished fit.
@@ -49,11 +51,11 @@ impl Fitted {
             Some(_) => None,
         };
         let near = near.and_then(|(linear, near)| {
-            let source = Source::Nodes(known, Some(linear));
+            let source = Derivatives::Nodes(known, Some(linear));
             Fitted::from(problem, axis, known, (near, source), &measured).ok()
         });
         near.map_or_else(
-            || Fitted::from(problem, axis, known, (start, Source::Differences), &measured),
+            || Fitted::from(problem, axis, known, (start, Derivatives::Differences), &measured),
             Ok,
         )
     }
@@ -64,12 +66,12 @@ impl Fitted {
         problem: &Problem,
         axis: &Axis,
         known: &KnownMoments,
-        (start, source): (Parameters, Source),
+        (start, source): (Parameters, Derivatives),
         measured: &[MeanCount],
     ) -> Result<Fitted, FitError> {
         let start = Hypothesis::of(problem, start, Reading::Exact)?;
         let (weights, weighed_at) = match source {
-            Source::Nodes(..) => {
+            Derivatives::Nodes(..) => {
                 (start.weights(problem, known, axis)?, Some(start.parameters.clone()))
             }
             _ => (Weights::of_poisson(&start.expected), None),
@@ -99,45 +101,90 @@ impl Fitted {
         self.chi_square + self.ln_determinant
     }
 
-    fn degrees_of_freedom(&self) -> usize {
-        self.values.saturating_sub(self.parameters.len())
+    pub fn estimate(&self, problem: &Problem) -> ModelEstimate {
+        let found = Goodness {
+            chi_square: self.chi_square,
+            degrees_of_freedom: self.values.saturating_sub(self.parameters.len()),
+            steps: problem.steps.len(),
+            iterations: self.iterations,
+        };
+        let std = self.normal.standard_deviations();
+        let estimate = ModelEstimate::new(problem.clock(), &self.parameters, &std, found);
+        let at_s = problem.moment_ps * 1e-12;
+        let velocity = estimate.velocity.map(|velocity| Velocity { at_s, ..velocity });
+        ModelEstimate { velocity, ..estimate }
+    }
+}
+
+/// Most nodes on the way.
+const MOST_NODES: usize = 4;
+
+/// The counts of a scan, which expect what a node says.
+struct NearNode<'a, 'm> {
+    problem: &'a Problem<'m>,
+    measured: &'a [MeanCount],
+    linear: &'a Linear,
+    weights: Weights,
+}
+
+impl Counts for NearNode<'_, '_> {
+    /// Parameters, and what they let one expect.
+    type Point = (Parameters, Vec<MeanCount>);
+    type Error = FitError;
+
+    fn residuals(&self, (_, expected): &Self::Point) -> Result<Vec<f64>, FitError> {
+        Ok(self.weights.residuals(self.measured, expected))
     }
 
-    pub fn estimate(&self, problem: &Problem) -> ModelEstimate {
-        let clock = problem.clock();
-        let std = self.normal.standard_deviations();
-        let paths: Vec<FittedPath> = self
-            .parameters
-            .paths
-            .iter()
-            .zip(&problem.codes)
-            .enumerate()
-            .map(|(index, (path, code))| FittedPath {
-                code: Arc::clone(code),
-                delay_ps: clock.ps(path.delay_chips.rem_euclid(code.len() as f64)),
-                delay_std_ps: clock.ps(std[2 * index]),
-                rate_hz: clock.hz(path.ln_rate.exp()),
-                rate_relative_std: std[2 * index + 1],
-            })
-            .collect();
-        ModelEstimate {
-            delay_ps: paths[0].delay_ps,
-            distance_m: distance_m(paths[0].delay_ps),
-            std_m: distance_m(paths[0].delay_std_ps),
-            velocity: self.parameters.walk_index().zip(self.parameters.walk).map(
-                |(index, walk)| Velocity {
-                    m_per_s: distance_m(1e12 * walk),
-                    std_m_per_s: distance_m(1e12 * std[index]),
-                    at_s: problem.moment_ps * 1e-12,
-                },
-            ),
-            constant_rate_hz: clock.hz(self.parameters.constant),
-            chi_square: self.chi_square,
-            degrees_of_freedom: self.degrees_of_freedom(),
-            steps: problem.steps.len(),
-            untold: None,
-            iterations: self.iterations,
-            paths,
+    fn slopes(&mut self, _here: &Self::Point, _anew: bool) -> Result<Slopes, FitError> {
+        let columns = self.weights.whitened_columns(&self.linear.columns);
+        Ok(Slopes { columns, are_best: true })
+    }
+
+    fn step(&self, (parameters, _): &Self::Point, normal: &Normal) -> Vec<f64> {
+        parameters.step(normal, self.problem.most_walk())
+    }
+
+    fn moved(&self, (here, _): &Self::Point, step: &[f64]) -> Result<Self::Point, FitError> {
+        let there = here.moved(step);
+        let expected = self.linear.means_at(&there);
+        Ok((there, expected))
+    }
+
+    fn is_linear(&self, _from: &Self::Point, _to: &Self::Point) -> bool {
+        true
+    }
+
+    fn weigh(&mut self, _here: &Self::Point, _fall: f64) -> Result<bool, FitError> {
+        Ok(false)
+    }
+
+    fn undetermined(&self, (here, _): &Self::Point) -> FitError {
+        FitError::Undetermined { steps: self.measured.len(), unknowns: here.len() }
+    }
+}
+
+/// Where a fit to first order ends, and the node nearby; `None` where it leads nowhere: a start
+/// from few counts may be light that has no response.
+pub fn nearby(
+    problem: &Problem,
+    axis: &Axis,
+    known: &KnownMoments,
+    start: &Parameters,
+    measured: &[MeanCount],
+) -> Option<(Arc<Linear>, Parameters)> {
+    let mut here = start.clone();
+    for _ in 0..MOST_NODES {
+        let linear = known.linear(problem, &here).ok()?;
+        let Linear { parameters, means, .. } = &*linear;
+        let weights = known.weights(problem, parameters, means, axis).ok()?;
+        let mut counts = NearNode { problem, measured, linear: &linear, weights };
+        let node = (parameters.clone(), means.clone());
+        let settled = settle(&mut counts, node, Settling::FINE).ok()?;
+        here = settled.place.0.moved(&settled.step);
+        if linear.holds_for(&here, problem) {
+            return Some((linear, here));
         }
     }
+    None
 }

@@ -5,8 +5,10 @@
 //! paths are told apart if that lowers chi-square by more than noise would in one of
 //! a thousand scans.
 
+use std::sync::Arc;
+
 use super::descent::Hypothesis;
-use super::parameters::PathParameters;
+use super::parameters::{Parameters, PathParameters};
 use super::search::Search;
 use super::template::Matched;
 
@@ -70,13 +72,13 @@ impl Split<'_> {
 }
 
 /// A place of the grid: the two neighbouring phase steps, relative to the path.
-struct Place {
+struct Slot {
     ends: [f64; 2],
     /// Product of its template with the scan, less all light but the path's.
     product: f64,
 }
 
-impl Place {
+impl Slot {
     fn middle(&self) -> f64 {
         0.5 * (self.ends[0] + self.ends[1])
     }
@@ -113,7 +115,13 @@ fn fitted<'m>(close: &Close<'_, '_, 'm>) -> Vec<Hypothesis<'m>> {
     let places = places(close);
     let starts = starts(close, &places).into_iter();
     // A pair that leads nowhere is none.
-    let pairs = starts.filter_map(|pair| close.search.with_pair(close.here, close.path, pair).ok());
+    let pairs = starts.filter_map(|[first, second]| {
+        let in_place = |light: &mut Parameters| {
+            light.paths[close.path] = first;
+            light.paths.push(second);
+        };
+        close.search.fitted(close.here, in_place).ok()
+    });
     let mut fitted: Vec<Hypothesis> = pairs.collect();
     fitted.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     fitted
@@ -123,11 +131,9 @@ impl Close<'_, '_, '_> {
     /// Where the paths of the code are in a hypothesis: all of them, since what was one of a
     /// pair here may have become its neighbour there.
     fn delays(&self, other: &Hypothesis) -> Vec<f64> {
-        let code = &self.here.codes[self.path].chips;
-        let lit = other.parameters.paths.iter().zip(&other.codes);
-        lit.filter(|(_, of_path)| &of_path.chips == code)
-            .map(|(path, _)| path.delay_chips)
-            .collect()
+        let code = &self.here.parameters.paths[self.path].code;
+        let lit = other.parameters.paths.iter().filter(|path| path.has(code));
+        lit.map(|path| path.delay_chips).collect()
     }
 
     /// One path and other pairs, beside a pair that was taken; that pair itself is no other.
@@ -162,24 +168,24 @@ impl<'m> Split<'m> {
 
     /// How many paths there were when it was taken.
     pub fn paths_when_taken(&self) -> usize {
-        self.hypothesis.codes.len() - usize::from(!self.is_pair)
+        self.hypothesis.parameters.paths.len() - usize::from(!self.is_pair)
     }
 }
 
 /// Whether both paths of a pair have light.
 fn has_two(pair: &Hypothesis, path: usize) -> bool {
     let last = pair.parameters.paths.len() - 1;
-    let [a, b] = [path, last].map(|p| pair.parameters.paths[p].ln_rate.exp());
+    let [a, b] = [path, last].map(|p| pair.parameters.paths[p].rate());
     a.min(b) > LEAST_SHARE * (a + b)
 }
 
 /// Half a phase step from place to place.
-fn places(close: &Close) -> Vec<Place> {
+fn places(close: &Close) -> Vec<Slot> {
     let axis = close.search.axis();
-    let path = close.here.parameters.paths[close.path];
+    let path = &close.here.parameters.paths[close.path];
     let centre = axis.place_of(path.delay_chips);
     let first = centre.floor();
-    let height = path.ln_rate.exp() * close.unit;
+    let height = path.rate() * close.unit;
     let reach = (REACH_CHIPS * axis.samples_per_chip).ceil().max(2.0) as i64;
     let steps = close.products.len() as i64;
     let product = |place: f64| {
@@ -196,14 +202,14 @@ fn places(close: &Close) -> Vec<Place> {
             let low = first + half.div_euclid(2) as f64;
             let ends = [low, low + half.rem_euclid(2) as f64];
             let product = 0.5 * (product(ends[0])? + product(ends[1])?);
-            Some(Place { ends, product })
+            Some(Slot { ends, product })
         })
         .collect()
 }
 
 /// The pairs that gain most, and their strengths.
-fn starts(close: &Close, places: &[Place]) -> Vec<[PathParameters; 2]> {
-    let overlap = |a: &Place, b: &Place| {
+fn starts(close: &Close, places: &[Slot]) -> Vec<[PathParameters; 2]> {
+    let overlap = |a: &Slot, b: &Slot| {
         let pairs = a.ends.iter().flat_map(|x| b.ends.iter().map(move |y| x - y));
         0.25 * pairs.map(|apart| close.matched.overlap(apart)).sum::<f64>()
     };
@@ -240,7 +246,8 @@ fn starts(close: &Close, places: &[Place]) -> Vec<[PathParameters; 2]> {
             continue;
         }
         chosen.push((i, j));
-        let path = |place: &Place, height: f64| PathParameters {
+        let path = |place: &Slot, height: f64| PathParameters {
+            code: Arc::clone(&close.here.parameters.paths[close.path].code),
             delay_chips: axis.delay_at(place.middle()),
             ln_rate: (height / close.unit).max(1e-12).ln(),
         };

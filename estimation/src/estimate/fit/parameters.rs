@@ -1,5 +1,7 @@
 //! The unknowns of a fit, their steps for derivatives, and what these are of counts.
 
+use std::sync::Arc;
+
 use super::normal::Normal;
 use crate::code::Code;
 use crate::response::{Light, LightPath, MeanCount};
@@ -31,12 +33,35 @@ pub struct Parameters {
     pub constant: f64,
 }
 
-/// The unknowns of one path.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A path: its code, and what is unknown of it.
+#[derive(Debug, Clone, PartialEq)]
 pub struct PathParameters {
+    pub code: Arc<Code>,
     pub delay_chips: f64,
     /// Logarithm of what an on-chip adds to the primary rate per chip.
     pub ln_rate: f64,
+}
+
+impl PathParameters {
+    /// What an on-chip adds to the primary rate per chip.
+    pub fn rate(&self) -> f64 {
+        self.ln_rate.exp()
+    }
+
+    /// The mean of that over the code.
+    pub fn mean_rate(&self) -> f64 {
+        self.rate() * share_of_ones(&self.code)
+    }
+
+    /// Whether the path's light has that code.
+    pub fn has(&self, code: &Code) -> bool {
+        self.code.chips == code.chips
+    }
+}
+
+/// Ones among a code's chips.
+pub fn share_of_ones(code: &Code) -> f64 {
+    code.weight() as f64 / code.len() as f64
 }
 
 /// Derivatives of every step's means by one unknown.
@@ -46,6 +71,7 @@ impl Parameters {
     /// Those of some light.
     pub fn of(light: &Light) -> Parameters {
         let path = |path: &LightPath| PathParameters {
+            code: Arc::clone(&path.code),
             delay_chips: path.delay_chips,
             ln_rate: path.rate_per_chip.ln(),
         };
@@ -114,17 +140,42 @@ impl Parameters {
             || constant.abs() > LINEAR_SHARE * self.brightest()
     }
 
-    /// Adds a path with a code, whose mean is taken from the background.
-    pub fn add_path(&mut self, path: PathParameters, code: &Code) {
-        let mean = path.ln_rate.exp() * code.weight() as f64 / code.len() as f64;
-        self.constant = (self.constant - mean).max(0.1 * self.constant);
+    /// Adds a path, whose mean is taken from the background.
+    pub fn add_path(&mut self, path: PathParameters) {
+        self.constant = (self.constant - path.mean_rate()).max(0.1 * self.constant);
         self.paths.push(path);
     }
 
-    /// Removes a path with a code, whose mean goes to the background.
-    pub fn remove_path(&mut self, path: usize, code: &Code) {
-        let gone = self.paths.remove(path);
-        self.constant += gone.ln_rate.exp() * code.weight() as f64 / code.len() as f64;
+    /// Removes a path, whose mean goes to the background.
+    pub fn remove_path(&mut self, path: usize) {
+        self.constant += self.paths.remove(path).mean_rate();
+    }
+
+    /// One path in the place of two of one code; the second number is the larger one.
+    pub fn merge_paths(&mut self, [first, second]: [usize; 2]) {
+        let gone = self.paths.remove(second);
+        let kept = &mut self.paths[first];
+        let all = kept.rate() + gone.rate();
+        kept.delay_chips += gone.rate() / all * (gone.delay_chips - kept.delay_chips);
+        kept.ln_rate = all.ln();
+    }
+
+    /// Moves the logarithm of two paths' ratio; their middle, all their light, and how wide they
+    /// spread stay.
+    pub fn share_anew(&mut self, [first, second]: [usize; 2], by: f64) {
+        let [rate_a, rate_b] = [first, second].map(|path| self.paths[path].rate());
+        let [early, late] = [first, second].map(|path| self.paths[path].delay_chips);
+        let all = rate_a + rate_b;
+        let share = rate_b / all;
+        let next = 1.0 / (1.0 + rate_a / rate_b * (-by).exp());
+        let middle = early + share * (late - early);
+        let wider = (share * (1.0 - share) / (next * (1.0 - next))).sqrt();
+        let apart = wider * (late - early);
+        let moved = [(first, -next, 1.0 - next), (second, 1.0 - next, next)];
+        for (path, side, share) in moved {
+            self.paths[path].delay_chips = middle + side * apart;
+            self.paths[path].ln_rate = (share * all).ln();
+        }
     }
 
     /// The combination of the unknowns that is the logarithm of two paths' ratio.
@@ -147,7 +198,7 @@ impl Parameters {
 
     /// Everything that shines, per chip.
     pub fn brightest(&self) -> f64 {
-        self.constant + self.paths.iter().map(|p| p.ln_rate.exp()).sum::<f64>()
+        self.constant + self.paths.iter().map(PathParameters::rate).sum::<f64>()
     }
 
     /// Unknown number `index`, which is not the walk, moved by `sign` times its step for

@@ -17,18 +17,19 @@ use crate::code::Code;
 const APART_CHIPS: f64 = 1.25;
 
 /// A place where light stands out.
-pub struct Place {
-    pub code: Arc<Code>,
+pub struct StandingOut {
+    code: Arc<Code>,
     delay_chips: f64,
     pub sigmas: f64,
     /// In units of the template.
     height: f64,
 }
 
-impl Place {
+impl StandingOut {
     /// A path there, where a template's height of `unit` is a unit of light.
     pub fn path(&self, unit: f64) -> PathParameters {
         PathParameters {
+            code: Arc::clone(&self.code),
             delay_chips: self.delay_chips,
             ln_rate: (self.height / unit).max(1e-9).ln(),
         }
@@ -37,13 +38,15 @@ impl Place {
 
 impl Search<'_, '_> {
     /// The place that stands out most, if it is above `threshold`.
-    pub fn strongest(&self, here: &Hypothesis, threshold: f64) -> Option<Place> {
+    pub fn strongest(&self, here: &Hypothesis, threshold: f64) -> Option<StandingOut> {
         let residual = self.residual(here);
         let known = self.air.known.iter().filter(|c| self.air.room(c, here) > 0);
         let known = known.map(|candidate| self.best_of(here, &residual, candidate));
-        let others = here.codes.iter().filter(|code| {
-            self.air.known.iter().all(|candidate| candidate.code.chips != code.chips)
-        });
+        let others = here
+            .parameters
+            .paths
+            .iter()
+            .filter(|path| self.air.known.iter().all(|candidate| !path.has(&candidate.code)));
         let unknown = match others.count() < MOST_OTHERS {
             true => self.best_unknown(here, &residual),
             false => Vec::new(),
@@ -53,11 +56,11 @@ impl Search<'_, '_> {
     }
 
     /// The likeliest place of the detector's own light.
-    pub fn strongest_own(&self, here: &Hypothesis) -> Place {
+    pub fn strongest_own(&self, here: &Hypothesis) -> StandingOut {
         self.best_of(here, &self.residual(here), &self.air.known[0])
     }
 
-    fn best_of(&self, here: &Hypothesis, residual: &[f64], candidate: &Candidate) -> Place {
+    fn best_of(&self, here: &Hypothesis, residual: &[f64], candidate: &Candidate) -> StandingOut {
         let axis = &self.air.axis;
         let products = candidate.matched.products(axis, residual);
         let power = candidate.matched.power();
@@ -68,7 +71,7 @@ impl Search<'_, '_> {
                 best = (place, product);
             }
         }
-        Place {
+        StandingOut {
             code: Arc::clone(&candidate.code),
             delay_chips: axis.delay_at(best.0 as f64),
             sigmas: best.1 / (power.sqrt() * self.sigma()),
@@ -77,7 +80,7 @@ impl Search<'_, '_> {
     }
 
     /// The best place of each set of unknown codes.
-    fn best_unknown(&self, here: &Hypothesis, residual: &[f64]) -> Vec<Place> {
+    fn best_unknown(&self, here: &Hypothesis, residual: &[f64]) -> Vec<StandingOut> {
         if self.air.sets.is_empty() {
             return Vec::new();
         }
@@ -105,7 +108,7 @@ impl Search<'_, '_> {
             let Ok(code) = unknown.set.code(cell.index) else {
                 continue;
             };
-            places.push(Place {
+            places.push(StandingOut {
                 code: Arc::new(code),
                 delay_chips: axis.delay_at((cell.chip * samples + phase) as f64),
                 sigmas: sigmas(&cell),
@@ -118,8 +121,7 @@ impl Search<'_, '_> {
     /// Whether some place is a fitted path's, or next to one.
     fn is_taken(&self, here: &Hypothesis, code: &Code, delay_chips: f64) -> bool {
         let length = code.len() as f64;
-        let paths = here.codes.iter().zip(&here.parameters.paths);
-        paths.filter(|(fitted, _)| fitted.chips == code.chips).any(|(_, path)| {
+        here.parameters.paths.iter().filter(|path| path.has(code)).any(|path| {
             let turns = (path.delay_chips - delay_chips) / length;
             (turns - turns.round()).abs() * length <= APART_CHIPS
         })

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use super::parameters::{Column, DELAY_STEP_CHIPS, Parameters, slope};
+use super::parameters::{Column, DELAY_STEP_CHIPS, Parameters, PathParameters, slope};
 use super::template::Axis;
-use crate::code::Code;
 use crate::photons::DetectorModel;
 use crate::response::{CountingTier, Light, LightPath, MeanCount, MeanResponse, MeanResponseError};
 use crate::scan::{Clock, Step};
@@ -13,13 +12,11 @@ use crate::scene::Scan;
 /// Scans of more steps are weighed with the second moments of few that stand for all.
 pub const STEPS_ONE_BY_ONE: usize = 512;
 
-/// A detector, codes, and the steps that take part.
+/// A detector, and the steps that take part.
 #[derive(Debug, Clone)]
 pub struct Problem<'m> {
     pub model: &'m DetectorModel,
     pub tier: CountingTier,
-    /// The code of each path.
-    pub codes: Vec<Arc<Code>>,
     /// Numbers of the steps in the scan, ascending.
     pub steps: Vec<Step>,
     /// The moment that the delay of a path that moves is told of, from the start of the scan.
@@ -59,6 +56,12 @@ pub fn window(scan: &Scan, samples_per_chip: u32, peak: Step) -> Vec<Step> {
 }
 
 impl<'m> Problem<'m> {
+    /// All steps of a scan.
+    pub fn of_scan(model: &'m DetectorModel, tier: CountingTier) -> Problem<'m> {
+        let steps = Step::all(model.timing.scan.steps).collect();
+        Problem { model, tier, steps, moment_ps: 0.0 }
+    }
+
     pub fn clock(&self) -> Clock {
         self.model.timing.clock
     }
@@ -70,16 +73,14 @@ impl<'m> Problem<'m> {
 
     /// The light that the unknowns stand for.
     pub fn light(&self, parameters: &Parameters) -> Light {
-        let paths = parameters.paths.iter().zip(&self.codes);
+        let path = |path: &PathParameters| LightPath {
+            code: Arc::clone(&path.code),
+            rate_per_chip: path.rate(),
+            delay_chips: path.delay_chips,
+            shape: self.model.shape_of(&path.code),
+        };
         Light {
-            paths: paths
-                .map(|(path, code)| LightPath {
-                    code: Arc::clone(code),
-                    rate_per_chip: path.ln_rate.exp(),
-                    delay_chips: path.delay_chips,
-                    shape: self.model.shape_of(code),
-                })
-                .collect(),
+            paths: parameters.paths.iter().map(path).collect(),
             constant_per_chip: parameters.constant,
         }
     }
@@ -185,11 +186,15 @@ impl<'m> Problem<'m> {
 
     /// Places on the axis at which the detector's own code peaks.
     pub fn own_peaks(&self, parameters: &Parameters, axis: &Axis) -> Vec<f64> {
-        let reference = &self.model.reference.chips;
-        let paths = self.codes.iter().zip(&parameters.paths);
-        paths
-            .filter(|(code, _)| &code.chips == reference)
-            .map(|(_, path)| axis.place_of(path.delay_chips))
-            .collect()
+        let own = parameters.paths.iter().filter(|path| path.has(&self.model.reference));
+        own.map(|path| axis.place_of(path.delay_chips)).collect()
+    }
+
+    /// Places of the steps of each group, which count the same light.
+    pub fn groups(&self) -> Vec<Vec<usize>> {
+        let grouping = self.model.timing.grouping();
+        let places: Vec<usize> = (0..self.steps.len()).collect();
+        let group = |&place: &usize| grouping.group_of(self.steps[place]);
+        places.chunk_by(|a, b| group(a) == group(b)).map(<[usize]>::to_vec).collect()
     }
 }

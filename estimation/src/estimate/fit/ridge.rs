@@ -23,15 +23,18 @@ const UNLIKELY: f64 = 10.6;
 /// Largest ln(ratio) of the two: what is weaker is no second path.
 const MOST_LN_RATIO: f64 = 3.5;
 
-/// A place in the valley: how well it fits, and the two paths there.
-struct Place {
+/// A point of the valley: how well it fits, and the two paths there.
+struct RidgePoint {
     chi_square: f64,
     paths: [PathParameters; 2],
 }
 
-impl Place {
-    fn of(here: &Hypothesis, pair: [usize; 2]) -> Place {
-        Place { chi_square: here.chi_square, paths: pair.map(|path| here.parameters.paths[path]) }
+impl RidgePoint {
+    fn of(here: &Hypothesis, pair: [usize; 2]) -> RidgePoint {
+        RidgePoint {
+            chi_square: here.chi_square,
+            paths: pair.map(|path| here.parameters.paths[path].clone()),
+        }
     }
 
     fn ln_ratio(&self) -> f64 {
@@ -70,9 +73,9 @@ fn walk<'m>(
     best: &Hypothesis<'m>,
     pair: [usize; 2],
     ln_ratio_std: f64,
-) -> Vec<Place> {
+) -> Vec<RidgePoint> {
     let step = (STEP_SIGMAS * ln_ratio_std).min(MOST_STEP);
-    let mut found = vec![Place::of(best, pair)];
+    let mut found = vec![RidgePoint::of(best, pair)];
     for side in [-step, step] {
         let mut here = best.clone();
         for _ in 0..MOST_STEPS {
@@ -80,7 +83,7 @@ fn walk<'m>(
             let Ok(next) = search.with_ratio(&here, pair, side) else {
                 break;
             };
-            let place = Place::of(&next, pair);
+            let place = RidgePoint::of(&next, pair);
             if place.ln_ratio().abs() > MOST_LN_RATIO
                 || place.chi_square > best.chi_square + UNLIKELY
             {
@@ -95,7 +98,7 @@ fn walk<'m>(
 
 /// Mean squares by which delay and ln(strength) of each path are elsewhere than in the first
 /// place, each place as likely as it fits.
-fn mean_squares(places: &[Place]) -> [[f64; 2]; 2] {
+fn mean_squares(places: &[RidgePoint]) -> [[f64; 2]; 2] {
     let lowest = places.iter().map(|place| place.chi_square);
     let lowest = lowest.fold(f64::INFINITY, f64::min);
     let (mut all, mut squares) = (0.0, [[0.0; 2]; 2]);

@@ -14,7 +14,7 @@ const SHARES: [f64; 5] = [1.0, 0.4, 0.16, 0.064, 0.0256];
 /// Counts that were measured, and what unknowns let one expect of them.
 pub trait Counts {
     /// Where a fit stands: the unknowns, and the means that they let one expect.
-    type Place;
+    type Point;
     /// Why nothing is expected somewhere.
     type Error;
 
@@ -22,13 +22,13 @@ pub trait Counts {
     ///
     /// # Errors
     /// When the covariances do not allow it.
-    fn residuals(&self, place: &Self::Place) -> Result<Vec<f64>, Self::Error>;
+    fn residuals(&self, place: &Self::Point) -> Result<Vec<f64>, Self::Error>;
 
     /// What a fit makes as small as it can: -2 ln(likelihood), less a constant.
     ///
     /// # Errors
     /// As for the deviations.
-    fn misfit(&self, place: &Self::Place) -> Result<f64, Self::Error> {
+    fn misfit(&self, place: &Self::Point) -> Result<f64, Self::Error> {
         Ok(squares(&self.residuals(place)?))
     }
 
@@ -37,7 +37,7 @@ pub trait Counts {
     ///
     /// # Errors
     /// When nothing is expected nearby.
-    fn slopes(&mut self, place: &Self::Place, anew: bool) -> Result<Slopes, Self::Error>;
+    fn slopes(&mut self, place: &Self::Point, anew: bool) -> Result<Slopes, Self::Error>;
 
     /// The normal equations; `None` if they are singular, or say nothing finite.
     fn normal(&self, columns: &[Vec<f64>], residuals: &[f64]) -> Option<Normal> {
@@ -45,16 +45,16 @@ pub trait Counts {
     }
 
     /// The step that normal equations ask for, with every unknown within reach.
-    fn step(&self, place: &Self::Place, normal: &Normal) -> Vec<f64>;
+    fn step(&self, place: &Self::Point, normal: &Normal) -> Vec<f64>;
 
     /// The place a step further.
     ///
     /// # Errors
     /// When nothing is expected there.
-    fn moved(&self, place: &Self::Place, step: &[f64]) -> Result<Self::Place, Self::Error>;
+    fn moved(&self, place: &Self::Point, step: &[f64]) -> Result<Self::Point, Self::Error>;
 
     /// Whether means are straight lines from one place to another.
-    fn is_linear(&self, _from: &Self::Place, _to: &Self::Place) -> bool {
+    fn is_linear(&self, _from: &Self::Point, _to: &Self::Point) -> bool {
         false
     }
 
@@ -63,10 +63,10 @@ pub trait Counts {
     ///
     /// # Errors
     /// When there are none.
-    fn weigh(&mut self, place: &Self::Place, fall: f64) -> Result<bool, Self::Error>;
+    fn weigh(&mut self, place: &Self::Point, fall: f64) -> Result<bool, Self::Error>;
 
     /// What to say where the counts do not determine the unknowns.
-    fn undetermined(&self, place: &Self::Place) -> Self::Error;
+    fn undetermined(&self, place: &Self::Point) -> Self::Error;
 }
 
 /// Derivatives of means by unknowns, with unit covariance of the counts.
@@ -112,9 +112,9 @@ pub struct Settled<P> {
 /// When nothing is expected of the start, or the counts do not determine the unknowns.
 pub fn settle<C: Counts>(
     counts: &mut C,
-    start: C::Place,
+    start: C::Point,
     settling: Settling,
-) -> Result<Settled<C::Place>, C::Error> {
+) -> Result<Settled<C::Point>, C::Error> {
     let enough = settling.sigmas * settling.sigmas;
     let mut here = start;
     let mut anew = false;
@@ -169,10 +169,10 @@ struct Lower<P> {
 /// The place a step further, or a share of it; `None` where all make matters worse.
 fn downhill<C: Counts>(
     counts: &C,
-    here: &C::Place,
+    here: &C::Point,
     step: &[f64],
     misfit: f64,
-) -> Option<Lower<C::Place>> {
+) -> Option<Lower<C::Point>> {
     SHARES.iter().find_map(|&share| {
         let step: Vec<f64> = step.iter().map(|by| share * by).collect();
         // A step of few counts may lead to light that has no response.
@@ -197,7 +197,7 @@ mod tests {
     }
 
     impl Counts for OneRate {
-        type Place = f64;
+        type Point = f64;
         type Error = ();
 
         fn residuals(&self, ln_rate: &f64) -> Result<Vec<f64>, ()> {

@@ -9,7 +9,6 @@ use super::known_moments::KnownMoments;
 use super::parameters::{Parameters, PathParameters};
 use super::problem::{Problem, Reading};
 use super::template::{Axis, Template};
-use crate::code::Code;
 use crate::response::MeanCount;
 
 /// A scan, and what may be in it.
@@ -31,18 +30,13 @@ impl<'a, 'm> Search<'a, 'm> {
             / (measured.len() as f64 * air.axis.chips);
         let constant = model.dead_time().primary(detected);
         let background = Parameters { paths: Vec::new(), walk: None, constant };
-        let nothing = Problem { codes: Vec::new(), ..problem.clone() };
-        let start = Hypothesis::of(&nothing, background, Reading::OnAverage)?;
-        let weights = start.weights(&nothing, known, &air.axis)?;
+        let start = Hypothesis::of(problem, background, Reading::OnAverage)?;
+        let weights = start.weights(problem, known, &air.axis)?;
         let reading = Reading::OnAverage;
         let descent = Descent { problem, measured, axis: &air.axis, weights, reading };
         let search = Search { air, descent };
         let start = search.descent.roughly(start, &[])?;
         Ok((search, start))
-    }
-
-    fn templates(&self, codes: &[Arc<Code>]) -> Vec<Arc<Template>> {
-        codes.iter().map(|code| self.air.template_of(code)).collect()
     }
 
     /// What some light leaves over of the signed counts.
@@ -53,71 +47,45 @@ impl<'a, 'm> Search<'a, 'm> {
 
     /// Signed counts of a step for a unit of a template's value and of light.
     pub fn unit(&self, here: &Hypothesis) -> f64 {
-        let [pattern, _] = self.descent.gains(&here.codes, &here.parameters, &here.expected);
+        let [pattern, _] = self.descent.gains(here);
         pattern * self.air.axis.periods
     }
 
-    /// The same light and a path with a code, fitted.
+    /// Other light near `here`, fitted with rough derivatives.
+    pub fn fitted(
+        &self,
+        here: &Hypothesis<'m>,
+        change: impl FnOnce(&mut Parameters),
+    ) -> Result<Hypothesis<'m>, FitError> {
+        let (start, templates) = self.changed(here, change)?;
+        self.descent.roughly(start, &templates)
+    }
+
+    fn changed(
+        &self,
+        here: &Hypothesis<'m>,
+        change: impl FnOnce(&mut Parameters),
+    ) -> Result<(Hypothesis<'m>, Vec<Arc<Template>>), FitError> {
+        let mut parameters = here.parameters.clone();
+        change(&mut parameters);
+        let templates = parameters.paths.iter().map(|path| self.air.template_of(&path.code));
+        let templates = templates.collect();
+        Ok((self.descent.near_hypothesis(here, parameters)?, templates))
+    }
+
+    /// The same light and a path, fitted.
     pub fn with(
         &self,
         here: &Hypothesis<'m>,
-        code: &Arc<Code>,
         path: PathParameters,
     ) -> Result<Hypothesis<'m>, FitError> {
-        let mut codes = here.codes.clone();
-        codes.push(Arc::clone(code));
-        let mut parameters = here.parameters.clone();
-        parameters.add_path(path, code);
-        let templates = self.templates(&codes);
-        let start = self.descent.near_hypothesis(here, codes, parameters)?;
-        self.descent.roughly(start, &templates)
+        self.fitted(here, |light| light.add_path(path))
     }
 
     /// The same light without a path, fitted.
     pub fn without(&self, here: &Hypothesis<'m>, path: usize) -> Result<Hypothesis<'m>, FitError> {
-        let (mut codes, mut parameters) = (here.codes.clone(), here.parameters.clone());
-        parameters.remove_path(path, &codes.remove(path));
-        let templates = self.templates(&codes);
-        let start = self.descent.near_hypothesis(here, codes, parameters)?;
-        let (rest, _) = self.descent.exactly(self.descent.roughly(start, &templates)?)?;
-        Ok(rest)
-    }
-
-    /// Two paths in place of one, fitted.
-    pub fn with_pair(
-        &self,
-        here: &Hypothesis<'m>,
-        path: usize,
-        pair: [PathParameters; 2],
-    ) -> Result<Hypothesis<'m>, FitError> {
-        let mut codes = here.codes.clone();
-        codes.push(Arc::clone(&here.codes[path]));
-        let mut parameters = here.parameters.clone();
-        parameters.paths[path] = pair[0];
-        parameters.paths.push(pair[1]);
-        let templates = self.templates(&codes);
-        let start = self.descent.near_hypothesis(here, codes, parameters)?;
-        self.descent.roughly(start, &templates)
-    }
-
-    /// One path in place of two, fitted. The second number is the larger one.
-    pub fn with_one(
-        &self,
-        here: &Hypothesis<'m>,
-        [first, second]: [usize; 2],
-    ) -> Result<Hypothesis<'m>, FitError> {
-        let mut codes = here.codes.clone();
-        codes.remove(second);
-        let mut parameters = here.parameters.clone();
-        let gone = parameters.paths.remove(second);
-        let kept = &mut parameters.paths[first];
-        let [kept_rate, gone_rate] = [&*kept, &gone].map(|path| path.ln_rate.exp());
-        let share = gone_rate / (kept_rate + gone_rate);
-        kept.delay_chips += share * (gone.delay_chips - kept.delay_chips);
-        kept.ln_rate = (kept_rate + gone_rate).ln();
-        let templates = self.templates(&codes);
-        let start = self.descent.near_hypothesis(here, codes, parameters)?;
-        self.descent.roughly(start, &templates)
+        let rest = self.fitted(here, |light| light.remove_path(path))?;
+        Ok(self.descent.exactly(rest)?.0)
     }
 
     /// The same light with the logarithm of two paths' ratio moved by `by` and held there, all
@@ -125,30 +93,11 @@ impl<'a, 'm> Search<'a, 'm> {
     pub fn with_ratio(
         &self,
         here: &Hypothesis<'m>,
-        [first, second]: [usize; 2],
+        pair @ [first, second]: [usize; 2],
         by: f64,
     ) -> Result<Hypothesis<'m>, FitError> {
-        let mut parameters = here.parameters.clone();
-        let [a, b] = [first, second].map(|path| parameters.paths[path]);
-        let [rate_a, rate_b] = [a, b].map(|path| path.ln_rate.exp());
-        let share = rate_b / (rate_a + rate_b);
-        let next = 1.0 / (1.0 + rate_a / rate_b * (-by).exp());
-        // Their middle stays, and how wide they spread.
-        let middle = a.delay_chips + share * (b.delay_chips - a.delay_chips);
-        let wider = (share * (1.0 - share) / (next * (1.0 - next))).sqrt();
-        let apart = wider * (b.delay_chips - a.delay_chips);
-        parameters.paths[first] = PathParameters {
-            delay_chips: middle - next * apart,
-            ln_rate: ((1.0 - next) * (rate_a + rate_b)).ln(),
-        };
-        parameters.paths[second] = PathParameters {
-            delay_chips: middle + (1.0 - next) * apart,
-            ln_rate: (next * (rate_a + rate_b)).ln(),
-        };
-        let held = parameters.ln_ratio(first, second);
-        let templates = self.templates(&here.codes);
-        let codes = here.codes.clone();
-        let start = self.descent.near_hypothesis(here, codes, parameters)?;
+        let (start, templates) = self.changed(here, |light| light.share_anew(pair, by))?;
+        let held = start.parameters.ln_ratio(first, second);
         self.descent.downwards(start, &templates, Some(&held))
     }
 

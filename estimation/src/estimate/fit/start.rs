@@ -1,7 +1,10 @@
 //! Where the fit of one path starts: at the phase estimate and the rate.
 
-use super::coarse::best_match;
-use super::parameters::{Parameters, PathParameters};
+use std::sync::Arc;
+
+use super::parameters::{Parameters, PathParameters, share_of_ones};
+use super::template::Template;
+use crate::code::Code;
 use crate::estimate::phase::estimate_at;
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
 use crate::photons::DeadTime;
@@ -38,7 +41,7 @@ pub fn start(
     let signed: Vec<f64> = counts.iter().map(|count| count.signed).collect();
     let spad = &sensor.scene().detectors[detector];
     let code = &sensor.scene().sources[spad.reference].code;
-    let peak = best_match(sensor, code, &signed);
+    let peak = PeakShape::of(sensor, code).best_match(&signed);
     let largest = counts[peak];
     if signed.iter().all(|&count| count == largest.signed) || largest.total <= 0.0 {
         return Err(NoEstimate::Flat { count: largest.signed as i64 });
@@ -46,7 +49,7 @@ pub fn start(
     let offset_ps = calibration_offset_ps(sensor, detector, tier);
     let phase = estimate_at(&signed, peak, sensor.timing(), offset_ps);
 
-    let ones = code.weight() as f64 / code.len() as f64;
+    let ones = share_of_ones(code);
     let sample_ps = sensor.clock().sample_period_ps();
     let seen = match tier {
         CountingTier::Events => 1.0,
@@ -64,6 +67,7 @@ pub fn start(
     Ok(Start {
         parameters: Parameters {
             paths: vec![PathParameters {
+                code: Arc::clone(code),
                 delay_chips: sensor.clock().chips(phase.delay_ps),
                 ln_rate: rate.ln(),
             }],
@@ -72,4 +76,98 @@ pub fn start(
         },
         peak: Step::at(peak),
     })
+}
+
+/// The shape of a code's peak, step by step, to where it has gone, and those that interleaving
+/// puts beside it, and a chip more.
+pub struct PeakShape {
+    values: Vec<f64>,
+    is_full: bool,
+}
+
+impl PeakShape {
+    pub fn of(sensor: &Sensor, code: &Code) -> PeakShape {
+        PeakShape {
+            values: shape(code, sensor.clock().samples_per_chip),
+            is_full: sensor.timing().scan.is_full(),
+        }
+    }
+
+    /// Number of the step at which the counts, plus or minus a constant, look most
+    /// like the peak: of least squares of height and constant, the place
+    /// where the height is the most standard deviations above zero.
+    ///
+    /// Every step of the peak has light of its own, so that at low light this finds
+    /// it where the largest single count misses: a triangle of 2 S steps has the
+    /// signal-to-noise ratio of sqrt(2 S / 3) times the largest of them.
+    pub fn best_match(&self, signed: &[f64]) -> usize {
+        let steps = signed.len() as i64;
+        let middle = self.values.len() as i64 / 2;
+        // A short period has room for one turn.
+        let half = if self.is_full { middle.min((steps - 1) / 2) } else { middle };
+        let mut best = (0, f64::NEG_INFINITY);
+        for peak in 0..steps {
+            let [mut number, mut t, mut tt, mut r, mut rt] = [0.0; 5];
+            for offset in -half..=half {
+                let step = peak + offset;
+                let step = if self.is_full {
+                    step.rem_euclid(steps)
+                } else if (0..steps).contains(&step) {
+                    step
+                } else {
+                    continue;
+                };
+                let (shape, count) =
+                    (self.values[(middle + offset) as usize], signed[step as usize]);
+                number += 1.0;
+                t += shape;
+                tt += shape * shape;
+                r += count;
+                rt += shape * count;
+            }
+            let score = (rt - r * t / number) / (tt - t * t / number).sqrt();
+            if score > best.1 {
+                best = (peak as usize, score);
+            }
+        }
+        best.0
+    }
+}
+
+fn shape(code: &Code, samples_per_chip: u32) -> Vec<f64> {
+    let half = ((1_i64 << code.interleave) + 1) * i64::from(samples_per_chip);
+    let lags = (-half..=half).map(|offset| offset as f64 / f64::from(samples_per_chip));
+    let template = Template::new(code, code, 0.0).into_iter();
+    template.flat_map(|template| lags.clone().map(move |lag| template.at(lag)[0])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::code::{CodeSpec, Family};
+
+    #[test]
+    fn a_template_is_a_triangle_on_flat_ground_and_alternates_if_interleaved() {
+        let m_sequence = |interleave| {
+            let spec = CodeSpec { degree: Some(5), interleave, ..CodeSpec::new(Family::MSequence) };
+            let code = spec.build().expect("an m-sequence");
+            // Sums of sign times chip, in place of those of sign times sign.
+            let signs = 2.0 * code.weight() as f64 - code.len() as f64;
+            let of_signs = |sum: f64| (2.0 * sum - signs) / code.len() as f64;
+            shape(&code, 4).into_iter().map(of_signs).collect::<Vec<f64>>()
+        };
+        // Side lobes of an m-sequence are -1 / 31.
+        let ground = -1.0 / 31.0;
+        let plain = m_sequence(0);
+        assert_eq!(plain.len(), 17);
+        for (index, value) in plain.iter().enumerate() {
+            let height = (1.0 - (index as f64 - 8.0).abs() / 4.0).max(0.0);
+            let expected = ground + height * (1.0 - ground);
+            assert!((value - expected).abs() < 1e-12, "{index}: {value}");
+        }
+        // Eq. 24 for nu = 1: half the peak, turned over, one chip on.
+        let interleaved = m_sequence(1);
+        let beside = interleaved[interleaved.len() / 2 + 4];
+        assert!((beside + 0.5 * (1.0 + ground)).abs() < 1e-12, "{beside}");
+    }
 }

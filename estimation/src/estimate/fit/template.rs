@@ -152,11 +152,6 @@ impl Axis {
         (turns - turns.round()).abs() * self.steps_per_period
     }
 
-    /// Height of a peak's triangle so far from its middle, from 1 to 0.
-    pub fn shape(&self, places: f64) -> f64 {
-        (1.0 - self.steps_apart(places) / self.samples_per_chip).max(0.0)
-    }
-
     /// Phase step of the first place.
     fn first(&self) -> f64 {
         match self.is_full {

@@ -5,45 +5,41 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::normal::Normal;
 use super::parameters::Column;
-use super::shared_steps::SharedSteps;
-use crate::response::{CountMoments, MeanCount, ROUNDING};
+use crate::response::{CountMoments, GroupMoments, MeanCount, ROUNDING};
 
-/// Factors W of each step's inverse covariance, W^T W = C^-1.
+/// Factors W of the counts' inverse covariance, W^T W = C^-1.
 #[derive(Debug, Clone)]
 pub struct Weights {
-    /// Whitened: a r, b r + c N.
+    /// Of each step that goes with no other: a r and b r + c N have unit covariance.
     factors: Vec<[f64; 3]>,
-    /// In place of these, for steps that count the same light.
-    groups: Vec<GroupFactor>,
-    /// In place of these, for steps whose signed counts go together: the factor of all
-    /// counts, signed and total by turns.
-    together: Option<DMatrix<f64>>,
+    /// In place of these, of numbers that go together.
+    together: Vec<Together>,
     /// Covariance of a signed count with that of the step so many behind it, on average.
     beside: Vec<f64>,
 }
 
-/// Factor of the inverse covariance of a group's signed counts and its total.
+/// Factor of the inverse covariance of some counts.
 #[derive(Debug, Clone)]
-struct GroupFactor {
-    /// Places of its steps.
-    places: Vec<usize>,
+struct Together {
+    /// The place of each one's step, and whether it is the total count.
+    numbers: Vec<(usize, bool)>,
     /// Lower triangle.
     whitening: DMatrix<f64>,
 }
 
 impl Weights {
+    /// Of steps that go with no others.
     pub fn of(moments: &[CountMoments]) -> Weights {
         let variances = moments.iter().map(|m| m.signed_variance.max(ROUNDING));
         let variance = variances.sum::<f64>() / moments.len() as f64;
         Weights {
             factors: moments.iter().map(CountMoments::whitening).collect(),
-            groups: Vec::new(),
-            together: None,
+            together: Vec::new(),
             beside: vec![variance],
         }
     }
 
-    /// Weights of steps that count light of their own, and whose signed counts have a
+    /// Of steps that count light of their own, and whose signed counts have a
     /// covariance beside what that light gives them.
     pub fn of_steps_together(
         moments: &[CountMoments],
@@ -65,50 +61,47 @@ impl Weights {
             let pairs = (apart..steps).map(|place| covariance[2 * (place - apart)][2 * place]);
             pairs.sum::<f64>() / steps as f64
         };
+        let numbers = (0..steps).flat_map(|place| [(place, false), (place, true)]);
         Weights {
+            factors: Vec::new(),
             beside: (0..steps).map(beside).collect(),
-            together: Some(whitening(&covariance)),
-            ..Weights::of(moments)
+            together: vec![Together {
+                numbers: numbers.collect(),
+                whitening: whitening(&covariance),
+            }],
         }
     }
 
-    /// Weights of steps that count the same light, group by group.
-    pub fn of_groups(groups: &[SharedSteps]) -> Weights {
-        let factor = |group: &SharedSteps| GroupFactor {
-            places: group.places.clone(),
-            whitening: whitening(&group.moments.covariance),
+    /// Of groups of steps at some places that count the same light, whose total is one.
+    pub fn of_groups(groups: &[(Vec<usize>, GroupMoments)]) -> Weights {
+        let together = |(places, moments): &(Vec<usize>, GroupMoments)| Together {
+            numbers: places
+                .iter()
+                .map(|&place| (place, false))
+                .chain([(places[0], true)])
+                .collect(),
+            whitening: whitening(&moments.covariance),
         };
         Weights {
             factors: Vec::new(),
-            groups: groups.iter().map(factor).collect(),
-            together: None,
+            together: groups.iter().map(together).collect(),
             beside: covariances_beside(groups),
         }
     }
 
     /// How many numbers the counts are, those that are one and the same taken once.
     pub fn values(&self) -> usize {
-        let of_groups = self.groups.iter().map(|group| group.places.len() + 1);
-        2 * self.factors.len() + of_groups.sum::<usize>()
+        let together = self.together.iter().map(|together| together.numbers.len());
+        2 * self.factors.len() + together.sum::<usize>()
     }
 
     /// Logarithm of the determinant of the counts' covariance.
     pub fn ln_determinant(&self) -> f64 {
-        let of_diagonal = |matrix: &DMatrix<f64>| -> f64 {
-            matrix.diagonal().iter().map(|entry| entry.ln()).sum()
+        let alone = self.factors.iter().map(|[a, _, c]| a.ln() + c.ln()).sum::<f64>();
+        let of_diagonal = |together: &Together| -> f64 {
+            together.whitening.diagonal().iter().map(|entry| entry.ln()).sum()
         };
-        let alone: f64 = match &self.together {
-            Some(together) => of_diagonal(together),
-            None => self.factors.iter().map(|[a, _, c]| a.ln() + c.ln()).sum(),
-        };
-        let groups = self.groups.iter().map(|group| of_diagonal(&group.whitening));
-        -2.0 * (alone + groups.sum::<f64>())
-    }
-
-    /// Steps that are weighed.
-    fn steps(&self) -> usize {
-        let of_groups = self.groups.iter().map(|group| group.places.len());
-        self.factors.len() + of_groups.sum::<usize>()
+        -2.0 * (alone + self.together.iter().map(of_diagonal).sum::<f64>())
     }
 
     /// As if detections had no memory: both variances are the mean of N, the
@@ -154,16 +147,6 @@ impl Weights {
         self.whitened(&differences)
     }
 
-    /// The normal equations; `None` if they are singular, or say nothing finite.
-    pub fn normal(
-        &self,
-        jacobian: &[Column],
-        measured: &[MeanCount],
-        expected: &[MeanCount],
-    ) -> Option<Normal> {
-        Normal::of_whitened(&self.whitened_columns(jacobian), &self.residuals(measured, expected))
-    }
-
     /// Derivatives, whitened.
     pub fn whitened_columns(&self, jacobian: &[Column]) -> Vec<Vec<f64>> {
         jacobian.iter().map(|column| self.whitened(column)).collect()
@@ -171,45 +154,39 @@ impl Weights {
 
     /// Information of the counts about the unknowns, without any data.
     pub fn information(&self, jacobian: &[Column]) -> Option<Normal> {
-        let nothing = vec![MeanCount { signed: 0.0, total: 0.0 }; self.steps()];
-        self.normal(jacobian, &nothing, &nothing)
+        Normal::of_whitened(&self.whitened_columns(jacobian), &vec![0.0; self.values()])
     }
 
     fn whitened(&self, column: &Column) -> Vec<f64> {
-        if !self.groups.is_empty() {
-            let groups = self.groups.iter();
-            return groups.flat_map(|group| group.whitened(column)).collect();
-        }
-        if let Some(together) = &self.together {
-            let values = column.iter().flat_map(|count| [count.signed, count.total]);
-            let values = DVector::from_iterator(together.ncols(), values);
-            return (together * values).as_slice().to_vec();
-        }
-        let pairs = column.iter().zip(&self.factors);
-        pairs.flat_map(|(d, factor)| whiten(factor, d)).collect()
+        let alone = column.iter().zip(&self.factors);
+        let alone = alone
+            .flat_map(|(count, &[a, b, c])| [a * count.signed, b * count.signed + c * count.total]);
+        alone.chain(self.together.iter().flat_map(|together| together.whitened(column))).collect()
     }
 }
 
-impl GroupFactor {
+impl Together {
     fn whitened(&self, column: &Column) -> Vec<f64> {
-        let signed = self.places.iter().map(|&place| column[place].signed);
-        let total = self.places.first().map(|&place| column[place].total);
-        let values: Vec<f64> = signed.chain(total).collect();
-        (&self.whitening * DVector::from_vec(values)).as_slice().to_vec()
+        let number = |&(place, is_total): &(usize, bool)| match is_total {
+            true => column[place].total,
+            false => column[place].signed,
+        };
+        let values = DVector::from_iterator(self.numbers.len(), self.numbers.iter().map(number));
+        (&self.whitening * values).as_slice().to_vec()
     }
 }
 
 /// Covariance of a step's signed count with those of 0, 1, .. steps on, on average over
 /// all steps: those of other groups know nothing of it.
-fn covariances_beside(groups: &[SharedSteps]) -> Vec<f64> {
-    let most = groups.iter().map(|group| group.places.len()).max();
+fn covariances_beside(groups: &[(Vec<usize>, GroupMoments)]) -> Vec<f64> {
+    let most = groups.iter().map(|(places, _)| places.len()).max();
     let mut sums = vec![0.0; most.unwrap_or(0)];
     let mut steps = 0;
-    for group in groups {
-        let lanes = group.places.len();
+    for (places, moments) in groups {
+        let lanes = places.len();
         steps += lanes;
         for (apart, sum) in sums.iter_mut().enumerate().take(lanes) {
-            let pairs = (apart..lanes).map(|lane| group.moments.covariance[lane - apart][lane]);
+            let pairs = (apart..lanes).map(|lane| moments.covariance[lane - apart][lane]);
             *sum += pairs.sum::<f64>();
         }
     }
@@ -236,10 +213,6 @@ fn whitening(covariance: &[Vec<f64>]) -> DMatrix<f64> {
     }
 }
 
-fn whiten(factor: &[f64; 3], count: &MeanCount) -> [f64; 2] {
-    [factor[0] * count.signed, factor[1] * count.signed + factor[2] * count.total]
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::dmatrix;
@@ -261,16 +234,18 @@ mod tests {
         let jacobian = [x.map(|_| count(1.0)).to_vec(), x.map(count).to_vec()];
         let measured = x.map(|x| count(2.0 + 3.0 * x));
         let expected = x.map(|_| count(0.0));
-        let normal =
-            Weights::of(&moments).normal(&jacobian, &measured, &expected).expect("it is regular");
+        let weights = Weights::of(&moments);
+        let normal = |jacobian: &[Column]| {
+            let residuals = weights.residuals(&measured, &expected);
+            Normal::of_whitened(&weights.whitened_columns(jacobian), &residuals)
+                .expect("it is regular")
+        };
+        let held = normal(&[1, 0].map(|unknown: usize| jacobian[unknown].clone()))
+            .solution_within(&[[-f64::INFINITY, f64::INFINITY], [0.0, 0.0]]);
+        let normal = normal(&jacobian);
         let found = normal.solution();
         assert!((found[0] - 2.0).abs() < 1e-12 && (found[1] - 3.0).abs() < 1e-12);
         // Through the origin's constant held at 0: sum of x y over sum of x x.
-        let swapped = [jacobian[1].clone(), jacobian[0].clone()];
-        let held = Weights::of(&moments)
-            .normal(&swapped, &measured, &expected)
-            .expect("it is regular")
-            .solution_within(&[[-f64::INFINITY, f64::INFINITY], [0.0, 0.0]]);
         let slope = (2.0 * 4.0 + 3.0 * 18.0) / 18.0;
         assert!((held[0] - slope).abs() < 1e-12 && held[1] == 0.0, "{held:?}");
         let sum = normal.holding(&[1.0, 1.0]);

@@ -8,8 +8,7 @@
 
 use std::collections::HashMap;
 
-use super::law::CountLaw;
-use super::scan::laws;
+use super::law::{CountLaw, laws};
 use super::target::Target;
 use crate::estimate::expected_counts::ExpectedCounts;
 
@@ -42,7 +41,7 @@ struct Run {
 
 /// Expected share of scans that miss the target, for independent steps.
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
-    let laws = laws(counts, target);
+    let laws = laws(counts, target.spad());
     // The phase moves an estimate by up to a chip.
     let reach_ps = target.sensor.clock().ps(2.0);
     let near: Vec<usize> =

@@ -2,7 +2,11 @@
 
 use std::f64::consts::PI;
 
+use crate::estimate::expected_counts::ExpectedCounts;
 use crate::math::normal_cdf;
+use crate::response::MeanCount;
+use crate::scan::Step;
+use crate::scene::Detector;
 
 /// Beyond so many standard deviations a tail is taken as a normal one's: nothing.
 const REACH_STD: f64 = 12.0;
@@ -39,6 +43,12 @@ struct Generated {
 }
 
 impl CountLaw {
+    /// That of a step of a detector with some means, and a variance of its signed count.
+    pub fn of(spad: &Detector, mean: &MeanCount, variance: f64) -> CountLaw {
+        let (mean, total) = (mean.signed, mean.total);
+        CountLaw { mean, variance, total, afterpulses: spad.afterpulses_per_avalanche() }
+    }
+
     pub fn std(&self) -> f64 {
         self.variance.sqrt()
     }
@@ -197,6 +207,41 @@ impl CountLaw {
         let variance = self.variance * (1.0 - z * ratio - ratio * ratio).max(0.0);
         (self.mean - std * ratio, variance)
     }
+}
+
+/// Scans of more steps are worked out by FFT.
+const STEPS_ONE_BY_ONE: usize = 400;
+
+/// The laws of a scan's counts.
+///
+/// Variances change little from step to step: of short scans they are worked out at
+/// every half chip, and are straight between.
+pub fn laws(counts: &ExpectedCounts, spad: &Detector) -> Vec<CountLaw> {
+    let steps = counts.means.len();
+    let variances = if steps > STEPS_ONE_BY_ONE {
+        let moments = counts.second.of_scan();
+        moments.iter().map(|m| m.signed_variance).collect()
+    } else {
+        between(counts, steps, counts.model().timing.clock.samples_per_chip.div_ceil(2) as usize)
+    };
+    let steps = counts.means.iter().zip(variances);
+    steps.map(|(mean, variance)| CountLaw::of(spad, mean, variance)).collect()
+}
+
+/// Variances of every `stride`-th step and the last, and those between.
+fn between(counts: &ExpectedCounts, steps: usize, stride: usize) -> Vec<f64> {
+    let known = |index: usize| (index * stride).min(steps - 1);
+    let asked: Vec<Step> = (0..=steps.div_ceil(stride)).map(|i| Step::at(known(i))).collect();
+    let moments = counts.second.of_steps(&asked);
+    (0..steps)
+        .map(|step| {
+            let early = step / stride;
+            let (from, to) = (known(early), known(early + 1));
+            let share = (step - from) as f64 / (to - from).max(1) as f64;
+            let [a, b] = [early, early + 1].map(|index| moments[index].signed_variance);
+            a + share * (b - a)
+        })
+        .collect()
 }
 
 #[cfg(test)]

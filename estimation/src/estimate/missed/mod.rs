@@ -5,12 +5,9 @@
 //! source is nearer to it. Else it *misses the peak*. Simulation, prediction and
 //! documents use this one definition, for either estimator.
 
-mod find;
+mod drawn;
 mod largest;
 mod law;
-mod near;
-mod sampled;
-mod scan;
 mod target;
 mod wedge;
 
@@ -34,7 +31,7 @@ const NEGLIGIBLE: f64 = 1e-7;
 /// the largest count, and that the phase round it leads to the path, are integrals
 /// over that count ([`largest`]). Steps that share their light, and the shape that the
 /// model estimator looks for, are correlated: scans are drawn from the counts' exact
-/// means and covariances, always the same ones ([`sampled`]).
+/// means and covariances, always the same ones ([`drawn`]).
 pub(super) fn missed_fraction(
     counts: &ExpectedCounts,
     sensor: &Sensor,
@@ -64,9 +61,9 @@ pub(super) fn missed_fraction(
         return Some(bound);
     }
     let missed = if is_drawn(sensor) {
-        sampled::missed(counts, &target)?
+        drawn::missed(counts, &target)?
     } else if one_window {
-        1.0 - find::of_whole_period(counts, &target)
+        1.0 - target::of_whole_period(counts, &target)
     } else {
         largest::missed(counts, &target)
     };
@@ -86,7 +83,7 @@ pub(super) fn drawn_errors_ps(
     peak: usize,
 ) -> Option<(f64, f64)> {
     let target = Target::new(sensor, detector, path, counting);
-    near::errors_ps(counts, &target, peak)
+    drawn::errors_ps(counts, &target, peak)
 }
 
 /// Whether the share is counted in drawn scans.
@@ -100,7 +97,7 @@ pub fn share_error(sensor: &Sensor, detector: DetectorIndex, share: f64) -> f64 
     if !is_drawn(sensor) {
         return 0.0;
     }
-    let scans = sampled::scans(sensor, detector) as f64;
+    let scans = drawn::scans(sensor, detector) as f64;
     4.0 * (share * (1.0 - share) / scans).sqrt() + 10.0 / scans
 }
 

@@ -12,13 +12,13 @@ fn file() -> String {
 }
 
 fn wrong(text: &str) -> Wrong {
-    parse(text, &quick()).expect_err("it is wrong")
+    scans(text, &quick()).expect_err("it is wrong")
 }
 
 #[test]
 fn counts_come_into_their_places_in_whatever_form_the_file_has() {
     let scene = quick();
-    let right = parse(&file(), &scene).unwrap();
+    let right = scans(&file(), &scene).unwrap();
     assert_eq!(right.len(), 1);
     assert!(!right[0].has_totals);
     let signed: Vec<i64> = right[0].counts.iter().map(|count| count.signed).collect();
@@ -35,7 +35,7 @@ fn counts_come_into_their_places_in_whatever_form_the_file_has() {
         reversed,
         format!("count,detector,phase_step\r\n{swapped}"),
     ] {
-        assert_eq!(parse(&text, &scene).unwrap(), right);
+        assert_eq!(scans(&text, &scene).unwrap(), right);
     }
 }
 
@@ -90,4 +90,69 @@ fn totals_and_counts_must_be_possible_together() {
     assert!(with("0,5,-7").contains("it is 5 to"));
     assert!(with("0,5,8").contains("do not belong together"));
     assert!(with("0,5,10003").contains("it is 5 to 10001"));
+}
+
+fn histogram_sensor() -> Sensor {
+    let mut scene = scene::load(Path::new("scenes/quick.toml")).unwrap();
+    scene.hardware.architecture = scene::Architecture::Histogram;
+    Sensor::new(&scene)
+}
+
+/// A right file: every bin counts its number modulo 3.
+fn bins_file(bins: u64) -> String {
+    let rows = (0..bins).map(|bin| format!("{bin},{}\n", bin % 3));
+    format!("bin,count\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn bins_come_into_their_places_in_whatever_form_the_file_has() {
+    let sensor = histogram_sensor();
+    let plan = sensor.interface().histogram.unwrap();
+    let file = bins_file(plan.bins());
+    let right = histograms(&file, &sensor).unwrap();
+    let expected: Vec<u64> = (0..plan.bins()).map(|bin| bin % 3).collect();
+    assert_eq!(right[0].histogram.bins(), expected);
+    assert_eq!(right[0].histogram.periods(), plan.periods);
+    let name = &sensor.scene().detectors[0].name;
+    let swapped: String =
+        (0..plan.bins()).rev().map(|bin| format!("{name}, {} ,\"{bin}\"\r\n", bin % 3)).collect();
+    for text in [
+        format!("\u{feff}{file}"),
+        file.replace('\n', "\r\n"),
+        format!("detector,count,bin\r\n{swapped}"),
+    ] {
+        assert!(has_bins(&text));
+        assert_eq!(histograms(&text, &sensor).as_ref(), Ok(&right));
+    }
+}
+
+#[test]
+fn what_is_wrong_with_bins_is_said_with_its_line() {
+    let sensor = histogram_sensor();
+    let plan = sensor.interface().histogram.unwrap();
+    let (bins, periods) = (plan.bins(), plan.periods);
+    let wrong = |text: &str| histograms(text, &sensor).expect_err("it is wrong");
+    let right = bins_file(bins);
+    for (text, line, says) in [
+        ("bin,counts\n".to_owned(), 1, "no column of bins is called \"counts\""),
+        ("bin\n".to_owned(), 1, "has no column count"),
+        ("bin,count,bin\n".to_owned(), 1, "two columns"),
+        ("bin,count\n".to_owned(), 1, "has no bins"),
+        (format!("{right}{bins},0\n"), bins + 2, "has no bin"),
+        (format!("{right}-1,0\n"), bins + 2, "has no bin -1"),
+        (format!("{right}3,0\n"), bins + 2, "stands on line 5 already"),
+        (format!("bin,count\n0,{}\n", periods + 1), 2, "code periods of scan.integration"),
+        ("bin,count\n0,-1\n".to_owned(), 2, "bin 0 counts -1"),
+        ("bin,count\n0,1.5\n".to_owned(), 2, "write a whole number"),
+        ("bin,count\n0\n".to_owned(), 2, "fields here"),
+        (right.replace("\n7,1\n", "\n"), bins, "the first is 7"),
+        ("bin,count,detector\n0,0,nobody\n".to_owned(), 2, "no detector \"nobody\""),
+    ] {
+        let (at, problem) = wrong(&text);
+        assert!(at == line && problem.contains(says), "{at}: {problem}");
+    }
+    assert!(!has_bins("phase_step,count\nbin,1\n") && !has_bins(""));
+    let of_steps = Sensor::new(&scene::load(Path::new("scenes/quick.toml")).unwrap());
+    let (line, problem) = histograms(&right, &of_steps).expect_err("it correlates");
+    assert!(line == 1 && problem.contains("architecture = \"histogram\""));
 }

@@ -36,7 +36,7 @@ impl Formal {
 
     /// The proofs of a design.
     pub(super) fn of(design: &Design) -> Formal {
-        let proofs = proofs(design.interface());
+        let proofs = proofs(design);
         Formal {
             properties: script::properties(design),
             emptied: script::emptied(design, &proofs),

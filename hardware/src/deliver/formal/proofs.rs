@@ -1,6 +1,7 @@
 //! The proofs of a design: what of it each looks at, and how it is found.
 
 use super::numbers::{row_bits, scan_clocks};
+use crate::deliver::design::Design;
 use crate::rtl::back::BLOCK_MEMORY;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
@@ -132,16 +133,10 @@ fn part(signal: &str, number: u32, bits: u32) -> String {
     }
 }
 
-/// The name of the `index`-th of `count` instances or ports called `base`.
-fn numbered(base: &str, index: u32, count: u32) -> String {
-    match count {
-        1 => base.to_owned(),
-        _ => format!("{base}_{index}"),
-    }
-}
-
-/// The proofs of a design with this interface.
-pub(super) fn proofs(interface: &Interface) -> Vec<Proof> {
+/// The proofs of a design.
+pub(super) fn proofs(design: &Design) -> Vec<Proof> {
+    let interface = design.interface();
+    let channels = channels(design);
     let mut codes = Proof::new("codes", Engine::Induction);
     let mut proofs = vec![Proof::new("reset", Engine::InReset)];
     if let Some(plan) = &interface.histogram {
@@ -150,10 +145,10 @@ pub(super) fn proofs(interface: &Interface) -> Vec<Proof> {
         if interface.realigns() {
             codes.see("epoch_seen", "controller.i_epoch");
         }
-        proofs.extend([codes, scan(interface), reference(interface)]);
-        proofs.extend([counts(interface), stream(interface)]);
+        proofs.extend([codes, scan(interface), reference(interface, &channels)]);
+        proofs.extend([counts(interface, &channels), stream(interface, &channels)]);
     }
-    proofs.extend(interface.peak.map(|_| peak(interface)));
+    proofs.extend(interface.peak.map(|_| peak(interface, &channels)));
     proofs.push(Proof::new("axis", Engine::Reachability));
     if interface.histogram.is_some() {
         // Words in memories are beyond these proofs, and reset does not reach a memory's registers.
@@ -187,10 +182,16 @@ fn scan(interface: &Interface) -> Proof {
     proof
 }
 
-/// For each detector its number and its channel.
-fn channels(interface: &Interface) -> impl Iterator<Item = (u32, String)> {
-    let detectors = interface.reference_codes.len() as u32;
-    (0..detectors).map(move |d| (d, numbered("channel", d, detectors)))
+/// For each detector its channel; like ones are made by a loop.
+fn channels(design: &Design) -> Vec<String> {
+    let top = design.files.last().map_or("", |file| file.text.as_str());
+    let detectors = design.interface().reference_codes.len();
+    let channel = |d: usize| match (detectors, top.contains("begin : gen_channel")) {
+        (1, _) => "channel".to_owned(),
+        (_, true) => format!("gen_channel[{d}].channel"),
+        (_, false) => format!("channel_{d}"),
+    };
+    (0..detectors).map(channel).collect()
 }
 
 /// The references of all samples of a detector, and their place.
@@ -199,62 +200,46 @@ fn window(interface: &Interface, d: u32, channel: &str) -> (String, String) {
     (part("windows", d, bits), format!("{channel}.stepper.o_window"))
 }
 
-/// The counts of a detector's steps, and their places.
-fn counts_of(
-    interface: &Interface,
-    d: u32,
-    channel: &str,
-    signal: &str,
-    port: &str,
-    bits: u32,
-) -> Vec<(String, String)> {
-    let parallel = interface.parallel();
-    let of_step = |q| {
-        let place = format!("{channel}.{}", numbered(port, q, parallel));
-        (part(signal, d * parallel + q, bits), place)
-    };
-    (0..parallel).map(of_step).collect()
-}
-
 /// All that a detector's channel counts, and its places.
 fn counted(interface: &Interface, d: u32, channel: &str) -> Vec<(String, String)> {
-    let counts = |signal, port, bits| counts_of(interface, d, channel, signal, port, bits);
-    let mut all = counts("counts", "o_count", interface.count_bits);
+    let parallel = interface.parallel();
+    let of = |signal, port: &str, bits| (part(signal, d, bits), format!("{channel}.{port}"));
+    let mut all = vec![of("counts", "o_count", parallel * interface.count_bits)];
     if interface.saturates() {
-        all.extend(counts("clamped", "o_clamped", 1));
+        all.push(of("clamped", "o_clamped", parallel));
     }
-    let total = interface.total;
-    all.extend(total.map(|t| (part("totals", d, t.bits), format!("{channel}.o_total"))));
+    all.extend(interface.total.map(|total| of("totals", "o_total", total.bits)));
     all
 }
 
-fn reference(interface: &Interface) -> Proof {
+fn reference(interface: &Interface, channels: &[String]) -> Proof {
     let mut proof = Proof::new("reference", Engine::Induction);
     proof.see("ends", "controller.o_last_chip");
     if interface.realigns() {
         proof.see("start_seen", "controller.o_start");
     }
-    proof.seen.extend(channels(interface).map(|(d, channel)| window(interface, d, &channel)));
+    let windows = (0..).zip(channels);
+    proof.seen.extend(windows.map(|(d, channel)| window(interface, d, channel)));
     proof
 }
 
-fn counts(interface: &Interface) -> Proof {
+fn counts(interface: &Interface, channels: &[String]) -> Proof {
     let mut proof = Proof::new("counts", Engine::Induction);
     proof.emptied = vec!["scan_controller", "phase_stepper"];
     proof.drive("controller.o_run", "run");
     proof.drive("controller.o_dump", "dumps");
-    for (d, channel) in channels(interface) {
-        proof.cut.push(window(interface, d, &channel));
-        proof.seen.extend(counted(interface, d, &channel));
+    for (d, channel) in (0..).zip(channels) {
+        proof.cut.push(window(interface, d, channel));
+        proof.seen.extend(counted(interface, d, channel));
     }
     proof
 }
 
-fn stream(interface: &Interface) -> Proof {
+fn stream(interface: &Interface, channels: &[String]) -> Proof {
     let mut proof = Proof::new("stream", Engine::Induction);
     proof.emptied = vec!["scan_controller", "detector_channel"];
-    for (d, channel) in channels(interface) {
-        proof.cut.extend(counted(interface, d, &channel));
+    for (d, channel) in (0..).zip(channels) {
+        proof.cut.extend(counted(interface, d, channel));
     }
     if interface.reference_codes.len() as u32 * interface.parallel() > 1 {
         proof.drive("controller.o_pre_counted", "comes");
@@ -264,14 +249,13 @@ fn stream(interface: &Interface) -> Proof {
     proof
 }
 
-fn peak(interface: &Interface) -> Proof {
+fn peak(interface: &Interface, channels: &[String]) -> Proof {
     let mut proof = Proof::new("peak", Engine::Bounded(30));
     proof.emptied = vec!["scan_controller", "detector_channel"];
     proof.drive("controller.o_counted", "counted");
     proof.drive("controller.o_scan_counted", "last");
-    for (d, channel) in channels(interface) {
-        let bits = interface.count_bits;
-        proof.cut.extend(counts_of(interface, d, &channel, "counts", "o_count", bits));
+    for (d, channel) in (0..).zip(channels) {
+        proof.cut.extend(counted(interface, d, channel).into_iter().take(1));
     }
     proof
 }

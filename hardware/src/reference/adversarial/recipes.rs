@@ -194,6 +194,7 @@ impl Kitchen<'_> {
                 Hits::Count { detector, step: step as u64, count: count(up, 0) }
             }
             CoverPoint::Saturation { detector, step, up }
+            | CoverPoint::LastSaturation { detector, step, up }
             | CoverPoint::AbsentSaturation { detector, step, up } => {
                 Hits::Count { detector, step: step as u64, count: count(up, 1) }
             }
@@ -203,7 +204,7 @@ impl Kitchen<'_> {
             },
             _ => Hits::Random,
         };
-        if let CoverPoint::AbsentSaturation { .. } = point {
+        if let CoverPoint::LastSaturation { .. } | CoverPoint::AbsentSaturation { .. } = point {
             let quiet = self.fresh().with(Hits::None);
             return self.scan(quiet, GroupPlan::random().with(hits));
         }

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 pub use self::point::{BinPoint, CoverPoint, Family, PeakKind, Place, ResetState};
 pub(super) use self::reach::{rows_at_borders, rows_that_may_be_lost};
-pub(super) use self::running::Running;
+pub(super) use self::running::{CountedHit, Running};
 use crate::sensor::interface::Interface;
 
 /// Cover points of an interface.

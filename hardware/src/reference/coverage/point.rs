@@ -91,6 +91,15 @@ pub enum CoverPoint {
         /// Beyond the largest count.
         up: bool,
     },
+    /// The same in a scan's last group.
+    LastSaturation {
+        /// Detector.
+        detector: DetectorIndex,
+        /// Step of the group.
+        step: usize,
+        /// Beyond the largest count.
+        up: bool,
+    },
     /// A step that a scan's last group does not have would be saturated, alone: the flag
     /// stays low.
     AbsentSaturation {
@@ -361,6 +370,7 @@ impl CoverPoint {
             | TotalCarry { detector, .. }
             | Limit { detector, .. }
             | Saturation { detector, .. }
+            | LastSaturation { detector, .. }
             | AbsentSaturation { detector, .. }
             | TotalSaturation { detector, .. }
             | Peak { detector, .. }
@@ -379,9 +389,11 @@ impl CoverPoint {
             | BeforeScan { .. }
             | StepBorder { .. } => Family::Hits,
             Carry { .. } | Borrow { .. } | TotalCarry { .. } => Family::Carries,
-            Limit { .. } | Saturation { .. } | AbsentSaturation { .. } | TotalSaturation { .. } => {
-                Family::Saturation
-            }
+            Limit { .. }
+            | Saturation { .. }
+            | LastSaturation { .. }
+            | AbsentSaturation { .. }
+            | TotalSaturation { .. } => Family::Saturation,
             Peak { .. } => Family::Peaks,
             Held { .. }
             | HeldAcross { .. }

@@ -208,7 +208,11 @@ fn counting(interface: &Interface, table: &mut CoverTable, detector: DetectorInd
             table.add(CoverPoint::Limit { detector, step, up });
             table.add(CoverPoint::Saturation { detector, step, up });
         }
-        for step in interface.last_group_steps() as usize..interface.parallel() as usize {
+        let last_steps = interface.last_group_steps() as usize;
+        for step in (0..last_steps).filter(|_| interface.groups() > 1) {
+            table.add(CoverPoint::LastSaturation { detector, step, up });
+        }
+        for step in last_steps..interface.parallel() as usize {
             table.add(CoverPoint::AbsentSaturation { detector, step, up });
         }
     }

@@ -30,8 +30,22 @@ struct Counter {
     /// Borders that it has crossed downwards, and upwards, in the present step: bit n is
     /// border n.
     crossed: [u64; 2],
-    /// Sum of the present word.
-    word: i64,
+}
+
+/// A hit as a correlator counts it.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::reference) struct CountedHit {
+    pub(in crate::reference) clock: u64,
+    pub(in crate::reference) lane: u32,
+    pub(in crate::reference) up: bool,
+}
+
+/// Hits of one clock that a correlator has counted.
+#[derive(Debug, Clone, Copy, Default)]
+struct Word {
+    clock: u64,
+    hits: u32,
+    sum: i64,
 }
 
 /// All hits of a detector.
@@ -70,40 +84,49 @@ impl Running {
         self.detectors.fill(Hits::default());
     }
 
-    /// A hit, with its sign in each step.
-    pub(in crate::reference) fn hit(
+    /// Counts a detector's hits, in order, in the correlator of one step; gives the sum of
+    /// their signs. The hits of a word come in one call.
+    #[inline]
+    pub(in crate::reference) fn count(
         &mut self,
-        detector: DetectorIndex,
-        step: usize,
-        lane: u32,
-        up: bool,
-    ) {
+        (detector, step): (DetectorIndex, usize),
+        hits: impl Iterator<Item = CountedHit>,
+    ) -> i64 {
         let counter = &mut self.steps[detector.0 * self.parallel + step];
-        counter.lanes[usize::from(up)] |= 1 << lane;
-        counter.word += if up { 1 } else { -1 };
+        let seen = &mut self.detectors[detector];
+        // A word of fewer samples is full of anything.
+        let full = if step == 0 && self.lanes >= 4 { self.lanes / 2 } else { u32::MAX };
+        let start = counter.total;
+        let mut lanes = [0; 2];
+        let mut word = Word::default();
+        let mut end = |counter: &mut Counter, word: Word| {
+            if word.hits == full {
+                seen.full[0] |= word.sum == -i64::from(full);
+                seen.full[1] |= word.sum == i64::from(full);
+            }
+            counter.add(word.sum, self.lowest, &self.borders);
+        };
+        for hit in hits {
+            if hit.clock != word.clock {
+                end(counter, std::mem::take(&mut word));
+                word.clock = hit.clock;
+            }
+            // The sign is anything: no branch foresees it.
+            let up = i64::from(hit.up);
+            word.hits += 1;
+            word.sum += 2 * up - 1;
+            lanes[0] |= ((1 - up) as u64) << hit.lane;
+            lanes[1] |= (up as u64) << hit.lane;
+        }
+        end(counter, word);
+        counter.lanes[0] |= lanes[0];
+        counter.lanes[1] |= lanes[1];
+        counter.total - start
     }
 
-    /// The last hit of a word has been counted: it had so many.
-    pub(in crate::reference) fn word_ends(&mut self, detector: DetectorIndex, hits: u32) {
-        let seen = &mut self.detectors[detector];
-        seen.total += u64::from(hits);
-        let counters = &mut self.steps[detector.0 * self.parallel..][..self.parallel];
-        if hits * 2 == self.lanes && self.lanes >= 4 {
-            let sum = counters[0].word;
-            seen.full[0] |= sum == -i64::from(hits);
-            seen.full[1] |= sum == i64::from(hits);
-        }
-        for counter in counters {
-            let before = counter.total;
-            counter.total += std::mem::take(&mut counter.word);
-            if before >> self.lowest != counter.total >> self.lowest {
-                let up = usize::from(counter.total > before);
-                for (number, border) in self.borders.iter().enumerate() {
-                    let crosses = before >> border != counter.total >> border;
-                    counter.crossed[up] |= u64::from(crosses) << number;
-                }
-            }
-        }
+    /// So many hits of a detector have been counted, in all its correlators.
+    pub(in crate::reference) fn counted(&mut self, detector: DetectorIndex, hits: u64) {
+        self.detectors[detector].total += hits;
     }
 
     /// Hits on the first and on the last sample of a step.
@@ -171,6 +194,20 @@ impl Running {
 }
 
 impl Counter {
+    /// Adds the sum of a word.
+    #[inline]
+    fn add(&mut self, sum: i64, lowest: u32, borders: &[u32]) {
+        let before = self.total;
+        self.total += sum;
+        if before >> lowest != self.total >> lowest {
+            let up = usize::from(self.total > before);
+            for (number, border) in borders.iter().enumerate() {
+                let crosses = before >> border != self.total >> border;
+                self.crossed[up] |= u64::from(crosses) << number;
+            }
+        }
+    }
+
     fn end(
         &self,
         detector: DetectorIndex,

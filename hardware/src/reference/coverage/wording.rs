@@ -54,6 +54,10 @@ impl CoverPoint {
             Saturation { step, up, .. } => {
                 format!("step {step} of a group alone saturated at the {} count", extreme(up))
             }
+            LastSaturation { step, up, .. } => format!(
+                "step {step} of a scan's last group alone saturated at the {} count",
+                extreme(up)
+            ),
             AbsentSaturation { step, up, .. } => format!(
                 "step {step}, which a scan's last group has not, alone beyond the {} count",
                 extreme(up)

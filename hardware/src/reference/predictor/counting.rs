@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::Reference;
+use crate::reference::coverage::CountedHit;
 use crate::scan::{Group, Sample, Sampling};
 use crate::scene::DetectorIndex;
 
@@ -125,37 +126,36 @@ impl Reference {
             let samples = (first_sample, group_start);
             return histogram.count(detector, hits, samples, &mut self.resets);
         }
-        let delay = self.delay();
+        let first = self.group_signs(detector, group_start).first;
         let signs = &self.signs[detector][..];
-        let steps_per_period = sampling.samples_of(signs.len() as u64);
+        let period = sampling.samples_of(signs.len() as u64);
         let parallel = u64::from(self.interface.parallel());
         self.totals[detector] += hits.len() as u64;
+        self.running.counted(detector, hits.len() as u64);
         let counts = &mut self.counts[detector.0 * parallel as usize..][..parallel as usize];
-        let mut words = hits.chunk_by(|&a, &b| sampling.clock_of(a) == sampling.clock_of(b));
-        // Start of a code period that is not after the sample.
-        let mut period_start = first_sample;
-        for word in &mut words {
-            for &sample in word {
+        for (step, count) in (0..parallel).zip(counts) {
+            let first = (first + period - step % period) % period;
+            // Whole code periods behind the first.
+            let mut periods = 0;
+            let signed = hits.iter().map(|&sample| {
+                let mut delayed = sample - group_start + first - periods;
                 // A division costs more than all the rest, and many hits share a period.
-                if sample - period_start >= steps_per_period {
-                    let whole = (sample - period_start) / steps_per_period;
-                    period_start += whole * steps_per_period;
+                if delayed >= period {
+                    periods += delayed - delayed % period;
+                    delayed %= period;
                 }
-                let mut delayed = sample - period_start + steps_per_period - delay;
-                if delayed >= steps_per_period {
-                    delayed -= steps_per_period;
+                CountedHit {
+                    clock: sampling.clock_of(sample),
+                    lane: sampling.lane_of(sample),
+                    up: signs[sampling.clock_of(Sample(delayed)) as usize] > 0,
                 }
-                for (step, count) in counts.iter_mut().enumerate() {
-                    let sign = signs[sampling.clock_of(Sample(delayed)) as usize];
-                    *count += i64::from(sign);
-                    let lane = sampling.lane_of(sample);
-                    self.running.hit(detector, step, lane, sign > 0);
-                    delayed = delayed.checked_sub(1).unwrap_or(steps_per_period - 1);
-                }
-            }
-            self.running.word_ends(detector, word.len() as u32);
-            self.resets.hits_in(sampling.clock_of(word[0]));
+            });
+            *count += self.running.count((detector, step as usize), signed);
         }
+        // Of the words with a hit the last two are what a reset may come upon.
+        let word = sampling.clock_of(*last_hit);
+        let before = hits.iter().rev().map(|&hit| sampling.clock_of(hit)).find(|&w| w != word);
+        before.into_iter().chain([word]).for_each(|word| self.resets.hits_in(word));
         // A group may be as long as 64 bits tell, its end farther than they do.
         let last_sample = sampling.samples_of(self.scan.chips) - 1;
         let first = *first_hit == group_start;

@@ -34,7 +34,9 @@ impl Reference {
             last,
             place: Place::of(self.scan.group.0, self.interface.groups()),
             proves,
-            proves_if_first: clamps.lone_point().and_then(|point| self.table.number(point)),
+            proves_if_first: clamps
+                .lone_point(last && self.interface.groups() > 1)
+                .and_then(|point| self.table.number(point)),
         });
         if let Some(peak) = self.peak.as_mut().filter(|_| last) {
             peak.end_scan(self.released + end, &mut self.resets.of_peaks, &self.table);
@@ -175,12 +177,16 @@ impl Clamps {
         }
     }
 
-    /// The one thing that was saturated, if there is only one.
-    fn lone_point(&self) -> Option<CoverPoint> {
+    /// The one thing that was saturated, if there is only one; in a scan's last group behind
+    /// others, or elsewhere.
+    fn lone_point(&self, is_behind_others: bool) -> Option<CoverPoint> {
         match (self.counts, self.totals, self.absent) {
             (1, 0, _) => {
                 let (detector, step, up) = self.count;
-                Some(CoverPoint::Saturation { detector, step, up })
+                Some(match is_behind_others {
+                    true => CoverPoint::LastSaturation { detector, step, up },
+                    false => CoverPoint::Saturation { detector, step, up },
+                })
             }
             (0, 0, 1) => {
                 let (detector, step, up) = self.absent_count;

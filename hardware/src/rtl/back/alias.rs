@@ -13,28 +13,33 @@ use super::signals::{Names, Role, WiringPins};
 /// Takes such signals out of `drives` and puts what they are in their places.
 /// Gives the values of the wirings that are left.
 pub fn resolve(drives: &mut Drives, names: &Names) -> Result<Vec<(SignalId, Expr)>, Fault> {
-    let mut known = HashMap::new();
+    let mut known: HashMap<SignalId, Expr> = HashMap::new();
     let shown = shown_at_ports(drives, names);
     loop {
-        let before = known.len();
+        let mut found = HashMap::new();
         for &id in &drives.order {
             let value = replaced(&drives.combinational[&id], &known)?;
             if names.signals[id].role == Role::Local
                 && (shown.contains(&id) || is_second_name(&value, names))
                 && matches!(value, Expr::Signal { .. })
             {
-                known.insert(id, value);
+                found.insert(id, value);
             }
         }
         for wiring in &names.wirings {
             let value = replaced(&wired(wiring, drives, names), &known)?;
             if matches!(value, Expr::Signal { .. } | Expr::Slice { .. }) {
-                known.insert(wiring.output, value);
+                found.insert(wiring.output, value);
             }
         }
-        if known.len() == before {
+        // Of a vector all elements have another name, or none.
+        let is_whole = |id: &SignalId| names.siblings(*id).iter().all(|id| found.contains_key(id));
+        let whole: Vec<SignalId> = found.keys().copied().filter(is_whole).collect();
+        found.retain(|id, _| whole.contains(id));
+        if found == known {
             break;
         }
+        known = found;
     }
     drives.order.retain(|id| !known.contains_key(id));
     for value in drives.combinational.values_mut() {

@@ -74,6 +74,37 @@ fn join(high: &Expr, low: &Expr) -> Option<Expr> {
     }
 }
 
+/// One expression for neighbours that are alike: parts of the same vectors, bit by bit.
+pub fn fused(high: &Expr, low: &Expr) -> Option<Expr> {
+    match (high, low) {
+        (Expr::Literal { .. }, Expr::Literal { .. }) if high.is_zero() && low.is_zero() => {
+            Some(Expr::zeros(high.width() + low.width()))
+        }
+        (Expr::Literal { width: 1, .. }, Expr::Literal { width: 1, .. }) if high == low => {
+            Some(repeat(low.clone(), 2))
+        }
+        (Expr::Slice { .. }, Expr::Slice { .. }) => {
+            let bit = |e: &Expr| e.width() == 1;
+            join(high, low).or_else(|| (bit(high) && high == low).then(|| repeat(low.clone(), 2)))
+        }
+        (bit, Expr::Repeat { count, bit: same }) if *bit == **same => {
+            Some(repeat(bit.clone(), count + 1))
+        }
+        (Expr::Signal { width: 1, .. }, _) if high == low => Some(repeat(low.clone(), 2)),
+        (Expr::Unary(UnaryOp::Not, high), Expr::Unary(UnaryOp::Not, low)) => {
+            Some(not(fused(high, low)?))
+        }
+        (Expr::Binary(op, a, b), Expr::Binary(same, c, d)) if op == same && op.is_bitwise() => {
+            Some(Expr::Binary(*op, Box::new(fused(a, c)?), Box::new(fused(b, d)?)))
+        }
+        (Expr::Mux { test, yes, no }, Expr::Mux { test: same, yes: y, no: n }) if test == same => {
+            let (yes, no) = (Box::new(fused(yes, y)?), Box::new(fused(no, n)?));
+            Some(Expr::Mux { test: test.clone(), yes, no })
+        }
+        _ => None,
+    }
+}
+
 /// Two operands of equal width under an operator. An OR of concatenations that
 /// leave each other's bits zero is one concatenation.
 pub fn binary(op: BinaryOp, left: Expr, right: Expr) -> Expr {

@@ -85,7 +85,14 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
             Statement::If { test, .. } => test,
         };
         let mut fault = None;
+        let built_up = |id| match statement {
+            Statement::Assign { target, .. } => id == *target && is_local(names, id),
+            Statement::If { .. } => false,
+        };
         expr.for_each_signal(&mut |id| {
+            if built_up(id) {
+                return;
+            }
             read[id] = true;
             if matches!(
                 names.signals[id].role,
@@ -123,6 +130,10 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
     Ok(())
 }
 
+fn is_local(names: &Names, id: SignalId) -> bool {
+    names.signals[id].role == Role::Local
+}
+
 fn first_assignments(kernel: &[Statement], order: &mut Vec<SignalId>) {
     for statement in kernel {
         match statement {
@@ -151,11 +162,17 @@ fn value_of(
     for statement in block {
         match statement {
             Statement::Assign { target: assigned, value, .. } if *assigned == target => {
-                if is_set_here {
+                let mut is_built_up = false;
+                value.for_each_signal(&mut |id| is_built_up |= id == target);
+                if is_set_here && !is_built_up {
                     return Err(Fault::MultipleDrivers { signal: name.to_owned() });
                 }
+                if is_built_up && current.is_none() {
+                    return Err(undriven(name));
+                }
                 is_set_here = true;
-                current = Some(value.clone());
+                let so_far = |id| if id == target { current.clone() } else { None };
+                current = Some(value.replaced(&so_far)?);
             }
             Statement::Assign { .. } => {}
             Statement::If { test, yes, no, .. } => {

@@ -4,7 +4,8 @@
 //! everything a module has, [`lower`] unrolls loops and sizes every
 //! expression, [`drive`] checks drivers and parts combinational from clocked
 //! logic, [`alias`] drops second names, [`module`] merges registers and instances with the ports they
-//! drive, [`share`] finds modules that several instances use, [`print`]
+//! drive, [`sheet`] packs vectors of like signals and, with [`lines`], makes loops of like statements
+//! and instances, [`share`] finds modules that several instances use, [`print`]
 //! and [`text`] write them, and [`netlist`] says how they are connected. What has no single meaning is refused ([`fault`]).
 
 mod alias;
@@ -12,18 +13,22 @@ mod concat;
 mod drive;
 mod expr;
 mod fault;
+mod lines;
 mod lower;
 mod module;
 mod module_type;
 mod names;
 mod netlist;
+mod number;
 mod prefix;
 mod print;
 #[cfg(test)]
 mod refusals;
 mod scope;
 mod share;
+mod sheet;
 mod signals;
+mod term;
 mod text;
 
 use rust_hdl_core::block::Block;

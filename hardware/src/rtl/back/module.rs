@@ -6,7 +6,7 @@ use super::expr::{Expr, SignalId};
 use super::fault::{Fault, Refusal};
 use super::lower::{Statement, lower};
 use super::scope::{Content, Scope};
-use super::signals::{MemoryPins, Names, Reset, Role, Signal, TablePins};
+use super::signals::{Element, MemoryPins, Named, Names, Reset, Role, Signal, TablePins};
 use crate::rtl::front::Description;
 
 /// A module without its constants' values, so that instances that differ in
@@ -79,10 +79,12 @@ pub struct Assign {
 pub struct Instance {
     /// Instance name.
     pub name: String,
+    /// Its vector of instances, and its place there.
+    pub element: Option<Element>,
     /// Index in the scope's children.
     pub child: usize,
     /// Ports as (name in the child, what is connected).
-    pub connections: Vec<(String, Expr)>,
+    pub connections: Vec<(Named, Expr)>,
 }
 
 impl Module {
@@ -93,10 +95,10 @@ impl Module {
     }
 
     /// What a clocked statement assigns: the register behind its input pin.
-    pub fn register_of(&self, d: SignalId) -> &Signal {
+    pub fn register_of(&self, d: SignalId) -> SignalId {
         match self.signals[d].role {
-            Role::RegisterD(index) => &self.signals[self.registers[index].0],
-            _ => &self.signals[d],
+            Role::RegisterD(index) => self.registers[index].0,
+            _ => d,
         }
     }
 }
@@ -120,7 +122,7 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         assigns: Vec::new(),
     };
     for &id in &drives.order {
-        wires.drive(id, &drives.combinational[&id], &names);
+        wires.drive(id, &drives.combinational[&id], &drives, &names);
     }
     for table in &names.tables {
         let index = Box::new(drives.combinational[&table.address].clone());
@@ -161,7 +163,7 @@ struct Wires {
 
 impl Wires {
     /// A combinational signal and its value.
-    fn drive(&mut self, id: SignalId, value: &Expr, names: &Names) {
+    fn drive(&mut self, id: SignalId, value: &Expr, drives: &Drives, names: &Names) {
         let role = names.signals[id].role;
         match role {
             Role::RegisterClock(_)
@@ -171,13 +173,14 @@ impl Wires {
             Role::InstanceInput(_) if is_simple(value) => return,
             _ => {}
         }
-        if let Some(source) = merge_candidate(role, value, names)
+        if let Some(source) = merge_candidate(id, value, drives, names)
             && !self.merged[source]
         {
             // One wire under one name: the register, the instance or the wiring
             // drives the port itself.
             self.merged[source] = true;
             self.signals[source].name = self.signals[id].name.clone();
+            self.signals[source].element = self.signals[id].element.clone();
             if role == Role::Local {
                 self.declared.push(id);
             }
@@ -202,6 +205,7 @@ impl Wires {
         instances
             .map(|instance| Instance {
                 name: instance.name.clone(),
+                element: instance.element.clone(),
                 child: instance.child,
                 connections: instance
                     .ports
@@ -218,9 +222,16 @@ impl Wires {
             let value = &drives.combinational[&id];
             return if is_simple(value) { value.clone() } else { own };
         }
-        if !drives.is_read[id] {
+        let is_read = |id: &SignalId| drives.is_read[*id];
+        let siblings = names.siblings(id);
+        if !siblings.iter().all(is_read) {
             // Verilator knows by this name that it is meant.
-            self.signals[id].name.push_str("_unused");
+            let end = if siblings.iter().any(is_read) { "_some_unused" } else { "_unused" };
+            let signal = &mut self.signals[id];
+            signal.name.push_str(end);
+            if let Some(element) = &mut signal.element {
+                element.all.push_str(end);
+            }
         }
         if !self.merged[id] {
             self.declared.push(id);
@@ -238,14 +249,37 @@ fn is_simple(value: &Expr) -> bool {
     }
 }
 
-/// The register, instance output or wiring that may take the driven signal's name.
-fn merge_candidate(role: Role, value: &Expr, names: &Names) -> Option<SignalId> {
-    let Expr::Signal { id, .. } = value else {
-        return None;
-    };
-    match (role, names.signals[*id].role) {
-        (Role::Output, Role::RegisterQ(_)) => Some(*id),
-        (Role::Output | Role::Local, Role::InstanceOutput(_) | Role::WiringOut(_)) => Some(*id),
+/// The register, instance output or wiring that may take the driven signal's name. Of a vector
+/// all elements may, or none.
+fn merge_candidate(id: SignalId, value: &Expr, drives: &Drives, names: &Names) -> Option<SignalId> {
+    let source_of = |id: SignalId, value: Option<&Expr>| match value {
+        Some(Expr::Signal { id: source, .. }) => {
+            match (names.signals[id].role, names.signals[*source].role) {
+                (Role::Output, Role::RegisterQ(_)) => Some(*source),
+                (Role::Output | Role::Local, Role::InstanceOutput(_) | Role::WiringOut(_)) => {
+                    Some(*source)
+                }
+                _ => None,
+            }
+        }
         _ => None,
+    };
+    let source = source_of(id, Some(value))?;
+    let of_source = names.siblings(source);
+    if names.siblings(id) == [id] && of_source.len() > 1 {
+        // Each element of the vector may be another port.
+        let is_shown = |one: &SignalId| {
+            let shows = |id: &SignalId| {
+                names.signals[*id].role == Role::Output
+                    && names.siblings(*id) == [*id]
+                    && source_of(*id, drives.combinational.get(id)) == Some(*one)
+            };
+            drives.order.iter().any(shows)
+        };
+        return of_source.iter().all(is_shown).then_some(source);
     }
+    let siblings = names.siblings(id).into_iter();
+    let sources: Option<Vec<SignalId>> =
+        siblings.map(|id| source_of(id, drives.combinational.get(&id))).collect();
+    (sources? == of_source).then_some(source)
 }

@@ -1,6 +1,7 @@
 //! What a module is and how it is used, before it is printed.
 
 use super::module::Module;
+use super::sheet::Sheet;
 
 /// A constant of a module, or of one below it.
 #[derive(Debug, Clone)]
@@ -13,6 +14,8 @@ pub struct Parameter {
     pub about: String,
     /// Heading over it.
     pub heading: Option<String>,
+    /// Whether it is a number, and not a pattern of bits.
+    pub is_number: bool,
     /// Value in each instance of the module, in the order of the design.
     pub values: Vec<u128>,
     /// Whether it belongs to a module below.
@@ -27,6 +30,17 @@ impl Parameter {
         parts.collect::<Vec<_>>().join("; ")
     }
 
+    /// Its value in one of the instances, as Verilog.
+    pub fn literal(&self, instance: usize) -> String {
+        let Parameter { width, is_number, .. } = *self;
+        let value = self.values[instance];
+        match is_number {
+            true => format!("{width}'d{value}"),
+            false if width == 1 => format!("1'b{value}"),
+            false => format!("{width}'h{value:0digits$x}", digits = width.div_ceil(4) as usize),
+        }
+    }
+
     /// Whether instances differ in it.
     pub fn varies(&self) -> bool {
         self.values.iter().any(|v| *v != self.values[0])
@@ -38,6 +52,8 @@ impl Parameter {
 pub struct ModuleType {
     /// The module.
     pub module: Module,
+    /// How it is printed.
+    pub sheet: Sheet,
     /// Its name, made unique.
     pub name: String,
     /// Its own constants, then those of its instances.

@@ -6,7 +6,7 @@ use super::expr::{Expr, SignalId};
 use super::lower::Statement;
 use super::module::Module;
 use super::module_type::ModuleType;
-use super::signals::Role;
+use super::signals::{Named, Role};
 
 /// A module, the instances in it, and what drives what.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -84,9 +84,9 @@ impl Netlist {
         for (instance, &(child, _)) in module.instances.iter().zip(&this.children) {
             let below = &types[child].module;
             let side = |role: Role| {
-                let has_role = |name: &String| {
+                let has_role = |named: &Named| {
                     let mut ports = below.ports.iter().map(|&id| &below.signals[id]);
-                    ports.any(|port| port.name == *name && port.role == role)
+                    ports.any(|port| port.name == named.name && port.role == role)
                 };
                 let ports = instance.connections.iter().filter(|(port, _)| has_role(port));
                 nets(module, ports.map(|(_, value)| value))
@@ -124,7 +124,7 @@ impl Netlist {
         for statement in statements {
             match statement {
                 Statement::Assign { target, value } => self.driven.push(Driven {
-                    net: module.register_of(*target).name.clone(),
+                    net: module.signals[module.register_of(*target)].name.clone(),
                     from: nets(module, [value]),
                     is_register: true,
                 }),

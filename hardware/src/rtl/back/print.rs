@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 
-use super::module::{Assign, Module};
+use super::lines::Line;
 use super::module_type::{ModuleType, Parameter};
+use super::number::Num;
 use super::prefix::Prefix;
-use super::signals::{Role, Signal};
+use super::sheet::{Declaration, GENERATED, Group, INDICES, Memory, Sheet};
 use super::text::{
-    LINE_WIDTH, clocked_block, commented, expression, literal, memory_block, push_broken, wrapped,
+    LINE_WIDTH, clocked_block, commented, expression, loop_head, operand_of, push_broken, symbol,
+    wrapped,
 };
 use crate::rtl::front::StateCheck;
 
@@ -24,27 +26,24 @@ pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by:
     out.push_str(&format!("module {}", this.name));
     out.push_str(&parameter_list(&this.parameters));
     let is_top = index + 1 == types.len();
-    out.push_str(&port_list(&this.module, is_top));
-    let mut body = constants(this);
-    body.push_str(&module_body_with(&this.module, &prefix.of(BLOCK_MEMORY), &|instance| {
-        instance_head(types, this, instance)
-    }));
+    out.push_str(&port_list(&this.sheet, is_top));
+    let heads: Vec<Head> =
+        this.sheet.groups.iter().map(|group| instance_head(types, this, group)).collect();
+    let mut body = constants(this, &heads);
+    body.push_str(&declarations(&this.sheet));
+    body.push_str(&assignments(&this.sheet.assigns));
+    for (group, head) in this.sheet.groups.iter().zip(&heads) {
+        body.push_str(&instance(group, &head.text));
+    }
+    for memory in &this.sheet.memories {
+        body.push_str(&memory_instance(memory, &prefix.of(BLOCK_MEMORY)));
+    }
+    body.push_str(&clocked_block(&this.sheet));
     out.push('\n');
     out.push_str(body.trim_start_matches('\n'));
     out.push_str(&checks(this, prefix));
     out.push_str("\nendmodule\n\n`default_nettype wire\n");
     out
-}
-
-/// What a module does, without the values of its constants: modules of equal
-/// bodies are one.
-pub fn module_body(module: &Module) -> String {
-    let ports = port_list(module, false);
-    let tables: Vec<_> = module.tables.iter().map(|t| &t.bits).collect();
-    let body = module_body_with(module, BLOCK_MEMORY, &|instance| {
-        format!("{} ", module.instances[instance].name)
-    });
-    format!("{ports}{tables:?}{body}")
 }
 
 fn header(this: &ModuleType, made_by: &str) -> String {
@@ -70,8 +69,11 @@ fn header(this: &ModuleType, made_by: &str) -> String {
     out
 }
 
-fn range(width: u32) -> String {
-    if width == 1 { String::new() } else { format!("[{}:0]", width - 1) }
+fn range(width: &Num) -> String {
+    if width.constant() == Some(1) {
+        return String::new();
+    }
+    format!("[{}:0]", width.sub(&1u32.into()).text())
 }
 
 fn spaced(range: &str) -> String {
@@ -84,8 +86,8 @@ fn parameter_list(parameters: &[Parameter]) -> String {
         return " (\n".to_owned();
     }
     let code = |parameter: &Parameter| {
-        let range = spaced(&range(parameter.width));
-        let value = literal(parameter.values[0], parameter.width);
+        let range = spaced(&range(&parameter.width.into()));
+        let value = parameter.literal(0);
         format!("parameter {range}{} = {value}", parameter.name)
     };
     let lines = varying.iter().map(|p| (code(p), p.said()));
@@ -109,31 +111,13 @@ fn aligned(lines: &[(String, String)]) -> String {
 }
 
 /// The ports. Clock and reset are explained in the top module only.
-fn port_list(module: &Module, is_top: bool) -> String {
-    let ports: Vec<&Signal> = module.ports.iter().map(|id| &module.signals[*id]).collect();
-    let range_width = ports.iter().map(|port| range(port.width).len()).max();
-    let range_width = range_width.unwrap_or(0);
-    let mut lines = Vec::new();
-    for port in &ports {
-        let kind = if port.role == Role::Input {
-            "input  wire"
-        } else if is_output_register(module, &port.name) {
-            "output reg "
-        } else {
-            "output wire"
-        };
-        let space = if range_width > 0 { " " } else { "" };
-        let range = range(port.width);
-        let code = format!("{kind}{space}{range:range_width$} {}", port.name);
-        let is_said = is_top || !is_clock_or_reset(port);
-        let about = if is_said { port.about.as_str() } else { "" };
-        lines.push((code, about.to_owned()));
-    }
+fn port_list(sheet: &Sheet, is_top: bool) -> String {
+    let lines = declared(&sheet.ports, |port| is_top || !is_clock_or_reset(port), "");
     let listed = listed(lines);
     let mut out = String::new();
-    let mut before: Option<&Signal> = None;
+    let mut before: Option<&Declaration> = None;
     let mut printed = listed.lines();
-    for port in ports {
+    for port in &sheet.ports {
         if before.is_some_and(|before| group_of(before) != group_of(port)) {
             out.push('\n');
         }
@@ -155,23 +139,35 @@ fn port_list(module: &Module, is_top: bool) -> String {
     out
 }
 
-fn is_clock_or_reset(port: &Signal) -> bool {
+/// Declarations in columns, each with what is said of it.
+fn declared(
+    all: &[Declaration],
+    is_said: impl Fn(&Declaration) -> bool,
+    end: &str,
+) -> Vec<(String, String)> {
+    let range_width = all.iter().map(|one| range(&one.width).len()).max().unwrap_or(0);
+    let space = if range_width > 0 { " " } else { "" };
+    let line = |one: &Declaration| {
+        let range = range(&one.width);
+        let code = format!("{}{space}{range:range_width$} {}{end}", one.kind, one.name);
+        (code, if is_said(one) { one.about.clone() } else { String::new() })
+    };
+    all.iter().map(line).collect()
+}
+
+fn is_clock_or_reset(port: &Declaration) -> bool {
     matches!(port.name.as_str(), "i_clk" | "i_rst")
 }
 
 /// What stands together in a list of ports.
-fn group_of(port: &Signal) -> (Option<&str>, bool, bool) {
+fn group_of(port: &Declaration) -> (Option<&str>, bool, bool) {
     match &port.heading {
         Some(heading) => (Some(heading), false, false),
-        None => (None, is_clock_or_reset(port), port.role == Role::Input),
+        None => (None, is_clock_or_reset(port), port.kind.starts_with("input")),
     }
 }
 
-fn is_output_register(module: &Module, name: &str) -> bool {
-    module.registers.iter().any(|(q, _)| module.signals[*q].name == name)
-}
-
-fn constants(this: &ModuleType) -> String {
+fn constants(this: &ModuleType, heads: &[Head]) -> String {
     let own = this.parameters.iter();
     let own: Vec<_> = own.filter(|p| !p.is_handed_on && !p.varies()).collect();
     let mut out = String::new();
@@ -182,20 +178,25 @@ fn constants(this: &ModuleType) -> String {
         }
         let names = group.iter().map(|p| p.name.len()).max().unwrap_or(0);
         let line = |p: &&Parameter| {
-            let range = spaced(&range(p.width));
-            let value = literal(p.values[0], p.width);
+            let range = spaced(&range(&p.width.into()));
+            let value = p.literal(0);
             let code = format!("localparam {range}{:names$} = {value};", p.name);
             (code, p.about.clone())
         };
         out.push_str(&aligned(&group.iter().map(line).collect::<Vec<_>>()));
     }
+    let tables: Vec<&String> = heads.iter().flat_map(|head| &head.tables).collect();
+    if !tables.is_empty() {
+        out.push('\n');
+    }
+    tables.into_iter().for_each(|table| out.push_str(table));
     for table in &this.module.tables {
         let contents = &this.module.signals[table.contents];
         let _ = writeln!(
             out,
             "\n    // {}; entry 0 is the least significant bit\n    localparam {}{} = {};",
             contents.about,
-            spaced(&range(contents.width)),
+            spaced(&range(&contents.width.into())),
             contents.name,
             table_literal(&table.bits, contents.width as usize),
         );
@@ -253,89 +254,163 @@ fn table_literal(bits: &[u8], width: usize) -> String {
     out
 }
 
-fn module_body_with(
-    module: &Module,
-    memory_module: &str,
-    instance_head: &dyn Fn(usize) -> String,
-) -> String {
-    let mut out = declarations(module);
-    out.push_str(&assignments(module));
-    for (index, instance) in module.instances.iter().enumerate() {
-        let _ = writeln!(out, "\n    {}(", instance_head(index));
-        let port_width = instance.connections.iter().map(|(port, _)| port.len()).max().unwrap_or(0);
-        for (number, (port, value)) in instance.connections.iter().enumerate() {
-            let comma = if number + 1 < instance.connections.len() { "," } else { "" };
-            let value = format!("({}){comma}", expression(value, module));
-            push_broken(&mut out, 8, &format!(".{port:port_width$}"), &value);
-        }
-        out.push_str("    );\n");
-    }
-    for memory in &module.memories {
-        out.push_str(&memory_block(memory, module, memory_module));
-    }
-    out.push_str(&clocked_block(module));
-    out
+/// How an instance begins, and the constants that a vector of them needs for that.
+struct Head {
+    text: String,
+    tables: Vec<String>,
 }
 
-fn instance_head(types: &[ModuleType], this: &ModuleType, instance: usize) -> String {
-    let (child, first) = this.children[instance];
+fn instance_head(types: &[ModuleType], this: &ModuleType, group: &Group) -> Head {
+    let (child, _) = this.children[group.members[0]];
     let below = &types[child];
-    let name = &this.module.instances[instance].name;
-    let overrides: Vec<String> = below
-        .parameters
-        .iter()
-        .enumerate()
-        .filter(|(_, parameter)| parameter.varies())
-        .map(|(index, parameter)| {
-            let here = &this.parameters[first + index];
-            let value =
-                if here.varies() { here.name.clone() } else { literal(here.values[0], here.width) };
-            format!("        .{}({value})", parameter.name)
-        })
-        .collect();
-    if overrides.is_empty() {
-        format!("{} {name} ", below.name)
-    } else {
-        format!("{} #(\n{}\n    ) {name} ", below.name, overrides.join(",\n"))
+    let mut tables = Vec::new();
+    let mut overrides = Vec::new();
+    for (index, parameter) in below.parameters.iter().enumerate().filter(|(_, p)| p.varies()) {
+        let value = |member: &usize| {
+            let here = &this.parameters[this.children[*member].1 + index];
+            if here.varies() { here.name.clone() } else { here.literal(0) }
+        };
+        let mut values: Vec<String> = group.members.iter().map(value).collect();
+        let value = match values.iter().all(|value| *value == values[0]) {
+            true => values.swap_remove(0),
+            false => {
+                let name = format!("{}_{}", group.name.to_uppercase(), parameter.name);
+                values.reverse();
+                let head = format!(
+                    "localparam [{}:0] {name} =",
+                    parameter.width as usize * values.len() - 1
+                );
+                let mut table = String::new();
+                push_broken(&mut table, 4, &head, &format!("{{{}}};", values.join(", ")));
+                tables.push(table);
+                let place = Num::default().along(&parameter.width.into(), GENERATED[0], 0);
+                format!("{name}[{} +: {}]", place.text(), parameter.width)
+            }
+        };
+        overrides.push(format!("        .{}({value})", parameter.name));
     }
-}
-
-fn declarations(module: &Module) -> String {
-    let is_port_name = |name: &str| module.ports.iter().any(|p| module.signals[*p].name == name);
-    let registers = module.registers.iter().map(|(id, _)| ("reg ", &module.signals[*id]));
-    let read = module.memories.iter().map(|memory| ("wire", &module.signals[memory.q]));
-    let wires = module.wires.iter().map(|id| ("wire", &module.signals[*id]));
-    let declared: Vec<_> = registers
-        .chain(read)
-        .chain(wires)
-        .filter(|(_, signal)| !is_port_name(&signal.name))
-        .collect();
-    if declared.is_empty() {
-        return String::new();
-    }
-    let range_width = declared.iter().map(|(_, s)| range(s.width).len()).max();
-    let range_width = range_width.unwrap_or(0);
-    let space = if range_width > 0 { " " } else { "" };
-    let line = |(kind, signal): (&str, &Signal)| {
-        let range = range(signal.width);
-        let code = format!("{kind} {range:range_width$}{space}{};", signal.name);
-        // The port of the instance says it.
-        let is_said = !matches!(signal.role, Role::InstanceOutput(_));
-        let about = if is_said { signal.about.as_str() } else { "" };
-        (code, about.to_owned())
+    let text = match overrides.is_empty() {
+        true => format!("{} {} ", below.name, group.name),
+        false => format!("{} #(\n{}\n    ) {} ", below.name, overrides.join(",\n"), group.name),
     };
-    let lines: Vec<_> = declared.into_iter().map(line).collect();
-    format!("\n{}", aligned(&lines))
+    Head { text, tables }
 }
 
-fn assignments(module: &Module) -> String {
+/// An instance, or a loop of them.
+fn instance(group: &Group, head: &str) -> String {
+    let mut out = format!("    {head}(\n");
+    connections(&mut out, &group.connections);
+    if group.members.len() > 1 {
+        let head = loop_head(&(group.members.len() as u32).into(), GENERATED[0]);
+        out = format!("    {head} begin : gen_{}\n{}    end\n", group.name, indented(&out));
+    }
+    format!("\n{out}")
+}
+
+fn indented(text: &str) -> String {
+    let line = |line: &str| if line.is_empty() { "\n".to_owned() } else { format!("    {line}\n") };
+    text.lines().map(line).collect()
+}
+
+fn connections(out: &mut String, connections: &[(String, super::term::Term)]) {
+    let port_width = connections.iter().map(|(port, _)| port.len()).max().unwrap_or(0);
+    for (number, (port, value)) in connections.iter().enumerate() {
+        let comma = if number + 1 < connections.len() { "," } else { "" };
+        let value = format!("({}){comma}", expression(value));
+        push_broken(out, 8, &format!(".{port:port_width$}"), &value);
+    }
+    out.push_str("    );\n");
+}
+
+/// A memory: an instance of the module `kind`.
+fn memory_instance(memory: &Memory, kind: &str) -> String {
+    let Memory { name, about, words, address_bits, bits, connections: pins } = memory;
+    let mut out = format!(
+        "\n    // {about}\n    {kind} #(\n        .WORDS({words}), .ADDRESS_BITS({}), .BITS({})\n    ) \
+         {name} (\n",
+        address_bits.text(),
+        bits.text(),
+    );
+    connections(&mut out, pins);
+    out
+}
+
+fn declarations(sheet: &Sheet) -> String {
     let mut out = String::new();
-    for Assign { target, value } in &module.assigns {
-        if out.is_empty() {
-            out.push('\n');
+    let lines = declared(&sheet.declarations, |_| true, ";");
+    if !lines.is_empty() {
+        out = format!("\n{}", aligned(&lines));
+    }
+    let mut counters = |kind: &str, used: Vec<&str>| {
+        if !used.is_empty() {
+            let _ = writeln!(out, "    {kind} {};", used.join(", "));
         }
-        let head = format!("assign {} =", module.signals[*target].name);
-        push_broken(&mut out, 4, &head, &format!("{};", expression(value, module)));
+    };
+    counters("integer", INDICES.into_iter().filter(|index| sheet.loops_with(index)).collect());
+    counters("genvar", GENERATED.into_iter().filter(|index| sheet.generates_with(index)).collect());
+    out
+}
+
+fn assignments(assigns: &[Line]) -> String {
+    let mut out = String::new();
+    let (loops, plain): (Vec<&Line>, Vec<&Line>) =
+        assigns.iter().partition(|line| !matches!(line, Line::Store { .. }));
+    if !plain.is_empty() {
+        out.push('\n');
+    }
+    for line in plain {
+        push_assignment(&mut out, line, 4);
+    }
+    for line in loops {
+        out.push('\n');
+        push_assignment(&mut out, line, 4);
     }
     out
+}
+
+fn push_assignment(out: &mut String, line: &Line, indent: usize) {
+    match line {
+        Line::Store { target, value } => {
+            let head = format!("assign {} =", expression(target));
+            push_broken(out, indent, &head, &format!("{};", expression(value)));
+        }
+        Line::Loop { index, trips, body } => {
+            let head = loop_head(trips, index);
+            let _ = writeln!(out, "{:indent$}{head} begin : gen_{}", "", label(body));
+            body.iter().for_each(|line| push_assignment(out, line, indent + 4));
+            let _ = writeln!(out, "{:indent$}end", "");
+        }
+        Line::Fold { target, op, index, trips, operand, zero } => {
+            let inner = indent + 4;
+            let target = expression(target);
+            let name = target.split('[').next().unwrap_or_default();
+            let _ = writeln!(
+                out,
+                "{:indent$}always @* begin : make_{name}\n{:inner$}integer {index};\n{:inner$}{target} = \
+                 {};\n{:inner$}{} begin",
+                "",
+                "",
+                "",
+                expression(zero),
+                "",
+                loop_head(trips, index)
+            );
+            let joined = format!("{target} {} {};", symbol(*op), operand_of(operand, *op));
+            push_broken(out, inner + 4, &format!("{target} ="), &joined);
+            let _ = writeln!(out, "{:inner$}end\n{:indent$}end", "", "");
+        }
+        Line::If { .. } => {}
+    }
+}
+
+/// What a loop of assignments makes first.
+fn label(body: &[Line]) -> String {
+    match &body[0] {
+        Line::Store { target, .. } | Line::Fold { target, .. } => {
+            let text = expression(target);
+            text.split('[').next().unwrap_or(&text).to_owned()
+        }
+        Line::Loop { body, .. } => format!("{}_inner", label(body)),
+        Line::If { yes, .. } => label(yes),
+    }
 }

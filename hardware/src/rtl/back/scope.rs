@@ -4,6 +4,7 @@ use rust_hdl_core::ast::{Verilog, VerilogLiteral, VerilogStatement};
 use rust_hdl_core::atom::{Atom, AtomKind};
 use rust_hdl_core::block::Block;
 use rust_hdl_core::probe::Probe;
+use rust_hdl_core::type_descriptor::TypeKind;
 
 use super::fault::{Fault, Refusal};
 use crate::rtl::front::{Marker, told_by};
@@ -56,6 +57,8 @@ pub struct AtomInfo {
     pub width: u32,
     /// Value, for constants.
     pub value: u128,
+    /// Whether that is a number, and not a pattern of bits.
+    pub is_number: bool,
     /// Description.
     pub about: String,
     /// Heading in the port list.
@@ -121,7 +124,9 @@ impl Probe for Collector {
             inner_key.push('$');
         }
         inner_key.push_str(name);
-        let described = atom.descriptor().name;
+        let descriptor = atom.descriptor();
+        let is_number = matches!(descriptor.kind, TypeKind::Signed(_));
+        let described = descriptor.name;
         let (heading, about) = match described.split_once('\n') {
             Some((heading, about)) => (Some(heading.to_owned()), about.to_owned()),
             None => (None, described),
@@ -132,6 +137,7 @@ impl Probe for Collector {
             kind: atom.kind(),
             width: atom.bits() as u32,
             value: literal_value(&atom.verilog()).unwrap_or(0),
+            is_number,
             about,
             heading,
         });

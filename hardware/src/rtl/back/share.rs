@@ -10,8 +10,9 @@ use super::module::Module;
 use super::module_type::{ModuleType, Parameter};
 use super::netlist::Netlist;
 use super::prefix::Prefix;
-use super::print::{BLOCK_MEMORY, LFSR_CHECK, module_body, module_text};
+use super::print::{BLOCK_MEMORY, LFSR_CHECK, module_text};
 use super::scope::{AtomInfo, Content, Scope};
+use super::sheet::Sheet;
 use rust_hdl_core::atom::AtomKind;
 
 /// A printed module.
@@ -77,16 +78,18 @@ fn register(
         let (index, below) = register(child, types)?;
         children.push((index, parameters.len()));
         parameters.extend(below.into_iter().map(|p| Parameter {
-            name: format!("{}_{}", instance.name.to_uppercase(), p.name),
+            name: handed_on(&instance.name.to_uppercase(), &p.name),
             is_handed_on: true,
             ..p
         }));
     }
+    let kinds: Vec<usize> = children.iter().map(|(kind, _)| *kind).collect();
+    let sheet = Sheet::of(&module, &kinds);
     let key = format!(
-        "{:?}\n{children:?}\n{:?}\n{}",
+        "{:?}\n{children:?}\n{:?}\n{:?}\n{sheet:?}",
         module.description,
         parameters.iter().map(|p| (&p.name, p.width, &p.about, &p.heading)).collect::<Vec<_>>(),
-        module_body(&module),
+        module.tables.iter().map(|table| &table.bits).collect::<Vec<_>>(),
     );
     match types.iter_mut().position(|t| t.key == key) {
         Some(index) => {
@@ -99,6 +102,7 @@ fn register(
             types.push(ModuleType {
                 name: module.description.module.clone(),
                 module,
+                sheet,
                 parameters: parameters.clone(),
                 children,
                 key,
@@ -108,12 +112,21 @@ fn register(
     }
 }
 
+/// What an instance's parameter is called in the module that hands it on.
+fn handed_on(instance: &str, parameter: &str) -> String {
+    match parameter.strip_prefix(instance).is_some_and(|rest| rest.starts_with('_')) {
+        true => parameter.to_owned(),
+        false => format!("{instance}_{parameter}"),
+    }
+}
+
 fn parameter(atom: &AtomInfo, name: &str) -> Parameter {
     Parameter {
         name: name.to_owned(),
         width: atom.width,
         about: atom.about.clone(),
         heading: atom.heading.clone(),
+        is_number: atom.is_number,
         values: vec![atom.value],
         is_handed_on: false,
     }

@@ -1,13 +1,14 @@
 //! The names of a module: its own signals and the pins of what is in it.
 
 use std::collections::{HashMap, HashSet};
+use std::mem::discriminant;
 
 use rust_hdl_core::atom::AtomKind;
 
 use super::expr::SignalId;
 use super::fault::Fault;
 use super::names::check_name;
-use super::scope::{Content, Scope};
+use super::scope::{AtomInfo, Content, Scope};
 use crate::rtl::front::{Description, Marker};
 
 /// Something that a kernel can name.
@@ -25,6 +26,17 @@ pub struct Signal {
     pub heading: Option<String>,
     /// Value of a constant.
     pub value: u128,
+    /// Its place in a vector of like signals.
+    pub element: Option<Element>,
+}
+
+/// A place in a vector of like signals, which are printed as one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Element {
+    /// Name of them all.
+    pub all: String,
+    /// Which of them, from 0.
+    pub place: usize,
 }
 
 /// What a signal is in its module; numbers index the registers, tables,
@@ -135,8 +147,10 @@ pub struct InstancePins {
     pub name: String,
     /// Index in the scope's children.
     pub child: usize,
+    /// Its vector of instances, and its place there.
+    pub element: Option<Element>,
     /// Ports as (name in the child, signal here).
-    pub ports: Vec<(String, SignalId)>,
+    pub ports: Vec<(Named, SignalId)>,
 }
 
 /// Every name of a module.
@@ -157,6 +171,7 @@ pub struct Names {
     /// Instances, in the order of declaration.
     pub instances: Vec<InstancePins>,
     by_key: HashMap<String, SignalId>,
+    vectors: HashMap<String, Vec<SignalId>>,
 }
 
 impl Names {
@@ -169,8 +184,9 @@ impl Names {
                 AtomKind::InputParameter => (Role::Input, name),
                 AtomKind::OutputParameter => (Role::Output, name),
                 AtomKind::LocalSignal => (Role::Local, name),
-                AtomKind::Constant => (Role::Constant, name.to_uppercase()),
+                AtomKind::Constant => (Role::Constant, Named::alone(name.name.to_uppercase())),
                 _ => {
+                    let name = name.name;
                     return Err(Fault::Unsupported {
                         construct: format!("`{name}`, neither input, output, local nor constant,"),
                     });
@@ -187,11 +203,22 @@ impl Names {
                     names.description = Some(description.clone());
                 }
                 Content::Marker(marker) => names.add_inline(child, name, marker)?,
-                Content::Kernel(_) => names.add_instance(child, name, index),
+                Content::Kernel(_) => {
+                    let are_alike = are_alike(&scope.children, &name);
+                    names.add_instance(child, &name, are_alike, index);
+                }
             }
         }
         names.check()?;
+        names.vectors = vectors(&names.signals);
         Ok(names)
+    }
+
+    /// The elements of the vector that a signal is in, in their order; or the signal alone.
+    pub fn siblings(&self, id: SignalId) -> Vec<SignalId> {
+        let element = self.signals[id].element.as_ref();
+        let vector = element.and_then(|element| self.vectors.get(&element.all));
+        vector.cloned().unwrap_or_else(|| vec![id])
     }
 
     /// The signal that a kernel calls `key`.
@@ -199,29 +226,30 @@ impl Names {
         self.by_key.get(key).copied()
     }
 
-    fn add(&mut self, key: &str, name: String, width: u32, role: Role, about: &str) -> SignalId {
+    fn add(&mut self, key: &str, named: Named, width: u32, role: Role, about: &str) -> SignalId {
         let id = self.signals.len();
         self.signals.push(Signal {
-            name,
+            name: named.name,
             width,
             role,
             about: about.to_owned(),
             heading: None,
             value: 0,
+            element: named.element,
         });
         self.by_key.insert(key.to_owned(), id);
         id
     }
 
-    fn add_inline(&mut self, child: &Scope, name: String, marker: &Marker) -> Result<(), Fault> {
+    fn add_inline(&mut self, child: &Scope, name: Named, marker: &Marker) -> Result<(), Fault> {
         match marker {
             Marker::Register { name: given, reset_value, reset_constant, about } => {
-                let name = given.clone().unwrap_or(name);
+                let name = given.clone().map_or(name, Named::alone);
                 let reset = (*reset_value, reset_constant.as_deref());
                 self.add_register(child, &name, reset, about)?;
             }
-            Marker::BitTable { bits, about } => self.add_table(child, &name, bits, about),
-            Marker::Memory { words, about } => self.add_memory(child, &name, *words, about),
+            Marker::BitTable { bits, about } => self.add_table(child, &name.name, bits, about),
+            Marker::Memory { words, about } => self.add_memory(child, &name.name, *words, about),
             Marker::Wiring { sources, about } => self.add_wiring(child, name, sources, about),
             Marker::About(_) => {}
         }
@@ -231,7 +259,7 @@ impl Names {
     fn add_register(
         &mut self,
         child: &Scope,
-        name: &str,
+        name: &Named,
         (value, constant): (u128, Option<&str>),
         about: &str,
     ) -> Result<(), Fault> {
@@ -243,16 +271,17 @@ impl Names {
                 let id = self
                     .find(constant)
                     .ok_or_else(|| Fault::UnknownName { name: constant.to_owned() })?;
-                check_reset_constant(&self.signals[id], name, width, value)?;
+                check_reset_constant(&self.signals[id], &name.name, width, value)?;
                 Reset::Constant(id)
             }
         };
-        let mut pin = |pin: &str, name: String, width, role, about: &str| {
+        let mut pin = |pin: &str, name: Named, width, role, about: &str| {
             self.add(&child.pin(pin), name, width, role, about)
         };
-        let clock = pin("clock", format!("{name}.clock"), 1, Role::RegisterClock(index), "");
-        pin("d", format!("{name}.d"), width, Role::RegisterD(index), "");
-        let q = pin("q", format!("{name}_r"), width, Role::RegisterQ(index), about);
+        let inner = |pin: &str| Named::alone(format!("{}.{pin}", name.name));
+        let clock = pin("clock", inner("clock"), 1, Role::RegisterClock(index), "");
+        pin("d", inner("d"), width, Role::RegisterD(index), "");
+        let q = pin("q", name.between("", "_r"), width, Role::RegisterQ(index), about);
         self.registers.push(RegisterPins { q, clock, reset });
         Ok(())
     }
@@ -261,7 +290,7 @@ impl Names {
         let index = self.tables.len();
         let width = child.width_of("address");
         let mut pin = |pin: &str, name: String, width, role, about: &str| {
-            self.add(&child.pin(pin), name, width, role, about)
+            self.add(&child.pin(pin), Named::alone(name), width, role, about)
         };
         let contents = pin("", name.to_uppercase(), 1 << width, Role::Table, about);
         let address_name = format!("{name}.address");
@@ -273,21 +302,21 @@ impl Names {
     fn add_memory(&mut self, child: &Scope, name: &str, words: u64, about: &str) {
         let index = self.memories.len();
         let width = child.width_of("data");
-        let contents = self.add(&child.pin(""), name.to_owned(), width, Role::Memory, about);
+        let contents = self.add(&child.pin(""), Named::alone(name), width, Role::Memory, about);
         let mut input = |pin: &str| {
-            let name = format!("{name}.{pin}");
+            let name = Named::alone(format!("{name}.{pin}"));
             let width = child.width_of(pin);
             self.add(&child.pin(pin), name, width, Role::MemoryIn(index), "")
         };
         let clock = input("clock");
         let write = ["write", "write_address", "data"].map(&mut input);
         let read = ["read", "address"].map(&mut input);
-        let q_name = format!("{name}_q");
+        let q_name = Named::alone(format!("{name}_q"));
         let q = self.add(&child.pin("q"), q_name, width, Role::MemoryQ(index), "");
         self.memories.push(MemoryPins { contents, words, clock, write, read, q });
     }
 
-    fn add_wiring(&mut self, child: &Scope, name: String, sources: &[usize], about: &str) {
+    fn add_wiring(&mut self, child: &Scope, name: Named, sources: &[usize], about: &str) {
         let index = self.wirings.len();
         let pins = child.atoms.iter();
         let pins = pins.filter(|a| a.kind == AtomKind::InputParameter);
@@ -295,7 +324,8 @@ impl Names {
             .map(|atom| {
                 let pin = &atom.outer_key;
                 let role = Role::WiringIn(index);
-                self.add(&child.pin(pin), format!("{name}.{pin}"), 1, role, "")
+                let inner = Named::alone(format!("{}.{pin}", name.name));
+                self.add(&child.pin(pin), inner, 1, role, "")
             })
             .collect();
         let width = sources.len() as u32;
@@ -303,31 +333,52 @@ impl Names {
         self.wirings.push(WiringPins { inputs, output, sources: sources.to_vec() });
     }
 
-    fn add_instance(&mut self, child: &Scope, name: String, index: usize) {
+    /// Adds an instance; `are_alike` says whether those of its vector have the same ports.
+    fn add_instance(&mut self, child: &Scope, name: &Named, are_alike: bool, index: usize) {
         let instance = self.instances.len();
-        let ports = child
-            .atoms
-            .iter()
-            .filter(|a| a.kind != AtomKind::LocalSignal && a.kind != AtomKind::Constant);
+        let ports = ports_of(child);
         let port_names = plain_names(ports.clone().map(|a| a.outer_key.as_str()));
         let mut pins = Vec::new();
-        for (port, port_name) in ports.zip(port_names) {
+        for (port, port_name) in ports.zip(&port_names) {
             // An instance's outputs are what the rest of the module reads, so
             // they get the shorter names.
-            let (role, wire) = match port.kind {
-                AtomKind::InputParameter => {
-                    (Role::InstanceInput(instance), format!("{name}_{port_name}"))
-                }
-                _ => {
-                    let short = port_name.strip_prefix("o_").unwrap_or(&port_name);
-                    (Role::InstanceOutput(instance), format!("{name}_{short}"))
-                }
+            let is_input = port.kind == AtomKind::InputParameter;
+            let role = if is_input {
+                Role::InstanceInput(instance)
+            } else {
+                Role::InstanceOutput(instance)
             };
+            let short = |port: &str| match is_input {
+                true => port.to_owned(),
+                false => port.strip_prefix("o_").unwrap_or(port).to_owned(),
+            };
+            let all_of = |port: &Named| port.element.as_ref().map(|element| element.all.clone());
+            let all = all_of(port_name).unwrap_or_else(|| port_name.name.clone());
+            let of_port = port_names.iter().filter(|other| all_of(other) == Some(all.clone()));
+            let place = port_name.element.as_ref().map(|element| element.place);
+            let element = match (&name.element, place) {
+                (Some(vector), place) if are_alike => Some(Element {
+                    all: format!("{}_{}", vector.all, short(&all)),
+                    place: vector.place * of_port.count().max(1) + place.unwrap_or(0),
+                }),
+                (_, Some(place)) => {
+                    Some(Element { all: format!("{}_{}", name.name, short(&all)), place })
+                }
+                (_, None) => None,
+            };
+            let wire = format!("{}_{}", name.name, short(&port_name.name));
+            let wire = Named { name: wire, element };
             let key = format!("{}${}", child.name, port.outer_key);
             let id = self.add(&key, wire, port.width, role, &port.about);
-            pins.push((port_name, id));
+            pins.push((port_name.clone(), id));
         }
-        self.instances.push(InstancePins { name, child: index, ports: pins });
+        let element = name.element.clone();
+        self.instances.push(InstancePins {
+            name: name.name.clone(),
+            child: index,
+            element,
+            ports: pins,
+        });
     }
 
     fn check(&self) -> Result<(), Fault> {
@@ -373,12 +424,99 @@ fn check_reset_constant(
     Ok(())
 }
 
+/// Ports of a block.
+fn ports_of(scope: &Scope) -> impl Iterator<Item = &AtomInfo> + Clone {
+    let is_port = |atom: &&AtomInfo| {
+        matches!(atom.kind, AtomKind::InputParameter | AtomKind::OutputParameter)
+    };
+    scope.atoms.iter().filter(is_port)
+}
+
+/// Whether all blocks of the vector that `name` is in have the same ports.
+fn are_alike(children: &[Scope], name: &Named) -> bool {
+    let Some(element) = &name.element else {
+        return true;
+    };
+    let names = plain_names(children.iter().map(|child| child.name.as_str()));
+    let is_one = |other: &Named| other.element.as_ref().is_some_and(|e| e.all == element.all);
+    let ports = |scope| -> Vec<_> {
+        ports_of(scope).map(|port: &AtomInfo| (port.outer_key.clone(), port.width)).collect()
+    };
+    let mut all = children.iter().zip(&names).filter(|(_, name)| is_one(name));
+    let first = all.next().map(|(child, _)| ports(child));
+    all.all(|(child, _)| Some(ports(child)) == first)
+}
+
+/// A name without `$`, and the vector that it belongs to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Named {
+    /// Its own name.
+    pub name: String,
+    /// What the vector's name and the place make of it.
+    pub element: Option<Element>,
+}
+
+impl Named {
+    /// What has `before` in front of its name and `after` behind it.
+    fn between(&self, before: &str, after: &str) -> Named {
+        let of = |name: &str| format!("{before}{name}{after}");
+        let element = self.element.as_ref();
+        let element = element.map(|e| Element { all: of(&e.all), place: e.place });
+        Named { name: of(&self.name), element }
+    }
+
+    /// What is no element of a vector.
+    fn alone(name: impl Into<String>) -> Named {
+        Named { name: name.into(), element: None }
+    }
+}
+
 /// Names without `$`: elements of a vector get `_n`, unless there is only one.
-fn plain_names<'a>(keys: impl Iterator<Item = &'a str> + Clone) -> Vec<String> {
+fn plain_names<'a>(keys: impl Iterator<Item = &'a str> + Clone) -> Vec<Named> {
     let all: HashSet<&str> = keys.clone().collect();
-    keys.map(|key| match key.strip_suffix("$0") {
-        Some(base) if !all.contains(format!("{base}$1").as_str()) => base.replace('$', "_"),
-        _ => key.replace('$', "_"),
-    })
-    .collect()
+    let named = |key: &str| {
+        let name = key.replace('$', "_");
+        let (base, place) = match key.rsplit_once('$') {
+            Some((base, place)) => (base, place.parse::<usize>().ok()),
+            None => return Named::alone(name),
+        };
+        let is_only = !all.contains(format!("{base}$1").as_str());
+        let base = base.replace('$', "_");
+        match place {
+            Some(0) if is_only => Named::alone(base),
+            Some(place) => Named { name, element: Some(Element { all: base, place }) },
+            None => Named::alone(name),
+        }
+    };
+    keys.map(named).collect()
+}
+
+/// Signals that are elements of one vector: their number, by its name. Those of unlike widths or
+/// roles are none, nor are those of which some are missing.
+pub fn vectors(signals: &[Signal]) -> HashMap<String, Vec<SignalId>> {
+    let mut found: HashMap<String, Vec<SignalId>> = HashMap::new();
+    for (id, signal) in signals.iter().enumerate() {
+        if let Some(element) = &signal.element {
+            found.entry(element.all.clone()).or_default().push(id);
+        }
+    }
+    let is_whole = |ids: &[SignalId]| {
+        let first = &signals[ids[0]];
+        let is_next = |(place, id): (usize, &SignalId)| {
+            let signal = &signals[*id];
+            signal.width == first.width
+                && signal.element.as_ref().is_some_and(|element| element.place == place)
+                && discriminant(&signal.role) == discriminant(&first.role)
+        };
+        ids.len() > 1 && ids.iter().enumerate().all(is_next)
+    };
+    let name_is_free = |name: &str| signals.iter().all(|signal| signal.name != name);
+    found.retain(|name, ids| {
+        let place = |id: &SignalId| signals[*id].element.as_ref().map(|element| element.place);
+        ids.sort_by_key(place);
+        // A port and what drives it share their name.
+        ids.dedup_by_key(|id| place(id));
+        is_whole(ids) && name_is_free(name)
+    });
+    found
 }

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use super::expr::{BinaryOp, Expr, UnaryOp};
-use super::lower::Statement;
-use super::module::{Memory, Module};
-use super::signals::Reset;
+use super::expr::{BinaryOp, UnaryOp};
+use super::lines::Line;
+use super::number::Num;
+use super::sheet::Sheet;
+use super::term::Term;
 
 /// Characters in a line of code, where the code allows.
 pub const LINE_WIDTH: usize = 96;
@@ -108,60 +109,19 @@ fn gaps(text: &str) -> impl Iterator<Item = (usize, usize)> {
     })
 }
 
-/// A memory: an instance of the module `kind`.
-pub fn memory_block(memory: &Memory, module: &Module, kind: &str) -> String {
-    let contents = &module.signals[memory.contents];
-    let [write, place, word] = memory.write.each_ref().map(|pin| expression(pin, module));
-    let [read, from] = memory.read.each_ref().map(|pin| expression(pin, module));
-    let mut out = format!(
-        "\n    // {}\n    {kind} #(\n        .WORDS({}), .ADDRESS_BITS({}), .BITS({})\n    ) {} (\n",
-        contents.about,
-        memory.words,
-        memory.write[1].width(),
-        contents.width,
-        contents.name,
-    );
-    let pins = [
-        (".i_clk          ", "(i_clk),".to_owned()),
-        (".i_write        ", format!("({write}),")),
-        (".i_write_address", format!("({place}),")),
-        (".i_data         ", format!("({word}),")),
-        (".i_read         ", format!("({read}),")),
-        (".i_address      ", format!("({from}),")),
-        (".o_word         ", format!("({})", module.signals[memory.q].name)),
-    ];
-    for (pin, value) in pins {
-        push_broken(&mut out, 8, pin, &value);
-    }
-    out.push_str("    );\n");
-    out
-}
-
 /// The `always` of all registers; empty if there are none.
-pub fn clocked_block(module: &Module) -> String {
-    if module.registers.is_empty() {
+pub fn clocked_block(sheet: &Sheet) -> String {
+    if sheet.resets.is_empty() {
         return String::new();
     }
     let mut out = "\n    always @(posedge i_clk) begin\n        if (i_rst) begin\n".to_owned();
-    for (id, reset) in &module.registers {
-        let register = &module.signals[*id];
-        let value = match reset {
-            Reset::Literal(value) => literal(*value, register.width),
-            Reset::Constant(id) => module.signals[*id].name.clone(),
-        };
-        let _ = writeln!(out, "            {} <= {value};", register.name);
-    }
-    if module.clocked.is_empty() {
-        out.push_str("        end\n    end\n");
-        return out;
-    }
-    match module.clocked.as_slice() {
-        [Statement::If { test, yes, no }] => {
-            push_if(&mut out, "end else if", (test, yes, no), 8, module);
-        }
+    push_lines(&mut out, &sheet.resets, 12);
+    match sheet.clocked.as_slice() {
+        [] => out.push_str("        end\n"),
+        [Line::If { test, yes, no }] => push_if(&mut out, "end else if", (test, yes, no), 8),
         block => {
             out.push_str("        end else begin\n");
-            push_statements(&mut out, block, 12, module);
+            push_lines(&mut out, block, 12);
             out.push_str("        end\n");
         }
     }
@@ -169,15 +129,25 @@ pub fn clocked_block(module: &Module) -> String {
     out
 }
 
-fn push_statements(out: &mut String, block: &[Statement], indent: usize, module: &Module) {
-    for statement in block {
-        match statement {
-            Statement::Assign { target, value } => {
-                let head = format!("{} <=", module.register_of(*target).name);
-                let value = format!("{};", expression(value, module));
-                push_broken(out, indent, &head, &value);
+/// How a loop begins.
+pub fn loop_head(trips: &Num, index: &str) -> String {
+    format!("for ({index} = 0; {index} < {}; {index} = {index} + 1)", trips.text())
+}
+
+fn push_lines(out: &mut String, block: &[Line], indent: usize) {
+    for line in block {
+        match line {
+            Line::Store { target, value } => {
+                let head = format!("{} <=", expression(target));
+                push_broken(out, indent, &head, &format!("{};", expression(value)));
             }
-            Statement::If { test, yes, no } => push_if(out, "if", (test, yes, no), indent, module),
+            Line::If { test, yes, no } => push_if(out, "if", (test, yes, no), indent),
+            Line::Fold { .. } => {}
+            Line::Loop { index, trips, body } => {
+                let _ = writeln!(out, "{:indent$}{} begin", "", loop_head(trips, index));
+                push_lines(out, body, indent + 4);
+                let _ = writeln!(out, "{:indent$}end", "");
+            }
         }
     }
 }
@@ -186,42 +156,44 @@ fn push_statements(out: &mut String, block: &[Statement], indent: usize, module:
 fn push_if(
     out: &mut String,
     head: &str,
-    (test, yes, no): (&Expr, &[Statement], &[Statement]),
+    (test, yes, no): (&Term, &[Line], &[Line]),
     indent: usize,
-    module: &Module,
 ) {
     if yes.is_empty() {
-        let inverted = Expr::Unary(UnaryOp::Not, Box::new(test.clone()));
-        return push_if(out, head, (&inverted, no, &[]), indent, module);
+        let inverted = Term::Unary(UnaryOp::Not, Box::new(test.clone()));
+        return push_if(out, head, (&inverted, no, &[]), indent);
     }
-    let test = format!("({}) begin", expression(test, module));
+    let test = format!("({}) begin", expression(test));
     push_broken(out, indent, head, &test);
-    push_statements(out, yes, indent + 4, module);
+    push_lines(out, yes, indent + 4);
     match no {
         [] => {}
-        [Statement::If { test, yes, no }] => {
-            return push_if(out, "end else if", (test, yes, no), indent, module);
+        [Line::If { test, yes, no }] => {
+            return push_if(out, "end else if", (test, yes, no), indent);
         }
         block => {
             let _ = writeln!(out, "{:indent$}end else begin", "");
-            push_statements(out, block, indent + 4, module);
+            push_lines(out, block, indent + 4);
         }
     }
     let _ = writeln!(out, "{:indent$}end", "");
 }
 
 /// A sized literal.
-pub fn literal(value: u128, width: u32) -> String {
+fn literal(value: u128, width: u32) -> String {
     if width == 1 {
         format!("1'b{value}")
     } else if value < 10 {
         format!("{width}'d{value}")
+    } else if value == u128::MAX >> (128 - width) {
+        format!("{{{width}{{1'b1}}}}")
     } else {
         format!("{width}'h{value:x}")
     }
 }
 
-fn symbol(op: BinaryOp) -> &'static str {
+/// An operator as Verilog.
+pub fn symbol(op: BinaryOp) -> &'static str {
     match op {
         BinaryOp::Add => "+",
         BinaryOp::Sub => "-",
@@ -237,55 +209,75 @@ fn symbol(op: BinaryOp) -> &'static str {
     }
 }
 
+/// A sized literal whose width may depend on parameters.
+fn sized(value: u128, width: &Num) -> String {
+    match width.constant() {
+        Some(width) => literal(value, width as u32),
+        None if value == 0 => format!("{{{}{{1'b0}}}}", counted(width)),
+        None => format!("{}'d{value}", width.text()),
+    }
+}
+
+/// A number of copies.
+fn counted(count: &Num) -> String {
+    if count.is_sum() { format!("({})", count.text()) } else { count.text() }
+}
+
 /// An expression as Verilog.
-pub fn expression(expr: &Expr, module: &Module) -> String {
-    let name = |id: &usize| &module.signals[*id].name;
+pub fn expression(expr: &Term) -> String {
     match expr {
-        Expr::Signal { id, .. } => name(id).clone(),
-        Expr::Slice { id, high, low: 0 } if high + 1 == module.signals[*id].width => {
-            name(id).clone()
+        Term::Name(name) => name.clone(),
+        Term::Part { name, low, width } if width.constant() == Some(1) => {
+            format!("{name}[{}]", low.text())
         }
-        Expr::Slice { id, high, low } if high == low => format!("{}[{low}]", name(id)),
-        Expr::Slice { id, high, low } => format!("{}[{high}:{low}]", name(id)),
-        Expr::Literal { value, width } => literal(*value, *width),
-        Expr::Concat(parts) => {
-            let parts: Vec<_> = parts.iter().map(|p| expression(p, module)).collect();
+        Term::Part { name, low, width } if low.is_of_loop() => {
+            format!("{name}[{} +: {}]", low.text(), width.text())
+        }
+        Term::Part { name, low, width } => {
+            let high = low.add(width).sub(&1u32.into());
+            format!("{name}[{}:{}]", high.text(), low.text())
+        }
+        Term::Literal { value, width } => sized(*value, width),
+        Term::Concat(parts) => {
+            let parts: Vec<_> = parts.iter().map(expression).collect();
             format!("{{{}}}", parts.join(", "))
         }
-        Expr::Repeat { count, bit } => format!("{{{count}{{{}}}}}", expression(bit, module)),
-        Expr::Lookup { table, index } => format!("{}[{}]", name(table), expression(index, module)),
-        Expr::Unary(op, inner) => {
+        Term::Repeat { count, bit } => {
+            format!("{{{}{{{}}}}}", counted(count), expression(bit))
+        }
+        Term::Lookup { table, index } => format!("{table}[{}]", expression(index)),
+        Term::Unary(op, inner) => {
             let symbol = match op {
                 UnaryOp::Not => "~",
                 UnaryOp::All => "&",
                 UnaryOp::Any => "|",
                 UnaryOp::Parity => "^",
             };
-            format!("{symbol}{}", operand(inner, None, module))
+            format!("{symbol}{}", operand(inner, None))
         }
-        Expr::Binary(op, left, right) => format!(
-            "{} {} {}",
-            operand(left, Some(*op), module),
-            symbol(*op),
-            operand(right, Some(*op), module)
-        ),
-        Expr::Mux { test, yes, no } => format!(
-            "{} ? {} : {}",
-            operand(test, None, module),
-            operand(yes, None, module),
-            operand(no, None, module)
-        ),
+        Term::Binary(op, left, right) => {
+            format!("{} {} {}", operand(left, Some(*op)), symbol(*op), operand(right, Some(*op)))
+        }
+        Term::Mux(parts) => {
+            let [test, yes, no] = parts.each_ref().map(|part| operand(part, None));
+            format!("{test} ? {yes} : {no}")
+        }
     }
+}
+
+/// An operand of `op`.
+pub fn operand_of(expr: &Term, op: BinaryOp) -> String {
+    operand(expr, Some(op))
 }
 
 /// An operand, in parentheses unless it binds tighter or continues a chain of
 /// the same bitwise operator.
-fn operand(expr: &Expr, under: Option<BinaryOp>, module: &Module) -> String {
-    let plain = expression(expr, module);
+fn operand(expr: &Term, under: Option<BinaryOp>) -> String {
+    let plain = expression(expr);
     let needs_parentheses = match expr {
-        Expr::Binary(op, ..) => !(op.is_bitwise() && under == Some(*op)),
-        Expr::Unary(UnaryOp::Not, _) => false,
-        Expr::Unary(..) | Expr::Mux { .. } => true,
+        Term::Binary(op, ..) => !(op.is_bitwise() && under == Some(*op)),
+        Term::Unary(UnaryOp::Not, _) => false,
+        Term::Unary(..) | Term::Mux(_) => true,
         _ => false,
     };
     if needs_parentheses { format!("({plain})") } else { plain }

@@ -13,7 +13,8 @@
 //! is not 0, and the adder has two inputs anyway.
 
 use super::BinBank;
-use super::bin_bank::{plural, row_bits};
+use super::bin_bank::row_bits;
+use super::first_of;
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
@@ -79,31 +80,25 @@ pub struct BinAdder {
     #[width(plan.samples * plan.bin_bits())]
     bins: Wiring,
     #[each(clocks in 1..6)]
-    #[about(format!("sample with the hit of the word {clocks} clock{} ago", plural(clocks)))]
+    #[about(first_of(clocks - 1, "sample with the hit of the words 1 to 5 clocks ago"))]
     #[width(plan.samples)]
     hit: Vec<Register<Word>>,
     #[each(_sample in 0..plan.samples)]
     #[is(BinBank::new(plan.rows, plan.bits, plan.takes_turns))]
     bank: Vec<BinBank>,
-    #[each(sample in 0..plan.samples)]
-    #[about(match sample {
-        0 => "bin of sample 0, if the hit is there".to_owned(),
-        _ => format!("and of sample {sample}"),
-    })]
+    #[each(half in 0..plan.halves())]
+    #[about(first_of(half, "bin with the hit, of the samples of a half"))]
     #[width(plan.bits)]
     choice: Vec<Local<Word>>,
-    #[each(sample in 0..plan.samples_in_turns())]
-    #[about(match sample {
-        0 => "the same, out of memory 1".to_owned(),
-        _ => format!("and of sample {sample}"),
-    })]
+    #[each(half in 0..plan.halves_in_turns())]
+    #[about(first_of(half, "the same, out of memory 1"))]
     #[width(plan.bits)]
     other: Vec<Local<Word>>,
     #[each(half in 0..plan.halves())]
     #[about(match (plan.halves(), half) {
-        (1, _) => "bin with a hit".to_owned(),
-        (_, 0) => "bin with a hit, if it is in the first half of the samples".to_owned(),
-        _ => "if it is in the second".to_owned(),
+        (1, _) => "bin with a hit",
+        (_, 0) => "bin with a hit, if it is in the first half of the samples; then in the second",
+        _ => "",
     })]
     #[width(plan.bits)]
     chosen: Vec<Register<Word>>,
@@ -112,10 +107,7 @@ pub struct BinAdder {
     #[width(plan.bits)]
     found: Optional<Local<Word>>,
     #[each(half in 0..plan.addends())]
-    #[about(match half {
-        0 => "the first, and below it a 1 that carries: one more than the sum",
-        _ => "and the second",
-    })]
+    #[about(first_of(half, "below either a 1: the carry makes the sum one more"))]
     #[width(plan.bits + 1)]
     addend: Vec<Wiring>,
     /// both, and the 1; below them a 0 that is not used, as linters know by the name
@@ -160,10 +152,10 @@ impl AdderPlan {
         row_bits(self.rows)
     }
 
-    /// Samples whose bins come out of one of two memories.
-    fn samples_in_turns(&self) -> usize {
+    /// Halves whose bins come out of one of two memories.
+    fn halves_in_turns(&self) -> usize {
         match self.takes_turns {
-            true => self.samples,
+            true => self.halves(),
             false => 0,
         }
     }
@@ -280,12 +272,11 @@ impl Logic for BinAdder {
         let half = self.plan.half();
         for h in 0..self.chosen.len() {
             dff_setup!(self, i_clk, chosen[h]);
-            self.choice[half * h].next = self.bank[half * h].o_bin.val();
+            self.choice[h].next = self.bank[half * h].o_bin.val();
             for s in 1..half {
-                self.choice[half * h + s].next =
-                    self.choice[half * h + s - 1].val() | self.bank[half * h + s].o_bin.val();
+                self.choice[h].next = self.choice[h].val() | self.bank[half * h + s].o_bin.val();
             }
-            self.chosen[h].d.next = self.choice[half * h + half - 1].val();
+            self.chosen[h].d.next = self.choice[h].val();
         }
         if self.plan.takes_turns {
             self.choose_from_other();
@@ -315,13 +306,12 @@ impl Logic for BinAdder {
     fn choose_from_other(&mut self) {
         let half = self.plan.half();
         for h in 0..self.chosen.len() {
-            self.other[half * h].next = self.bank[half * h].o_other.val();
+            self.other[h].next = self.bank[half * h].o_other.val();
             for s in 1..half {
-                self.other[half * h + s].next =
-                    self.other[half * h + s - 1].val() | self.bank[half * h + s].o_other.val();
+                self.other[h].next = self.other[h].val() | self.bank[half * h + s].o_other.val();
             }
             if self.i_held_half.val() {
-                self.chosen[h].d.next = self.other[half * h + half - 1].val();
+                self.chosen[h].d.next = self.other[h].val();
             }
         }
     }

@@ -21,9 +21,11 @@ pub struct ChipTableGenerator {
     /// that reset gives
     #[width(plan.index_bits())]
     #[value(plan.load)]
+    #[number]
     index_load: Constant,
     #[width(plan.index_bits())]
     #[value(plan.last())]
+    #[number]
     last_index: Constant,
     /// index of the present chip
     #[width(plan.index_bits())]

@@ -9,6 +9,7 @@
 //! Latency 1 clock. One bit says whose turn it is, so that a count costs an AND and an OR, and no
 //! number of the turn has to be decoded.
 
+use super::first_of;
 use crate::rtl::front::prelude::*;
 
 /// Keeps the count whose turn it is.
@@ -23,7 +24,7 @@ pub struct CountChoice {
     pub i_turn: Input<Word>,
     /// The counts.
     #[each(count in 0..plan.counts)]
-    #[about(format!("count {count}"))]
+    #[about(first_of(count, "counts, count 0 lowest"))]
     #[width(plan.bits)]
     pub i_count: Vec<Input<Word>>,
     /// the count whose turn it was, or 0
@@ -31,13 +32,9 @@ pub struct CountChoice {
     pub o_count: Output<Word>,
     #[is(describe())]
     about: About,
-    #[each(count in 0..plan.counts)]
-    #[about(match count {
-        0 => "count 0 if it is its turn".to_owned(),
-        _ => format!("one of counts 0 to {count}"),
-    })]
+    /// the count whose turn it is, or 0
     #[width(plan.bits)]
-    up_to: Vec<Local<Word>>,
+    present: Local<Word>,
     #[width(plan.bits)]
     chosen: Register<Word>,
     plan: Plan<ChoicePlan>,
@@ -64,12 +61,12 @@ fn describe() -> About {
 impl Logic for CountChoice {
     fn update(&mut self) {
         dff_setup!(self, i_clk, chosen);
-        self.up_to[0].next = self.i_count[0].val() & signed_cast(self.i_turn.val().get_bit(0));
+        self.present.next = self.i_count[0].val() & signed_cast(self.i_turn.val().get_bit(0));
         for c in 1..self.plan.counts {
-            self.up_to[c].next = self.up_to[c - 1].val()
+            self.present.next = self.present.val()
                 | (self.i_count[c].val() & signed_cast(self.i_turn.val().get_bit(c)));
         }
-        self.chosen.d.next = self.up_to[self.plan.counts - 1].val();
+        self.chosen.d.next = self.present.val();
         self.o_count.next = self.chosen.q.val();
     }
 }

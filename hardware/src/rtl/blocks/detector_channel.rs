@@ -15,7 +15,7 @@ use super::phase_geometry::{PhaseGeometry, ReferenceStart};
 use super::scan_controller::dump_about;
 use super::{
     CodeSource, CorrelatorBank, CountClamp, EdgeDetector, HitCounter, PhaseStepper,
-    UpdownCorrelator,
+    UpdownCorrelator, first_of,
 };
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
@@ -48,7 +48,7 @@ pub struct DetectorChannel {
     pub i_dump: Input<Word>,
     /// Counts of the group's steps.
     #[each(step in 0..plan.parallel)]
-    #[about(plan.step_about("signed", step))]
+    #[about(first_of(step, &plan.count_about("signed")))]
     #[width(plan.count_bits)]
     pub o_count: Vec<Output<Word>>,
     /// Total count of each of them.
@@ -58,7 +58,7 @@ pub struct DetectorChannel {
     pub o_total: Optional<Output<Word>>,
     /// Which of them were clamped; the first also when the total was.
     #[each(step in 0..plan.clamps())]
-    #[about(plan.step_about(plan.clamped_about(step), step))]
+    #[about(first_of(step, plan.clamped_about()))]
     pub o_clamped: Vec<Output<bool>>,
     #[is(plan.about.clone())]
     about: About,
@@ -71,11 +71,40 @@ pub struct DetectorChannel {
     #[when(plan.banks == 0)]
     #[is(UpdownCorrelator::new(plan.lanes, plan.segments))]
     correlator: Optional<UpdownCorrelator>,
-    #[each(bank in 0..plan.banks)]
-    #[is(plan.bank(bank as u32))]
+    #[each(bank in 0..plan.delays())]
+    #[about(first_of(bank, "hits for the second bank, and so on"))]
+    #[width(plan.pairs())]
+    hits: Vec<Register<Word>>,
+    #[each(bank in 0..plan.early_delays())]
+    #[about(first_of(bank, "the hit is the earlier sample of its pair"))]
+    #[width(plan.pairs())]
+    early: Vec<Register<Word>>,
+    #[each(bank in 0..plan.delays())]
+    // Linters know by the name that the last bank has no use for the low bits.
+    #[about(first_of(
+        bank,
+        "reference for the second bank's steps and all later ones, and so on"
+    ))]
+    #[width(plan.later_bits())]
+    window_and_unused: Vec<Register<Word>>,
+    #[each(bank in 0..plan.delays())]
+    #[about(first_of(bank, dump_about(plan.segments.count)))]
+    #[width(plan.segments.count)]
+    dump: Vec<Register<Word>>,
+    #[each(_bank in 0..plan.whole_banks())]
+    #[width(plan.bits_of(plan.bank_steps))]
+    bank_window: Vec<Wiring>,
+    #[each(_bank in 0..plan.whole_banks())]
+    #[is(plan.bank(plan.bank_steps))]
     bank: Vec<CorrelatorBank>,
+    #[when(plan.rest_steps() > 0)]
+    #[width(plan.bits_of(plan.rest_steps().max(1)))]
+    last_window: Optional<Wiring>,
+    #[when(plan.rest_steps() > 0)]
+    #[is(plan.bank(plan.rest_steps().max(1)))]
+    last_bank: Optional<CorrelatorBank>,
     #[each(step in 0..plan.parallel)]
-    #[about(plan.step_about("exact", step))]
+    #[about(first_of(step, &plan.count_about("exact")))]
     #[width(plan.exact_bits)]
     exact: Vec<Local<Word>>,
     #[each(_step in 0..plan.clamps())]
@@ -128,7 +157,7 @@ impl ChannelPlan {
                 1 => 0,
                 _ => interface.banks() as usize,
             },
-            bank_steps: interface.bank_steps as usize,
+            bank_steps: interface.bank_steps.min(interface.parallel()) as usize,
             saturates: interface.saturates(),
             realigns: interface.realigns(),
             looks_ahead: scan.integration_chips > 1,
@@ -147,34 +176,62 @@ impl ChannelPlan {
         self.total.is_some_and(|total| total.saturates())
     }
 
-    fn last_bank(&self) -> usize {
+    fn pairs(&self) -> u32 {
+        self.lanes.div_ceil(2)
+    }
+
+    /// Banks that work a clock behind another.
+    fn delays(&self) -> usize {
         self.banks.saturating_sub(1)
     }
 
-    fn last_bank_steps(&self) -> usize {
+    fn early_delays(&self) -> usize {
+        if self.lanes > 1 { self.delays() } else { 0 }
+    }
+
+    /// Banks of as many steps as the first.
+    fn whole_banks(&self) -> usize {
         match self.banks {
             0 => 0,
-            _ => self.parallel - self.last_bank() * self.bank_steps,
+            _ => self.parallel / self.bank_steps,
         }
     }
 
-    fn bank(&self, bank: u32) -> CorrelatorBank {
-        let rest = self.parallel as u32 - bank * self.bank_steps as u32;
-        let steps = rest.min(self.bank_steps as u32);
-        CorrelatorBank::new(self.lanes, self.segments, steps, rest)
+    /// Steps of a smaller last bank; 0 without one.
+    fn rest_steps(&self) -> usize {
+        match self.banks {
+            0 => 0,
+            _ => self.parallel % self.bank_steps,
+        }
     }
 
-    fn step_about(&self, about: &str, step: usize) -> String {
+    /// Samples of the reference that a bank of so many steps takes.
+    fn bits_of(&self, steps: usize) -> usize {
+        self.lanes as usize + steps - 1
+    }
+
+    /// Samples of the reference that all banks but the first take.
+    fn later_bits(&self) -> usize {
+        self.bits_of(self.parallel - self.bank_steps)
+    }
+
+    fn bank(&self, steps: usize) -> CorrelatorBank {
+        CorrelatorBank::new(self.lanes, self.segments, steps as u32)
+    }
+
+    fn count_about(&self, about: &str) -> String {
         match self.parallel {
             1 => format!("count of a phase step, {about}"),
-            _ => format!("count of step {step} of the group, {about}"),
+            _ => format!("counts of the group's steps, {about}, step 0 lowest"),
         }
     }
 
-    fn clamped_about(&self, step: usize) -> &'static str {
-        match step {
-            0 if self.total_saturates() => "clamped, or the total",
-            _ => "clamped",
+    fn clamped_about(&self) -> &'static str {
+        match (self.parallel, self.total_saturates()) {
+            (1, false) => "it was clamped",
+            (1, true) => "it was clamped, or the total",
+            (_, false) => "which of them were clamped",
+            (_, true) => "which of them were clamped; the first also if the total was",
         }
     }
 }
@@ -277,38 +334,98 @@ impl Logic for DetectorChannel {
         self.exact[0].next = self.correlator.o_count.val();
     }
 
-    /// Each bank works a clock behind the one before it, which hands on what it had.
+    /// Each bank works a clock behind the one before it, so that no register has to reach all
+    /// correlators within a clock.
     fn feed_banks(&mut self) {
-        for b in 0..self.plan.banks {
-            self.bank[b].i_clk.next = self.i_clk.val();
-            self.bank[b].i_rst.next = self.i_rst.val();
+        let size = self.plan.bank_steps;
+        for b in 0..self.window_and_unused.len() {
+            dff_setup!(self, i_clk, hits[b], window_and_unused[b], dump[b]);
+        }
+        for b in 0..self.early.len() {
+            dff_setup!(self, i_clk, early[b]);
+        }
+        if self.plan.delays() > 0 {
+            self.hits[0].d.next = self.edges.o_hits.val();
+            self.window_and_unused[0].d.next =
+                bit_cast(self.stepper.o_window.val(), self.plan.later_bits());
+            self.dump[0].d.next = self.i_dump.val();
+        }
+        for b in 1..self.window_and_unused.len() {
+            self.hits[b].d.next = self.hits[b - 1].q.val();
+            self.window_and_unused[b].d.next = self.window_and_unused[b - 1].q.val() << size;
+            self.dump[b].d.next = self.dump[b - 1].q.val();
+        }
+        if !self.early.is_empty() {
+            self.early[0].d.next = self.edges.o_early.val();
+        }
+        for b in 1..self.early.len() {
+            self.early[b].d.next = self.early[b - 1].q.val();
+        }
+        self.correlate_in_banks();
+    }
+
+    fn correlate_in_banks(&mut self) {
+        let size = self.plan.bank_steps;
+        let bits = self.plan.bits_of(size);
+        let below = self.plan.parallel - size;
+        let later_below = below - size.min(below);
+        for l in 0..bits {
+            self.bank_window[0].i[l].next = self.stepper.o_window.val().get_bit(l + below);
         }
         self.bank[0].i_hits.next = self.edges.o_hits.val();
         if self.edges.o_early.is_present() {
             self.bank[0].i_early.next = self.edges.o_early.val();
         }
-        self.bank[0].i_window.next = self.stepper.o_window.val();
         self.bank[0].i_dump.next = self.i_dump.val();
-        for b in 1..self.plan.banks {
-            self.bank[b].i_hits.next = self.bank[b - 1].o_hits.val();
-            if self.edges.o_early.is_present() {
-                self.bank[b].i_early.next = self.bank[b - 1].o_early.val();
+        for b in 1..self.bank.len() {
+            for l in 0..bits {
+                self.bank_window[b].i[l].next =
+                    self.window_and_unused[b - 1].q.val().get_bit(l + later_below);
             }
-            self.bank[b].i_window.next = self.bank[b - 1].o_window.val();
-            self.bank[b].i_dump.next = self.bank[b - 1].o_dump.val();
+            self.bank[b].i_hits.next = self.hits[b - 1].q.val();
+            if self.edges.o_early.is_present() {
+                self.bank[b].i_early.next = self.early[b - 1].q.val();
+            }
+            self.bank[b].i_dump.next = self.dump[b - 1].q.val();
         }
+        for b in 0..self.bank.len() {
+            self.bank[b].i_clk.next = self.i_clk.val();
+            self.bank[b].i_rst.next = self.i_rst.val();
+            self.bank[b].i_window.next = self.bank_window[b].o.val();
+        }
+        if self.last_bank.is_present() {
+            self.correlate_in_last_bank();
+        }
+    }
+
+    /// A bank of fewer steps: its reference is on top as well.
+    fn correlate_in_last_bank(&mut self) {
+        let last = self.plan.delays().saturating_sub(1);
+        let rest = self.plan.rest_steps();
+        let below = self.plan.parallel - self.plan.bank_steps - rest;
+        for l in 0..self.plan.bits_of(rest.max(1)) {
+            self.last_window.i[l].next = self.window_and_unused[last].q.val().get_bit(l + below);
+        }
+        self.last_bank.i_clk.next = self.i_clk.val();
+        self.last_bank.i_rst.next = self.i_rst.val();
+        self.last_bank.i_hits.next = self.hits[last].q.val();
+        if self.edges.o_early.is_present() {
+            self.last_bank.i_early.next = self.early[last].q.val();
+        }
+        self.last_bank.i_window.next = self.last_window.o.val();
+        self.last_bank.i_dump.next = self.dump[last].q.val();
     }
 
     fn gather_counts(&mut self) {
         let size = self.plan.bank_steps;
-        let last = self.plan.last_bank();
-        for b in 0..last {
+        let whole = self.plan.whole_banks();
+        for b in 0..whole {
             for q in 0..size {
                 self.exact[size * b + q].next = self.bank[b].o_count[q].val();
             }
         }
-        for q in 0..self.plan.last_bank_steps() {
-            self.exact[size * last + q].next = self.bank[last].o_count[q].val();
+        for q in 0..self.plan.rest_steps() {
+            self.exact[size * whole + q].next = self.last_bank.o_count[q].val();
         }
     }
 

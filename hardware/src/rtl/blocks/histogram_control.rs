@@ -22,7 +22,8 @@
 //! Cost: a counter of rows and one of code periods, the row's way in registers; with two memories
 //! one more counter of rows.
 
-use super::bin_bank::{plural, row_bits};
+use super::bin_bank::row_bits;
+use super::first_of;
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
@@ -107,11 +108,13 @@ pub struct HistogramControl {
     /// the row before the last
     #[width(plan.row_bits())]
     #[value(plan.rows() - 2)]
+    #[number]
     last_row_but_one: Constant,
     /// the first code period of a frame, so that the last is all ones
     #[when(plan.histogram.periods > 1)]
     #[width(plan.period_bits())]
     #[value(plan.first_period())]
+    #[number]
     first_period: Optional<Constant>,
     /// words come
     runs: Register<bool>,
@@ -146,7 +149,7 @@ pub struct HistogramControl {
     #[when(plan.takes_turns())]
     half: Optional<Register<bool>>,
     #[each(clocks in 1..7)]
-    #[about(format!("row of the word {clocks} clock{} ago", plural(clocks)))]
+    #[about(first_of(clocks as usize - 1, "rows of the words 1 to 5 clocks ago"))]
     #[width(plan.row_bits())]
     row_before: Vec<Register<Word>>,
     /// memory of the words 1 to 6 clocks ago

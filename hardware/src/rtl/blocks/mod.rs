@@ -74,3 +74,8 @@ pub(crate) use sequence_counter::SequenceCounter;
 pub use square::SquareGenerator;
 pub use state_match::StateMatch;
 pub use updown_correlator::UpdownCorrelator;
+
+/// Of a row of like signals only the first is explained.
+fn first_of(place: usize, about: &str) -> &str {
+    if place == 0 { about } else { "" }
+}

@@ -44,11 +44,13 @@ pub struct PeakDetector {
     /// of a scan
     #[width(plan.peak.step_bits)]
     #[value(u128::from(plan.peak.first_step))]
+    #[number]
     first_step: Constant,
     /// the step before the code period's last
     #[when(plan.wraps())]
     #[width(plan.peak.step_bits)]
     #[value(u128::from(plan.peak.wraps_after.unwrap_or(1)).saturating_sub(1))]
+    #[number]
     one_before_top: Optional<Constant>,
     #[when(plan.has_turns())]
     #[about("")]

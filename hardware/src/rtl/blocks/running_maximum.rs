@@ -9,7 +9,7 @@
 //! Latency from a count's turn to `i_compared` as the plan says, 2 clocks more until it is the
 //! largest. A detector has one; the schedule is shared by all.
 
-use super::{CountChoice, CountComparison};
+use super::{CountChoice, CountComparison, first_of};
 use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 
@@ -23,7 +23,7 @@ pub struct RunningMaximum {
     pub i_rst: Input<bool>,
     /// Counts of the group's steps.
     #[each(step in 0..plan.peak.parallel)]
-    #[about(count_about(step, plan.peak.parallel))]
+    #[about(first_of(step as usize, count_about(plan.peak.parallel)))]
     #[width(plan.peak.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// whose turn it is
@@ -47,16 +47,22 @@ pub struct RunningMaximum {
     pub o_count: Output<Word>,
     #[is(describe(&plan.peak))]
     about: About,
-    #[each(counts in plan.choices.iter().copied())]
-    #[width(counts)]
+    #[each(_choice in 0..plan.even_choices())]
+    #[width(plan.choices[0])]
     turns: Vec<Wiring>,
-    #[each(counts in plan.choices.iter().copied())]
-    #[is(CountChoice::new(plan.peak.count_bits, counts))]
+    #[each(_choice in 0..plan.even_choices())]
+    #[is(CountChoice::new(plan.peak.count_bits, plan.choices[0]))]
     choice: Vec<CountChoice>,
-    #[each(choice in 0..plan.last_choice())]
-    #[about(format!("what choices 0 to {} chose", choice + 1))]
+    #[when(plan.last_counts() > 0)]
+    #[width(plan.last_counts())]
+    last_turns: Optional<Wiring>,
+    #[when(plan.last_counts() > 0)]
+    #[is(CountChoice::new(plan.peak.count_bits, plan.last_counts().max(1) as u32))]
+    last_choice: Optional<CountChoice>,
+    /// what was chosen
+    #[when(plan.choices.len() > 1)]
     #[width(plan.peak.count_bits)]
-    up_to: Vec<Local<Word>>,
+    chosen: Optional<Local<Word>>,
     /// count to be compared
     #[when(plan.keeps())]
     #[width(plan.peak.count_bits)]
@@ -102,17 +108,19 @@ impl MaximumPlan {
         self.waits() || self.choices.len() > 1
     }
 
-    fn last_choice(&self) -> usize {
-        self.choices.len().saturating_sub(1)
-    }
-
-    /// Counts of every choice but the last.
+    /// Counts of every choice but a smaller last one.
     fn choice_counts(&self) -> usize {
         self.choices.first().map_or(0, |&counts| counts as usize)
     }
 
-    fn last_choice_counts(&self) -> usize {
-        self.choices.last().map_or(0, |&counts| counts as usize)
+    /// Choices of as many counts as the first.
+    fn even_choices(&self) -> usize {
+        self.choices.iter().filter(|counts| **counts == self.choices[0]).count()
+    }
+
+    /// Counts of a smaller last choice; 0 without one.
+    fn last_counts(&self) -> usize {
+        self.choices.get(self.even_choices()).map_or(0, |&counts| counts as usize)
     }
 }
 
@@ -129,10 +137,10 @@ impl RunningMaximum {
     }
 }
 
-fn count_about(step: u32, parallel: u32) -> String {
+fn count_about(parallel: u32) -> &'static str {
     match parallel {
-        1 => "count of a phase step, signed".to_owned(),
-        _ => format!("count of step {step} of the group, signed"),
+        1 => "count of a phase step, signed",
+        _ => "counts of the group's steps, signed, step 0 lowest",
     }
 }
 
@@ -183,27 +191,33 @@ impl Logic for RunningMaximum {
     /// The count whose turn it is, out of some counts at a time.
     fn choose(&mut self) {
         let size = self.plan.choice_counts();
-        let last = self.plan.last_choice();
-        for c in 0..last {
+        let even = self.plan.even_choices();
+        for c in 0..even {
             for t in 0..size {
                 self.turns[c].i[t].next = self.i_turn.val().get_bit(size * c + t);
                 self.choice[c].i_count[t].next = self.i_count[size * c + t].val();
             }
-        }
-        for t in 0..self.plan.last_choice_counts() {
-            self.turns[last].i[t].next = self.i_turn.val().get_bit(size * last + t);
-            self.choice[last].i_count[t].next = self.i_count[size * last + t].val();
-        }
-        for c in 0..self.choice.len() {
             self.choice[c].i_clk.next = self.i_clk.val();
             self.choice[c].i_rst.next = self.i_rst.val();
             self.choice[c].i_turn.next = self.turns[c].o.val();
         }
-        if last > 0 {
-            self.up_to[0].next = self.choice[0].o_count.val() | self.choice[1].o_count.val();
+        if self.last_choice.is_present() {
+            for t in 0..self.plan.last_counts() {
+                self.last_turns.i[t].next = self.i_turn.val().get_bit(size * even + t);
+                self.last_choice.i_count[t].next = self.i_count[size * even + t].val();
+            }
+            self.last_choice.i_clk.next = self.i_clk.val();
+            self.last_choice.i_rst.next = self.i_rst.val();
+            self.last_choice.i_turn.next = self.last_turns.o.val();
         }
-        for c in 1..last {
-            self.up_to[c].next = self.up_to[c - 1].val() | self.choice[c + 1].o_count.val();
+        if self.chosen.is_present() {
+            self.chosen.next = self.choice[0].o_count.val();
+            for c in 1..even {
+                self.chosen.next = self.chosen.val() | self.choice[c].o_count.val();
+            }
+            if self.last_choice.is_present() {
+                self.chosen.next = self.chosen.val() | self.last_choice.o_count.val();
+            }
         }
     }
 
@@ -214,8 +228,7 @@ impl Logic for RunningMaximum {
             if self.plan.waits() {
                 self.kept.d.next = self.i_count[0].val();
             } else {
-                let all = self.plan.last_choice().saturating_sub(1);
-                self.kept.d.next = self.up_to[all].val();
+                self.kept.d.next = self.chosen.val();
             }
             self.present.next = self.kept.q.val();
         } else if self.plan.has_turns() {

@@ -20,6 +20,7 @@ pub struct Constant {
     value: Word,
     about: String,
     heading: Option<String>,
+    is_number: bool,
     id: usize,
 }
 
@@ -30,6 +31,7 @@ impl Constant {
             value: Word::new(value, width),
             about: about.into(),
             heading: None,
+            is_number: false,
             id: get_signal_id(),
         }
     }
@@ -37,6 +39,12 @@ impl Constant {
     /// Puts it under `heading` among the module's constants.
     pub fn under(mut self, heading: impl Into<String>) -> Constant {
         self.heading = Some(heading.into());
+        self
+    }
+
+    /// Makes it a number, which is written as such, and not a pattern of bits.
+    pub fn number(mut self) -> Constant {
+        self.is_number = true;
         self
     }
 
@@ -64,14 +72,17 @@ impl Atom for Constant {
     }
 
     /// The descriptor's name carries the constant's description, after the
-    /// heading and a line break if there is one.
+    /// heading and a line break if there is one; its kind is signed for a number.
     fn descriptor(&self) -> TypeDescriptor {
         TypeDescriptor {
             name: match &self.heading {
                 Some(heading) => format!("{heading}\n{}", self.about),
                 None => self.about.clone(),
             },
-            kind: TypeKind::Bits(self.value.bits()),
+            kind: match self.is_number {
+                true => TypeKind::Signed(self.value.bits()),
+                false => TypeKind::Bits(self.value.bits()),
+            },
         }
     }
 

@@ -1,8 +1,8 @@
 //! Arithmetic of one lane, in plain operations that the compiler vectorises.
 //!
 //! Release builds check for overflow, which would keep the compiler from vectors, so
-//! whole numbers in a loop over lanes wrap by name. Sums of times never do: phases,
-//! offsets and waits are at most 2^30 (`grid`), and no sum has more than two of them.
+//! whole numbers in a loop over lanes wrap by name. Sums of times never do: waits and dead
+//! times are at most 2^30 ticks (`places`), and no sum has more than two of them.
 //! Random words, and differences that [`wrap`] and its like choose between, do.
 //!
 //! Nothing here is a library call or a fused multiply-add, so that a value is
@@ -11,7 +11,7 @@
 use std::ops::{Deref, DerefMut};
 
 /// Lanes, each of which simulates a phase step of its own.
-pub const LANES: usize = 32;
+pub const LANES: usize = 64;
 
 /// One value per lane, aligned to the widest vector: one that lies across two
 /// cache lines costs twice.
@@ -50,46 +50,73 @@ impl<T> DerefMut for PerLane<T> {
     }
 }
 
-/// Entries of a table that is indexed by chip.
-pub const CHIP_TABLE: usize = 1 << 15;
-
-/// A table indexed by chip; the part beyond the code is never looked up. Its
-/// fixed size spares the look-ups in the inner loop a check.
+/// A table that all lanes look things up in, padded to a power of two.
 #[derive(Debug, Clone)]
-pub struct ChipTable(Box<[u32; CHIP_TABLE]>);
+pub struct Table {
+    entries: Box<[u32]>,
+    /// One less than their number. Of a single word, the compiler would make a scalar
+    /// operation for each lane.
+    mask: Words,
+}
 
-impl ChipTable {
-    /// A table that begins with `entries`, of which at most [`CHIP_TABLE`] fit.
-    pub fn new(entries: impl Iterator<Item = u32>) -> ChipTable {
-        let mut table = Box::new([0; CHIP_TABLE]);
-        for (place, entry) in table.iter_mut().zip(entries) {
-            *place = entry;
-        }
-        ChipTable(table)
+impl Table {
+    /// A table of at least one entry and at most 2^31.
+    pub fn new(entries: impl Iterator<Item = u32>) -> Table {
+        let mut entries: Vec<u32> = entries.collect();
+        entries.resize(entries.len().next_power_of_two(), 0);
+        Table { mask: Words::all((entries.len() - 1) as u32), entries: entries.into_boxed_slice() }
     }
 
-    /// The entries of one chip per lane. A loop of its own, because the compiler
+    /// The entries at one place per lane. A loop of its own, because the compiler
     /// makes vector loads of it only if nothing else is stored between them.
     #[inline(always)]
-    pub fn at(&self, chips: &Words) -> Words {
+    pub fn at(&self, places: &Words) -> Words {
         let mut entries = Words::all(0);
         for lane in 0..LANES {
-            entries[lane] = self.0[(chips[lane] % CHIP_TABLE as u32) as usize];
+            // That the place has 31 bits, gathers of words want to know.
+            let place = (places[lane] & self.mask[lane] & 0x7fff_ffff) as usize;
+            // SAFETY: the number of entries is a power of two, and the mask one less.
+            entries[lane] = unsafe { *self.entries.get_unchecked(place) };
         }
         entries
     }
 }
 
-/// `ticks` modulo `period`, for ticks below two periods and a period of at most
+/// A number modulo `period`, for numbers below two periods and a period of at most
 /// 2^31: the subtraction wraps round to a larger number if there is nothing to
 /// subtract.
 #[inline(always)]
-pub fn wrap(ticks: u32, period: u32) -> u32 {
-    ticks.min(ticks.wrapping_sub(period))
+pub fn wrap(number: u32, period: u32) -> u32 {
+    number.min(number.wrapping_sub(period))
 }
 
 /// The longest wait in ticks; longer ones are cut to it.
 pub const LONGEST_WAIT: u32 = 1 << 30;
+
+/// A table of a size that the compiler knows, which spares its look-ups the mask.
+#[derive(Debug, Clone)]
+pub struct FixedTable<const N: usize>(Box<[u32; N]>);
+
+impl<const N: usize> FixedTable<N> {
+    /// A table that begins with `entries`, of which at most N fit.
+    pub fn new(entries: impl Iterator<Item = u32>) -> FixedTable<N> {
+        let mut table = Box::new([0; N]);
+        for (place, entry) in table.iter_mut().zip(entries) {
+            *place = entry;
+        }
+        FixedTable(table)
+    }
+
+    /// The entries at one place per lane, below N.
+    #[inline(always)]
+    pub fn at(&self, places: &Words) -> Words {
+        let mut entries = Words::all(0);
+        for lane in 0..LANES {
+            entries[lane] = self.0[(places[lane] % N as u32) as usize];
+        }
+        entries
+    }
+}
 
 /// The nearest whole number, cut to 0..=[`LONGEST_WAIT`] (also if not a number).
 ///
@@ -136,6 +163,51 @@ pub fn minus_ln(x: f32, scale: i32) -> f32 {
     q = q * f - 0.500_005_84;
     let ln_mantissa = q * (f * f) + f;
     scale.wrapping_sub(exponent) as f32 * std::f32::consts::LN_2 - ln_mantissa
+}
+
+/// Beyond every number that [`standard_normal`] makes.
+pub const NORMAL_BOUND: f32 = 6.5;
+
+/// A standard normal number from 32 random bits, by the inverse of its distribution: a bit
+/// of sign, and a tail probability of 31 bits, which reaches 6.3 standard deviations.
+///
+/// The inverse is Giles' ("Approximating the erfinv function", GPU Computing Gems, 2012),
+/// within a share of 1e-6 and 3e-7.
+#[inline(always)]
+pub fn standard_normal(bits: u32) -> f32 {
+    let tail = ((bits & 0x7fff_ffff) as i32 as f32 + 0.5) * (1.0 / 2_147_483_648.0);
+    let w = minus_ln(tail * (2.0 - tail), 0);
+    let x = w - 2.5;
+    let mut centre = 2.810_226_4e-8_f32;
+    centre = centre * x + 3.432_739_4e-7;
+    centre = centre * x - 3.523_387_7e-6;
+    centre = centre * x - 4.391_506_5e-6;
+    centre = centre * x + 2.185_808_7e-4;
+    centre = centre * x - 1.253_725e-3;
+    centre = centre * x - 4.177_681_6e-3;
+    centre = centre * x + 0.246_640_73;
+    centre = centre * x + 1.501_409_4;
+    let x = w.sqrt() - 3.0;
+    let mut far = -2.002_142_6e-4_f32;
+    far = far * x + 1.009_505_6e-4;
+    far = far * x + 1.349_343_2e-3;
+    far = far * x - 3.673_428_4e-3;
+    far = far * x + 5.739_507_7e-3;
+    far = far * x - 7.622_461_3e-3;
+    far = far * x + 9.438_870_5e-3;
+    far = far * x + 1.001_674;
+    far = far * x + 2.832_976_8;
+    let magnitude = if w < 5.0 { centre } else { far };
+    let signed = f32::from_bits(magnitude.to_bits() ^ (bits & 0x8000_0000));
+    signed * (1.0 - tail) * std::f32::consts::SQRT_2
+}
+
+/// The nearest whole number, for magnitudes up to 2^30.
+#[inline(always)]
+pub fn to_signed_ticks(shift: f32) -> i32 {
+    let rounded = shift + if shift < 0.0 { -0.5 } else { 0.5 };
+    // SAFETY: the caller's numbers are finite and far from the ends of 32 bits.
+    unsafe { rounded.to_int_unchecked::<i32>() }
 }
 
 /// 2^x for x <= 0, within a share of 3e-7; below 2^-100 it stays there.
@@ -190,6 +262,24 @@ mod tests {
         }
         assert!((mean - 1.0).abs() < 1e-6, "{mean}");
         assert!((second - 2.0).abs() < 3e-5, "{second}");
+    }
+
+    #[test]
+    fn normal_numbers_have_the_normal_distribution() {
+        for i in 0..200_000_u32 {
+            let bits = i.wrapping_mul(2_654_435_761);
+            let number = f64::from(standard_normal(bits));
+            let tail = (f64::from(bits & 0x7fff_ffff) + 0.5) / 2_f64.powi(31);
+            let found = 2.0 * crate::math::normal_cdf(-number.abs());
+            // A number that is 1e-6 and 2e-6 of itself off, and the tail's 24 bits.
+            let density = 2.0 * crate::math::normal_density(number);
+            let bound = density * (1e-6 + 2e-6 * number.abs()) + 1e-7 * tail;
+            assert!((found - tail).abs() < bound, "{bits}: {number} {found} {tail}");
+            assert!(tail == 1.0 || (number < 0.0) == (bits >> 31 == 1));
+        }
+        for bits in [0, 1, u32::MAX, 1 << 31] {
+            assert!(standard_normal(bits).abs() < NORMAL_BOUND);
+        }
     }
 
     #[test]

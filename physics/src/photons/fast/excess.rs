@@ -1,72 +1,92 @@
 //! The excess on-light of one path, by a change of time.
 
-use super::arithmetic::{ChipTable, LANES, Words, exponential, to_ticks, wrap};
-use super::grid::Grid;
+use super::arithmetic::{LANES, LONGEST_WAIT, Table, Words, exponential, to_ticks, wrap};
+use super::places::{CHIP_BITS, CodePlaces, IN_CHIP, LONGEST_CHIPS, repeated};
+use super::profile::Profile;
 use super::streams::LaneStreams;
 
-/// Where a code's on-chips are, within the period of the grid.
+/// Lower bits of a start: its chip. Those above are the pattern of a profile.
+const START_BITS: u32 = 22;
+
+/// Where a code's lit chips are: those that are on and, where the light has edges, those
+/// that light of earlier ones reaches into.
 ///
-/// On-time counts only ticks within on-chips: there the arrivals are a
+/// On-time counts only ticks within lit chips: there the candidates are a
 /// homogeneous Poisson process, so the wait is one exponential, and the tables
-/// lead from time to on-time and back. Nothing is drawn in vain.
+/// lead from time to on-time and back. Nothing is drawn in vain but near edges.
 #[derive(Debug, Clone)]
 pub struct OnTime {
-    grid: Grid,
-    /// By chip: the on-time before it in the upper bits; the lower bits (those
-    /// of an offset inside a chip) all ones if the chip is on, else zeros.
-    before: ChipTable,
-    /// By number of on-chip: its first tick.
-    starts: ChipTable,
-    /// On-time in a period.
-    ticks: u32,
+    pub period_chips: u32,
+    /// By chip: twice the number of lit chips before it, and 1 if it is itself lit.
+    before: Table,
+    /// By number of lit chip: its chip, and which of the latest chips are on.
+    starts: Table,
+    lit_chips: u32,
+    /// The longest wait in on-time, in ticks, that ends within a period and within a wait.
+    last: u32,
 }
 
 impl OnTime {
-    /// Tables of a code with at least one on-chip, repeated to fill the grid.
-    pub fn new(grid: Grid, code: &[u8]) -> OnTime {
-        let chips = || code.iter().cycle().take(grid.period_chips as usize);
-        let mut on_chips = 0;
-        let before = chips().map(|&chip| {
-            let entry = grid.ticks_of_chips(on_chips) | (grid.fraction_mask() * u32::from(chip));
-            on_chips += u32::from(chip);
+    /// Tables of a code with at least one on-chip, whose light reaches `reach` chips into
+    /// the dark.
+    pub fn new(code: &[u8], reach: u32) -> OnTime {
+        let chips = repeated(code);
+        let period = chips.len();
+        let pattern = |chip: usize| {
+            let bit = |back: usize| u32::from(chips[(chip + period - back % period) % period]);
+            (0..=reach as usize).fold(0, |pattern, back| pattern | bit(back) << back)
+        };
+        let patterns: Vec<u32> = (0..period).map(pattern).collect();
+        let mut lit_chips = 0;
+        let before = patterns.iter().map(|&pattern| {
+            let entry = 2 * lit_chips + u32::from(pattern != 0);
+            lit_chips += u32::from(pattern != 0);
             entry
         });
-        let before = ChipTable::new(before);
-        let numbered = chips().zip(0..).filter(|&(&chip, _)| chip == 1);
+        let before = Table::new(before);
+        let lit = (0..).zip(&patterns).filter(|&(_, &pattern)| pattern != 0);
+        let starts = lit.map(|(chip, &pattern): (u32, _)| {
+            // Without edges all lit chips are alike.
+            if reach == 0 { chip } else { pattern << START_BITS | chip }
+        });
         OnTime {
-            grid,
+            period_chips: period as u32,
             before,
-            starts: ChipTable::new(numbered.map(|(_, number)| grid.ticks_of_chips(number))),
-            ticks: grid.ticks_of_chips(on_chips),
+            starts: Table::new(starts),
+            lit_chips,
+            last: lit_chips.min(LONGEST_WAIT >> CHIP_BITS) * (1 << CHIP_BITS) - 1,
         }
     }
 
-    /// Ticks from `phases` (below one period) until `waits` ticks of on-time have
-    /// passed; one period where that takes a period or longer.
+    /// Ticks from `places` until `waits` ticks of on-time have passed, or longer than any
+    /// wait where that takes as long; and where in a chip it ends, with the chip's start.
     ///
     /// With less than a period's on-time to pass, the end is found within the
-    /// period: an arrival can never come out after the last on-chip.
+    /// period: an arrival can never come out after the last lit chip.
     #[inline(always)]
-    fn until(&self, phases: &Words, waits: &Words) -> Words {
-        let fraction = self.grid.fraction_mask();
-        let before = self.before.at(&self.grid.chips(phases));
-        let mut on_times = Words::all(0);
-        let last = self.ticks - 1;
+    fn until(&self, places: &CodePlaces, waits: &Words) -> (Words, Words, Words) {
+        let before = self.before.at(&places.chips);
+        let mut lit = Words::all(0);
+        let mut ends = Words::all(0);
         for lane in 0..LANES {
-            let passed = before[lane] & (phases[lane] | !fraction);
-            let within = waits[lane].min(last);
-            on_times[lane] = wrap(passed.wrapping_add(within), self.ticks);
+            let if_lit = 0_u32.wrapping_sub(before[lane] & 1) & places.fractions[lane];
+            let passed = if_lit.wrapping_add(waits[lane].min(self.last));
+            lit[lane] = wrap((before[lane] >> 1).wrapping_add(passed >> CHIP_BITS), self.lit_chips);
+            ends[lane] = passed & IN_CHIP;
         }
-        let starts = self.starts.at(&self.grid.chips(&on_times));
+        let starts = self.starts.at(&lit);
         let mut elapsed = Words::all(0);
         for lane in 0..LANES {
-            let end = starts[lane] | (on_times[lane] & fraction);
-            let short = end.wrapping_sub(phases[lane]);
+            let chip = starts[lane] & ((1 << START_BITS) - 1);
+            let ahead = chip.wrapping_sub(places.chips[lane]);
             // The end lies in this period or in the next one.
-            let short = short.min(short.wrapping_add(self.grid.period_ticks));
-            elapsed[lane] = if waits[lane] < self.ticks { short } else { self.grid.period_ticks };
+            let ahead = ahead.min(ahead.wrapping_add(self.period_chips)).min(LONGEST_CHIPS);
+            // In the next one's same chip, earlier in it, it is an endless time away.
+            let ticks = (ahead << CHIP_BITS).wrapping_add(ends[lane]);
+            let ticks = ticks.wrapping_sub(places.fractions[lane]);
+            elapsed[lane] = if waits[lane] <= self.last { ticks } else { LONGEST_WAIT };
         }
-        elapsed
+        (elapsed, ends, starts)
     }
 }
 
@@ -75,65 +95,103 @@ impl OnTime {
 pub struct ExcessLight<'t> {
     on_time: &'t OnTime,
     pub streams: LaneStreams,
-    /// Phase of the arriving code where a lane's phase is zero, by lane.
-    pub offsets: Words,
+    /// Of the arriving code where the detectors get ready.
+    pub places: CodePlaces,
     mean_wait_ticks: f32,
+    /// What comes of candidates, and who decides; none without edges.
+    pub edges: Option<(&'t Profile, LaneStreams)>,
 }
 
 impl<'t> ExcessLight<'t> {
-    pub fn new(on_time: &'t OnTime, mean_wait_ticks: f64) -> ExcessLight<'t> {
+    pub fn new(
+        on_time: &'t OnTime,
+        profile: Option<&'t Profile>,
+        mean_wait_ticks: f64,
+    ) -> ExcessLight<'t> {
         ExcessLight {
             on_time,
             streams: LaneStreams::new(),
-            offsets: Words::all(0),
+            places: CodePlaces::new(on_time.period_chips),
             mean_wait_ticks: mean_wait_ticks as f32,
+            edges: profile.map(|profile| (profile, LaneStreams::new())),
         }
     }
 
-    /// Shortens the waits to the next arrival after `phases`.
+    /// Shortens the waits to the next arrival. A candidate that does not arrive cuts the
+    /// wait: from there on, another one is drawn.
     #[inline(always)]
-    pub fn shorten(&mut self, phases: &Words, waits: &mut Words) {
-        let period = self.on_time.grid.period_ticks;
-        let mut arriving = Words::all(0);
-        for lane in 0..LANES {
-            arriving[lane] = wrap(phases[lane].wrapping_add(self.offsets[lane]), period);
-        }
+    pub fn shorten(&mut self, waits: &mut Words, cuts: &mut Words) {
         let random = self.streams.next();
         let mut on_waits = Words::all(0);
         for lane in 0..LANES {
             let wait = exponential(random[lane]) * self.mean_wait_ticks;
             on_waits[lane] = to_ticks(wait);
         }
-        let elapsed = self.on_time.until(&arriving, &on_waits);
-        for lane in 0..LANES {
-            waits[lane] = waits[lane].min(elapsed[lane]);
+        let (elapsed, ends, starts) = self.on_time.until(&self.places, &on_waits);
+        match &mut self.edges {
+            None => {
+                for lane in 0..LANES {
+                    waits[lane] = waits[lane].min(elapsed[lane]);
+                }
+            }
+            Some((profile, streams)) => {
+                let mut patterns = starts;
+                for pattern in patterns.iter_mut() {
+                    *pattern >>= START_BITS;
+                }
+                let arrive = profile.arrive(&patterns, &ends, &streams.next());
+                for lane in 0..LANES {
+                    let (arrival, cut) = match arrive[lane] {
+                        0 => (LONGEST_WAIT, elapsed[lane]),
+                        _ => (elapsed[lane], LONGEST_WAIT),
+                    };
+                    waits[lane] = waits[lane].min(arrival);
+                    cuts[lane] = cuts[lane].min(cut);
+                }
+            }
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::places::CHIP_TICKS;
     use super::*;
 
-    /// Against the definition: walk tick by tick.
+    /// Against the definition: walk chip by chip.
     #[test]
     fn on_time_passes_in_on_chips_only() {
         let code = [0, 1, 1, 0, 1, 0, 0];
-        let grid = Grid { chip_bits: 2, period_chips: 7, period_ticks: 28 };
-        let on_time = OnTime::new(grid, &code);
-        let is_on = |tick: u32| code[(tick / 4 % 7) as usize] == 1;
-        for phase in 0..28 {
-            for wait in 0..30 {
-                let mut elapsed = 0;
-                let mut passed = 0;
-                // The arrival is inside the on-tick that follows `wait` others.
-                while !is_on(phase + elapsed) || passed < wait {
-                    passed += u32::from(is_on(phase + elapsed));
-                    elapsed += 1;
+        let on_time = OnTime::new(&code, 0);
+        let mut places = CodePlaces::new(on_time.period_chips);
+        for quarter in 0..28 {
+            let start = quarter * i64::from(CHIP_TICKS) / 4;
+            places.set(0, start);
+            for wait in (0..6000).step_by(7) {
+                let wait = wait * CHIP_TICKS / 4;
+                let (mut left, mut time) = (i64::from(wait), start);
+                loop {
+                    let chip = time >> CHIP_BITS;
+                    let end = (chip + 1) << CHIP_BITS;
+                    if code[(chip % 7) as usize] == 1 {
+                        // The arrival is inside the on-tick that follows `wait` others.
+                        if left < end - time {
+                            break;
+                        }
+                        left -= end - time;
+                    }
+                    time = end;
                 }
-                let expected = if wait < 12 { elapsed } else { 28 };
-                let found = on_time.until(&Words::all(phase), &Words::all(wait));
-                assert_eq!(found, Words::all(expected), "{phase} {wait}");
+                let expected = time + left - start;
+                let mut waits = Words::all(0);
+                waits[0] = wait;
+                let found = i64::from(on_time.until(&places, &waits).0[0]);
+                let longest = i64::from(LONGEST_CHIPS - 1) << CHIP_BITS;
+                if expected < longest {
+                    assert_eq!(found, expected, "{quarter} {wait}");
+                } else {
+                    assert!(found >= longest, "{quarter} {wait}");
+                }
             }
         }
     }

@@ -1,6 +1,28 @@
 //! The inner loop, compiled for the vector instructions of the processor.
 
+use super::record::GroupRunner;
 use super::steps::StepRunner;
+
+/// Lanes that run to the end of what they have to do, in a loop that is inlined into a caller
+/// for each instruction set.
+pub trait Runner {
+    /// Runs.
+    fn run(&mut self);
+}
+
+impl Runner for StepRunner<'_, '_> {
+    #[inline(always)]
+    fn run(&mut self) {
+        StepRunner::run(self);
+    }
+}
+
+impl Runner for GroupRunner<'_> {
+    #[inline(always)]
+    fn run(&mut self) {
+        GroupRunner::run(self);
+    }
+}
 
 /// Vector instructions that the lanes are compiled for. Counts do not depend on
 /// which of them is used.
@@ -51,7 +73,7 @@ impl InstructionSet {
 ///
 /// # Panics
 /// If the processor does not have it.
-pub fn run(set: InstructionSet, runner: &mut StepRunner) {
+pub fn run(set: InstructionSet, runner: &mut impl Runner) {
     assert!(set.is_available(), "this processor has no {set:?}");
     match set {
         InstructionSet::Baseline => runner.run(),
@@ -66,12 +88,12 @@ pub fn run(set: InstructionSet, runner: &mut StepRunner) {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn run_avx2(runner: &mut StepRunner) {
+fn run_avx2(runner: &mut impl Runner) {
     runner.run();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
-fn run_avx512(runner: &mut StepRunner) {
+fn run_avx512(runner: &mut impl Runner) {
     runner.run();
 }

@@ -5,16 +5,19 @@
 //! phase step of its own; one iteration takes every lane from the end of a dead
 //! time to the next detection, and has no branch that depends on a lane.
 //!
-//! Why it is exact (up to whole ticks of 2^-19 chip or so, and 24-bit numbers):
+//! Why it is exact (up to whole ticks of 2^-19 chip, and 24-bit numbers):
 //!
 //! - `lanes`: fresh draws at the end of each dead time, because Poisson arrivals
-//!   have no memory; waits cut at one code period, for the same reason.
+//!   have no memory; long waits are cut, for the same reason.
 //! - `excess`: the light's change of time, one exponential per arrival.
+//! - `profile`: light with edges, thinned.
 //! - `afterpulses`: all that are pending are one decaying mass.
 //! - `sign`: jitter, delays and transition are a probability near edges, and
 //!   nothing elsewhere.
 //! - `steps`: the start and the end of a step, where jitter carries detections
 //!   over the border.
+//! - `record`: where detections themselves are wanted, and where jitter decides too much for
+//!   a table of probabilities, each gets its own.
 //!
 //! A part that the model does not have is a loop that is not entered, so leaving
 //! it out changes no other number. Counts depend on seed, detector, scan and
@@ -27,10 +30,12 @@ mod arithmetic;
 mod constant;
 mod domain;
 mod excess;
-mod grid;
 mod instruction_set;
 mod lanes;
 pub(crate) mod normal;
+mod places;
+mod profile;
+mod record;
 mod sign;
 mod steps;
 mod streams;
@@ -42,11 +47,17 @@ use std::thread::available_parallelism;
 
 pub use domain::OutsideDomain;
 pub use instruction_set::InstructionSet;
+pub(crate) use places::CHIP_BITS;
+pub use record::RegisteredTicks;
 
+use self::arithmetic::LANES;
 use self::domain::Tables;
+use self::record::GroupRunner;
+use self::sign::SignTable;
 use self::steps::{Jobs, Share, StepRunner};
-use super::counter::{StepCount, count_step};
+use super::counter::{StepCount, count_detections, count_step};
 use super::detector::DetectorModel;
+use crate::scan::Group;
 
 /// Counts phase steps `steps` of scan number `repetition`, as
 /// [`count_step`] does: `out[i]` is for step
@@ -79,18 +90,73 @@ pub fn count_steps_on_all_cores(
     StepCounter::new(model).count_on_threads(threads, seed, repetition..repetition + 1, steps, out);
 }
 
-/// Counts phase steps of one detector.
+/// Records the detections of groups of phase steps of one detector.
 #[derive(Debug, Clone)]
-pub struct StepCounter<'m> {
+pub struct Recorder<'m> {
     model: &'m DetectorModel,
     tables: Result<Tables, OutsideDomain>,
     instruction_set: InstructionSet,
 }
 
+/// Detections of all groups that are recorded at once, about, of 8 bytes each.
+const MOST_RECORDED: f64 = 2e6;
+/// With fewer lanes at work the plain loop is as quick.
+const LEAST_LANES: usize = 4;
+
+impl<'m> Recorder<'m> {
+    /// Makes the tables of a model, and chooses the best instruction set.
+    pub fn new(model: &'m DetectorModel) -> Recorder<'m> {
+        Recorder { model, tables: Tables::new(model), instruction_set: InstructionSet::best() }
+    }
+
+    /// Uses another instruction set.
+    ///
+    /// # Panics
+    /// On recording, if the processor does not have it.
+    pub fn with_instruction_set(self, instruction_set: InstructionSet) -> Recorder<'m> {
+        Recorder { instruction_set, ..self }
+    }
+
+    /// The model.
+    pub fn model(&self) -> &'m DetectorModel {
+        self.model
+    }
+
+    /// Groups to record at once, so that no more than some megabytes are kept; none where that
+    /// leaves too few lanes at work, or the lanes cannot do the model.
+    pub fn groups_at_once(&self) -> Option<usize> {
+        let chips = self.model.timing.scan.integration_chips as f64;
+        let fitting = (MOST_RECORDED / (self.model.most_detections_per_chip() * chips)) as usize;
+        // Twice as many groups as lanes, or lanes wait for the longest one.
+        let groups = fitting.min(2 * LANES);
+        (self.tables.is_ok() && groups >= LEAST_LANES).then_some(groups)
+    }
+
+    /// The registered times of some groups, each with the number of its scan: those of each
+    /// group in order, from the distribution of [`DetectorModel::step`]. One thread.
+    ///
+    /// # Panics
+    /// If there are no [`Recorder::groups_at_once`].
+    pub fn record(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<Vec<RegisteredTicks>> {
+        let tables = self.tables.as_ref().unwrap_or_else(|reason| panic!("{reason}"));
+        let mut runner = GroupRunner::new(self.model, tables, seed, groups);
+        instruction_set::run(self.instruction_set, &mut runner);
+        runner.into_lists()
+    }
+}
+
+/// Counts phase steps of one detector.
+#[derive(Debug, Clone)]
+pub struct StepCounter<'m> {
+    recorder: Recorder<'m>,
+    /// `None` where counts are of recorded detections, one by one.
+    sign: Option<SignTable>,
+}
+
 impl<'m> StepCounter<'m> {
     /// Makes the tables of a model, and chooses the best instruction set.
     pub fn new(model: &'m DetectorModel) -> StepCounter<'m> {
-        StepCounter { model, tables: Tables::new(model), instruction_set: InstructionSet::best() }
+        StepCounter { recorder: Recorder::new(model), sign: domain::sign_table(model) }
     }
 
     /// Uses another instruction set.
@@ -98,12 +164,12 @@ impl<'m> StepCounter<'m> {
     /// # Panics
     /// On counting, if the processor does not have it.
     pub fn with_instruction_set(self, instruction_set: InstructionSet) -> StepCounter<'m> {
-        StepCounter { instruction_set, ..self }
+        StepCounter { recorder: self.recorder.with_instruction_set(instruction_set), ..self }
     }
 
     /// Why the plain loop is used instead of lanes; `None` if it is not.
     pub fn outside_domain(&self) -> Option<OutsideDomain> {
-        self.tables.as_ref().err().copied()
+        self.recorder.tables.as_ref().err().copied()
     }
 
     /// Counts `steps` of every scan in `repetitions`, scan after scan.
@@ -145,18 +211,42 @@ impl<'m> StepCounter<'m> {
         jobs: &Jobs,
         next: &mut dyn FnMut() -> Option<(u64, &'o mut [StepCount])>,
     ) {
-        match &self.tables {
-            Ok(tables) => {
-                let mut next_share = || next().map(|(first, places)| Share { first, places });
-                let mut runner = StepRunner::new(self.model, tables, jobs, &mut next_share);
-                instruction_set::run(self.instruction_set, &mut runner);
-            }
-            Err(_) => {
-                while let Some((first, places)) = next() {
+        let Recorder { model, tables, instruction_set } = &self.recorder;
+        if let (Ok(tables), Some(sign)) = (tables, &self.sign) {
+            let mut next_share = || next().map(|(first, places)| Share { first, places });
+            let mut runner = StepRunner::new(model, tables, sign, jobs, &mut next_share);
+            return instruction_set::run(*instruction_set, &mut runner);
+        }
+        while let Some((first, places)) = next() {
+            match self.recorder.groups_at_once() {
+                Some(groups) => self.count_recorded(groups, jobs, first, places),
+                None => {
                     for (number, place) in (first..).zip(places) {
                         let (repetition, step) = jobs.repetition_and_step(number);
-                        *place = count_step(self.model, jobs.seed, repetition, step);
+                        *place = count_step(model, jobs.seed, repetition, step);
                     }
+                }
+            }
+        }
+    }
+
+    /// Counts jobs from the registered times of their groups, some groups at a time.
+    fn count_recorded(&self, at_once: usize, jobs: &Jobs, first: u64, places: &mut [StepCount]) {
+        let model = self.recorder.model;
+        let steps = (first..).zip(places).map(|(number, place)| {
+            let (repetition, step) = jobs.repetition_and_step(number);
+            ((repetition, model.timing.grouping().group_of(step)), step, place)
+        });
+        let steps: Vec<_> = steps.collect();
+        let mut groups: Vec<_> = steps.iter().map(|(group, ..)| *group).collect();
+        groups.dedup();
+        let mut steps = steps.into_iter().peekable();
+        for groups in groups.chunks(at_once) {
+            let lists = self.recorder.record(jobs.seed, groups);
+            for (group, list) in groups.iter().zip(&lists) {
+                while let Some((_, step, place)) = steps.next_if(|(of, ..)| of == group) {
+                    let detections = list.iter().map(|time| time.detection());
+                    *place = count_detections(model, jobs.seed, group.0, step, detections);
                 }
             }
         }
@@ -226,7 +316,6 @@ mod tests {
         let code =
             Arc::new(Code { generator: Generator::Chips(chips.clone()), interleave: 0, chips });
         let rates = LightRates { on_hz: 1e-290, off_hz: 0.0 };
-        // Of the period 2047 = 23 x 89, so that the grid stays as it is.
         let other = NumberedPath { index: PathIndex(1), number: 1 };
         let dark = ExcessLight::new(other, rates, &code, 333.0, neutral.timing.clock, &[]);
         neutral.excess.extend(dark);
@@ -245,9 +334,9 @@ mod tests {
 
         let left_out = StepCounter::new(&without);
         let mut drawn = left_out.clone();
-        let tables = drawn.tables.as_mut().expect("the lanes can do it");
-        assert!(!tables.sign.is_random);
-        tables.sign.is_random = true;
+        let sign = drawn.sign.as_mut().expect("the lanes can do it");
+        assert!(!sign.is_random);
+        sign.is_random = true;
         assert_eq!(counts(&left_out), counts(&drawn));
     }
 

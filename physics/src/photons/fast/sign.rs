@@ -14,9 +14,9 @@
 //! table holds the mean of Phi at x - w and x + w. Rising and falling edges have
 //! different delays but the same table.
 
-use super::arithmetic::{ChipTable, Integers, LANES, Words, wrap};
-use super::grid::Grid;
+use super::arithmetic::{FixedTable, Integers, LANES, Table, Words};
 use super::normal::{self, NORMAL_REACH};
+use super::places::{CHIP_TICKS, CodePlaces, repeated, round_ticks, ticks};
 use super::streams::LaneStreams;
 use crate::math::normal_cdf;
 
@@ -37,17 +37,17 @@ pub struct EdgeTiming {
 /// Levels of the reference and probabilities near its edges.
 #[derive(Debug, Clone)]
 pub struct SignTable {
-    grid: Grid,
+    pub period_chips: u32,
     /// By cell: where the table of probabilities begins, in ticks into the cell
     /// (times 4); whether there is an edge (times 2); the level after it.
-    cells: ChipTable,
+    cells: Table,
     /// Thresholds to 31 random bits, of which `threshold + 1` in 2^31 leave the
     /// detection before the edge.
-    thresholds: Box<[i32; ENTRIES]>,
+    thresholds: FixedTable<ENTRIES>,
     /// An entry is for 2^entry_bits ticks.
     entry_bits: u32,
-    /// Phase of the reference where its first cell begins, in ticks (not
-    /// positive where cells begin before their chip).
+    /// Where the reference's first cell begins, in ticks (not positive where cells begin
+    /// before their chip).
     pub first_cell: i64,
     /// Whether chance plays a part at all.
     pub is_random: bool,
@@ -56,9 +56,9 @@ pub struct SignTable {
 impl SignTable {
     /// `None` if one cell cannot hold both kinds of edges with all that jitter
     /// and transition can reach.
-    pub fn new(grid: Grid, reference: &[u8], timing: &EdgeTiming) -> Option<SignTable> {
-        let reach = grid.ticks(NORMAL_REACH * timing.jitter_chips + timing.transition_chips) + 1.0;
-        if reach >= f64::from(grid.chip_ticks()) {
+    pub fn new(reference: &[u8], timing: &EdgeTiming) -> Option<SignTable> {
+        let reach = ticks(NORMAL_REACH * timing.jitter_chips + timing.transition_chips) + 1.0;
+        if reach >= f64::from(CHIP_TICKS) {
             return None;
         }
         // The first and the last entry must be certain.
@@ -67,61 +67,58 @@ impl SignTable {
             entry_bits += 1;
         }
         let half = i64::from((ENTRIES as u32 / 2) << entry_bits);
-        let rising = grid.round(timing.rising_delay_chips);
-        let falling = grid.round(timing.falling_delay_chips);
+        let rising = round_ticks(timing.rising_delay_chips);
+        let falling = round_ticks(timing.falling_delay_chips);
         let lag = (rising - falling).abs();
-        if lag + 2 * half > i64::from(grid.chip_ticks()) {
+        if lag + 2 * half > i64::from(CHIP_TICKS) {
             return None;
         }
 
         let first_cell = rising.min(falling) - half;
-        let cells = (0..grid.period_chips as usize).map(|cell| {
-            let length = reference.len();
-            let after = reference[cell % length];
-            let before = reference[(cell + length - 1) % length];
+        let chips = repeated(reference);
+        let cells = (0..chips.len()).map(|cell| {
+            let after = chips[cell];
+            let before = chips[(cell + chips.len() - 1) % chips.len()];
             let edge = if after == 1 { rising } else { falling };
             let table_start = (edge - half - first_cell) as u32;
             (table_start << 2) | (u32::from(before != after) << 1) | u32::from(after)
         });
 
-        let sigma = grid.ticks(timing.jitter_chips);
-        let transition = grid.ticks(timing.transition_chips);
-        let mut thresholds = Box::new([0; ENTRIES]);
-        for (entry, threshold) in thresholds.iter_mut().enumerate() {
+        let sigma = ticks(timing.jitter_chips);
+        let transition = ticks(timing.transition_chips);
+        let threshold = |entry: usize| {
             let from = ((entry as i64) << entry_bits) - half;
             let to = ((entry as i64 + 1) << entry_bits) - half;
             let below = [-transition, transition].map(|shift| {
                 normal::mean_below_zero(from as f64 + shift, to as f64 + shift, sigma)
             });
-            *threshold = threshold_of(0.5 * (below[0] + below[1]));
-        }
+            threshold_of(0.5 * (below[0] + below[1]))
+        };
+        let thresholds: Vec<i32> = (0..ENTRIES).map(threshold).collect();
         Some(SignTable {
-            grid,
-            cells: ChipTable::new(cells),
+            period_chips: chips.len() as u32,
+            cells: Table::new(cells),
             is_random: thresholds.iter().any(|&t| t != threshold_of(0.0) && t != threshold_of(1.0)),
-            thresholds,
+            thresholds: FixedTable::new(thresholds.iter().map(|&threshold| threshold as u32)),
             entry_bits,
             first_cell,
         })
     }
 
-    /// The levels (0 or 1) that count at phases of the cells.
+    /// The levels (0 or 1) that count at places of the cells.
     #[inline(always)]
-    fn levels(&self, phases: &Words, uniforms: &Integers) -> Words {
-        let cells = self.cells.at(&self.grid.chips(phases));
+    fn levels(&self, places: &CodePlaces, uniforms: &Integers) -> Words {
+        let cells = self.cells.at(&places.chips);
         let mut entries = Words::all(0);
         for lane in 0..LANES {
-            let offset = (phases[lane] & self.grid.fraction_mask()) as i32;
-            let into_table = offset.wrapping_sub((cells[lane] >> 2) as i32).max(0) as u32;
-            entries[lane] = into_table.wrapping_shr(self.entry_bits).min(LAST);
+            let into_table =
+                (places.fractions[lane] as i32).wrapping_sub((cells[lane] >> 2) as i32);
+            entries[lane] = (into_table.max(0) as u32).wrapping_shr(self.entry_bits).min(LAST);
         }
-        let mut thresholds = Integers::all(0);
-        for lane in 0..LANES {
-            thresholds[lane] = self.thresholds[(entries[lane] % ENTRIES as u32) as usize];
-        }
+        let thresholds = self.thresholds.at(&entries);
         let mut levels = Words::all(0);
         for lane in 0..LANES {
-            let before_edge = u32::from(uniforms[lane] <= thresholds[lane]);
+            let before_edge = u32::from(uniforms[lane] <= thresholds[lane] as i32);
             levels[lane] = (cells[lane] ^ ((cells[lane] >> 1) & before_edge)) & 1;
         }
         levels
@@ -129,7 +126,7 @@ impl SignTable {
 }
 
 /// The threshold that 31 random bits do not exceed with a probability.
-fn threshold_of(probability: f64) -> i32 {
+pub fn threshold_of(probability: f64) -> i32 {
     ((probability.clamp(0.0, 1.0) * 2_f64.powi(31)).round() - 1.0) as i32
 }
 
@@ -144,10 +141,10 @@ pub fn is_before(behind: i64, sigma_ticks: f64, uniform: i32) -> bool {
 /// The counter's sign in all lanes.
 #[derive(Debug, Clone)]
 pub struct Sign<'t> {
-    table: &'t SignTable,
+    pub table: &'t SignTable,
     pub streams: LaneStreams,
-    /// Phase of the cells where a lane's phase is zero, by lane.
-    pub offsets: Words,
+    /// Where the last avalanche is in the reference's cells, or where a wait was cut.
+    pub places: CodePlaces,
     /// The number that decided, 31 bits, by lane.
     pub uniforms: Integers,
     /// The level that counts, by lane.
@@ -159,26 +156,22 @@ impl<'t> Sign<'t> {
         Sign {
             table,
             streams: LaneStreams::new(),
-            offsets: Words::all(0),
+            places: CodePlaces::new(table.period_chips),
             uniforms: Integers::all(0),
             levels: Words::all(0),
         }
     }
 
-    /// Finds the levels at `phases`.
+    /// Goes on, and finds the levels there.
     #[inline(always)]
-    pub fn decide(&mut self, phases: &Words) {
+    pub fn decide(&mut self, elapsed: &Words) {
         if self.table.is_random {
             let random = self.streams.next();
             for lane in 0..LANES {
                 self.uniforms[lane] = (random[lane] >> 1) as i32;
             }
         }
-        let mut in_cells = Words::all(0);
-        for lane in 0..LANES {
-            let phase = phases[lane].wrapping_add(self.offsets[lane]);
-            in_cells[lane] = wrap(phase, self.table.grid.period_ticks);
-        }
-        self.levels = self.table.levels(&in_cells, &self.uniforms);
+        self.places.advance(elapsed);
+        self.levels = self.table.levels(&self.places, &self.uniforms);
     }
 }

@@ -2,13 +2,14 @@
 
 use std::ops::Range;
 
-use super::arithmetic::LANES;
+use super::arithmetic::{LANES, Words};
 use super::domain::Tables;
 use super::lanes::Lanes;
-use super::sign;
+use super::places::{round_ticks, ticks_of_chips};
+use super::sign::{self, Sign, SignTable};
 use crate::photons::random::Part;
 use crate::photons::{DetectorModel, StepCount};
-use crate::scan::{Group, Step};
+use crate::scan::Step;
 
 /// Phase steps to simulate, numbered from 0: all steps of a scan, then those of
 /// the next.
@@ -55,8 +56,8 @@ struct LaneStep {
     /// Number of the share, and place in it.
     place: (usize, usize),
     stage: Stage,
-    /// Periods to go when the clock comes to its border.
-    periods_left: u64,
+    /// Chips to go when the clock comes to its border.
+    chips_left: u64,
     count: StepCount,
 }
 
@@ -73,6 +74,11 @@ pub struct StepRunner<'t, 'o> {
     /// Places of the last share whose jobs have been started.
     started: usize,
     lanes: Lanes<'t>,
+    sign: Sign<'t>,
+    /// Detections since a lane's counts were taken.
+    totals: Words,
+    /// Those of them that counted up.
+    ups: Words,
     steps: [LaneStep; LANES],
     busy: usize,
 }
@@ -81,11 +87,12 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     pub fn new(
         model: &'t DetectorModel,
         tables: &'t Tables,
+        sign: &'t SignTable,
         jobs: &'t Jobs,
         next_share: &'t mut dyn FnMut() -> Option<Share<'o>>,
     ) -> StepRunner<'t, 'o> {
         let idle =
-            LaneStep { place: (0, 0), stage: Stage::Idle, periods_left: 0, count: StepCount::ZERO };
+            LaneStep { place: (0, 0), stage: Stage::Idle, chips_left: 0, count: StepCount::ZERO };
         let mut runner = StepRunner {
             model,
             tables,
@@ -94,6 +101,9 @@ impl<'t, 'o> StepRunner<'t, 'o> {
             shares: Vec::new(),
             started: 0,
             lanes: Lanes::new(model, tables),
+            sign: Sign::new(sign),
+            totals: Words::all(0),
+            ups: Words::all(0),
             steps: [idle; LANES],
             busy: 0,
         };
@@ -109,8 +119,21 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     #[inline(always)]
     pub fn run(&mut self) {
         while self.busy > 0 {
-            self.lanes.run_to_border();
-            self.cross_borders();
+            self.iterate();
+            if self.lanes.clock.any_at_border() {
+                self.cross_borders();
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn iterate(&mut self) {
+        self.lanes.iterate();
+        self.sign.decide(&self.lanes.elapsed);
+        for lane in 0..LANES {
+            let fired = self.lanes.fired[lane];
+            self.totals[lane] = self.totals[lane].wrapping_add(fired);
+            self.ups[lane] = self.ups[lane].wrapping_add(fired & self.sign.levels[lane]);
         }
     }
 
@@ -118,7 +141,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     #[inline(never)]
     fn cross_borders(&mut self) {
         for lane in 0..LANES {
-            if self.lanes.periods[lane] >= 0 {
+            if self.lanes.clock.is_at_border(lane) {
                 self.cross_border(lane);
             }
         }
@@ -136,16 +159,14 @@ impl<'t, 'o> StepRunner<'t, 'o> {
             self.steps[lane].count.add(before);
         }
         let reach = i64::from(self.tables.reach_ticks);
-        let mut behind = i64::from(self.lanes.periods[lane])
-            * i64::from(self.tables.grid.period_ticks)
-            + i64::from(self.lanes.phases[lane]);
+        let mut behind = self.lanes.clock.ticks(lane);
         loop {
             let step = &mut self.steps[lane];
             if step.stage == Stage::Idle {
-                self.lanes.periods[lane] = i32::MIN;
+                self.lanes.clock.park(lane);
                 return;
             }
-            if step.periods_left > 0 {
+            if step.chips_left > 0 {
                 behind = self.set_clock(lane, behind);
                 if behind < 0 {
                     self.steps[lane].count.add(detection);
@@ -154,7 +175,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
                 continue;
             }
             if behind < 2 * reach {
-                let uniform = self.lanes.sign.uniforms[lane];
+                let uniform = self.sign.uniforms[lane];
                 let is_before = sign::is_before(behind - reach, self.tables.jitter_ticks, uniform);
                 if is_before == (step.stage == Stage::Counting) {
                     step.count.add(detection);
@@ -169,50 +190,27 @@ impl<'t, 'o> StepRunner<'t, 'o> {
                 return;
             }
             step.stage = Stage::Counting;
-            behind = self.aim_at_end(lane, behind);
-            if behind < 0 {
-                self.steps[lane].count.add(detection);
-                return;
-            }
+            step.chips_left = self.model.timing.scan.integration_chips;
         }
     }
 
     /// Empties a lane's counts: those before the last iteration, and its own.
     fn take_counts(&mut self, lane: usize) -> (StepCount, StepCount) {
-        let lanes = &mut self.lanes;
-        let fired = lanes.fired[lane];
-        let up = fired & lanes.sign.levels[lane];
-        let before = StepCount::of(lanes.ups[lane] - up, lanes.totals[lane] - fired);
-        lanes.ups[lane] = 0;
-        lanes.totals[lane] = 0;
+        let fired = self.lanes.fired[lane];
+        let up = fired & self.sign.levels[lane];
+        let before = StepCount::of(self.ups[lane] - up, self.totals[lane] - fired);
+        self.ups[lane] = 0;
+        self.totals[lane] = 0;
         (before, StepCount::of(up, fired))
     }
 
-    /// Puts a lane's border from the start to the end of its step. `behind` is
-    /// how far behind the old border the lane is; returns it for the new one.
-    fn aim_at_end(&mut self, lane: usize, behind: i64) -> i64 {
-        let grid = self.tables.grid;
-        let chips = self.model.timing.scan.integration_chips;
-        let rest = grid.ticks_of_chips((chips % u64::from(grid.period_chips)) as u32);
-        // The clock's zero moves by the rest; what is looked up must not.
-        let moved = |offset: u32| grid.phase(i64::from(offset) + i64::from(rest));
-        for path in &mut self.lanes.paths {
-            path.offsets[lane] = moved(path.offsets[lane]);
-        }
-        self.lanes.sign.offsets[lane] = moved(self.lanes.sign.offsets[lane]);
-        self.steps[lane].periods_left = chips / u64::from(grid.period_chips);
-        self.set_clock(lane, behind - i64::from(rest))
-    }
-
-    /// Sets a lane's clock for the next batch of the periods that are left.
+    /// Sets a lane's clock for the next batch of the chips that are left; gives it in ticks.
     fn set_clock(&mut self, lane: usize, behind: i64) -> i64 {
-        let grid = self.tables.grid;
         let step = &mut self.steps[lane];
-        let batch = (CHIPS_PER_BATCH / u64::from(grid.period_chips)).min(step.periods_left);
-        step.periods_left -= batch;
-        let behind = behind - batch as i64 * i64::from(grid.period_ticks);
-        self.lanes.phases[lane] = grid.phase(behind);
-        self.lanes.periods[lane] = behind.div_euclid(i64::from(grid.period_ticks)) as i32;
+        let batch = CHIPS_PER_BATCH.min(step.chips_left);
+        step.chips_left -= batch;
+        let behind = behind - ticks_of_chips(batch as i64);
+        self.lanes.clock.set(lane, behind);
         behind
     }
 
@@ -220,14 +218,13 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     fn start_next(&mut self, lane: usize) {
         let Some((number, place)) = self.next_job() else {
             self.steps[lane].stage = Stage::Idle;
-            self.lanes.periods[lane] = i32::MIN;
+            self.lanes.clock.park(lane);
             return;
         };
         self.busy += 1;
         self.steps[lane] =
-            LaneStep { place, stage: Stage::WarmUp, periods_left: 0, count: StepCount::ZERO };
+            LaneStep { place, stage: Stage::WarmUp, chips_left: 0, count: StepCount::ZERO };
         let (repetition, step) = self.jobs.repetition_and_step(number);
-        self.restart_streams(lane, repetition, self.model.timing.grouping().group_of(step));
         self.aim_at_start(lane, repetition, step);
     }
 
@@ -244,52 +241,26 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         Some((self.shares[index].first + place as u64, (index, place)))
     }
 
-    /// Steps of one group get the same streams: the same detections, in each of
-    /// their lanes.
-    fn restart_streams(&mut self, lane: usize, repetition: u64, group: Group) {
-        let key = self.model.key(self.jobs.seed, repetition, group);
-        let lanes = &mut self.lanes;
-        for (path, table) in lanes.paths.iter_mut().zip(&self.tables.paths) {
-            path.streams.restart(lane, key.hash(Part::Path(table.number)));
-        }
-        if let Some(constant) = &mut lanes.constant {
-            constant.streams.restart(lane, key.hash(Part::ConstantLight));
-        }
-        if let Some(afterpulses) = &mut lanes.afterpulses {
-            let hash = key.hash(Part::Afterpulsing);
-            afterpulses.streams.restart(lane, hash);
-            afterpulses.masses[lane] = 0.0;
-        }
-        lanes.sign.streams.restart(lane, key.hash(Part::Jitter));
-    }
-
     /// Puts a ready detector before the step, and the lane's border at its start.
     fn aim_at_start(&mut self, lane: usize, repetition: u64, step: Step) {
-        let grid = self.tables.grid;
-        let model = self.model;
-        // All in avalanche time: a detection is registered `delay` later.
-        let delay = grid.round(model.delay_chips);
-        let border = -delay - i64::from(self.tables.reach_ticks);
+        let (model, sign) = (self.model, self.sign.table);
         let group = model.timing.grouping().group_of(step);
-        let code = model.code_position(repetition, group, u64::from(grid.period_chips));
-        let code = i64::from(grid.ticks_of_chips(code as u32)) + border;
-        for (path, table) in self.lanes.paths.iter_mut().zip(&self.tables.paths) {
-            path.offsets[lane] = grid.phase(code - table.delay_ticks);
-        }
-        let phase_step = model.timing.scan.phase_step(step);
-        let samples_per_chip = u64::from(model.timing.clock.samples_per_chip);
-        let phase_step = (phase_step / samples_per_chip * u64::from(grid.chip_ticks())) as i64
-            + grid.round((phase_step % samples_per_chip) as f64 / samples_per_chip as f64);
-        self.lanes.sign.offsets[lane] =
-            grid.phase(code + delay - phase_step - self.tables.sign.first_cell);
+        let key = model.key(self.jobs.seed, repetition, group);
+        // All in avalanche time: a detection is registered `delay` later.
+        let delay = round_ticks(model.delay_chips);
+        let border = -delay - i64::from(self.tables.reach_ticks);
+        let start = self.lanes.start(lane, model, &key, border);
 
-        let first_ready = model.first_ready_chips(&model.key(self.jobs.seed, repetition, group));
-        let start =
-            grid.round(first_ready) - model.warm_up_chips * i64::from(grid.chip_ticks()) - border;
-        self.lanes.phases[lane] = grid.phase(start);
-        self.lanes.periods[lane] = start.div_euclid(i64::from(grid.period_ticks)) as i32;
-        self.lanes.fired[lane] = 0;
-        self.lanes.totals[lane] = 0;
-        self.lanes.ups[lane] = 0;
+        let samples_per_chip = u64::from(model.timing.clock.samples_per_chip);
+        let phase_step = model.timing.scan.phase_step(step);
+        let [chips, samples] = [phase_step / samples_per_chip, phase_step % samples_per_chip];
+        let phase_step =
+            ticks_of_chips(chips as i64) + round_ticks(samples as f64 / samples_per_chip as f64);
+        let code = model.code_position(repetition, group, model.reference.len());
+        let place = ticks_of_chips(code) + start + delay - phase_step - sign.first_cell;
+        self.sign.places.set(lane, place);
+        self.sign.streams.restart(lane, key.hash(Part::Jitter));
+        self.totals[lane] = 0;
+        self.ups[lane] = 0;
     }
 }

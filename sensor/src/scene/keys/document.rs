@@ -9,7 +9,7 @@ use crate::scene::{read, whole};
 /// `docs/scene.md`: every key of a scene, with unit, range, default and an example.
 pub fn reference() -> String {
     let mut text = "# Keys of a scene\n\n\
-        Made from `sensor/src/scene/keys` by `GOLDTOF_UPDATE=1 cargo test -p goldtof-sensor scene::keys`, and with it \
+        Made from the keys declared in `sensor/src/scene` by `GOLDTOF_UPDATE=1 cargo test -p goldtof-sensor scene::keys`, and with it \
         [scene.schema.json](scene.schema.json), a JSON Schema by which editors complete and check \
         scenes: with [taplo](https://taplo.tamasfe.dev) the line `#:schema` at the top of a scene \
         names it. Tests compare both. [scenes.md](scenes.md) tells how keys go together.\n\n\

@@ -15,21 +15,139 @@
 //! at the end of the document.
 
 mod document;
+mod plain;
 mod schema;
-mod tables;
 
 use super::units::{self, Quantity};
 
 pub use document::reference;
 pub use schema::schema;
 
-pub(super) use tables::{BACKGROUND, DETECTOR, PATH, STEPS};
+pub(super) use plain::Plain;
 
+use super::budget::{BACKGROUND, LINK};
+use super::detector::{AFTERPULSING, COUNTER, DETECTOR, JITTER_TAIL};
+use super::estimator::ESTIMATE;
+use super::hardware::HARDWARE;
+use super::movement::FLUCTUATION;
+use super::scan::{SCAN, STEPS};
+use super::source::{CODE, PATH, SOURCE};
+use super::whole::CLOCK;
 use super::wording::{alternatives, quoted};
-use tables::{
-    AFTERPULSING, CLOCK, CODE, COUNTER, ESTIMATE, FLUCTUATION, HARDWARE, JITTER_TAIL, LINK, SCAN,
-    SOURCE,
-};
+
+/// What a declaration of keys needs.
+pub(super) mod declare {
+    pub(in crate::scene) use super::Absent::{Needed, Or, Otherwise};
+    pub(in crate::scene) use super::{
+        BOOLEAN, Form, Key, Kind, Plain, Table, choice, choices, integer, names, number, quantity,
+        ratio, table, tables, words,
+    };
+    pub(in crate::scene) use crate::scene::reader::Section;
+    pub(in crate::scene) use crate::scene::units::Quantity::{self, *};
+}
+
+/// Declares tables, each key of them once: `key = kind, when left out, example; "meaning" "why
+/// these bounds";`. Of a table that is a struct, `key => field: type = ...` is a field, which is
+/// read as it is written, and in braces stand the fields that other keys decide.
+macro_rules! tables {
+    () => {};
+    (
+        $(#[$about:meta])*
+        $vis:vis struct $Struct:ident { $($(#[$doc:meta])* $other:ident: $other_type:ty,)* }
+        of $name:ident = $path:literal $(and $shared:ident)? {
+            $($key:ident $(=> $field:ident: $type:ty)? = $kind:expr, $absent:expr, $example:literal;
+              $meaning:literal $($why:literal)?;)*
+        }
+        $($rest:tt)*
+    ) => {
+        $(#[$about])*
+        $vis struct $Struct {
+            $($(#[doc = $meaning] pub $field: $type,)?)*
+            $($(#[$doc])* pub $other: $other_type,)*
+        }
+
+        impl $Struct {
+            /// The keys that are fields, as they are read, beside defaults; what is wrong with
+            /// them is reported.
+            fn keys(section: &Section) -> Option<$Struct> {
+                $($(let $field = <$type as Plain>::read(section, stringify!($key));)?)*
+                Some($Struct {
+                    $($($field: $field?,)?)*
+                    $($other: Default::default(),)*
+                })
+            }
+        }
+
+        impl Default for $Struct {
+            /// Of an empty table.
+            fn default() -> $Struct {
+                $Struct {
+                    $($($field: <$type as Plain>::left_out($name.key(stringify!($key))),)?)*
+                    $($other: Default::default(),)*
+                }
+            }
+        }
+
+        tables! {
+            $name = $path $(and $shared)? {
+                $($key = $kind, $absent, $example; $meaning $($why)?;)*
+            }
+            $($rest)*
+        }
+    };
+    (
+        $name:ident = $path:literal $(and $shared:ident)? {
+            $($key:ident = $kind:expr, $absent:expr, $example:literal; $meaning:literal $($why:literal)?;)*
+        }
+        $($rest:tt)*
+    ) => {
+        pub(in crate::scene) static $name: Table = Table::new(
+            $path,
+            &[$(Key {
+                name: stringify!($key),
+                kind: $kind,
+                absent: $absent,
+                example: $example,
+                meaning: $meaning,
+                why: concat!("", $($why)?),
+            },)*],
+            &[$(&$shared)?],
+        );
+
+        tables! { $($rest)* }
+    };
+}
+
+/// Declares the values of a key, each with the name that scenes use.
+macro_rules! choices {
+    (
+        $(#[$about:meta])*
+        pub enum $Enum:ident { $($(#[$doc:meta])* $Value:ident = $name:literal,)* }
+    ) => {
+        $(#[$about])*
+        pub enum $Enum { $($(#[$doc])* $Value,)* }
+
+        impl $Enum {
+            const CHOICES: &'static [&'static str] = &[$($name),*];
+
+            /// Each of them, under the name that scenes use.
+            pub const NAMES: &'static [(&'static str, $Enum)] = &[$(($name, $Enum::$Value)),*];
+        }
+
+        impl Plain for $Enum {
+            fn read(section: &Section, name: &'static str) -> Option<$Enum> {
+                section.choice(name, $Enum::NAMES)
+            }
+
+            fn left_out(key: &Key) -> $Enum {
+                let is_default = |(name, _): &&(&str, $Enum)| key.default() == Some(*name);
+                $Enum::NAMES.iter().find(is_default).unwrap_or(&$Enum::NAMES[0]).1
+            }
+        }
+    };
+}
+
+pub(super) use {choices, tables};
 
 /// A key of a table.
 #[derive(Debug)]
@@ -44,7 +162,7 @@ pub(super) struct Key {
     pub why: &'static str,
 }
 
-/// What a key is when it is left out.
+/// A key's value when it is left out.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Absent {
     /// It may not be.
@@ -55,7 +173,7 @@ pub(super) enum Absent {
     Otherwise(&'static str),
 }
 
-/// What a key takes. Bounds belong to what is allowed.
+/// Type and bounds of a key; a value at a bound is allowed.
 #[derive(Debug)]
 pub(super) enum Kind {
     /// A number and a unit, as text, or a list of them.
@@ -68,38 +186,38 @@ pub(super) enum Kind {
     Words(&'static str, Form),
 }
 
-const fn quantity(quantity: Quantity, least: &'static str, most: &'static str) -> Kind {
+pub(super) const fn quantity(quantity: Quantity, least: &'static str, most: &'static str) -> Kind {
     Kind::Quantity { quantity, least, most }
 }
 
-const fn number(least: f64, most: f64) -> Kind {
+pub(super) const fn number(least: f64, most: f64) -> Kind {
     Kind::Number { least, most, or_inf: false }
 }
 
-const fn ratio(least: f64, most: f64) -> Kind {
+pub(super) const fn ratio(least: f64, most: f64) -> Kind {
     Kind::Number { least, most, or_inf: true }
 }
 
-const fn integer(least: i64, most: i64) -> Kind {
+pub(super) const fn integer(least: i64, most: i64) -> Kind {
     Kind::Integer { least, most }
 }
 
-const fn words(words: &'static str, form: Form) -> Kind {
+pub(super) const fn words(words: &'static str, form: Form) -> Kind {
     Kind::Words(words, form)
 }
 
-const fn table(path: &'static str) -> Kind {
+pub(super) const fn table(path: &'static str) -> Kind {
     Kind::Words("a table", Form::Table(path))
 }
 
-const fn choice(names: &'static [&'static str]) -> Kind {
+pub(super) const fn choice(names: &'static [&'static str]) -> Kind {
     Kind::Words("one of its names", Form::Choice(names))
 }
 
-const BOOLEAN: Kind = Kind::Words("true or false", Form::Boolean);
+pub(super) const BOOLEAN: Kind = Kind::Words("true or false", Form::Boolean);
 
 /// The names of a list of names and values.
-const fn names<T, const N: usize>(named: &[(&'static str, T); N]) -> [&'static str; N] {
+pub(super) const fn names<T, const N: usize>(named: &[(&'static str, T); N]) -> [&'static str; N] {
     let mut names = [""; N];
     let mut n = 0;
     while n < N {
@@ -155,6 +273,14 @@ pub(super) const TABLES: [&Table; 15] = [
 ];
 
 impl Table {
+    pub const fn new(
+        path: &'static str,
+        keys: &'static [Key],
+        shared: &'static [&'static Table],
+    ) -> Table {
+        Table { path, keys, shared }
+    }
+
     /// All of its keys, shared ones last.
     pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
         self.keys.iter().chain(self.shared.iter().flat_map(|table| table.keys))
@@ -196,24 +322,27 @@ impl Key {
         }
     }
 
-    /// The value that it is when it is left out, if that is one.
+    /// The value that it is when it is left out, if that is one, without quotation marks.
     pub fn default(&self) -> Option<&'static str> {
         match self.absent {
-            Absent::Or(text) => Some(text.split_once(": ").map_or(text, |(value, _)| value)),
+            Absent::Or(text) => {
+                let value = text.split_once(": ").map_or(text, |(value, _)| value);
+                Some(value.trim_matches('"'))
+            }
             Absent::Needed | Absent::Otherwise(_) => None,
         }
     }
 
     /// [`Key::default`] of a number or a quantity, in its base unit.
     pub fn default_number(&self) -> Option<f64> {
-        let text = self.default()?.trim_matches('"');
+        let text = self.default()?;
         match self.kind {
             Kind::Quantity { quantity, .. } => units::parse(text, quantity, self.example).ok(),
             _ => text.parse().ok(),
         }
     }
 
-    /// What it is when it is left out, in words.
+    /// Its value when it is left out, in words.
     fn when_left_out(&self) -> &'static str {
         match self.absent {
             Absent::Needed => "it must be given",
@@ -229,7 +358,7 @@ impl Key {
         }
     }
 
-    /// What it may be, in words.
+    /// Its range, in words.
     fn range(&self) -> String {
         match self.kind {
             Kind::Quantity { least, most, .. } => format!("{least} to {most}"),

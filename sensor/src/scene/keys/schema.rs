@@ -35,7 +35,7 @@ pub fn schema() -> String {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "goldtof scene",
         "description": "Codes, clock, lasers, paths, detectors and scan of a light-ranging sensor. \
-                        Made from sensor/src/scene/keys; docs/scene.md says the same in words.",
+                        Made from the keys declared in sensor/src/scene; docs/scene.md says the same in words.",
         "type": "object",
         "properties": properties,
         "required": needed,

@@ -1,53 +1,34 @@
 use super::*;
 use crate::scene::{SceneErrors, parse};
 
-/// Keys that a table must have, with right values, for one that has key `name`.
+/// Keys that a table must have, with their examples, or with values that suit the others' bounds,
+/// for one that has key `name`.
 fn needed(table: &Table, name: &str) -> Vec<(&'static str, String)> {
-    match table.path {
-        "source" => vec![("name", "\"laser\"".to_owned())],
-        "detector" => vec![
-            ("name", "\"spad\"".to_owned()),
-            ("reference", "\"laser\"".to_owned()),
-            ("dead_time", "\"14 ns\"".to_owned()),
-        ],
-        "path" => vec![
-            ("source", "\"laser\"".to_owned()),
-            ("detector", "\"spad\"".to_owned()),
-            ("distance", "\"100 m\"".to_owned()),
-        ],
-        "source.code" => vec![("family", "\"gold\"".to_owned()), ("degree", "5".to_owned())],
-        "scan.steps" => match name {
-            "around" | "halfwidth" => {
-                vec![("around", "\"3.2 m\"".to_owned()), ("halfwidth", "8".to_owned())]
-            }
-            _ => vec![("first", "0".to_owned()), ("count", "20".to_owned())],
-        },
-        "clock" => vec![("chip_period", "\"8 ns\"".to_owned())],
-        "scan" => vec![("integration", "\"20 us\"".to_owned())],
-        "detector.afterpulsing" => {
-            vec![("probability", "0.1".to_owned()), ("time_constant", "\"5 ns\"".to_owned())]
+    let must_be = |key: &&Key| matches!(key.absent, Absent::Needed);
+    let examples = table.keys().filter(must_be).filter(|key| key.name != "code");
+    let mut keys: Vec<_> = examples.map(|key| (key.name, key.example_toml())).collect();
+    let more: &[(&str, &str)] = match table.path {
+        "detector" => &[("dead_time", "\"14 ns\"")],
+        "path" => &[("distance", "\"100 m\"")],
+        "source.code" => &[("degree", "5")],
+        "scan.steps" if ["around", "halfwidth"].contains(&name) => {
+            &[("around", "\"3.2 m\""), ("halfwidth", "8")]
         }
-        "path.link" => vec![
-            ("reflectance", "0.5".to_owned()),
-            ("aperture", "\"20 mm\"".to_owned()),
-            ("divergence", "\"20 mrad\"".to_owned()),
-            ("field_of_view", "\"10 mrad\"".to_owned()),
-        ],
-        "detector.background" => vec![
-            ("irradiance", "\"100 mW/m2/nm\"".to_owned()),
-            ("filter_width", "\"10 nm\"".to_owned()),
-            ("field_of_view", "\"1 mrad\"".to_owned()),
-            ("reflectance", "0.5".to_owned()),
-            ("aperture", "\"20 mm\"".to_owned()),
-        ],
-        "detector.jitter_tail" => {
-            vec![("share", "0.1".to_owned()), ("time_constant", "\"200 ps\"".to_owned())]
+        "scan.steps" => &[("first", "0"), ("count", "20")],
+        "path.link" => &[("divergence", "\"20 mrad\""), ("field_of_view", "\"10 mrad\"")],
+        "detector.background" => &[("irradiance", "\"100 mW/m2/nm\"")],
+        _ => &[],
+    };
+    keys.extend(more.iter().map(|(key, value)| (*key, (*value).to_owned())));
+    for (key, value) in &mut keys {
+        match (table.path, *key) {
+            ("scan", "integration") => *value = "\"20 us\"".to_owned(),
+            ("path.fluctuation", "std") => *value = "\"1 um\"".to_owned(),
+            ("detector.background", "field_of_view") => *value = "\"1 mrad\"".to_owned(),
+            _ => {}
         }
-        "path.fluctuation" => {
-            vec![("std", "\"1 um\"".to_owned()), ("correlation_time", "\"1 ms\"".to_owned())]
-        }
-        _ => Vec::new(),
     }
+    keys
 }
 
 /// A table's keys in a scene that gives key `name` of table `changed` a value.

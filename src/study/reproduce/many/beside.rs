@@ -99,7 +99,7 @@ mod tests {
     use super::*;
     use crate::code::{CodeSpec, Family};
     use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, sensor, window};
-    use crate::study::reproduce::{FigureId, Options};
+    use crate::study::reproduce::{FigureId, ReproduceOptions};
 
     /// Where two peaks overlap the phase is off by what is left of the second, and the joint
     /// fit by noise.
@@ -111,7 +111,7 @@ mod tests {
         let at = |chips: f64| Light::new(&code, 2.0).at(chips * CHIP_PERIOD_PS);
         let scene = sensor(&[at(moving_chips), at(moving_chips + 1.25)], 1e-3);
         let scene = window(scene, moving_chips * CHIP_PERIOD_PS, 5);
-        let options = Options { seed: 5, repetitions: 20, figures: Vec::new() };
+        let options = ReproduceOptions { seed: 5, repetitions: 20, figures: Vec::new() };
         let mut run = Run::new(FigureId::Fig11, &options);
         let mut beside = Beside::default();
         beside.measure(&mut run, moving_chips, &scene).expect("distances");

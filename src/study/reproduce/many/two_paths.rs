@@ -128,13 +128,13 @@ fn table(curves: &[Curve]) -> Table {
 mod tests {
     use super::*;
     use crate::code::{CodeSpec, Family};
-    use crate::study::reproduce::{FigureId, Options};
+    use crate::study::reproduce::{FigureId, ReproduceOptions};
 
     /// At 0.6 chips both are found, at the bound, which 30 scans tell within 13 %; at a tenth
     /// of a chip nobody can tell.
     #[test]
     fn paths_are_told_apart_where_the_light_tells_and_nowhere_else() {
-        let options = Options { seed: 5, repetitions: 30, figures: Vec::new() };
+        let options = ReproduceOptions { seed: 5, repetitions: 30, figures: Vec::new() };
         let mut run = Run::new(FigureId::TwoPaths, &options);
         // A short code, whose fits are quick.
         let spec = CodeSpec { degree: Some(7), index: Some(3), ..CodeSpec::new(Family::Gold) };

@@ -4,17 +4,15 @@
 use std::sync::atomic::AtomicBool;
 
 use super::Refusal;
-use super::pulses::{Chunk, Light, Packed};
+use super::pulses::{Light, Packed};
 use super::slices::Slices;
 use super::tally::Tally;
 use crate::cosim::error::CosimError;
-use crate::photons::Pulse;
 use crate::reference::canvas::{Change, Changes};
 use crate::reference::exercise::Exercise;
-use crate::reference::level::Level;
 use crate::reference::predictor::{Reference, Surroundings};
 use crate::reference::stimulus::RESET_CLOCKS;
-use crate::scan::{Sample, Sampling};
+use crate::scan::Sample;
 
 /// Stimulus and expectations of a run.
 pub(super) struct Expected {
@@ -44,16 +42,12 @@ impl Expected {
         let interface = light.interface;
         let reference = Reference::new(interface.clone()).map_err(CosimError::from)?;
         let mut follower = Follower {
-            levels: vec![Level::new(interface.lanes()); light.models.len()],
-            early: vec![Vec::new(); light.models.len()],
-            hits: vec![Vec::new(); light.models.len()],
             totals: vec![Vec::new(); light.models.len()],
             reference,
             changes: Changes::default(),
             list: Vec::new(),
             tally: Tally::new(interface),
             clock: 0,
-            sampling: interface.timing.sampling(),
             // Groups before which the counted numbers are wanted, last first.
             wanted: slices
                 .list
@@ -67,7 +61,8 @@ impl Expected {
         };
         let clocks = slices.list.last().map_or(0, |slice| slice.clocks.end);
         follower.note();
-        let pulses = light.pulses(clocks, threads, stop, |chunk| follower.follow(chunk))?;
+        let pulses =
+            light.pulses(clocks, threads, stop, |clock, hits| follower.follow(clock, hits))?;
         Ok(Expected {
             pulses,
             exercise: follower.reference.exercise().clone(),
@@ -80,10 +75,6 @@ impl Expected {
 
 /// The reference model, fed chunk by chunk.
 struct Follower {
-    levels: Vec<Level>,
-    /// Pulses of the chunk before that begin in this one.
-    early: Vec<Vec<Pulse>>,
-    hits: Vec<Vec<Sample>>,
     /// For each detector the hits of each step so far.
     totals: Vec<Vec<u64>>,
     reference: Reference,
@@ -91,7 +82,6 @@ struct Follower {
     list: Vec<Change>,
     tally: Tally,
     clock: u64,
-    sampling: Sampling,
     wanted: Vec<u64>,
     counted: Vec<Vec<i64>>,
     results_of_group: u64,
@@ -99,27 +89,17 @@ struct Follower {
 }
 
 impl Follower {
-    fn follow(&mut self, chunk: &Chunk) {
-        let clocks = self.clock..chunk.until_clock;
-        for (detector, pulses) in chunk.pulses.iter().enumerate() {
-            let hits = &mut self.hits[detector];
-            hits.clear();
-            let end = self.sampling.first_sample(clocks.end);
-            let now = pulses.partition_point(|pulse| pulse.first < end);
-            let level = &mut self.levels[detector];
-            for part in [&self.early[detector][..], &pulses[..now]] {
-                level.paint(clocks.clone(), part, |_, _| (), hits);
-            }
-            self.early[detector].clear();
-            self.early[detector].extend(&pulses[now..]);
-        }
+    /// Goes on to a clock. `hits` are those of every detector from the last one on, and
+    /// perhaps later ones.
+    fn follow(&mut self, until_clock: u64, hits: &[Vec<Sample>]) {
+        let clocks = self.clock..until_clock;
         let surroundings = Surroundings {
             clocks: clocks.clone(),
             resets: std::iter::once(0..RESET_CLOCKS).collect(),
             stalls: Vec::new(),
             skips: Vec::new(),
         };
-        self.reference.predict_changes(&surroundings, &self.hits, &mut self.changes);
+        self.reference.predict_changes(&surroundings, hits, &mut self.changes);
         self.clock = clocks.end;
         // What ends with the chunk goes on in the next: its end is no change.
         self.list.extend(self.changes.take_before(clocks.end));

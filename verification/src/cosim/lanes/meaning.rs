@@ -27,7 +27,7 @@ const TO_PLAIN_WORDS: &str = "proc; flatten";
 const WORDS: &str = "words.json";
 const FOUND: &str = "found.txt";
 /// Changes with what this file looks at.
-const VERSION: &str = "2";
+const VERSION: &str = "3";
 
 /// Cells whose value is x for some inputs, or that take x as a value.
 const CELLS: [(&str, &str); 12] = [
@@ -55,8 +55,8 @@ pub(super) fn refuse_ambiguous(
     cache: &Path,
 ) -> Result<(), Refusal> {
     let yosys = Tool::yosys();
-    let version = yosys_version(&yosys)?;
-    let tools = Tools::find()?;
+    let version = yosys_version(&yosys, cache)?;
+    let tools = Tools::find(cache)?;
     let mut parts = vec!["meaning", VERSION, version.as_str(), tools.versions.as_str()];
     parts.extend([TO_PLAIN_WORDS, top]);
     for source in sources {
@@ -81,7 +81,7 @@ pub(super) fn refuse_ambiguous(
         let xml = elaborated(&tools, top, sources, folder)?;
         found.extend(xml.map_or_else(
             || vec!["Verilator does not write what it elaborates".to_owned()],
-            |xml| drivers::ambiguities(&xml),
+            |xml| [drivers::other_circuits(&xml), drivers::undefined_values(&xml)].concat(),
         ));
         write(&folder.join(FOUND), &found.join("\n"))
     });
@@ -93,6 +93,33 @@ pub(super) fn refuse_ambiguous(
             in_users_terms(first, sources)
         ))),
     }
+}
+
+/// What of a user's design synthesis may make another circuit of than is simulated, in words.
+///
+/// # Errors
+/// When Verilator fails.
+pub(in crate::cosim) fn remarks(
+    top: &str,
+    sources: &[SourceFile],
+    cache: &Path,
+) -> Result<Vec<String>, CosimError> {
+    let tools = Tools::find(cache)?;
+    let mut parts = vec!["other circuits", VERSION, tools.versions.as_str(), top];
+    for source in sources {
+        parts.extend([source.name.as_str(), source.text.as_str()]);
+    }
+    let found = once(cache, &format!("meaning-{}", hash(&parts)), FOUND, |folder| {
+        write_sources(folder, sources)?;
+        let xml = elaborated(&tools, top, sources, folder)?;
+        let found = xml.map_or_else(Vec::new, |xml| drivers::other_circuits(&xml));
+        write(&folder.join(FOUND), &found.join("\n"))
+    })?;
+    let told = |line: &str| {
+        let line = in_users_terms(line, sources);
+        format!("{line}: synthesis may make another circuit of it than was simulated")
+    };
+    Ok(String::from_utf8_lossy(&found).lines().map(told).collect())
 }
 
 /// What synthesis is told beside the Verilog, and simulation does not hear.

@@ -1,18 +1,22 @@
 //! The same RTL, many copies at once: *lanes*.
 //!
 //! Yosys turns the RTL into gates and registers of one bit ([`yosys`], [`netlist`]).
-//! Written as Verilog in which every net is a word of 64 bits ([`verilog`]), one pass
-//! through them clocks 64 independent copies; Verilator compiles it ([`design`]).
+//! Written as C++ in which every net is a vector of 256 bits ([`vectors`]), one pass
+//! through them clocks 256 independent copies. Written as Verilog in which every net is a word of
+//! 64 bits ([`verilog`]), Verilator makes another program of them, which sees a part of each
+//! run ([`referee`]).
 
 pub mod design;
 mod expected;
-mod meaning;
+pub(in crate::cosim) mod meaning;
 mod model;
 pub mod mutants;
 pub mod netlist;
 mod places;
+mod planes;
 mod pulses;
 mod recurrence;
+mod referee;
 pub mod run;
 mod slices;
 mod starts;
@@ -23,6 +27,7 @@ mod tally;
 #[cfg(test)]
 mod tests;
 pub mod variants;
+mod vectors;
 pub mod verilog;
 mod watch;
 mod word;
@@ -36,12 +41,13 @@ use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
 use self::design::Design;
+use self::expected::Expected;
 use self::meaning::refuse_ambiguous;
 use self::pulses::Light;
 use self::run::{LanesOutcome, LanesRun};
 use self::slices::Slices;
 use self::starts::Starts;
-use self::verilog::LANES;
+use self::vectors::LANES;
 use self::word::Setup;
 use super::error::CosimError;
 use super::source::SourceFile;
@@ -137,7 +143,50 @@ impl Prepared {
         stop: &AtomicBool,
         on_progress: &(dyn Fn(u64) + Sync),
     ) -> Result<LanesOutcome, Refusal> {
-        let run = LanesRun {
+        self.lanes_run(models, seed, clocks, stop)?.run(on_progress)
+    }
+
+    /// Makes the photons of [`Prepared::run`], and nothing of them: for a bench.
+    ///
+    /// # Errors
+    /// When there are too many, or it was stopped.
+    pub fn photons(
+        &self,
+        models: &[DetectorModel],
+        seed: u64,
+        clocks: u64,
+        stop: &AtomicBool,
+    ) -> Result<(), Refusal> {
+        let run = self.lanes_run(models, seed, clocks, stop)?;
+        run.light.pulses(clocks, run.threads, stop, |_, _| ())?;
+        Ok(())
+    }
+
+    /// Makes the photons of [`Prepared::run`], and what the reference model expects of them: for
+    /// a bench.
+    ///
+    /// # Errors
+    /// As [`Prepared::photons`].
+    pub fn expectations(
+        &self,
+        models: &[DetectorModel],
+        seed: u64,
+        clocks: u64,
+        stop: &AtomicBool,
+    ) -> Result<(), Refusal> {
+        let run = self.lanes_run(models, seed, clocks, stop)?;
+        Expected::of(&run.light, &run.setup.slices, run.threads, stop)?;
+        Ok(())
+    }
+
+    fn lanes_run<'a>(
+        &'a self,
+        models: &'a [DetectorModel],
+        seed: u64,
+        clocks: u64,
+        stop: &'a AtomicBool,
+    ) -> Result<LanesRun<'a>, Refusal> {
+        Ok(LanesRun {
             setup: Setup {
                 design: &self.design,
                 interface: &self.interface,
@@ -147,8 +196,7 @@ impl Prepared {
             },
             light: Light { models, interface: &self.interface, seed },
             threads: threads(),
-        };
-        run.run(on_progress)
+        })
     }
 }
 
@@ -157,7 +205,7 @@ pub(crate) fn threads() -> usize {
     available_parallelism().map_or(1, NonZero::get)
 }
 
-/// Lanes that this machine clocks at once: 64 for each of its cores.
+/// Lanes that this machine clocks at once: a vector's for each of its cores.
 fn lanes() -> u64 {
     (threads() * LANES) as u64
 }

@@ -3,62 +3,54 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::design::Design;
+use super::design::{Backend, Design};
+use super::planes::Planes;
 use crate::cosim::error::CosimError;
 use crate::cosim::process::Process;
 
-/// Clocks of a block: its samples stay in a core's second-level cache.
-pub const BLOCK_CLOCKS: u64 = 4_096;
 /// Blocks that the model may have at once: one being clocked, one waiting.
-pub const BLOCKS_AT_ONCE: usize = 2;
+pub(super) const BLOCKS_AT_ONCE: usize = 2;
 
 /// An output that follows a code: its plane at every clock of a period.
 #[derive(Debug, Clone)]
 pub(super) struct Table {
     /// The output.
     pub(super) output: usize,
-    /// Planes.
-    pub(super) planes: Arc<Vec<u64>>,
-}
-
-/// A change of what an output is expected to be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Event {
-    /// Clock of the block, from which on it holds.
-    pub(super) clock: u64,
-    /// The output.
-    pub(super) output: usize,
-    /// Lanes in which it changes.
-    pub(super) flips: u64,
+    /// A row for each clock.
+    pub(super) planes: Arc<Planes>,
+    /// How many.
+    pub(super) length: u64,
 }
 
 /// A block of clocks.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct LaneBlock {
     /// Clocks.
     pub(super) clocks: u64,
     /// Lanes in reset.
-    pub(super) reset: u64,
+    pub(super) reset: Planes,
     /// Lanes that are compared.
-    pub(super) watched: u64,
-    /// Planes of samples, clock after clock.
-    pub(super) samples: Vec<u64>,
-    /// Changes of the expected outputs, in order.
-    pub(super) events: Vec<Event>,
+    pub(super) watched: Planes,
+    /// Where the detectors' levels, low before the block, change: number of the sample in the
+    /// block, planes of a clock one after another, times the model's lanes, plus the lane.
+    pub(super) edges: Vec<u32>,
+    /// Changes of the expected outputs, in order: clock of the block in the upper half, and in the
+    /// lower one the output times the model's lanes, plus the lane.
+    pub(super) events: Vec<u64>,
     /// Where each table stands.
     pub(super) phases: Vec<u64>,
 }
 
 /// What came of a block.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Found {
     /// Lanes that differed.
-    pub(super) different: u64,
+    pub(super) different: Planes,
     /// First clock of the block at which one did.
     pub(super) first_clock: u64,
     /// Clocks of the block at which a watched lane's result was valid, each with the
     /// planes of all outputs.
-    pub(super) beats: Vec<(u64, Vec<u64>)>,
+    pub(super) beats: Vec<(u64, Planes)>,
 }
 
 /// What the model is asked for; `testbench/lanes.cpp` has the same.
@@ -72,26 +64,34 @@ enum What {
     Check = 4,
 }
 
-/// Words before the phases in the description of a block.
-const BLOCK_WORDS: u64 = 8;
-/// Words of an event.
-const EVENT_WORDS: u64 = 3;
-/// Words before the beats in what is found.
-const FOUND_WORDS: u64 = 3;
+/// Words of the description of a block before its planes and phases.
+const BLOCK_WORDS: u64 = 6;
+/// Words before what is found of the lanes.
+const FOUND_WORDS: u64 = 2;
 
 /// A design in lanes, running.
 #[derive(Debug)]
 pub(super) struct LaneModel {
     process: Process,
+    lanes: usize,
     registers: usize,
     outputs: u64,
-    samples: u64,
-    /// First word of the first block.
-    blocks_at: u64,
-    block_words: u64,
-    tables: u64,
+    places: Places,
     next_place: usize,
     under_way: VecDeque<usize>,
+}
+
+/// Where a block and what belongs to it lie in the shared file.
+#[derive(Debug, Clone, Copy)]
+struct Places {
+    /// First word of the first block.
+    first: u64,
+    /// Words of a block.
+    words: u64,
+    /// Words from the start of a block to its edges, its events, and what is found.
+    edges: u64,
+    events: u64,
+    found: u64,
 }
 
 impl LaneModel {
@@ -99,29 +99,37 @@ impl LaneModel {
     ///
     /// # Errors
     /// When it cannot be started.
-    pub(super) fn load(design: &Design, tables: &[Table]) -> Result<LaneModel, CosimError> {
-        let (outputs, samples) = (design.outputs as u64, design.samples as u64);
+    pub(super) fn load(
+        design: &Design,
+        backend: Backend,
+        tables: &[Table],
+    ) -> Result<LaneModel, CosimError> {
         assert_eq!(tables.len(), design.tables);
-        let lengths = tables.iter().map(|table| table.planes.len() as u64);
-        let scratch = (design.registers.len() as u64).max(outputs);
-        let tables_at = scratch;
+        let lanes = backend.lanes();
+        let of_plane = lanes as u64 / 64;
+        let outputs = design.outputs as u64;
+        let tables_at = (design.registers.len() as u64).max(outputs) * of_plane;
         let data_at = tables_at + 3 * tables.len() as u64;
-        let blocks_at = data_at + lengths.sum::<u64>();
-        let block_words = BLOCK_WORDS
-            + tables.len() as u64
-            + BLOCK_CLOCKS * samples
-            + BLOCK_CLOCKS * outputs * EVENT_WORDS
-            + FOUND_WORDS
-            + BLOCK_CLOCKS * (outputs + 1);
-        let words = blocks_at + BLOCKS_AT_ONCE as u64 * block_words;
+        let clocks = design.block_clocks;
+        // An edge has half a word, and every sample may be one.
+        let most_edges = clocks * design.samples as u64 * lanes as u64;
+        let edges = BLOCK_WORDS + 2 * of_plane + tables.len() as u64;
+        let events = edges + most_edges / 2;
+        let found = events + clocks * outputs * lanes as u64;
+        let places = Places {
+            first: data_at + tables.iter().map(|table| table.length * of_plane).sum::<u64>(),
+            words: found + FOUND_WORDS + of_plane + clocks * (outputs * of_plane + 1),
+            edges,
+            events,
+            found,
+        };
+        let words = places.first + BLOCKS_AT_ONCE as u64 * places.words;
         let mut model = LaneModel {
-            process: Process::load(&design.built, words)?,
+            process: Process::load(design.built(backend), words)?,
+            lanes,
             registers: design.registers.len(),
             outputs,
-            samples,
-            blocks_at,
-            block_words,
-            tables: tables.len() as u64,
+            places,
             next_place: 0,
             under_way: VecDeque::new(),
         };
@@ -132,10 +140,9 @@ impl LaneModel {
     fn set_tables(&mut self, tables: &[Table], at: u64, mut data_at: u64) -> Result<(), String> {
         let mut words = Vec::new();
         for table in tables {
-            let length = table.planes.len() as u64;
-            words.extend([table.output as u64, length, data_at]);
-            self.process.write(data_at, &table.planes)?;
-            data_at += length;
+            words.extend([table.output as u64, table.length, data_at]);
+            self.process.write(data_at, table.planes.as_words())?;
+            data_at += table.planes.as_words().len() as u64;
         }
         self.process.write(at, &words)?;
         self.ask(What::Tables, at)
@@ -146,27 +153,36 @@ impl LaneModel {
         self.process.answer()
     }
 
-    /// Sets all registers, one plane each.
-    pub(super) fn set_registers(&mut self, planes: &[u64]) -> Result<(), String> {
-        assert!(planes.len() == self.registers && self.under_way.is_empty());
-        self.process.write(0, planes)?;
+    /// Lanes that it clocks at once.
+    pub(super) fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    /// Sets all registers, a row each.
+    pub(super) fn set_registers(&mut self, planes: &Planes) -> Result<(), String> {
+        assert!(planes.rows().len() == self.registers && self.under_way.is_empty());
+        self.process.write(0, planes.as_words())?;
         self.ask(What::Load, 0)
     }
 
-    /// Reads all registers, one plane each.
-    pub(super) fn registers(&mut self) -> Result<Vec<u64>, String> {
+    /// Reads all registers, a row each.
+    pub(super) fn registers(&mut self) -> Result<Planes, String> {
         assert!(self.under_way.is_empty());
         self.ask(What::Save, 0)?;
-        let mut planes = vec![0; self.registers];
-        self.process.read(0, &mut planes)?;
-        Ok(planes)
+        self.planes(0, self.registers)
     }
 
     /// Sets what all outputs are expected to be.
-    pub(super) fn expect(&mut self, planes: &[u64]) -> Result<(), String> {
-        assert!(planes.len() as u64 == self.outputs && self.under_way.is_empty());
-        self.process.write(0, planes)?;
+    pub(super) fn expect(&mut self, planes: &Planes) -> Result<(), String> {
+        assert!(planes.rows().len() as u64 == self.outputs && self.under_way.is_empty());
+        self.process.write(0, planes.as_words())?;
         self.ask(What::Expect, 0)
+    }
+
+    fn planes(&self, at: u64, rows: usize) -> Result<Planes, String> {
+        let mut words = vec![0; rows * self.lanes / 64];
+        self.process.read(at, &mut words)?;
+        Ok(Planes::of_words(self.lanes, words))
     }
 
     /// Blocks under way.
@@ -174,62 +190,54 @@ impl LaneModel {
         self.under_way.len()
     }
 
+    fn start_of(&self, place: usize) -> u64 {
+        self.places.first + place as u64 * self.places.words
+    }
+
     /// Hands over a block, and does not wait for its end. At most [`BLOCKS_AT_ONCE`]
     /// may be under way.
     pub(super) fn submit(&mut self, block: &LaneBlock) -> Result<(), String> {
-        assert!(self.under_way.len() < BLOCKS_AT_ONCE && block.clocks <= BLOCK_CLOCKS);
-        assert_eq!(block.samples.len() as u64, block.clocks * self.samples);
+        assert!(self.under_way.len() < BLOCKS_AT_ONCE);
         let place = self.next_place;
         self.next_place = (place + 1) % BLOCKS_AT_ONCE;
-        let at = self.blocks_at + place as u64 * self.block_words;
-        let samples_at = at + BLOCK_WORDS + self.tables;
-        let events_at = samples_at + BLOCK_CLOCKS * self.samples;
+        let (at, places) = (self.start_of(place), self.places);
         let mut words = vec![
             block.clocks,
-            block.reset,
-            block.watched,
-            !block.reset,
-            samples_at,
+            block.edges.len() as u64,
+            at + places.edges,
             block.events.len() as u64,
-            events_at,
-            self.found_at(place),
+            at + places.events,
+            at + places.found,
         ];
+        words.extend(block.reset.as_words());
+        words.extend(block.watched.as_words());
         words.extend(&block.phases);
-        let events: Vec<u64> = block
-            .events
-            .iter()
-            .flat_map(|event| [event.clock, event.output as u64, event.flips])
-            .collect();
         self.process.write(at, &words)?;
-        self.process.write(samples_at, &block.samples)?;
-        self.process.write(events_at, &events)?;
+        self.process.write(at + places.edges, &block.edges)?;
+        self.process.write(at + places.events, &block.events)?;
         self.process.ask(What::Check as u64, [at, 0, 0, 0, 0])?;
         self.under_way.push_back(place);
         Ok(())
-    }
-
-    fn found_at(&self, place: usize) -> u64 {
-        let at = self.blocks_at + place as u64 * self.block_words;
-        at + self.block_words - FOUND_WORDS - BLOCK_CLOCKS * (self.outputs + 1)
     }
 
     /// Waits for the end of the block that was handed over first.
     pub(super) fn collect(&mut self) -> Result<Found, String> {
         let place = self.under_way.pop_front().expect("a block is under way");
         self.process.answer()?;
-        let at = self.found_at(place);
+        let at = self.start_of(place) + self.places.found;
         let mut head = [0; FOUND_WORDS as usize];
         self.process.read(at, &mut head)?;
-        let [different, first_clock, beats] = head;
-        let words = self.outputs as usize + 1;
-        let beats = beats.min(BLOCK_CLOCKS) as usize;
-        let mut list = vec![0; beats * words];
-        self.process.read(at + FOUND_WORDS, &mut list)?;
-        Ok(Found {
-            different,
-            first_clock,
-            beats: list.chunks_exact(words).map(|beat| (beat[0], beat[1..].to_vec())).collect(),
-        })
+        let [first_clock, beats] = head;
+        let different = self.planes(at + FOUND_WORDS, 1)?;
+        let of_plane = self.lanes as u64 / 64;
+        let beat = |number: u64| {
+            let at = at + FOUND_WORDS + of_plane + number * (1 + self.outputs * of_plane);
+            let mut clock = [0];
+            self.process.read(at, &mut clock)?;
+            Ok((clock[0], self.planes(at + 1, self.outputs as usize)?))
+        };
+        let beats = (0..beats).map(beat).collect::<Result<_, String>>()?;
+        Ok(Found { different, first_clock, beats })
     }
 }
 

@@ -47,7 +47,7 @@ pub fn mutants(
     cache: &Path,
 ) -> Result<(Netlist, Vec<Mutant>), Refusal> {
     let yosys = Tool::yosys();
-    let version = yosys_version(&yosys)?;
+    let version = yosys_version(&yosys, cache)?;
     let to_gates = memories.to_gates();
     let (count_text, seed_text) = (count.to_string(), seed.to_string());
     let mut parts = vec!["mutants", version.as_str(), TO_WORDS, NAMED, to_gates.as_str(), top];

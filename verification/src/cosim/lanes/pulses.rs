@@ -2,18 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
 use super::Unfit;
+use crate::photons::fast::Recorder;
 use crate::photons::{DetectorModel, Pulse, PulseStream};
 use crate::reference::stimulus::{RESET_CLOCKS, first_sample};
 use crate::scan::{Group, Sample};
 use crate::sensor::interface::Interface;
 
 /// Groups that a thread makes at once.
-const GROUPS_AT_ONCE: u64 = 32;
+const GROUPS_AT_ONCE: u64 = 64;
 /// Most pulses that are kept, 8 bytes each.
 const MOST_PULSES: usize = 1 << 27;
 
@@ -49,16 +51,18 @@ pub(super) struct Light<'a> {
 }
 
 /// The pulses of some groups, detector by detector, numbered as the run's samples.
-pub(super) struct Chunk {
-    /// Clock before which the pulses begin.
-    pub(super) until_clock: u64,
+struct Chunk {
+    /// Clock before which the pulses of the next groups do not begin.
+    until_clock: u64,
     /// For each detector.
-    pub(super) pulses: Vec<Vec<Pulse>>,
+    pulses: Vec<Vec<Pulse>>,
 }
 
 impl Light<'_> {
-    /// Makes the pulses of the first `clocks` clocks on several threads; gives them to
-    /// `on_chunk` in order, and keeps the samples that are high, detector by detector.
+    /// Makes the pulses of the first `clocks` clocks on several threads, and keeps the samples
+    /// that are high, detector by detector. `on_hits` gets clock after clock before which all is
+    /// known, with each detector's hits from the clock before on, and perhaps later ones: the
+    /// first samples of runs of high samples.
     ///
     /// # Errors
     /// When there are too many to keep, one is too long, or `stop` is set.
@@ -67,24 +71,27 @@ impl Light<'_> {
         clocks: u64,
         threads: usize,
         stop: &AtomicBool,
-        mut on_chunk: impl FnMut(&Chunk),
+        mut on_hits: impl FnMut(u64, &[Vec<Sample>]),
     ) -> Result<Vec<Vec<Packed>>, Unfit> {
         let groups = self.interface.groups();
         let needed = clocks.div_ceil(self.interface.timing.scan.integration_chips);
         let chunks = needed.min(groups).div_ceil(GROUPS_AT_ONCE);
         let next = AtomicU64::new(0);
-        let mut kept: Vec<Vec<Packed>> = vec![Vec::new(); self.models.len()];
+        let sampling = self.interface.timing.sampling();
+        let mut kept: Vec<Kept> = vec![Kept::default(); self.models.len()];
+        let mut hits = vec![Vec::new(); self.models.len()];
+        let recorders: Vec<_> = self.models.iter().map(|m| Arc::new(Recorder::new(m))).collect();
         thread::scope(|scope| {
             let (done, made) = sync_channel(2 * threads);
             for _ in 0..threads {
-                let (done, next) = (done.clone(), &next);
+                let (done, next, recorders) = (done.clone(), &next, &recorders);
                 scope.spawn(move || {
                     loop {
                         let number = next.fetch_add(1, Ordering::Relaxed);
                         if number >= chunks {
                             return;
                         }
-                        let chunk = self.chunk(number, number + 1 == chunks, clocks);
+                        let chunk = self.chunk(recorders, number, number + 1 == chunks, clocks);
                         if done.send((number, chunk)).is_err() {
                             return;
                         }
@@ -98,16 +105,24 @@ impl Light<'_> {
                 refuse_if_stopped(stop)?;
                 early.insert(number, chunk);
                 while let Some(chunk) = early.remove(&wanted) {
-                    keep(&chunk, &mut kept)?;
-                    on_chunk(&chunk);
+                    let of_detectors = chunk.pulses.iter().zip(&mut kept).zip(&mut hits);
+                    for ((pulses, kept), hits) in of_detectors {
+                        kept.add(pulses, hits)?;
+                    }
+                    on_hits(chunk.until_clock, &hits);
+                    let told = sampling.first_sample(chunk.until_clock);
+                    hits.iter_mut().for_each(|hits| {
+                        hits.drain(..hits.partition_point(|&hit| hit < told));
+                    });
                     wanted += 1;
                 }
             }
-            Ok(kept)
-        })
+            Ok(())
+        })?;
+        Ok(kept.into_iter().map(|kept| kept.high).collect())
     }
 
-    fn chunk(&self, number: u64, is_last: bool, clocks: u64) -> Chunk {
+    fn chunk(&self, recorders: &[Arc<Recorder>], number: u64, is_last: bool, clocks: u64) -> Chunk {
         let sampling = self.interface.timing.sampling();
         let origin = first_sample(self.interface, RESET_CLOCKS);
         let first = Group(number * GROUPS_AT_ONCE);
@@ -121,15 +136,15 @@ impl Light<'_> {
             true => sampling.samples_of(clocks).saturating_sub(origin.0),
             false => u64::MAX,
         };
-        let of_detector = |model| {
+        let of_detector = |recorder: &Arc<Recorder>| {
             let stop = (!is_last).then_some(end);
-            let mut stream = PulseStream::of_groups(model, self.seed, 0, first, stop);
+            let mut stream = PulseStream::of_groups(recorder, self.seed, 0, first, stop);
             let mut pulses = Vec::new();
             stream.advance(Sample(until_sample), &mut pulses);
             pulses.iter_mut().for_each(|pulse| pulse.shift(origin));
             pulses
         };
-        Chunk { until_clock, pulses: self.models.iter().map(of_detector).collect() }
+        Chunk { until_clock, pulses: recorders.iter().map(of_detector).collect() }
     }
 }
 
@@ -142,26 +157,37 @@ pub(super) fn refuse_if_stopped(stop: &AtomicBool) -> Result<(), Unfit> {
     }
 }
 
-/// Keeps the part of each pulse that begins where those before it have ended, so that
-/// what is kept never overlaps.
-fn keep(chunk: &Chunk, kept: &mut [Vec<Packed>]) -> Result<(), Unfit> {
-    for (pulses, kept) in chunk.pulses.iter().zip(kept) {
-        if kept.len() + pulses.len() > MOST_PULSES {
+/// The samples at which a detector's level is high.
+#[derive(Debug, Clone, Default)]
+struct Kept {
+    /// In order; they never overlap.
+    high: Vec<Packed>,
+    /// End of the last of them.
+    until: Sample,
+}
+
+impl Kept {
+    /// Takes in pulses, in order of their first samples, and adds the hits that they make. One that
+    /// begins where another has just ended makes none.
+    fn add(&mut self, pulses: &[Pulse], hits: &mut Vec<Sample>) -> Result<(), Unfit> {
+        if self.high.len() + pulses.len() > MOST_PULSES {
             return Err(Unfit::new(format!(
                 "the scan has more than {MOST_PULSES} pulses, which lanes keep in memory"
             )));
         }
-        let mut high_until = kept.last().map_or(Sample(0), |last| last.samples().end);
         for pulse in pulses {
-            let first = pulse.first.max(high_until);
+            if pulse.first > self.until {
+                hits.push(pulse.first);
+            }
+            let first = pulse.first.max(self.until);
             if first >= pulse.end {
                 continue;
             }
             let packed = Packed::new(first..pulse.end)
                 .ok_or_else(|| Unfit::new("a pulse is 65,536 samples long"))?;
-            kept.push(packed);
-            high_until = pulse.end;
+            self.high.push(packed);
+            self.until = pulse.end;
         }
+        Ok(())
     }
-    Ok(())
 }

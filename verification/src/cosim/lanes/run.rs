@@ -8,7 +8,7 @@ use super::Refusal;
 use super::expected::Expected;
 use super::pulses::{Light, refuse_if_stopped};
 use super::tables::output_places;
-use super::verilog::LANES;
+use super::vectors::LANES;
 use super::word::{Setup, Word, WordResult};
 use crate::cosim::error::CosimError;
 use crate::cosim::sent::{SentCount, SentReader};
@@ -25,6 +25,9 @@ pub struct LanesOutcome {
     pub clocks: u64,
     /// Lanes that shared them.
     pub lanes: usize,
+    /// Clocks of the first 64 lanes, together, that Verilator's model went through with the same
+    /// words in all registers.
+    pub refereed_clocks: u64,
     /// What the outputs have shown.
     pub exercise: Exercise,
     /// What the result stream sent, in order.
@@ -73,6 +76,15 @@ impl LanesRun<'_> {
                 .map(|word| word.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
                 .collect::<Result<Vec<WordResult>, CosimError>>()
         })?;
+        let mut refereed_clocks = 0;
+        for result in &results {
+            refereed_clocks += result.refereed.clone().map_err(|differs| {
+                Refusal::NoVerdict(format!(
+                    "the compiler's vectors and Verilator's words made of the same gates differ in \
+                     {differs}"
+                ))
+            })?;
+        }
         let differs = results.iter().filter_map(|result| result.differs).min();
         if differs.is_none() {
             refuse_if_stopped(self.setup.stop)?;
@@ -82,6 +94,7 @@ impl LanesRun<'_> {
         Ok(LanesOutcome {
             clocks: self.setup.slices.list.last().map_or(0, |slice| slice.clocks.end),
             lanes: self.setup.slices.list.len(),
+            refereed_clocks,
             sent: self.sent(&results, &layout),
             last_outputs: last_outputs(&expected.changes, &layout),
             exercise: expected.exercise,
@@ -93,15 +106,13 @@ impl LanesRun<'_> {
     /// Every lane ends, in every register, as the next one starts: so they are one
     /// run.
     fn stitch(&self, results: &[WordResult]) -> Result<(), Refusal> {
-        let bit = |planes: &[Vec<u64>], lane: usize, register: usize| {
-            planes[lane / LANES][register] >> (lane % LANES) & 1
-        };
-        let starts: Vec<Vec<u64>> = results.iter().map(|word| word.starts.clone()).collect();
-        let ends: Vec<Vec<u64>> = results.iter().map(|word| word.ends.clone()).collect();
+        let start =
+            |lane: usize, register| results[lane / LANES].starts.get(register, lane % LANES);
+        let end = |lane: usize, register| results[lane / LANES].ends.get(register, lane % LANES);
         let mut loose: Vec<String> = Vec::new();
         for (number, register) in self.setup.design.registers.iter().enumerate() {
             let fits = (1..self.setup.slices.list.len())
-                .all(|lane| bit(&starts, lane, number) == bit(&ends, lane - 1, number));
+                .all(|lane| start(lane, number) == end(lane - 1, number));
             if !fits {
                 loose.push(format!("{}[{}]", register.name.0, register.name.1));
             }
@@ -137,8 +148,8 @@ impl LanesRun<'_> {
         for lane in 0..self.setup.slices.list.len() {
             for (_, planes) in &results[lane / LANES].beats {
                 let mut got = vec![0; layout.outputs.words];
-                for (&(word, shift), plane) in places.iter().zip(planes) {
-                    got[word] |= (plane >> (lane % LANES) & 1) << shift;
+                for (output, &(word, shift)) in places.iter().enumerate() {
+                    got[word] |= u64::from(planes.get(output, lane % LANES)) << shift;
                 }
                 if got[valid.word] >> valid.shift & 1 == 1 {
                     read(got);

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::design::Design;
 use super::places::{CodePlace, numbers};
+use super::planes::Planes;
 use super::recurrence::Recurrence;
 use super::slices::settling_clocks;
 #[cfg(test)]
@@ -110,34 +111,41 @@ impl Starts {
         })
     }
 
-    /// The planes of all registers: lane i as at the first word of group `groups[i]`,
-    /// where `counted[i]` has been counted. Groups are in order.
+    /// All registers of a model of so many lanes: lane i as at the first word of group
+    /// `groups[i]`, where `counted[i]` has been counted. Groups are in order.
     pub(super) fn planes(
         &self,
+        lanes: usize,
         interface: &Interface,
         groups: &[u64],
         counted: &[Vec<i64>],
-    ) -> Vec<u64> {
+    ) -> Planes {
         let places: Vec<u64> =
             groups.iter().map(|&group| group.saturating_sub(FIRST_GROUPS as u64)).collect();
-        let plane = |guess: &Guess| match guess {
-            Guess::Settles => 0,
-            Guess::Recurrent(recurrence) => bits(recurrence.at(&places).into_iter()),
-            Guess::Number(place) => {
-                let number = |&group: &u64| numbers(interface, group)[place.quantity];
-                bits(groups.iter().map(|group| place.is_set(number(group).cast_signed())))
-            }
-            Guess::Code(place, recurrence) => {
-                bits(at_chips(*place, recurrence, interface, groups).into_iter())
-            }
-            Guess::Watched(history) => {
-                bits(groups.iter().map(|&group| history.get(group as usize) == Some(&true)))
-            }
-            Guess::Counted(place) => {
-                bits(counted.iter().map(|counted| place.is_set(counted[place.quantity])))
+        let values = |guess: &Guess| -> Vec<bool> {
+            match guess {
+                Guess::Settles => Vec::new(),
+                Guess::Recurrent(recurrence) => recurrence.at(&places),
+                Guess::Number(place) => {
+                    let number = |&group: &u64| numbers(interface, group)[place.quantity];
+                    groups.iter().map(|group| place.is_set(number(group).cast_signed())).collect()
+                }
+                Guess::Code(place, recurrence) => at_chips(*place, recurrence, interface, groups),
+                Guess::Watched(history) => {
+                    groups.iter().map(|&group| history.get(group as usize) == Some(&true)).collect()
+                }
+                Guess::Counted(place) => {
+                    counted.iter().map(|counted| place.is_set(counted[place.quantity])).collect()
+                }
             }
         };
-        self.guesses.iter().map(plane).collect()
+        let mut planes = Planes::new(lanes, self.guesses.len());
+        for (register, guess) in self.guesses.iter().enumerate() {
+            for (lane, value) in values(guess).into_iter().enumerate() {
+                planes.set(register, lane, value);
+            }
+        }
+        planes
     }
 }
 
@@ -157,10 +165,6 @@ fn at_chips(
     let values = recurrence.at(&in_order);
     let value = |chip: &u64| in_order.binary_search(chip).is_ok_and(|place| values[place]);
     chips.iter().map(value).collect()
-}
-
-fn bits(values: impl Iterator<Item = bool>) -> u64 {
-    values.enumerate().fold(0, |plane, (lane, value)| plane | u64::from(value) << lane)
 }
 
 /// What the guesses are made of.

@@ -20,7 +20,7 @@ pub(super) fn synthesise(
     cache: &Path,
 ) -> Result<String, Refusal> {
     let yosys = Tool::yosys();
-    let version = yosys_version(&yosys)?;
+    let version = yosys_version(&yosys, cache)?;
     let to_gates = memories.to_gates();
     let mut parts = vec!["netlist", version.as_str()];
     parts.extend([yosys::TO_WORDS, to_gates.as_str(), top]);
@@ -47,8 +47,8 @@ pub(super) fn synthesise(
 }
 
 /// What Yosys says of its version.
-pub(super) fn yosys_version(yosys: &Tool) -> Result<String, Refusal> {
-    let version = yosys.run(|command| command.arg("-V"));
+pub(super) fn yosys_version(yosys: &Tool, cache: &Path) -> Result<String, Refusal> {
+    let version = yosys.version("-V", cache);
     version.map(|version| version.trim().to_owned()).map_err(|error| match error {
         CosimError::MissingTool { install, .. } => {
             Refusal::unfit(format!("Yosys is missing; install it with: {install}"))

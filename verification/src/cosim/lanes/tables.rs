@@ -1,8 +1,8 @@
 //! Where outputs stand among the planes, and the planes of those that follow a code.
 
 use super::model::Table;
+use super::planes::Planes;
 use super::slices::Slice;
-use crate::code::Code;
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
@@ -21,34 +21,34 @@ pub(super) fn output_places(layout: &Layout) -> Vec<(usize, u32)> {
         .collect()
 }
 
-/// Lasers and epoch: their planes at every clock of a period.
-pub(super) fn tables(interface: &Interface, layout: &Layout, slices: &[Slice]) -> Vec<Table> {
+/// Lasers and epoch: their planes at every clock of a period, for a model of so many lanes.
+pub(super) fn tables(
+    interface: &Interface,
+    layout: &Layout,
+    slices: &[Slice],
+    lanes: usize,
+) -> Vec<Table> {
     let most = slices.iter().map(Slice::length).max().unwrap_or_default();
-    let planes = |period: u64, value: &dyn Fn(u64) -> bool| {
-        let starts: Vec<u64> = slices
-            .iter()
-            .map(|slice| (slice.clocks.start % period + period - RESET_CLOCKS % period) % period)
-            .collect();
-        let plane = |clock: u64| {
-            let lanes = starts.iter().enumerate();
-            lanes.fold(0, |plane, (lane, start)| {
-                plane | u64::from(value((start + clock) % period)) << lane
-            })
-        };
-        (0..period.min(most)).map(plane).collect::<Vec<u64>>()
+    let table = |output: usize, period: u64, value: &dyn Fn(u64) -> bool| {
+        let length = period.min(most);
+        let mut planes = Planes::new(lanes, length as usize);
+        for (lane, slice) in slices.iter().enumerate() {
+            let mut chip = (slice.clocks.start % period + period - RESET_CLOCKS % period) % period;
+            for clock in 0..length as usize {
+                planes.set(clock, lane, value(chip));
+                chip = if chip + 1 == period { 0 } else { chip + 1 };
+            }
+        }
+        Table { output, planes: planes.into(), length }
     };
-    let of_code = |code: &Code| planes(code.len(), &|chip| code.chips[chip as usize] == 1);
     let period = interface.reference_codes[0].len();
     let lasers = interface.source_codes.iter().enumerate();
     let mut tables: Vec<Table> = lasers
-        .map(|(number, code)| Table {
-            output: layout.outputs.bits_before(Role::Laser) + number,
-            planes: of_code(code).into(),
+        .map(|(number, code)| {
+            let is_on = |chip: u64| code.chips[chip as usize] == 1;
+            table(layout.outputs.bits_before(Role::Laser) + number, code.len(), &is_on)
         })
         .collect();
-    tables.push(Table {
-        output: layout.outputs.bits_before(Role::Epoch),
-        planes: planes(period, &|chip| chip == 0).into(),
-    });
+    tables.push(table(layout.outputs.bits_before(Role::Epoch), period, &|chip| chip == 0));
     tables
 }

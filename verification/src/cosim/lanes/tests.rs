@@ -3,6 +3,13 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::design::Backend;
+use super::model::{LaneBlock, LaneModel, Table};
+use super::netlist::{Function, Net, Netlist};
+use super::planes::Planes;
 use super::*;
 use crate::cosim::TOP;
 use crate::cosim::build::{build, cache_dir};
@@ -109,9 +116,9 @@ fn lanes_equal_lockstep_on_several_paths_codes_and_windows() {
     }
 }
 
-#[test]
-fn lanes_equal_lockstep_on_several_detectors_steps_at_once_and_windows() {
-    let sensor = small("dual-view", 601, |scene| {
+/// With several detectors, steps at once, peaks, a narrow count and a window.
+fn rich() -> Sensor {
+    small("dual-view", 601, |scene| {
         let mut second = scene.detectors[0].clone();
         second.name = "second".to_owned();
         second.reference = SourceIndex(1);
@@ -125,8 +132,202 @@ fn lanes_equal_lockstep_on_several_detectors_steps_at_once_and_windows() {
         scene.hardware.counter_width = Some(7);
         scene.hardware.polarity = Polarity::Low;
         scene.scan.first_step = 37;
-    });
-    assert_lanes_equal_lockstep("rich", &sensor);
+    })
+}
+
+#[test]
+fn lanes_equal_lockstep_on_several_detectors_steps_at_once_and_windows() {
+    assert_lanes_equal_lockstep("rich", &rich());
+}
+
+/// Nets and registers of 64 lanes, gate by gate.
+struct OneByOne<'a> {
+    netlist: &'a Netlist,
+    /// In the order of the planes.
+    outputs: &'a [Net],
+    nets: Vec<u64>,
+    registers: Vec<u64>,
+}
+
+impl OneByOne<'_> {
+    fn settle(&mut self) {
+        self.nets[Net::ONE.index()] = u64::MAX;
+        for (register, &value) in self.netlist.registers.iter().zip(&self.registers) {
+            self.nets[register.q.index()] = value;
+        }
+        for gate in &self.netlist.gates {
+            let [a, b, s] = gate.inputs.map(|net| self.nets[net.index()]);
+            self.nets[gate.output.index()] = match gate.function {
+                Function::Mux => s & b | !s & a,
+                Function::Table(table) => {
+                    let minterms = [!a & !b, a & !b, !a & b, a & b];
+                    let holds =
+                        |(i, value): (usize, u64)| if table >> i & 1 == 1 { value } else { 0 };
+                    minterms.into_iter().enumerate().map(holds).fold(0, |sum, value| sum | value)
+                }
+            };
+        }
+    }
+
+    /// A clock, with these values of the inputs' bits; gives those of the outputs' bits after it.
+    fn clock(&mut self, input: impl Fn(&str, usize) -> u64) -> Vec<u64> {
+        for port in &self.netlist.inputs {
+            for (bit, net) in port.nets.iter().enumerate() {
+                self.nets[net.index()] = input(&port.name, bit);
+            }
+        }
+        self.settle();
+        let of = |net: Net| self.nets[net.index()];
+        let next = self.netlist.registers.iter().zip(&self.registers).map(|(register, &old)| {
+            let enable = register.enable.map_or(u64::MAX, of);
+            let value = enable & of(register.d) | !enable & old;
+            register.reset.map_or(value, |reset| match reset.value {
+                true => value | of(reset.when),
+                false => value & !of(reset.when),
+            })
+        });
+        self.registers = next.collect();
+        self.settle();
+        self.outputs.iter().map(|net| self.nets[net.index()]).collect()
+    }
+
+    /// The outputs clock by clock under samples, and whether a result stood at each of them.
+    fn clocks(
+        &mut self,
+        samples: &[u64],
+        of_clock: usize,
+        reset: u64,
+        valid: usize,
+        stood: &mut [bool],
+    ) -> Vec<Vec<u64>> {
+        let of_clocks = samples.chunks(of_clock).zip(stood);
+        let outputs = of_clocks.map(|(samples, stood)| {
+            let outputs = self.clock(|port, bit| match port {
+                "i_rst" => reset,
+                "m_axis_tready" => u64::MAX,
+                _ => samples[bit],
+            });
+            *stood |= outputs[valid] != 0;
+            outputs
+        });
+        outputs.collect()
+    }
+}
+
+/// One word of lanes of each row.
+fn words(planes: &Planes, word: usize) -> Vec<u64> {
+    planes.rows().map(|row| row[word]).collect()
+}
+
+/// Where the samples of a detector change, as a block of lanes has it, of rows that are clocks'
+/// samples one after another.
+fn edges_of(samples: &Planes, lanes: usize, of_clock: usize, of_detector: usize) -> Vec<u32> {
+    let mut edges = Vec::new();
+    for lane in 0..lanes {
+        let mut levels = vec![false; of_clock / of_detector];
+        for (row, _) in samples.rows().enumerate() {
+            let level = &mut levels[row % of_clock / of_detector];
+            let sample = samples.get(row, lane);
+            if std::mem::replace(level, sample) != sample {
+                edges.push((row * lanes + lane) as u32);
+            }
+        }
+    }
+    edges
+}
+
+/// Both programs of a netlist, from any registers, with any inputs and resets of any lanes, against
+/// the gates themselves: all registers, and what was found of the outputs.
+fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
+    const CLOCKS: u64 = 40;
+    let interface = sensor.interface();
+    let cache = cache_dir().unwrap();
+    let netlist = Design::netlist(TOP, &sources(sensor), Memories::Refused, &cache).unwrap();
+    let design = Design::of(&netlist, interface, &cache).unwrap();
+    let layout = Layout::of(interface);
+    let outputs = super::design::planes(&netlist.outputs, &layout.outputs).unwrap();
+    let before = layout.outputs.fields.iter();
+    let before = before.take_while(|field| field.port.name != "m_axis_tvalid");
+    let valid: usize = before.map(|field| field.port.width as usize).sum();
+    let mut beats = 0;
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED);
+    for backend in [Backend::Vectors, Backend::Verilator] {
+        let lanes = backend.lanes();
+        let mut random = |rows: usize| {
+            Planes::of_words(lanes, (0..rows * lanes / 64).map(|_| rng.random()).collect())
+        };
+        let dark = |output| Table { output, planes: Planes::new(lanes, 1).into(), length: 1 };
+        let tables: Vec<Table> = (0..design.tables).map(dark).collect();
+        let mut model = LaneModel::load(&design, backend, &tables).unwrap();
+        let start = random(netlist.registers.len());
+        model.set_registers(&start).unwrap();
+        model.expect(&Planes::new(lanes, design.outputs)).unwrap();
+        let everywhere = Planes::row_where(lanes, (0..lanes).map(|_| true));
+        let resets = [Planes::new(lanes, 1), random(1), Planes::new(lanes, 1)];
+        let mut gates: Vec<OneByOne> = (0..lanes / 64)
+            .map(|word| OneByOne {
+                netlist: &netlist,
+                outputs: &outputs,
+                nets: vec![0; netlist.nets],
+                registers: words(&start, word),
+            })
+            .collect();
+        for reset in resets {
+            let samples = random(CLOCKS as usize * design.samples);
+            let edges = edges_of(&samples, lanes, design.samples, interface.lanes() as usize);
+            let block = LaneBlock {
+                clocks: CLOCKS,
+                reset: reset.clone(),
+                watched: everywhere.clone(),
+                edges,
+                events: Vec::new(),
+                phases: vec![0; design.tables],
+            };
+            model.submit(&block).unwrap();
+            let found = model.collect().unwrap();
+            let registers = model.registers().unwrap();
+            let mut stood = vec![false; CLOCKS as usize];
+            for (word, gates) in gates.iter_mut().enumerate() {
+                let samples = words(&samples, word);
+                let outputs = gates.clocks(
+                    &samples,
+                    design.samples,
+                    words(&reset, word)[0],
+                    valid,
+                    &mut stood,
+                );
+                for (clock, beat) in &found.beats {
+                    let expected = &outputs[*clock as usize];
+                    assert_eq!(&words(beat, word), expected, "{name} {backend:?} {clock}");
+                }
+                let different = outputs.iter().flatten().fold(0, |all, output| all | output);
+                assert_eq!(words(&found.different, word)[0], different, "{name} {backend:?}");
+                assert_eq!(words(&registers, word), gates.registers, "{name} {backend:?}");
+            }
+            let told: Vec<u64> = found.beats.iter().map(|beat| beat.0).collect();
+            let expected: Vec<u64> = (0..CLOCKS).filter(|&clock| stood[clock as usize]).collect();
+            assert_eq!(told, expected, "{name} {backend:?}");
+            beats += told.len();
+        }
+    }
+    // With anything in the registers a result stands somewhere.
+    assert!(beats > 0, "{name}");
+}
+
+#[test]
+fn vectors_and_words_are_the_gates_of_every_standard_scene() {
+    for name in [
+        "paper-single",
+        "paper-square",
+        "paper-interleaved",
+        "dual-view",
+        "multipath",
+        "moving",
+        "quick",
+    ] {
+        assert_programs_equal_the_gates(name, &small(name, 600, |_| ()));
+    }
+    assert_programs_equal_the_gates("rich", &rich());
 }
 
 /// So long that few groups are watched: too few to see a reference's period among them, which waits
@@ -201,12 +402,12 @@ fn a_flipped_register_and_a_scan_one_step_short_differ() {
     let mut netlist = Design::netlist(TOP, &sources(&sensor), Memories::Refused, &cache).unwrap();
     let chosen = netlist.registers.len() / 2;
     let register = &mut netlist.registers[chosen];
-    let (d, inverted) = (register.d, super::netlist::Net(netlist.nets as u32));
+    let (d, inverted) = (register.d, Net(netlist.nets as u32));
     register.d = inverted;
     netlist.nets += 1;
     netlist.gates.push(super::netlist::Gate {
-        function: super::netlist::Function::NOT,
-        inputs: [d, super::netlist::Net::ZERO, super::netlist::Net::ZERO],
+        function: Function::NOT,
+        inputs: [d, Net::ZERO, Net::ZERO],
         output: inverted,
     });
     let flipped = Design::of(&netlist, interface, &cache).unwrap();
@@ -340,10 +541,11 @@ const AMBIGUOUS: [(&str, &str); 21] = [
 ];
 
 /// The same things, where nothing is undefined.
-const PLAIN: [&str; 5] = [
+const PLAIN: [&str; 6] = [
     "wire [3:0] t = i_samples[3:0]; `AT o_overrun <= t[i_samples[5:4]];",
     "`AT casez (i_samples[1:0]) 2'b1?: o_overrun <= 1; default: o_overrun <= 0; endcase",
     "reg w; always @* w = i_rst & i_samples[0]; `AT o_overrun <= w;",
+    "reg w; always @(i_rst or i_samples) w = i_rst & i_samples[0]; `AT o_overrun <= w;",
     "reg n; `AT begin n = i_samples[0]; o_overrun <= n; end",
     "wire y; inner inner (.a(i_rst), .y(y)); `AT o_overrun <= y; endmodule \
      module inner(input a, output y); assign y = ~a;",

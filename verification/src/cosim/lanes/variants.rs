@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::Refusal;
-use super::design::{name_of, planes, registers_text};
+use super::design::{WORDS, name_of, planes, registers_text};
 use super::model::halted;
 use super::netlist::{CHOICE, Function, Gate, Net, Netlist, PortNets, Register};
 use super::verilog::{CLOCK, LANES, MODULE, module};
@@ -154,8 +154,8 @@ pub fn build_variants(
     header += &skip_text(counters);
     header += &registers_text(netlist);
     let unit = LanesUnit {
-        module: MODULE,
-        verilog: &text,
+        verilog: Some((MODULE, &text)),
+        flags: &[],
         testbench: TESTBENCH,
         header: (HEADER, &header),
     };
@@ -165,7 +165,7 @@ pub fn build_variants(
 /// How records and choices go to the module's ports.
 fn header(netlist: &Netlist, layout: &Layout) -> String {
     let mut text = format!(
-        "#include <cstdint>\n#include \"V{MODULE}.h\"\n#include \"V{MODULE}___024root.h\"\n\
+        "{WORDS}#include \"V{MODULE}.h\"\n#include \"V{MODULE}___024root.h\"\n\
          #define LANES_MODEL V{MODULE}\n#define LANES_CLOCK {CLOCK}\n#define LANES_RECORD_WORDS {}\n\
          using LanesRoot = V{MODULE}___024root;\n",
         layout.inputs.words,

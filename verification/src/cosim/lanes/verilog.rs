@@ -1,4 +1,5 @@
-//! A netlist as Verilog in which every net is a word of lanes.
+//! A netlist as Verilog in which every net is a word of lanes, and its statements in C++ for
+//! [`super::vectors`].
 //!
 //! One `always` block computes the next clock of all lanes, gate by gate, and writes
 //! the registers in an order in which each is read before it is written; where there
@@ -40,17 +41,13 @@ pub(super) fn module(netlist: &Netlist, reset: Option<Net>) -> String {
     for i in 0..netlist.registers.len() {
         let _ = write!(text, ",\n    output reg [63:0] q{i}");
     }
-    let drivers = netlist.drivers();
-    let outputs: Vec<Net> = output_nets(netlist).collect();
-    for (i, net) in outputs.iter().enumerate() {
-        if !matches!(drivers[net.index()], Driver::Register(_)) {
-            let _ = write!(text, ",\n    output reg [63:0] y{i}");
-        }
+    for i in outputs_of_no_register(netlist) {
+        let _ = write!(text, ",\n    output reg [63:0] y{i}");
     }
     text += "\n);\n";
-    let shown = outputs_text(netlist, &drivers, &outputs);
+    let shown = outputs_text(netlist, Language::Verilog);
     let mut clocked = |clock: &str, netlist: &Netlist, prefix: &str| {
-        let branch = Branch::write(netlist, prefix);
+        let branch = Branch::write(netlist, prefix, Language::Verilog);
         for name in &branch.variables {
             let _ = writeln!(text, "    reg [63:0] {name};");
         }
@@ -71,6 +68,41 @@ pub(super) fn module(netlist: &Netlist, reset: Option<Net>) -> String {
     text + "endmodule\n`default_nettype wire\n"
 }
 
+/// Numbers of the outputs' bits that no register holds.
+pub(super) fn outputs_of_no_register(netlist: &Netlist) -> impl Iterator<Item = usize> {
+    let drivers = netlist.drivers();
+    let is_register = move |net: Net| matches!(drivers[net.index()], Driver::Register(_));
+    output_nets(netlist).enumerate().filter(move |&(_, net)| !is_register(net)).map(|(i, _)| i)
+}
+
+/// What the statements are written in. Assignments and operators are the same in both.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Language {
+    /// Nets of 64 lanes.
+    Verilog,
+    /// Nets of as many as `Plane` has.
+    Cpp,
+}
+
+impl Language {
+    fn constant(self, value: bool) -> &'static str {
+        match (self, value) {
+            (Language::Verilog, false) => "64'd0",
+            (Language::Verilog, true) => "{64{1'b1}}",
+            (Language::Cpp, false) => "Plane{}",
+            (Language::Cpp, true) => "~Plane{}",
+        }
+    }
+
+    /// The start and the end of what is done where a word has a lane.
+    fn where_any(self, word: &str) -> (String, &'static str) {
+        match self {
+            Language::Verilog => (format!("    if (({word}) != 64'd0) begin\n"), "    end\n"),
+            Language::Cpp => (format!("    if (any({word})) {{\n"), "    }\n"),
+        }
+    }
+}
+
 /// All bits of the outputs, port after port.
 pub(super) fn output_nets(netlist: &Netlist) -> impl Iterator<Item = Net> {
     netlist.outputs.iter().flat_map(|port| port.nets.iter().copied())
@@ -80,34 +112,36 @@ pub(super) fn output_nets(netlist: &Netlist) -> impl Iterator<Item = Net> {
 struct Names {
     inputs: HashMap<Net, usize>,
     drivers: Vec<Driver>,
+    language: Language,
 }
 
 impl Names {
-    fn of(netlist: &Netlist) -> Names {
+    fn of(netlist: &Netlist, language: Language) -> Names {
         let inputs = netlist.inputs.iter().flat_map(|port| &port.nets);
         Names {
             inputs: inputs.enumerate().map(|(i, &net)| (net, i)).collect(),
             drivers: netlist.drivers(),
+            language,
         }
     }
 
     /// A constant or an input; what nobody drives is 0.
     fn outside(&self, net: Net) -> String {
         match (net.as_constant(), self.inputs.get(&net)) {
-            (Some(true), _) => "{64{1'b1}}".to_owned(),
+            (Some(true), _) => self.language.constant(true).to_owned(),
             (None, Some(input)) => format!("i{input}"),
-            _ => "64'd0".to_owned(),
+            _ => self.language.constant(false).to_owned(),
         }
     }
 }
 
 /// The gates' right-hand side, of inputs with these names.
-fn expression(function: Function, [a, b, s]: &[String; 3]) -> String {
+fn expression(language: Language, function: Function, [a, b, s]: &[String; 3]) -> String {
     match function {
         Function::Mux => format!("({s} & {b}) | (~{s} & {a})"),
         Function::Table(table) => match table & 0xf {
-            0b0000 => "64'd0".to_owned(),
-            0b1111 => "{64{1'b1}}".to_owned(),
+            0b0000 => language.constant(false).to_owned(),
+            0b1111 => language.constant(true).to_owned(),
             0b1000 => format!("{a} & {b}"),
             0b1110 => format!("{a} | {b}"),
             0b0110 => format!("{a} ^ {b}"),
@@ -127,15 +161,16 @@ fn expression(function: Function, [a, b, s]: &[String; 3]) -> String {
 }
 
 /// Outputs that are no register's, after the registers have their new values.
-fn outputs_text(netlist: &Netlist, drivers: &[Driver], outputs: &[Net]) -> String {
-    let names = Names::of(netlist);
-    let value = |net: Net, known: &HashMap<Net, String>| match drivers[net.index()] {
+pub(super) fn outputs_text(netlist: &Netlist, language: Language) -> String {
+    let names = Names::of(netlist, language);
+    let outputs: Vec<Net> = output_nets(netlist).collect();
+    let value = |net: Net, known: &HashMap<Net, String>| match names.drivers[net.index()] {
         Driver::Outside => names.outside(net),
         Driver::Register(i) => format!("q{i}"),
         Driver::Gate(_) => known[&net].clone(),
     };
     let mut wanted = vec![false; netlist.nets];
-    for net in outputs {
+    for net in &outputs {
         wanted[net.index()] = true;
     }
     for gate in netlist.gates.iter().rev() {
@@ -149,14 +184,13 @@ fn outputs_text(netlist: &Netlist, drivers: &[Driver], outputs: &[Net]) -> Strin
     for gate in &netlist.gates {
         if wanted[gate.output.index()] {
             let inputs = gate.inputs.map(|net| value(net, &known));
-            known.insert(gate.output, format!("({})", expression(gate.function, &inputs)));
+            let text = format!("({})", expression(language, gate.function, &inputs));
+            known.insert(gate.output, text);
         }
     }
     let mut text = String::new();
-    for (i, &net) in outputs.iter().enumerate() {
-        if !matches!(drivers[net.index()], Driver::Register(_)) {
-            let _ = writeln!(text, "    y{i} = {};", value(net, &known));
-        }
+    for i in outputs_of_no_register(netlist) {
+        let _ = writeln!(text, "    y{i} = {};", value(outputs[i], &known));
     }
     text
 }
@@ -168,14 +202,15 @@ struct Unit {
 }
 
 /// The statements of one clock.
-struct Branch {
-    text: String,
-    variables: Vec<String>,
+pub(super) struct Branch {
+    pub(super) text: String,
+    pub(super) variables: Vec<String>,
 }
 
 impl Branch {
-    fn write(netlist: &Netlist, prefix: &str) -> Branch {
-        let mut writer = Writer::new(netlist, prefix);
+    /// Those of a design; its gates' names begin with `prefix`.
+    pub(super) fn write(netlist: &Netlist, prefix: &str, language: Language) -> Branch {
+        let mut writer = Writer::new(netlist, prefix, language);
         let order = writer.order();
         // Once to see which old values are still read, once to keep them.
         writer.write(&order);
@@ -214,7 +249,7 @@ enum Reader {
 }
 
 impl<'a> Writer<'a> {
-    fn new(netlist: &'a Netlist, prefix: &'a str) -> Writer<'a> {
+    fn new(netlist: &'a Netlist, prefix: &'a str, language: Language) -> Writer<'a> {
         let mut units: Vec<Unit> = Vec::new();
         let mut by_enable: HashMap<Net, usize> = HashMap::new();
         let mut unit_of = Vec::with_capacity(netlist.registers.len());
@@ -244,7 +279,7 @@ impl<'a> Writer<'a> {
         }
         let only_for = only_for(netlist, &units, &readers);
         Writer {
-            names: Names::of(netlist),
+            names: Names::of(netlist, language),
             units,
             readers,
             only_for,
@@ -342,14 +377,15 @@ impl<'a> Writer<'a> {
                 }
             }
         }
-        let _ = writeln!(self.text, "    if (({}) != 64'd0) begin", conditions.join(" | "));
+        let (begin, end) = self.names.language.where_any(&conditions.join(" | "));
+        self.text += &begin;
         for &register in &registers {
             self.gates_for(netlist.registers[register].d, Some(unit));
         }
         for &register in &registers {
             self.write_register(register, Some(enable));
         }
-        self.text += "    end\n";
+        self.text += end;
     }
 
     /// Keeps a register's old value if it is read once more.
@@ -416,7 +452,11 @@ impl<'a> Writer<'a> {
     fn write_gate(&mut self, number: usize, gate: Gate) {
         let inputs = gate.inputs.map(|net| self.value(net));
         let name = format!("{}{number}", self.prefix);
-        let _ = writeln!(self.text, "    {name} = {};", expression(gate.function, &inputs));
+        let _ = writeln!(
+            self.text,
+            "    {name} = {};",
+            expression(self.names.language, gate.function, &inputs)
+        );
         self.variables.push(name);
         self.done[number] = true;
     }

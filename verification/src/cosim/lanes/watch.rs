@@ -3,9 +3,10 @@
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::design::Design;
-use super::model::{BLOCK_CLOCKS, LaneBlock, LaneModel, Table, halted};
+use super::design::{Backend, Design};
+use super::model::{LaneBlock, LaneModel, Table, halted};
 use super::places::CodePlace;
+use super::planes::Planes;
 use super::recurrence::SPARE_SAMPLES;
 use super::slices::{FIRST_WORD, settling_clocks};
 use super::tally::Tally;
@@ -58,8 +59,10 @@ impl<'a> Watch<'a> {
         design: &'a Design,
         interface: &'a Interface,
     ) -> Result<Watch<'a>, CosimError> {
-        let tables: Vec<Table> =
-            (0..design.tables).map(|output| Table { output, planes: vec![0].into() }).collect();
+        let backend = Backend::Vectors;
+        let dark =
+            |output| Table { output, planes: Planes::new(backend.lanes(), 1).into(), length: 1 };
+        let tables: Vec<Table> = (0..design.tables).map(dark).collect();
         let groups = interface.groups();
         // An LFSR that counts all groups is told by twice its bits.
         let counter_bits = groups.next_power_of_two().ilog2() as usize;
@@ -71,7 +74,7 @@ impl<'a> Watch<'a> {
                 .clamp(least.max(LEAST_GROUPS), MOST_GROUPS)
                 .min(groups),
             chips: vec![Vec::new(); design.registers.len()],
-            model: LaneModel::load(design, &tables)?,
+            model: LaneModel::load(design, backend, &tables)?,
             rng: Xoshiro256PlusPlus::seed_from_u64(1),
         })
     }
@@ -83,10 +86,14 @@ impl<'a> Watch<'a> {
         let mut reference = Reference::new(self.interface.clone())?;
         let mut tally = Tally::new(self.interface);
         let power_up = self.design.power_up(0);
-        self.model.set_registers(&power_up).map_err(halted)?;
-        let mut samples = vec![0; FIRST_WORD as usize * self.design.samples];
-        self.clock(&samples[..RESET_CLOCKS as usize * self.design.samples], u64::MAX)?;
-        self.clock(&samples[RESET_CLOCKS as usize * self.design.samples..], 0)?;
+        let mut registers = Planes::new(self.model.lanes(), power_up.len());
+        for (register, value) in power_up.into_iter().enumerate() {
+            registers.set(register, 0, value);
+        }
+        self.model.set_registers(&registers).map_err(halted)?;
+        let mut samples = vec![false; FIRST_WORD as usize * self.design.samples];
+        self.clock(&samples[..RESET_CLOCKS as usize * self.design.samples], true)?;
+        self.clock(&samples[RESET_CLOCKS as usize * self.design.samples..], false)?;
         let mut clock = 0;
         let mut histories = vec![Vec::new(); self.design.registers.len()];
         let mut counted = Vec::new();
@@ -104,7 +111,7 @@ impl<'a> Watch<'a> {
             reference.predict_changes(&surroundings, &hits, &mut Changes::default());
             clock = end;
             let rest = if group == 0 { self.watch_chips(&samples)? } else { &samples[..] };
-            self.clock(rest, 0)?;
+            self.clock(rest, false)?;
             for result in reference.take_finished() {
                 tally.add(&result);
             }
@@ -114,20 +121,20 @@ impl<'a> Watch<'a> {
 
     /// Clocks a part of the first group clock by clock: a code's period, if it is not too long.
     /// Gives the samples of the rest.
-    fn watch_chips<'s>(&mut self, samples: &'s [u64]) -> Result<&'s [u64], CosimError> {
+    fn watch_chips<'s>(&mut self, samples: &'s [bool]) -> Result<&'s [bool], CosimError> {
         let settling = settling_clocks(self.interface);
         let periods = CodePlace::all(self.interface).into_iter().map(|place| place.period);
         let wanted = 2 * periods.max().unwrap_or_default();
         let quiet = self.interface.timing.scan.integration_chips - 2 * settling;
         let (before, rest) = samples.split_at(settling as usize * self.design.samples);
-        self.clock(before, 0)?;
+        self.clock(before, false)?;
         let watched = wanted.min(MOST_CHIPS).min(quiet) as usize;
         let (watched, rest) = rest.split_at(watched * self.design.samples);
         for word in watched.chunks(self.design.samples) {
             let mut chips = std::mem::take(&mut self.chips);
             self.note(&mut chips)?;
             self.chips = chips;
-            self.clock(word, 0)?;
+            self.clock(word, false)?;
         }
         Ok(rest)
     }
@@ -135,22 +142,32 @@ impl<'a> Watch<'a> {
     /// Adds what all registers are to what they were.
     fn note(&mut self, histories: &mut [Vec<bool>]) -> Result<(), CosimError> {
         let planes = self.model.registers().map_err(halted)?;
-        for (history, plane) in histories.iter_mut().zip(planes) {
-            history.push(plane & 1 == 1);
+        for (register, history) in histories.iter_mut().enumerate() {
+            history.push(planes.get(register, 0));
         }
         Ok(())
     }
 
-    /// Clocks all lanes with the samples of lane 0.
-    fn clock(&mut self, samples: &[u64], reset: u64) -> Result<(), CosimError> {
-        for part in samples.chunks(BLOCK_CLOCKS as usize * self.design.samples) {
+    /// Clocks lane 0 with some samples; nobody looks at the others.
+    fn clock(&mut self, samples: &[bool], in_reset: bool) -> Result<(), CosimError> {
+        let (design, lanes) = (self.design, self.model.lanes());
+        let of_detector = self.interface.lanes() as usize;
+        for part in samples.chunks(design.block_clocks as usize * design.samples) {
+            let mut edges = Vec::new();
+            let mut levels = vec![false; design.samples / of_detector];
+            for (place, &sample) in part.iter().enumerate() {
+                let level = &mut levels[place % design.samples / of_detector];
+                if std::mem::replace(level, sample) != sample {
+                    edges.push((place * lanes) as u32);
+                }
+            }
             let block = LaneBlock {
-                clocks: (part.len() / self.design.samples) as u64,
-                reset,
-                watched: 0,
-                samples: part.to_vec(),
+                clocks: (part.len() / design.samples) as u64,
+                reset: Planes::row_where(lanes, [in_reset].into_iter()),
+                watched: Planes::new(lanes, 1),
+                edges,
                 events: Vec::new(),
-                phases: vec![0; self.design.tables],
+                phases: vec![0; design.tables],
             };
             self.model.submit(&block).map_err(halted)?;
             self.model.collect().map_err(halted)?;
@@ -160,13 +177,13 @@ impl<'a> Watch<'a> {
 
     /// Pulses of one sample for a group, for each detector of one sign or of both, and
     /// none at its end, so that all are counted when it is over.
-    fn stimulate(&mut self, group: u64, samples: &mut Vec<u64>) -> Vec<Vec<Sample>> {
+    fn stimulate(&mut self, group: u64, samples: &mut Vec<bool>) -> Vec<Vec<Sample>> {
         let interface = self.interface;
         let lanes = u64::from(interface.lanes());
         let clocks = interface.timing.scan.integration_chips;
         let loud = (clocks - settling_clocks(interface)) * lanes;
         samples.clear();
-        samples.resize(clocks as usize * self.design.samples, 0);
+        samples.resize(clocks as usize * self.design.samples, false);
         let sampling = interface.timing.sampling();
         let first = sampling.first_sample(FIRST_WORD + group * clocks);
         let step = interface.grouping().step_of(Group(group), 0);
@@ -191,7 +208,7 @@ impl<'a> Watch<'a> {
                 if wanted {
                     let (clock, lane) = (sample / lanes, sample % lanes);
                     let plane = detector * interface.lanes() as usize + lane as usize;
-                    samples[clock as usize * self.design.samples + plane] = u64::MAX;
+                    samples[clock as usize * self.design.samples + plane] = true;
                     hits.push(first + sample);
                 }
                 sample += self.rng.random_range(2..4);

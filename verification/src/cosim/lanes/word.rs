@@ -1,16 +1,18 @@
-//! 64 lanes on their way: what one process clocks and compares.
+//! The lanes of a vector on their way: what one process clocks and compares.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::design::Design;
+use super::design::{Backend, Design};
 use super::expected::Expected;
-use super::model::{BLOCK_CLOCKS, BLOCKS_AT_ONCE, Event, Found, LaneBlock, LaneModel, halted};
+use super::model::{BLOCKS_AT_ONCE, Found, LaneBlock, LaneModel, halted};
+use super::planes::Planes;
 use super::pulses::Packed;
+use super::referee::Referee;
 use super::slices::{Slice, Slices};
 use super::starts::Starts;
 use super::tables::{output_places, tables};
-use super::verilog::LANES;
+use super::vectors::LANES;
 use crate::cosim::error::CosimError;
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::scan::Sample;
@@ -31,21 +33,26 @@ pub(super) struct Setup<'a> {
     pub(super) stop: &'a AtomicBool,
 }
 
-/// What came of 64 lanes.
+/// What came of a vector's lanes.
 pub(super) struct WordResult {
-    pub(super) starts: Vec<u64>,
-    pub(super) ends: Vec<u64>,
-    pub(super) beats: Vec<(u64, Vec<u64>)>,
+    pub(super) starts: Planes,
+    pub(super) ends: Planes,
+    pub(super) beats: Vec<(u64, Planes)>,
     pub(super) differs: Option<u64>,
+    /// Clocks of the first 64 lanes, together, that Verilator's model went through alike; of the
+    /// first lanes of a run alone.
+    pub(super) refereed: Result<u64, String>,
 }
 
-/// 64 lanes on their way, in a process of their own.
+/// The lanes of a vector on their way, in a process of their own.
 pub(super) struct Word<'a> {
     setup: &'a Setup<'a>,
     expected: &'a Expected,
     slices: &'a [Slice],
     is_first: bool,
     model: LaneModel,
+    /// Sees the first blocks of the first lanes.
+    referee: Option<Referee>,
     /// For each detector and lane the first stretch of high samples that is not over.
     cursors: Vec<Vec<usize>>,
     /// For each lane the next change.
@@ -55,12 +62,12 @@ pub(super) struct Word<'a> {
     tables: Vec<u64>,
     /// Clock of the lanes, from their slices' start.
     clock: u64,
-    beats: Vec<(u64, Vec<u64>)>,
+    beats: Vec<(u64, Planes)>,
     differs: Option<u64>,
 }
 
 impl<'a> Word<'a> {
-    /// The 64 lanes from `first_lane` on, or as many as are left.
+    /// The lanes of a vector from `first_lane` on, or as many as are left.
     pub(super) fn new(
         setup: &'a Setup<'a>,
         expected: &'a Expected,
@@ -69,17 +76,19 @@ impl<'a> Word<'a> {
         let all = &setup.slices.list;
         let slices = &all[first_lane..all.len().min(first_lane + LANES)];
         let layout = Layout::of(setup.interface);
-        let tables = tables(setup.interface, &layout, slices);
+        let tables = tables(setup.interface, &layout, slices, LANES);
+        let is_first = first_lane == 0;
         let mut planes = vec![None; layout.outputs.words * 64];
         for (plane, (word, shift)) in output_places(&layout).into_iter().enumerate() {
             planes[word * 64 + shift as usize] = Some(plane);
         }
         Ok(Word {
-            model: LaneModel::load(setup.design, &tables)?,
-            tables: tables.iter().map(|table| table.planes.len() as u64).collect(),
+            model: LaneModel::load(setup.design, Backend::Vectors, &tables)?,
+            referee: is_first.then(|| Referee::load(setup.design, &tables)).transpose()?,
+            tables: tables.iter().map(|table| table.length).collect(),
             cursors: vec![vec![0; slices.len()]; expected.pulses.len()],
             changes: vec![0; slices.len()],
-            is_first: first_lane == 0,
+            is_first,
             planes,
             setup,
             expected,
@@ -93,29 +102,47 @@ impl<'a> Word<'a> {
     /// Clocks them to their ends.
     pub(super) fn run(mut self, on_clocks: &mut dyn FnMut(u64)) -> Result<WordResult, CosimError> {
         let starts = self.warm_up().map_err(halted)?;
-        let mut ends = vec![0; starts.len()];
+        let mut ends = Planes::new(LANES, starts.rows().len());
         let mut until: Vec<u64> = self.slices.iter().map(Slice::length).collect();
         until.sort_unstable();
         until.dedup();
+        let refereed = self.refereed(until[0], on_clocks).map_err(halted)?;
         for end in until {
             self.check(end, on_clocks).map_err(halted)?;
-            let now = self.model.registers().map_err(halted)?;
-            let ended = self.lanes_where(|slice| slice.length() == end);
-            for (register, plane) in ends.iter_mut().zip(now) {
-                *register |= plane & ended;
-            }
+            let mut now = self.model.registers().map_err(halted)?;
+            now.keep(&self.lanes_where(|slice| slice.length() == end));
+            // Each lane ends once.
+            ends ^= &now;
         }
-        Ok(WordResult { starts, ends, beats: self.beats, differs: self.differs })
+        Ok(WordResult { starts, ends, beats: self.beats, differs: self.differs, refereed })
     }
 
-    fn lanes_where(&self, is_so: impl Fn(&Slice) -> bool) -> u64 {
-        let lanes = self.slices.iter().enumerate();
-        lanes.fold(0, |plane, (lane, slice)| plane | u64::from(is_so(slice)) << lane)
+    fn lanes_where(&self, is_so: impl Fn(&Slice) -> bool) -> Planes {
+        Planes::row_where(LANES, self.slices.iter().map(is_so))
+    }
+
+    /// Clocks and compares what the referee sees of the lanes, before a clock at which the first of
+    /// them ends; gives the clocks that it saw, or how it differs.
+    fn refereed(
+        &mut self,
+        first_end: u64,
+        on_clocks: &mut dyn FnMut(u64),
+    ) -> Result<Result<u64, String>, String> {
+        let Some(mut referee) = self.referee.take() else {
+            return Ok(Ok(0));
+        };
+        let before = self.model.registers()?;
+        referee.start(&before, &self.first_expected())?;
+        self.referee = Some(referee);
+        self.check(first_end.min(Referee::CLOCKS), on_clocks)?;
+        let after = self.model.registers()?;
+        let referee = self.referee.take().expect("it was put there");
+        referee.verdict(&self.setup.design.registers, &after)
     }
 
     /// Brings every lane to the start of its slice, the first to the power-up; gives
     /// the registers.
-    fn warm_up(&mut self) -> Result<Vec<u64>, String> {
+    fn warm_up(&mut self) -> Result<Planes, String> {
         let slices = &self.setup.slices;
         let warm_up = slices.warm_up_clocks();
         let first = self.slices.as_ptr_range().start;
@@ -125,21 +152,20 @@ impl<'a> Word<'a> {
             let of_slice = |slice: &Slice| slice.group.saturating_sub(before);
             let groups: Vec<u64> = self.slices.iter().map(of_slice).collect();
             let counted = &self.expected.counted[number..number + self.slices.len()];
-            self.setup.starts.planes(self.setup.interface, &groups, counted)
+            self.setup.starts.planes(LANES, self.setup.interface, &groups, counted)
         };
         // A group without hits, after which all that no input reaches is as it should be,
         // also what was no recurrence. Then the rest is set.
         let (early, guesses) =
             (planes_at(slices.warm_up_groups + 1), planes_at(slices.warm_up_groups));
         self.model.set_registers(&early)?;
-        self.clock_quietly(slices.group_clocks)?;
+        self.clock_unwatched(slices.group_clocks, |_, _, _| Vec::new())?;
         let settled = self.model.registers()?;
         let follow = &self.setup.design.follow_inputs;
-        let both = settled.iter().zip(&guesses).zip(follow);
-        let start: Vec<u64> = both
-            .map(|((&settled, &guess), &follows)| if follows { guess } else { settled })
-            .collect();
-        self.model.set_registers(&start)?;
+        let both = settled.rows().zip(guesses.rows()).zip(follow);
+        let start =
+            both.flat_map(|((settled, guess), &follows)| if follows { guess } else { settled });
+        self.model.set_registers(&Planes::of_words(LANES, start.copied().collect()))?;
         let sampling = self.setup.interface.timing.sampling();
         for (detector, pulses) in self.expected.pulses.iter().enumerate() {
             for (lane, slice) in self.slices.iter().enumerate() {
@@ -147,23 +173,13 @@ impl<'a> Word<'a> {
                 self.cursors[detector][lane] = first_hit_from(pulses, sample);
             }
         }
-        let mut left = warm_up;
-        while left > 0 {
-            let clocks = left.min(BLOCK_CLOCKS);
-            let block = LaneBlock {
-                clocks,
-                samples: self.samples(-left.cast_signed(), clocks),
-                phases: vec![0; self.tables.len()],
-                ..LaneBlock::default()
-            };
-            self.model.submit(&block)?;
-            self.model.collect()?;
-            left -= clocks;
-        }
+        self.clock_unwatched(warm_up, |word, left, clocks| {
+            word.edges(-left.cast_signed(), clocks)
+        })?;
         let mut planes = self.model.registers()?;
         if self.is_first {
-            for (plane, power_up) in planes.iter_mut().zip(self.setup.design.power_up(0)) {
-                *plane = *plane & !1 | power_up & 1;
+            for (register, value) in self.setup.design.power_up(0).into_iter().enumerate() {
+                planes.set(register, 0, value);
             }
             for cursors in &mut self.cursors {
                 cursors[0] = 0;
@@ -175,27 +191,38 @@ impl<'a> Word<'a> {
         Ok(planes)
     }
 
-    /// Clocks without samples, and compares nothing.
-    fn clock_quietly(&mut self, clocks: u64) -> Result<(), String> {
+    /// Goes through some clocks and compares nothing; `edges` gives those of the next ones, of
+    /// which so many are left.
+    fn clock_unwatched(
+        &mut self,
+        clocks: u64,
+        mut edges: impl FnMut(&mut Self, u64, u64) -> Vec<u32>,
+    ) -> Result<(), String> {
         let mut left = clocks;
-        while left > 0 {
-            let clocks = left.min(BLOCK_CLOCKS);
-            let block = LaneBlock {
-                clocks,
-                samples: vec![0; clocks as usize * self.setup.design.samples],
-                phases: vec![0; self.tables.len()],
-                ..LaneBlock::default()
-            };
-            self.model.submit(&block)?;
-            self.model.collect()?;
-            left -= clocks;
+        loop {
+            if left > 0 && self.model.under_way() < BLOCKS_AT_ONCE {
+                let clocks = left.min(self.setup.design.block_clocks);
+                let block = LaneBlock {
+                    clocks,
+                    reset: Planes::new(LANES, 1),
+                    watched: Planes::new(LANES, 1),
+                    edges: edges(self, left, clocks),
+                    events: Vec::new(),
+                    phases: vec![0; self.tables.len()],
+                };
+                self.model.submit(&block)?;
+                left -= clocks;
+            } else if self.model.under_way() > 0 {
+                self.model.collect()?;
+            } else {
+                return Ok(());
+            }
         }
-        Ok(())
     }
 
     /// What the outputs are expected to be before the slices.
-    fn first_expected(&mut self) -> Vec<u64> {
-        let mut expected = vec![0; self.setup.design.outputs];
+    fn first_expected(&mut self) -> Planes {
+        let mut expected = Planes::new(LANES, self.setup.design.outputs);
         let mut record = vec![0u64; self.planes.len() / 64];
         let mut next = 0;
         for (lane, slice) in self.slices.iter().enumerate() {
@@ -208,7 +235,7 @@ impl<'a> Word<'a> {
             self.changes[lane] = next;
             for (bit, plane) in self.planes.iter().enumerate() {
                 if let Some(plane) = plane {
-                    expected[*plane] |= (record[bit / 64] >> (bit % 64) & 1) << lane;
+                    expected.set(*plane, lane, record[bit / 64] >> (bit % 64) & 1 == 1);
                 }
             }
         }
@@ -223,29 +250,34 @@ impl<'a> Word<'a> {
             if go_on && self.model.under_way() < BLOCKS_AT_ONCE {
                 let block = self.block(end);
                 self.model.submit(&block)?;
-                under_way.push_back((self.clock, block.clocks, block.watched));
+                if let Some(referee) = &mut self.referee {
+                    referee.block(&block)?;
+                }
                 self.clock += block.clocks;
+                under_way.push_back((self.clock - block.clocks, block.clocks, block.watched));
                 continue;
             }
             let Some((first, clocks, watched)) = under_way.pop_front() else {
                 return Ok(());
             };
             let found = self.model.collect()?;
-            on_clocks(clocks * u64::from(watched.count_ones()));
-            self.take(first, watched, found);
+            if let Some(referee) = &mut self.referee {
+                referee.found(&found);
+            }
+            on_clocks(clocks * watched.ones());
+            self.take(first, &watched, found);
         }
     }
 
-    fn take(&mut self, first: u64, watched: u64, found: Found) {
-        if found.different != 0 {
+    fn take(&mut self, first: u64, watched: &Planes, found: Found) {
+        if let Some(lane) = found.different.first_lane() {
             self.setup.stop.store(true, Ordering::Relaxed);
-            let lane = found.different.trailing_zeros() as usize;
             let clock = self.slices[lane].clocks.start + first + found.first_clock;
             self.differs = Some(self.differs.map_or(clock, |other| other.min(clock)));
         }
         // What comes from lanes that have ended belongs to nobody.
         for (clock, mut planes) in found.beats {
-            planes.iter_mut().for_each(|plane| *plane &= watched);
+            planes.keep(watched);
             self.beats.push((first + clock, planes));
         }
     }
@@ -254,49 +286,43 @@ impl<'a> Word<'a> {
         // The first lane's reset is a block of its own.
         let in_reset = self.is_first && self.clock < RESET_CLOCKS;
         let end = if in_reset { end.min(RESET_CLOCKS) } else { end };
-        let clocks = (end - self.clock).min(BLOCK_CLOCKS);
+        let clocks = (end - self.clock).min(self.setup.design.block_clocks);
         LaneBlock {
             clocks,
-            reset: u64::from(in_reset),
+            reset: Planes::row_where(LANES, [in_reset].into_iter()),
             watched: self.lanes_where(|slice| slice.length() > self.clock),
-            samples: self.samples(self.clock.cast_signed(), clocks),
+            edges: self.edges(self.clock.cast_signed(), clocks),
             events: self.events(clocks),
             phases: self.tables.iter().map(|length| self.clock % length).collect(),
         }
     }
 
-    /// Paints the planes of samples of some clocks, from `clock` of the lanes on.
-    fn samples(&mut self, clock: i64, clocks: u64) -> Vec<u64> {
+    /// Where the levels change in some clocks, from `clock` of the lanes on.
+    fn edges(&mut self, clock: i64, clocks: u64) -> Vec<u32> {
         let sampling = self.setup.interface.timing.sampling();
-        let lanes = self.setup.interface.lanes() as usize;
+        let of_detector = self.setup.interface.lanes() as usize;
         let all = self.setup.design.samples;
-        let mut planes = vec![0u64; clocks as usize * all];
+        let mut edges = Vec::new();
         for (detector, cursors) in self.cursors.iter_mut().enumerate() {
             let high = &self.expected.pulses[detector];
-            let place = |sample: usize| sample / lanes * all + detector * lanes + sample % lanes;
             for (lane, (slice, cursor)) in self.slices.iter().zip(cursors).enumerate() {
                 let Some(first) = slice.clocks.start.checked_add_signed(clock) else {
                     continue;
                 };
                 let window = sampling.samples(&(first..first + clocks));
                 mark_edges(high, cursor, &window, |sample| {
-                    planes[place(sample)] ^= 1u64 << lane;
+                    let (clock, sample) = (sampling.clock_of(sample), sampling.lane_of(sample));
+                    let row = clock as usize * all + detector * of_detector + sample as usize;
+                    edges.push((row * LANES + lane) as u32);
                 });
             }
-            let mut level = 0;
-            for word in planes.chunks_exact_mut(all) {
-                for plane in &mut word[detector * lanes..][..lanes] {
-                    level ^= *plane;
-                    *plane = level;
-                }
-            }
         }
-        planes
+        edges
     }
 
     /// Changes of the expected outputs in the next clocks.
-    fn events(&mut self, clocks: u64) -> Vec<Event> {
-        let mut events: Vec<Event> = Vec::new();
+    fn events(&mut self, clocks: u64) -> Vec<u64> {
+        let mut events = Vec::new();
         for (lane, slice) in self.slices.iter().enumerate() {
             let start = slice.clocks.start;
             let end = (start + self.clock + clocks).min(slice.clocks.end);
@@ -310,23 +336,13 @@ impl<'a> Word<'a> {
                     let bit = change.word * 64 + flips.trailing_zeros() as usize;
                     flips &= flips - 1;
                     if let Some(output) = self.planes[bit] {
-                        events.push(Event {
-                            clock: change.clock - start - self.clock,
-                            output,
-                            flips: 1 << lane,
-                        });
+                        let place = (output * LANES + lane) as u64;
+                        events.push((change.clock - start - self.clock) << 32 | place);
                     }
                 }
             }
         }
         events.sort_unstable();
-        events.dedup_by(|later, first| {
-            let same = (first.clock, first.output) == (later.clock, later.output);
-            if same {
-                first.flips ^= later.flips;
-            }
-            same
-        });
         events
     }
 }
@@ -353,21 +369,21 @@ fn mark_edges(
     high: &[Packed],
     cursor: &mut usize,
     window: &Range<Sample>,
-    mut mark: impl FnMut(usize),
+    mut mark: impl FnMut(Sample),
 ) {
     while let Some(samples) = high.get(*cursor).map(|packed| packed.samples()) {
         if samples.start >= window.end {
             return;
         }
         if samples.end > window.start {
-            mark((samples.start.max(window.start) - window.start) as usize);
+            mark(Sample(samples.start.max(window.start) - window.start));
         }
         // What reaches into the next window is kept for it.
         if samples.end > window.end {
             return;
         }
         if samples.end > window.start && samples.end < window.end {
-            mark((samples.end - window.start) as usize);
+            mark(Sample(samples.end - window.start));
         }
         *cursor += 1;
     }

@@ -5,6 +5,7 @@ use super::search::{Search, check_folders};
 use super::wrapper::wrapper;
 use super::{Named, OwnDesign, OwnRtl, bad_option, check_define, filelist, folder};
 use crate::cosim::TOP;
+use crate::cosim::cache::cache_dir;
 use crate::cosim::error::CosimError;
 use crate::cosim::ports;
 use crate::cosim::tools::Tools;
@@ -37,7 +38,7 @@ pub fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, CosimError
     let top = own.top.as_deref().or(manifest.top.as_deref());
     let top = top.unwrap_or(TOP);
     check_folders(&named.include_folders)?;
-    let tools = Tools::find()?;
+    let tools = Tools::find(&cache_dir()?)?;
     let (taken, ports) = Search::new(&tools, top, named)?.find()?;
     let differences = ports::differences(&interface.ports(), &ports);
     if !differences.is_empty() {

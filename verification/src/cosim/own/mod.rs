@@ -12,6 +12,7 @@ mod filelist;
 mod folder;
 #[doc(hidden)]
 pub mod manifest;
+mod other_text;
 mod preprocessed;
 mod roots;
 mod search;
@@ -25,19 +26,30 @@ use super::error::CosimError;
 use super::source::SourceFile;
 use crate::rtl::blocks::ScanRegisters;
 
-/// Verilog of one's own, as simulators are told of it.
-#[derive(Debug, Clone, Default)]
+/// Verilog to check in place of the emitted one, as simulators are told of it.
+#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
+#[command(group = clap::ArgGroup::new("own").args(["folder", "file_lists"]).multiple(true))]
 pub struct OwnRtl {
-    /// A folder: the files that a `manifest.json` there names, or else those of it and
-    /// its subfolders that the top module needs.
+    /// Folder with Verilog to check in place of the emitted one, with the same ports. Its
+    /// files are those that a manifest.json there lists, else those below it that the top
+    /// module needs, for example --rtl my_rtl
+    #[arg(long = "rtl", value_name = "DIR")]
     pub folder: Option<PathBuf>,
-    /// Lists of files and options, as simulators take them with `-f`.
+    /// File list of the Verilog to check, as for the option -f of simulators; may be
+    /// repeated. Paths are relative to the list's folder, for example
+    /// --filelist my_rtl/files.f
+    #[arg(long = "filelist", value_name = "FILE")]
     pub file_lists: Vec<PathBuf>,
-    /// The top module; none for `sensor_top`.
+    /// Top module of the Verilog to check, for example --top my_top [default: sensor_top]
+    #[arg(long, value_name = "NAME", requires = "own")]
     pub top: Option<String>,
-    /// Folders in which included files are looked for, before all others.
+    /// Folder to search first for included files; may be repeated, for example
+    /// --include my_rtl/include
+    #[arg(short = 'I', long = "include", value_name = "DIR", requires = "own")]
     pub include_folders: Vec<PathBuf>,
-    /// Macros: `NAME` or `NAME=VALUE`.
+    /// Macro to define for the Verilog to check; may be repeated, for example
+    /// --define WIDTH=8
+    #[arg(short = 'D', long = "define", value_name = "NAME[=VALUE]", requires = "own")]
     pub defines: Vec<String>,
 }
 
@@ -45,6 +57,11 @@ impl OwnRtl {
     /// The Verilog of a folder.
     pub fn folder(path: impl Into<PathBuf>) -> OwnRtl {
         OwnRtl { folder: Some(path.into()), ..OwnRtl::default() }
+    }
+
+    /// Whether any Verilog is named; else the emitted one is meant.
+    pub fn is_given(&self) -> bool {
+        self.folder.is_some() || !self.file_lists.is_empty()
     }
 }
 

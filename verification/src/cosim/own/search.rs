@@ -7,6 +7,7 @@ use std::process::Stdio;
 
 use super::Named;
 use super::folder::check_size;
+use super::other_text;
 use super::preprocessed::{Preprocessed, joined};
 use super::roots::Roots;
 use crate::cosim::build::VERILATOR_FLAGS;
@@ -305,6 +306,10 @@ impl<'a> Search<'a> {
         };
         let mut sources =
             vec![SourceFile { name: TEXT.to_owned(), text: text.text, origin: Some(origin) }];
+        self.named.remarks.extend(text.names.values().filter_map(|file| {
+            let text = fs::read(file).ok()?;
+            other_text::remark(file, &String::from_utf8_lossy(&text))
+        }));
         sources.extend(text.names.into_iter().map(|(name, file)| SourceFile {
             name,
             text: String::new(),

@@ -15,7 +15,8 @@
 mod plan;
 
 pub use self::plan::StreamPlan;
-use self::plan::{data_about, describe, first_of, total_about};
+use self::plan::{data_about, describe, total_about};
+use super::first_of;
 use crate::rtl::front::prelude::*;
 
 /// Offers the counts of a group of phase steps as a stream, one per beat:
@@ -28,12 +29,12 @@ pub struct ResultStream {
     pub i_rst: Input<bool>,
     /// Counts, detector by detector.
     #[each(count in 0..plan.counts())]
-    #[about(plan.count_about(count))]
+    #[about(first_of(count, plan.count_about()))]
     #[width(plan.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// Total count of each detector, if they are sent.
     #[each(detector in 0..plan.totals())]
-    #[about(total_about(detector, plan.detectors))]
+    #[about(first_of(detector, total_about(plan.detectors)))]
     #[width(plan.total_bits())]
     pub i_total: Vec<Input<Word>>,
     /// Which of them were clamped.
@@ -65,10 +66,9 @@ pub struct ResultStream {
     #[is(describe(plan))]
     about: About,
     #[each(count in 0..plan.counts())]
-    #[about(match count {
-        0 => "the result",
-        1 => "the results that come next",
-        _ => "",
+    #[about(match plan.counts() {
+        1 => "the result",
+        _ => first_of(count, "the result, and above it those that come next"),
     })]
     #[width(plan.count_bits)]
     count: Vec<Register<Word>>,
@@ -77,7 +77,7 @@ pub struct ResultStream {
     #[width(plan.total_bits())]
     total: Optional<Register<Word>>,
     #[each(detector in 1..=plan.further())]
-    #[about(total_about(detector, plan.detectors))]
+    #[about(first_of(detector - 1, "total counts of the detectors from 1 on"))]
     #[width(plan.total_bits())]
     waiting_total: Vec<Register<Word>>,
     #[each(place in 0..plan.marked())]
@@ -279,8 +279,20 @@ impl Logic for ResultStream {
         }
     }
 
-    /// The results behind it: a new group, or those that move up.
+    /// The results behind it: those that move up, or a new group.
     fn fill_behind(&mut self) {
+        if self.plan.is_deep() {
+            if self.more.q.val() {
+                self.move_up();
+            } else {
+                self.take_group();
+            }
+        } else {
+            self.take_group();
+        }
+    }
+
+    fn take_group(&mut self) {
         for c in 1..self.count.len() {
             self.count[c].d.next = self.i_count[c].val();
         }
@@ -305,9 +317,6 @@ impl Logic for ResultStream {
         }
         if self.plan.compacts() {
             self.compact();
-        }
-        if self.plan.is_deep() {
-            self.move_up();
         }
     }
 
@@ -344,18 +353,22 @@ impl Logic for ResultStream {
         }
     }
 
+    /// What comes in behind the last makes no difference.
     fn move_up(&mut self) {
-        if self.more.q.val() {
-            for c in 1..(self.count.len() - 1) {
-                self.count[c].d.next = self.count[c + 1].q.val();
-                self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
-            }
-            for d in 0..self.plan.further() {
-                self.waiting_total[d].d.next = self.waiting_total[d].q.val();
-            }
-            for c in 1..self.detector.len() {
-                self.detector[c - 1].d.next = self.detector[c].q.val();
-            }
+        let last = self.plan.counts() - 1;
+        for c in 1..last {
+            self.count[c].d.next = self.count[c + 1].q.val();
+            self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
+        }
+        self.count[last].d.next = self.i_count[last].val();
+        self.next_ends[last].d.next = false;
+        for c in 1..self.detector.len() {
+            self.detector[c - 1].d.next = self.detector[c].q.val();
+        }
+        if self.next_detector.is_present() {
+            let further = self.plan.further();
+            self.detector[last - 1].d.next =
+                bit_cast(false, further).replace_bit(further.saturating_sub(1), true);
         }
     }
 

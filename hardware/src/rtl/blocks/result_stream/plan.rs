@@ -106,27 +106,21 @@ impl StreamPlan {
         self.total.map_or(1, |total| total.first_bit as usize)
     }
 
-    pub(super) fn count_about(&self, count: usize) -> String {
-        let (detector, step) = (count / self.steps, count % self.steps);
+    pub(super) fn count_about(&self) -> &'static str {
         match (self.detectors, self.steps) {
-            (1, 1) => "count of the step, signed".to_owned(),
-            (1, _) => format!("count of step {step} of the group, signed"),
-            (_, 1) => format!("count of detector {detector}, signed"),
-            _ => format!("count of detector {detector}, step {step} of the group, signed"),
+            (1, 1) => "count of the step, signed",
+            (1, _) => "counts of the group's steps, signed, step 0 lowest",
+            (_, 1) => "counts of the detectors, signed, detector 0 lowest",
+            _ => "counts of the detectors' steps, signed, detector 0's step 0 lowest",
         }
     }
 }
 
-/// Of a row of like signals only the first is explained.
-pub(super) fn first_of(place: usize, about: &str) -> &str {
-    if place == 0 { about } else { "" }
-}
-
-/// What is said of a total.
-pub(super) fn total_about(detector: usize, detectors: usize) -> String {
+/// What is said of totals.
+pub(super) fn total_about(detectors: usize) -> &'static str {
     match detectors {
-        1 => "total count of the group's steps".to_owned(),
-        _ => format!("total count of detector {detector}'s steps"),
+        1 => "total count of the group's steps",
+        _ => "total counts of the detectors' steps, detector 0 lowest",
     }
 }
 

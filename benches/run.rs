@@ -1,0 +1,178 @@
+//! Processor time of `goldtof run scenes/paper-single.toml`, all built before, part by part: against
+//! the same verilated model in a bare C++ loop, and against the time that the sensor takes.
+//!
+//! Each part is done again by itself, and the rest is what is left of the whole. Times are medians of
+//! processor time, that of the models' processes included; on a machine that others use, too, only
+//! the column of ratios says something. Of the whole, wall time as well.
+//!
+//!     cargo bench --bench run
+
+use std::error::Error;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use goldtof::cosim::build::{build, cache_dir};
+use goldtof::cosim::engine::Engine;
+use goldtof::cosim::lanes::Prepared;
+use goldtof::cosim::source::sources_of;
+use goldtof::cosim::verilated::Verilated;
+use goldtof::cosim::window::Window;
+use goldtof::cosim::{Request, StimulusKind, TOP, cosimulate};
+use goldtof::estimate::report::estimate_scan;
+use goldtof::photons::DetectorModel;
+use goldtof::reference::stimulus::clocks_for_scans;
+use goldtof::report::curves::IntegrationCurves;
+use goldtof::scene::DetectorIndex;
+use goldtof::sensor::Sensor;
+use goldtof::sensor::layout::Layout;
+use goldtof::{RunOptions, deliver, scene};
+use rustix::time::{ClockId, clock_gettime};
+
+const ROUNDS: usize = 5;
+const BARE_CLOCKS: u64 = 20_000_000;
+const MADE_BY: &str = "goldtof run paper-single.toml";
+
+/// Processor time so far: of this process, and of its children that have ended.
+#[derive(Clone, Copy)]
+struct Spent {
+    own_s: f64,
+    children_s: f64,
+}
+
+impl Spent {
+    fn now() -> Result<Spent, Box<dyn Error>> {
+        let own = clock_gettime(ClockId::ProcessCPUTime);
+        let stat = std::fs::read_to_string("/proc/self/stat")?;
+        // Behind the name, which is in brackets: user and system time of children, in ticks.
+        let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
+        let ticks: Vec<f64> =
+            fields.skip(13).take(2).filter_map(|field| field.parse().ok()).collect();
+        Ok(Spent {
+            own_s: own.tv_sec as f64 + own.tv_nsec as f64 * 1e-9,
+            children_s: ticks.iter().sum::<f64>() / rustix::param::clock_ticks_per_second() as f64,
+        })
+    }
+}
+
+/// Does something several times: processor time of this process, and of its children, each time.
+fn measured(
+    mut work: impl FnMut(u64) -> Result<(), Box<dyn Error>>,
+) -> Result<Spent, Box<dyn Error>> {
+    work(0)?;
+    let mut own = Vec::new();
+    let children = Spent::now()?.children_s;
+    for round in 1..=ROUNDS as u64 {
+        let before = Spent::now()?;
+        work(round)?;
+        own.push(Spent::now()?.own_s - before.own_s);
+    }
+    own.sort_by(f64::total_cmp);
+    // Ticks are long: of all rounds together.
+    let children_s = (Spent::now()?.children_s - children) / ROUNDS as f64;
+    Ok(Spent { own_s: own[ROUNDS / 2], children_s })
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
+    let sensor = Sensor::new(&scene);
+    let emission = deliver::emit(&sensor, MADE_BY)?;
+    let sources = sources_of(&emission.files);
+    let interface = sensor.interface();
+    let clocks = clocks_for_scans(interface, 1);
+    let cache = cache_dir()?;
+    let prepare = || Prepared::new(TOP, &sources, interface, clocks, &cache);
+    let prepared = prepare()?;
+    let detectors = [DetectorModel::new(&sensor, DetectorIndex(0))];
+    let go_on = AtomicBool::new(false);
+    let request = |seed| Request {
+        top: TOP.to_owned(),
+        sources: sources.clone(),
+        registers: Some(emission.scan_registers.clone()),
+        cache: cache.clone(),
+        stimulus: StimulusKind::Photons,
+        clocks: None,
+        seed,
+        window: Window::Found,
+        engine: Engine::Auto,
+    };
+    let counts: Vec<_> = cosimulate(&sensor, &request(1), |_, _| ())?.counts[0]
+        .iter()
+        .map(|sent| sent.step_count())
+        .collect();
+    let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
+
+    let emit = measured(|_| Ok(deliver::emit(&sensor, MADE_BY).map(drop)?))?;
+    let tools = measured(|_| {
+        build(TOP, &sources, interface, &cache)?;
+        Ok(prepare().map(drop)?)
+    })?;
+    let photons = measured(|seed| Ok(prepared.photons(&detectors, seed, clocks, &go_on)?))?;
+    let expected = measured(|seed| Ok(prepared.expectations(&detectors, seed, clocks, &go_on)?))?;
+    let lanes = measured(|seed| {
+        let outcome = prepared.run(&detectors, seed, clocks, &go_on, &|_| ())?;
+        match outcome.differs {
+            None => Ok(()),
+            Some(clock) => Err(format!("the lanes differ at clock {clock}").into()),
+        }
+    })?;
+    let cosim = measured(|seed| Ok(cosimulate(&sensor, &request(seed), |_, _| ()).map(drop)?))?;
+    let theory = measured(|_| {
+        IntegrationCurves::of_first_paths(&sensor);
+        Ok(())
+    })?;
+    let estimates = measured(|_| {
+        for sensor in [&sensor, &other] {
+            estimate_scan(sensor, DetectorIndex(0), &counts);
+        }
+        Ok(())
+    })?;
+    let out = tempfile::tempdir()?;
+    let mut wall = Vec::new();
+    let whole = measured(|seed| {
+        let options = RunOptions {
+            out: out.path().to_owned(),
+            seed,
+            made_by: MADE_BY.to_owned(),
+            ..Default::default()
+        };
+        let started = Instant::now();
+        goldtof::run(&sensor, &options, |_| ())?;
+        wall.push(started.elapsed().as_secs_f64());
+        Ok(())
+    })?;
+    wall.sort_by(f64::total_cmp);
+    let bare = measured(|_| {
+        let layout = Layout::of(interface);
+        let mut ready = vec![0; layout.inputs.words];
+        let field = layout.inputs.field(goldtof::sensor::port::Role::Ready);
+        ready[field.word] = 1 << field.shift;
+        let mut model = Verilated::load(&build(TOP, &sources, interface, &cache)?, &layout)?;
+        Ok(model.run_bare(&ready, BARE_CLOCKS)?)
+    })?;
+
+    let sum = |spent: Spent| spent.own_s + spent.children_s;
+    let whole_s = sum(whole);
+    let bare_s = sum(bare) * clocks as f64 / BARE_CLOCKS as f64;
+    let sensor_s = clocks as f64 / sensor.timing().clock.frequency_hz();
+    let parts = [
+        ("emission", sum(emit)),
+        ("tools and what is kept of builds", sum(tools)),
+        ("photons", sum(photons)),
+        ("reference model", sum(expected) - sum(photons)),
+        ("painting, and talk with the lanes", lanes.own_s - expected.own_s),
+        ("gates: lanes, and their referee", lanes.children_s),
+        ("lock-step beside them, twice 500,000 clocks", sum(cosim) - sum(lanes) - sum(tools)),
+        ("theory of the report's figure", sum(theory)),
+        ("both estimates", sum(estimates)),
+    ];
+    let rest = whole_s - parts.iter().map(|(_, s)| s).sum::<f64>();
+    println!("{:45} {:>9} {:>8} {:>10} {:>10}", "part", "s", "of all", "of sensor", "of bare");
+    for (name, s) in parts.into_iter().chain([("rest", rest), ("all", whole_s)]) {
+        let [all, own, loops] = [whole_s, sensor_s, bare_s].map(|whole| 100.0 * s / whole);
+        println!("{name:45} {s:9.4} {all:7.1}% {own:9.2}% {loops:9.2}%");
+    }
+    println!("wall time of all of it: {:.2} s", wall[wall.len() / 2]);
+    println!("the sensor takes {sensor_s:.2} s; the bare loop {bare_s:.2} s for as many clocks");
+    Ok(())
+}

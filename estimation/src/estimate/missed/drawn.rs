@@ -1,0 +1,296 @@
+//! Scans drawn from the counts' exact moments: where counts go together, where several phase steps
+//! may have the largest count, or the phase scatters too much for its linearisation.
+//!
+//! Counts have the exact means and variances, and the skewness and kurtosis of their law; those
+//! of steps that share their light go together. The same random numbers are drawn every time, so
+//! that the answer depends on the scene alone.
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+
+use super::law::{CountLaw, laws};
+use super::target::Target;
+use crate::estimate::delay_error_ps;
+use crate::estimate::expected_counts::ExpectedCounts;
+use crate::estimate::fit::start::PeakShape;
+use crate::estimate::phase::{estimate_at, first_maximum};
+use crate::math::correlating;
+use crate::scan::{self, Scan, Step};
+use crate::scene::{DetectorIndex, EstimatorKind};
+use crate::sensor::Sensor;
+
+/// Counts drawn for a share of misses, about, and the scans that they may make.
+const COUNTS: u64 = 16_000_000;
+const SCANS: std::ops::RangeInclusive<u64> = 100..=20_000;
+const SEED: u64 = 0x6d69_7373_6564;
+/// Groups whose steps come this near to the path, in chips, have exact covariances; all others
+/// the correlations of one group far from it.
+const NEAR_CHIPS: f64 = 3.0;
+
+/// Scans drawn for errors: standard errors of 1.1 % of a standard deviation for the bias, 0.8 %
+/// for the standard deviation.
+const SCANS_FOR_ERRORS: u64 = 8_000;
+const SEED_FOR_ERRORS: u64 = 0x6e65_6172;
+/// Fewer scans that find the path have no statistics.
+const LEAST_FOUND: usize = 400;
+
+/// Counts that go together: normal numbers L z, each bent to its step's law.
+struct DrawnTogether {
+    laws: Vec<Bent>,
+    /// L.
+    factor: Vec<Vec<f64>>,
+}
+
+/// mean + std (c0 + c1 z + c2 z^2 + c3 z^3).
+struct Bent {
+    mean: f64,
+    std: f64,
+    deviation: [f64; 4],
+}
+
+impl DrawnTogether {
+    /// Counts with some laws that go together as `covariance` says; none where that has no finite
+    /// numbers.
+    fn of(laws: &[CountLaw], covariance: &[Vec<f64>]) -> Option<DrawnTogether> {
+        let correlation = |a: usize, b: usize| {
+            let variances = covariance[a][a] * covariance[b][b];
+            if variances > 0.0 { covariance[a][b] / variances.sqrt() } else { 0.0 }
+        };
+        let row = |a: usize| (0..laws.len()).map(|b| correlation(a, b)).collect();
+        let correlations: Vec<Vec<f64>> = (0..laws.len()).map(row).collect();
+        let factor = correlating(&correlations, 0.0)?;
+        Some(DrawnTogether { laws: laws.iter().map(Bent::of).collect(), factor })
+    }
+
+    /// A count that goes with no other.
+    fn alone(law: &CountLaw) -> DrawnTogether {
+        DrawnTogether { laws: vec![Bent::of(law)], factor: vec![vec![1.0]] }
+    }
+
+    fn draw(&self, rng: &mut Xoshiro256PlusPlus) -> impl Iterator<Item = f64> {
+        let normal: Vec<f64> = self.laws.iter().map(|_| StandardNormal.sample(rng)).collect();
+        self.laws.iter().zip(&self.factor).map(move |(law, row)| {
+            let z: f64 = row.iter().zip(&normal).map(|(f, z)| f * z).sum();
+            let [c0, c1, c2, c3] = law.deviation;
+            let deviation = c0 + z * (c1 + z * (c2 + z * c3));
+            (law.mean + law.std * deviation).round()
+        })
+    }
+}
+
+impl Bent {
+    fn of(law: &CountLaw) -> Bent {
+        let std = law.variance.max(0.0).sqrt();
+        Bent { mean: law.mean, std, deviation: law.deviation_of_normal() }
+    }
+}
+
+/// Expected share of scans that miss the target, with a standard error of
+/// sqrt(p (1 - p) / scans); none where the moments are no finite numbers.
+pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
+    let groups = groups_of_scan(counts, target)?;
+    let scans = scans(target.sensor, target.detector);
+    let reference = target.sensor.reference(target.detector);
+    let is_model = target.sensor.scene().estimator == EstimatorKind::Model;
+    let shape = is_model.then(|| PeakShape::of(target.sensor, reference));
+    let draws = (0..scans).into_par_iter().filter(|scan| {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
+        let mut values = Vec::with_capacity(counts.means.len());
+        groups.iter().for_each(|group| values.extend(group.draw(&mut rng)));
+        target.found_in(&values, shape.as_ref())
+    });
+    Some(1.0 - draws.count() as f64 / scans as f64)
+}
+
+/// Scans that are drawn.
+pub(super) fn scans(sensor: &Sensor, detector: DetectorIndex) -> u64 {
+    let counts = sensor.timing().scan.steps * work_per_count(sensor, detector);
+    (COUNTS / counts).clamp(*SCANS.start(), *SCANS.end())
+}
+
+/// What a count costs beside drawing it: the model estimator's coarse stage holds a
+/// template against every step, some chips wide.
+fn work_per_count(sensor: &Sensor, detector: DetectorIndex) -> u64 {
+    if sensor.scene().estimator != EstimatorKind::Model {
+        return 1;
+    }
+    let source = sensor.scene().detectors[detector].reference;
+    let chips = (1_u64 << sensor.scene().sources[source].code.interleave) + 1;
+    1 + chips * u64::from(sensor.clock().samples_per_chip) / 8
+}
+
+impl Target<'_> {
+    /// Whether the estimator finds the path in a scan's counts. The model estimator's
+    /// fit goes to the peak that its coarse stage has found.
+    fn found_in(&self, values: &[f64], shape: Option<&PeakShape>) -> bool {
+        let zeros = values.iter().filter(|&&value| value == 0.0).count();
+        if values.iter().all(|&value| value <= 0.0) && 2 * zeros > values.len() {
+            return false;
+        }
+        if let Some(shape) = shape {
+            let step_ps = self.step_error_ps(shape.best_match(values));
+            return self.accepts(self.measured_ps + step_ps, 1.0);
+        }
+        let timing = self.sensor.timing();
+        let estimate = estimate_at(values, first_maximum(values), timing, 0.0);
+        self.accepts(estimate.delay_ps, 1.0)
+    }
+}
+
+fn groups_of_scan(counts: &ExpectedCounts, target: &Target) -> Option<Vec<DrawnTogether>> {
+    let model = counts.model();
+    let laws = laws(counts, target.spad());
+    if model.timing.parallel == 1 {
+        return Some(laws.iter().map(DrawnTogether::alone).collect());
+    }
+    let reach_ps = target.sensor.clock().ps(NEAR_CHIPS);
+    let is_near = |group: scan::Group| {
+        let mut steps = model.timing.grouping().steps_of(group);
+        steps.any(|step| target.step_error_ps(step.index()).abs() < reach_ps)
+    };
+    // The last group may be smaller: no model for others.
+    let far = (0..model.timing.groups() - 1).map(scan::Group).find(|&group| !is_near(group));
+    let far = far.map(|group| counts.second.of_group(group));
+    let group = |group| {
+        let group = scan::Group(group);
+        let steps: Vec<Step> = model.timing.grouping().steps_of(group).collect();
+        let exact;
+        let moments = match &far {
+            Some(far) if !is_near(group) => far,
+            _ => {
+                exact = counts.second.of_group(group);
+                &exact
+            }
+        };
+        let laws: Vec<CountLaw> = steps.iter().map(|&step| laws[step.index()]).collect();
+        DrawnTogether::of(&laws, &moments.covariance)
+    };
+    (0..model.timing.groups()).into_par_iter().map(group).collect()
+}
+
+/// Mean and standard deviation of the delay's errors, in ps, of scans whose largest count is
+/// within a chip of step `peak`; none where few of those have a fine estimate.
+pub(super) fn errors_ps(
+    counts: &ExpectedCounts,
+    target: &Target,
+    peak: usize,
+) -> Option<(f64, f64)> {
+    let timing = target.sensor.timing();
+    let chip = i64::from(timing.clock.samples_per_chip);
+    let near = around(&timing.scan, peak, 2 * chip);
+    let leading = around(&timing.scan, peak, chip);
+    let group = group_of_steps(counts, target, &near, peak)?;
+    let error_ps = |values: &mut Vec<f64>, scan: u64| {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED_FOR_ERRORS + scan);
+        near.iter().zip(group.draw(&mut rng)).for_each(|(&step, value)| values[step] = value);
+        let largest = leading
+            .iter()
+            .copied()
+            .reduce(|best, step| if values[step] > values[best] { step } else { best });
+        let estimate = estimate_at(values, largest?, timing, 0.0);
+        let error_ps = delay_error_ps(estimate.delay_ps, target.measured_ps, target.code_period_ps);
+        let is_found = target.accepted.low_ps <= error_ps && error_ps <= target.accepted.high_ps;
+        (estimate.is_fine() && is_found).then_some(error_ps)
+    };
+    let expected = counts.signed();
+    let scans = (0..SCANS_FOR_ERRORS).into_par_iter();
+    let errors_ps: Vec<Option<f64>> = scans.map_init(|| expected.clone(), error_ps).collect();
+    let errors_ps: Vec<f64> = errors_ps.into_iter().flatten().collect();
+    let count = errors_ps.len() as f64;
+    let mean = errors_ps.iter().sum::<f64>() / count;
+    let squares = errors_ps.iter().map(|error| (error - mean).powi(2)).sum::<f64>();
+    (errors_ps.len() >= LEAST_FOUND).then(|| (mean, (squares / (count - 1.0)).sqrt()))
+}
+
+/// Counts of some steps near a peak.
+///
+/// Of steps that count light of their own those of the peak's window, whose variances are
+/// known already, stand for the ones beside it.
+fn group_of_steps(
+    counts: &ExpectedCounts,
+    target: &Target,
+    near: &[usize],
+    peak: usize,
+) -> Option<DrawnTogether> {
+    let timing = &counts.model().timing;
+    let chip = i64::from(timing.clock.samples_per_chip);
+    let n = near.len();
+    let mut covariance = vec![vec![0.0; n]; n];
+    if timing.parallel == 1 {
+        let nearest: Vec<Step> =
+            near.iter().map(|&step| nearest_within(&timing.scan, peak, step, chip)).collect();
+        for (place, moments) in counts.second.of_steps(&nearest).iter().enumerate() {
+            covariance[place][place] = moments.signed_variance;
+        }
+    }
+    if timing.parallel > 1 {
+        let group = |place: usize| timing.grouping().group_of(Step::at(near[place]));
+        let mut left: Vec<usize> = (0..n).collect();
+        while let Some(&first) = left.first() {
+            let (own, others) = left.into_iter().partition(|&p| group(p) == group(first));
+            left = others;
+            let own: Vec<usize> = own;
+            let steps: Vec<Step> = own.iter().map(|&place| Step::at(near[place])).collect();
+            let moments = counts.second.of_steps_together(&steps);
+            for (i, &a) in own.iter().enumerate() {
+                for (j, &b) in own.iter().enumerate() {
+                    covariance[a][b] = moments.covariance[i][j];
+                }
+            }
+        }
+    }
+    let law = |(place, &step): (usize, &usize)| {
+        CountLaw::of(target.spad(), &counts.means[step], covariance[place][place].max(0.0))
+    };
+    let laws: Vec<CountLaw> = near.iter().enumerate().map(law).collect();
+    DrawnTogether::of(&laws, &covariance)
+}
+
+/// Steps of a scan at most so far from one of them, each once, in the scan's order.
+fn around(scan: &Scan, peak: usize, reach: i64) -> Vec<usize> {
+    let steps = scan.steps as i64;
+    let mut near: Vec<usize> = (-reach..=reach)
+        .map(|offset| peak as i64 + offset)
+        .filter(|step| scan.is_full() || (0..steps).contains(step))
+        .map(|step| step.rem_euclid(steps) as usize)
+        .collect();
+    near.sort_unstable();
+    near.dedup();
+    near
+}
+
+/// The step nearest to `step` among those of the fine stage's window round a peak.
+fn nearest_within(scan: &Scan, peak: usize, step: usize, chip: i64) -> Step {
+    let steps = scan.steps as i64;
+    let apart = step as i64 - peak as i64;
+    let offset = match scan.is_full() {
+        true => (apart + steps / 2).rem_euclid(steps) - steps / 2,
+        false => apart,
+    };
+    let place = peak as i64 + offset.clamp(-chip, chip - 1);
+    Step::at(match scan.is_full() {
+        true => place.rem_euclid(steps),
+        false => place.clamp(0, steps - 1),
+    } as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_round_a_peak_wrap_in_full_scans_alone() {
+        let scan = |steps| Scan {
+            first_step: 0,
+            steps,
+            steps_per_period: 14,
+            integration_chips: 1,
+            requested_integration_ps: 1.0,
+        };
+        assert_eq!(around(&scan(14), 1, 2), [0, 1, 2, 3, 13]);
+        assert_eq!(around(&scan(13), 1, 2), [0, 1, 2, 3]);
+        assert_eq!(around(&scan(14), 1, 20), (0..14).collect::<Vec<_>>());
+    }
+}

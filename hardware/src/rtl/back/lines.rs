@@ -1,0 +1,382 @@
+//! Statements as they are printed: like ones next to each other as one, or as a loop.
+
+use super::concat::{concat, fused};
+use super::expr::{BinaryOp, Expr, SignalId};
+use super::number::Num;
+use super::signals::Signal;
+use super::term::{Numbers, Says, Term};
+
+/// Fewest statements that become a loop.
+const LEAST_TRIPS: usize = 3;
+/// Fewest operands that do.
+const LEAST_OPERANDS: usize = 5;
+/// What counts the operands.
+const OPERAND: &str = "m";
+
+/// A statement of bits of packed signals.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Step {
+    /// Drives bits of a signal.
+    Store {
+        /// Which signal.
+        id: SignalId,
+        /// Its least significant bit that is driven.
+        low: u32,
+        /// With what; as wide as what is driven.
+        value: Expr,
+    },
+    /// One of two blocks.
+    If {
+        /// A single bit.
+        test: Expr,
+        /// Statements for 1.
+        yes: Vec<Step>,
+        /// Statements for 0.
+        no: Vec<Step>,
+    },
+}
+
+/// A statement of the text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Line {
+    /// Drives a signal, or bits of one.
+    Store {
+        /// What is driven.
+        target: Term,
+        /// With what.
+        value: Term,
+    },
+    /// One of two blocks.
+    If {
+        /// A single bit.
+        test: Term,
+        /// Statements for 1.
+        yes: Vec<Line>,
+        /// Statements for 0.
+        no: Vec<Line>,
+    },
+    /// What an operator makes of as many operands as there are trips.
+    Fold {
+        /// What is driven.
+        target: Term,
+        /// The operator, of which 0 changes nothing.
+        op: BinaryOp,
+        /// What counts the trips.
+        index: &'static str,
+        /// How many trips.
+        trips: Num,
+        /// The operand of one.
+        operand: Term,
+        /// 0, as wide as an operand.
+        zero: Term,
+    },
+    /// The same again and again.
+    Loop {
+        /// What counts the trips.
+        index: &'static str,
+        /// How many trips.
+        trips: Num,
+        /// The statements of one.
+        body: Vec<Line>,
+    },
+}
+
+impl Numbers for Line {
+    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num)) {
+        match self {
+            Line::Store { target, value } => {
+                target.each(see);
+                value.each(see);
+            }
+            Line::If { test, yes, no } => {
+                test.each(see);
+                yes.each(see);
+                no.each(see);
+            }
+            Line::Fold { target, trips, operand, zero, .. } => {
+                target.each(see);
+                see(Says::Size, trips);
+                operand.each(see);
+                zero.each(see);
+            }
+            Line::Loop { trips, body, .. } => {
+                see(Says::Size, trips);
+                body.each(see);
+            }
+        }
+    }
+
+    fn each_name(&mut self, see: &mut dyn FnMut(&mut String)) {
+        match self {
+            Line::Store { target, value } => {
+                target.each_name(see);
+                value.each_name(see);
+            }
+            Line::If { test, yes, no } => {
+                test.each_name(see);
+                yes.each_name(see);
+                no.each_name(see);
+            }
+            Line::Fold { target, operand, .. } => {
+                target.each_name(see);
+                operand.each_name(see);
+            }
+            Line::Loop { body, .. } => body.each_name(see),
+        }
+    }
+}
+
+/// How `steps` are printed; loops count with `indices`, the innermost first.
+pub fn lines(steps: Vec<Step>, signals: &[Signal], indices: &[&'static str]) -> Vec<Line> {
+    let line = |step| match step {
+        Step::Store { id, low, value } => Line::Store {
+            target: Term::part(&signals[id], low + value.width() - 1, low),
+            value: Term::of(&value, signals),
+        },
+        Step::If { test, yes, no } => Line::If {
+            test: Term::of(&test, signals),
+            yes: lines(yes, signals, indices),
+            no: lines(no, signals, indices),
+        },
+    };
+    let lines: Vec<Line> = tidy(steps).into_iter().map(line).flat_map(spread).collect();
+    indices.iter().fold(lines, |lines, index| rolled(lines, index))
+}
+
+/// Stores of like parts side by side are a store of each.
+fn spread(line: Line) -> Vec<Line> {
+    let Line::Store { target, value: Term::Concat(parts) } = &line else {
+        return vec![line];
+    };
+    let slopes: Vec<_> = parts.windows(2).map(|pair| pair[1].slope_to(&pair[0])).collect();
+    let is_even = slopes
+        .iter()
+        .all(|slope| slope.as_deref().is_some_and(is_of_places) && *slope == slopes[0]);
+    if parts.len() < LEAST_TRIPS + 1 || !is_even {
+        return vec![line];
+    }
+    let (name, mut low) = match target {
+        Term::Name(name) => (name, Num::default()),
+        Term::Part { name, low, .. } => (name, low.clone()),
+        _ => return vec![line],
+    };
+    let mut lines = Vec::new();
+    for part in parts.iter().rev() {
+        let Some(width) = part.width() else {
+            return vec![line];
+        };
+        let target = Term::Part { name: name.clone(), low: low.clone(), width: width.clone() };
+        low = low.add(&width);
+        lines.push(Line::Store { target, value: part.clone() });
+    }
+    lines
+}
+
+/// Continuous assignments, in which one operator joins many like operands, as loops over them.
+pub fn folded(lines: Vec<Line>) -> Vec<Line> {
+    let fold = |line: Line| {
+        let Line::Store { target, value: Term::Binary(op, left, right) } = &line else {
+            return line;
+        };
+        let mut operands = vec![(**right).clone()];
+        let mut rest = &**left;
+        while let Term::Binary(same, left, right) = rest
+            && same == op
+        {
+            operands.push((**right).clone());
+            rest = left;
+        }
+        operands.push(rest.clone());
+        operands.reverse();
+        let slopes: Vec<_> = operands.windows(2).map(|pair| pair[0].slope_to(&pair[1])).collect();
+        let is_even = slopes
+            .iter()
+            .all(|slope| slope.as_deref().is_some_and(is_of_places) && *slope == slopes[0]);
+        match (slopes[0].as_deref(), operands[0].width()) {
+            (Some(slope), Some(width))
+                if *op == BinaryOp::Or && is_even && operands.len() >= LEAST_OPERANDS =>
+            {
+                Line::Fold {
+                    target: target.clone(),
+                    op: *op,
+                    index: OPERAND,
+                    trips: (operands.len() as u32).into(),
+                    operand: operands[0].along(slope, OPERAND, 0),
+                    zero: Term::Literal { value: 0, width },
+                }
+            }
+            _ => line,
+        }
+    };
+    lines.into_iter().map(fold).collect()
+}
+
+/// Loops of as many trips as one.
+pub fn loops_joined(lines: Vec<Line>) -> Vec<Line> {
+    let mut out: Vec<Line> = Vec::new();
+    for line in lines {
+        if let Line::Loop { index, trips, body } = &line {
+            let is_alike = |known: &&mut Line| match known {
+                Line::Loop { index: own, trips: times, .. } => own == index && times == trips,
+                _ => false,
+            };
+            if let Some(Line::Loop { body: known, .. }) = out.iter_mut().find(is_alike) {
+                known.extend(body.clone());
+                continue;
+            }
+        }
+        out.push(line);
+    }
+    out
+}
+
+/// Whether places move, and nothing else.
+fn is_of_places(slope: &[(Says, Num)]) -> bool {
+    let zero = Num::default();
+    slope.iter().any(|(_, by)| *by != zero)
+        && slope.iter().all(|(says, by)| *says == Says::Place || *by == zero)
+}
+
+/// Runs of like statements as loops.
+fn rolled(lines: Vec<Line>, index: &'static str) -> Vec<Line> {
+    let mut out = Vec::new();
+    let mut rest = &lines[..];
+    while !rest.is_empty() {
+        let found = (1..=3).map(|period| (period, run(rest, period)));
+        match found.max_by_key(|(period, trips)| (period * trips, std::cmp::Reverse(*period))) {
+            Some((period, trips)) if trips >= LEAST_TRIPS => {
+                let first = rest[..period].to_vec();
+                let slope = first.slope_to(&rest[period..2 * period].to_vec()).unwrap_or_default();
+                out.push(Line::Loop {
+                    index,
+                    trips: (trips as u32).into(),
+                    body: first.along(&slope, index, 0),
+                });
+                rest = &rest[period * trips..];
+            }
+            _ => {
+                out.push(rest[0].clone());
+                rest = &rest[1..];
+            }
+        }
+    }
+    out
+}
+
+/// How many times the first `period` statements come, moved by as much each time.
+fn run(lines: &[Line], period: usize) -> usize {
+    let blocks: Vec<Vec<Line>> = lines.chunks_exact(period).map(<[Line]>::to_vec).collect();
+    let mut slopes = blocks.windows(2).map(|pair| pair[0].slope_to(&pair[1])).peekable();
+    let first = slopes.peek().cloned().flatten();
+    match first {
+        Some(first) if is_of_places(&first) => {
+            1 + slopes.take_while(|slope| slope.as_ref() == Some(&first)).count()
+        }
+        _ => 1,
+    }
+}
+
+/// What says the same in fewer statements.
+fn tidy(steps: Vec<Step>) -> Vec<Step> {
+    let mut tests_joined: Vec<Step> = Vec::new();
+    for step in steps {
+        match (tests_joined.last_mut(), step) {
+            (Some(Step::If { test, yes, no }), Step::If { test: same, yes: more, no: others })
+                if *test == same =>
+            {
+                yes.extend(more);
+                no.extend(others);
+            }
+            (_, step) => tests_joined.push(step),
+        }
+    }
+    let mut out = Vec::new();
+    let mut stores = Vec::new();
+    for (at, step) in tests_joined.iter().enumerate() {
+        if tests_joined[at + 1..].iter().any(|later| covers(later, step)) {
+            continue;
+        }
+        if matches!(step, Step::Store { .. }) {
+            stores.push(step.clone());
+        } else {
+            out.extend(joined(std::mem::take(&mut stores)));
+            out.push(step.clone());
+        }
+    }
+    out.extend(joined(stores));
+    out
+}
+
+/// Whether nothing is left of what `step` stores.
+fn covers(later: &Step, step: &Step) -> bool {
+    match (later, step) {
+        (Step::Store { id, low, value }, Step::Store { id: other, low: from, value: before }) => {
+            id == other && low <= from && low + value.width() >= from + before.width()
+        }
+        _ => false,
+    }
+}
+
+/// Stores of different bits, in the order of signals as they first come, and in that of bits;
+/// neighbours that one expression says as one.
+pub fn joined(stores: Vec<Step>) -> Vec<Step> {
+    let order: Vec<SignalId> = stores.iter().map(id_of).collect();
+    let low_of = |step: &Step| match step {
+        Step::Store { low, .. } => *low,
+        Step::If { .. } => 0,
+    };
+    let mut sorted = stores;
+    sorted.sort_by_key(|step| (order.iter().position(|id| *id == id_of(step)), low_of(step)));
+    let mut out: Vec<Step> = Vec::new();
+    for step in sorted {
+        if let (
+            Some(Step::Store { id, low, value }),
+            Step::Store { id: next, low: from, value: above },
+        ) = (out.last_mut(), &step)
+            && *id == *next
+            && *low + value.width() == *from
+            && let Some(both) = fused(above, value)
+        {
+            *value = both;
+            continue;
+        }
+        out.push(step);
+    }
+    whole(out)
+}
+
+/// Most parts of a signal that are stored together.
+const MOST_PARTS: usize = 3;
+
+/// Stores of a signal's few parts, none of which has to be worked out, as one of all of it.
+fn whole(stores: Vec<Step>) -> Vec<Step> {
+    let is_plain = |value: &Expr| {
+        matches!(value, Expr::Signal { .. } | Expr::Slice { .. } | Expr::Literal { .. })
+    };
+    let mut out: Vec<Step> = Vec::new();
+    for group in stores.chunk_by(|a, b| id_of(a) == id_of(b)) {
+        let mut next = 0;
+        let mut parts = Vec::new();
+        for step in group {
+            match step {
+                Step::Store { low, value, .. } if *low == next && is_plain(value) => {
+                    next += value.width();
+                    parts.insert(0, value.clone());
+                }
+                _ => break,
+            }
+        }
+        match parts.len() == group.len() && (2..=MOST_PARTS).contains(&parts.len()) {
+            true => out.push(Step::Store { id: id_of(&group[0]), low: 0, value: concat(parts) }),
+            false => out.extend_from_slice(group),
+        }
+    }
+    out
+}
+
+fn id_of(step: &Step) -> SignalId {
+    match step {
+        Step::Store { id, .. } => *id,
+        Step::If { .. } => SignalId::MAX,
+    }
+}

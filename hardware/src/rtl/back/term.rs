@@ -1,0 +1,210 @@
+//! Expressions as they are printed: signals by name, and numbers that may depend on loops and
+//! parameters.
+
+use super::expr::{BinaryOp, Expr, UnaryOp};
+use super::number::Num;
+use super::signals::Signal;
+
+/// An expression of the text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Term {
+    /// A whole signal or constant.
+    Name(String),
+    /// Bits of a signal, from `low` on.
+    Part {
+        /// Which signal.
+        name: String,
+        /// Least significant bit.
+        low: Num,
+        /// How many.
+        width: Num,
+    },
+    /// A sized literal.
+    Literal {
+        /// Its value.
+        value: u128,
+        /// Bits.
+        width: Num,
+    },
+    /// Parts side by side, most significant first.
+    Concat(Vec<Term>),
+    /// One bit, many times.
+    Repeat {
+        /// How many times.
+        count: Num,
+        /// The bit.
+        bit: Box<Term>,
+    },
+    /// An entry of a table of single bits.
+    Lookup {
+        /// The table.
+        table: String,
+        /// The entry's index.
+        index: Box<Term>,
+    },
+    /// Operator before one operand.
+    Unary(UnaryOp, Box<Term>),
+    /// Operator between two operands.
+    Binary(BinaryOp, Box<Term>, Box<Term>),
+    /// `test ? yes : no`.
+    Mux(Box<[Term; 3]>),
+}
+
+impl Term {
+    /// How `expr` is printed.
+    pub fn of(expr: &Expr, signals: &[Signal]) -> Term {
+        let boxed = |e: &Expr| Box::new(Term::of(e, signals));
+        match expr {
+            Expr::Signal { id, .. } => Term::Name(signals[*id].name.clone()),
+            Expr::Slice { id, high, low } => Term::part(&signals[*id], *high, *low),
+            Expr::Literal { value, width } => {
+                Term::Literal { value: *value, width: (*width).into() }
+            }
+            Expr::Concat(parts) => {
+                Term::Concat(parts.iter().map(|p| Term::of(p, signals)).collect())
+            }
+            Expr::Repeat { count, bit } => Term::Repeat { count: (*count).into(), bit: boxed(bit) },
+            Expr::Lookup { table, index } => {
+                Term::Lookup { table: signals[*table].name.clone(), index: boxed(index) }
+            }
+            Expr::Unary(op, operand) => Term::Unary(*op, boxed(operand)),
+            Expr::Binary(op, left, right) => Term::Binary(*op, boxed(left), boxed(right)),
+            Expr::Mux { test, yes, no } => {
+                Term::Mux(Box::new([test, yes, no].map(|e| Term::of(e, signals))))
+            }
+        }
+    }
+
+    /// Bits, where the text says so.
+    pub fn width(&self) -> Option<Num> {
+        match self {
+            Term::Part { width, .. } | Term::Literal { width, .. } => Some(width.clone()),
+            Term::Repeat { count, .. } => Some(count.clone()),
+            Term::Concat(parts) => {
+                parts.iter().try_fold(Num::default(), |sum, part| Some(sum.add(&part.width()?)))
+            }
+            Term::Unary(UnaryOp::Not, operand) => operand.width(),
+            Term::Unary(..) | Term::Lookup { .. } => Some(1u32.into()),
+            Term::Binary(op, ..) if op.is_comparison() => Some(1u32.into()),
+            Term::Binary(_, left, right) => left.width().or_else(|| right.width()),
+            Term::Mux(parts) => parts[1].width().or_else(|| parts[2].width()),
+            Term::Name(_) => None,
+        }
+    }
+
+    /// Bits `low ..= high` of a signal.
+    pub fn part(signal: &Signal, high: u32, low: u32) -> Term {
+        let name = signal.name.clone();
+        if low == 0 && high + 1 == signal.width {
+            return Term::Name(name);
+        }
+        Term::Part { name, low: low.into(), width: (high + 1 - low).into() }
+    }
+}
+
+/// What a number says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Says {
+    /// Where something begins; may differ from one trip of a loop to the next.
+    Place,
+    /// How many there are.
+    Size,
+}
+
+/// What has numbers in it, in an order of its own.
+pub trait Numbers: Clone + PartialEq {
+    /// Calls `see` with every number.
+    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num));
+
+    /// Calls `see` with every name of a signal.
+    fn each_name(&mut self, see: &mut dyn FnMut(&mut String));
+
+    /// All numbers.
+    fn numbers(&self) -> Vec<(Says, Num)> {
+        let mut found = Vec::new();
+        self.clone().each(&mut |says, number| found.push((says, number.clone())));
+        found
+    }
+
+    /// The same with other numbers.
+    fn with(&self, numbers: impl IntoIterator<Item = Num>) -> Self {
+        let mut other = self.clone();
+        let mut next = numbers.into_iter();
+        other.each(&mut |_, number| *number = next.next().unwrap_or_default());
+        other
+    }
+
+    /// How much greater the numbers of `next` are; `None` if it differs in more.
+    fn slope_to(&self, next: &Self) -> Option<Vec<(Says, Num)>> {
+        let (here, there) = (self.numbers(), next.numbers());
+        if here.len() != there.len() || self.with(None) != next.with(None) {
+            return None;
+        }
+        let slopes = here.into_iter().zip(&there);
+        Some(slopes.map(|((says, a), (_, b))| (says, b.sub(&a))).collect())
+    }
+
+    /// What is this where `name` is `at`, and grows by `slope` with it.
+    fn along(&self, slope: &[(Says, Num)], name: &str, at: i128) -> Self {
+        let numbers = self.numbers();
+        let along = numbers
+            .iter()
+            .zip(slope)
+            .map(|((_, number), (_, slope))| number.along(slope, name, at));
+        self.with(along.collect::<Vec<_>>())
+    }
+}
+
+impl Numbers for Term {
+    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num)) {
+        match self {
+            Term::Name(_) => {}
+            Term::Part { low, width, .. } => {
+                see(Says::Place, low);
+                see(Says::Size, width);
+            }
+            Term::Literal { width, .. } => see(Says::Size, width),
+            Term::Concat(parts) => parts.iter_mut().for_each(|part| part.each(see)),
+            Term::Repeat { count, bit } => {
+                see(Says::Size, count);
+                bit.each(see);
+            }
+            Term::Lookup { index, .. } => index.each(see),
+            Term::Unary(_, operand) => operand.each(see),
+            Term::Binary(_, left, right) => {
+                left.each(see);
+                right.each(see);
+            }
+            Term::Mux(parts) => parts.iter_mut().for_each(|part| part.each(see)),
+        }
+    }
+
+    fn each_name(&mut self, see: &mut dyn FnMut(&mut String)) {
+        match self {
+            Term::Name(name) | Term::Part { name, .. } => see(name),
+            Term::Literal { .. } => {}
+            Term::Concat(parts) => parts.iter_mut().for_each(|part| part.each_name(see)),
+            Term::Repeat { bit, .. } => bit.each_name(see),
+            Term::Lookup { table, index } => {
+                see(table);
+                index.each_name(see);
+            }
+            Term::Unary(_, operand) => operand.each_name(see),
+            Term::Binary(_, left, right) => {
+                left.each_name(see);
+                right.each_name(see);
+            }
+            Term::Mux(parts) => parts.iter_mut().for_each(|part| part.each_name(see)),
+        }
+    }
+}
+
+impl<T: Numbers> Numbers for Vec<T> {
+    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num)) {
+        self.iter_mut().for_each(|inner| inner.each(see));
+    }
+
+    fn each_name(&mut self, see: &mut dyn FnMut(&mut String)) {
+        self.iter_mut().for_each(|inner| inner.each_name(see));
+    }
+}

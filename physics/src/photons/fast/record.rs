@@ -1,0 +1,253 @@
+//! The registered times of groups of phase steps, detection by detection.
+
+use super::arithmetic::{LANES, Words, standard_normal, to_signed_ticks};
+use super::domain::Tables;
+use super::lanes::Lanes;
+use super::places::{CHIP_BITS, IN_CHIP, round_ticks, ticks_of_chips};
+use super::streams::LaneStreams;
+use crate::photons::random::{Part, StreamRng};
+use crate::photons::{Detection, DetectorModel};
+use crate::scan::Group;
+
+/// Iterations that are kept before they are put into lists, lane by lane: they stay in a
+/// core's first cache.
+const ROWS: usize = 32;
+/// Where a row has no detection.
+const NONE: u32 = 1 << 31;
+/// A lane's clock counts so many chips at most.
+const CHIPS_PER_BATCH: i64 = 1 << 30;
+
+/// A registered time in ticks since the start of its group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct RegisteredTicks(pub(crate) u64);
+
+impl RegisteredTicks {
+    /// As the plain loop gives it.
+    #[inline]
+    pub fn detection(self) -> Detection {
+        let fraction = (self.0 as u32 & IN_CHIP) as i32;
+        Detection {
+            chip: self.0 >> CHIP_BITS,
+            fraction: f64::from(fraction) * (1.0 / f64::from(1_u32 << CHIP_BITS)),
+        }
+    }
+}
+
+/// An iteration of all lanes: when what fired is registered, in the lanes' clocks.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    chips: Words,
+    /// Ticks into the chip, or [`NONE`].
+    fractions: Words,
+}
+
+/// The group of one lane.
+#[derive(Debug)]
+struct LaneGroup {
+    /// Its place among the jobs; none of an idle lane.
+    job: Option<usize>,
+    /// Registered ticks of the lane's clock at zero, but for jitter.
+    origin: i64,
+    /// Avalanche time at which it ends, in ticks of registered time.
+    end: i64,
+    /// The first row that is not in the list yet.
+    row: usize,
+    tail: Option<StreamRng>,
+}
+
+/// Runs groups through lanes: a lane that is done takes the next one.
+pub struct GroupRunner<'t> {
+    model: &'t DetectorModel,
+    seed: u64,
+    /// Scans and groups.
+    jobs: &'t [(u64, Group)],
+    started: usize,
+    /// For each job the times, in order.
+    lists: Vec<Vec<RegisteredTicks>>,
+    /// Where a step ends.
+    end: i64,
+    reach: i64,
+    lanes: Lanes<'t>,
+    /// Streams, and its standard deviation in ticks.
+    jitter: Option<(LaneStreams, f32)>,
+    rows: Box<[Row; ROWS]>,
+    row: usize,
+    groups: [LaneGroup; LANES],
+    busy: usize,
+}
+
+impl<'t> GroupRunner<'t> {
+    pub fn new(
+        model: &'t DetectorModel,
+        tables: &'t Tables,
+        seed: u64,
+        jobs: &'t [(u64, Group)],
+    ) -> GroupRunner<'t> {
+        let nothing = Row { chips: Words::all(0), fractions: Words::all(NONE) };
+        let idle = |_| LaneGroup { job: None, origin: 0, end: 0, row: 0, tail: None };
+        let chips = model.timing.scan.integration_chips;
+        let expected = (model.most_detections_per_chip() * chips as f64).min(65_536.0) as usize;
+        let mut runner = GroupRunner {
+            model,
+            seed,
+            jobs,
+            started: 0,
+            lists: jobs.iter().map(|_| Vec::with_capacity(expected)).collect(),
+            end: ticks_of_chips(chips as i64),
+            reach: i64::from(tables.reach_ticks),
+            lanes: Lanes::new(model, tables),
+            jitter: model.jitter_chips.map(|_| (LaneStreams::new(), tables.jitter_ticks as f32)),
+            rows: Box::new([nothing; ROWS]),
+            row: 0,
+            groups: std::array::from_fn(idle),
+            busy: 0,
+        };
+        for lane in 0..LANES {
+            runner.start_next(lane);
+        }
+        runner
+    }
+
+    /// Simulates all jobs.
+    ///
+    /// Inlined into a caller for each instruction set.
+    #[inline(always)]
+    pub fn run(&mut self) {
+        while self.busy > 0 {
+            self.lanes.iterate();
+            self.keep_row();
+            if self.lanes.clock.any_at_border() {
+                self.cross_borders();
+            }
+            if self.row == ROWS {
+                self.empty_rows();
+            }
+        }
+    }
+
+    /// The lists of all jobs.
+    pub fn into_lists(self) -> Vec<Vec<RegisteredTicks>> {
+        self.lists
+    }
+
+    #[inline(always)]
+    fn keep_row(&mut self) {
+        let row = &mut self.rows[self.row % ROWS];
+        self.row += 1;
+        let clock = &self.lanes.clock;
+        let mut shifts = Words::all(0);
+        if let Some((streams, sigma)) = &mut self.jitter {
+            let random = streams.next();
+            for lane in 0..LANES {
+                shifts[lane] = to_signed_ticks(standard_normal(random[lane]) * *sigma) as u32;
+            }
+        }
+        for lane in 0..LANES {
+            let ticks = clock.fractions[lane].wrapping_add(shifts[lane]);
+            let none = self.lanes.fired[lane].wrapping_sub(1) & NONE;
+            row.chips[lane] = clock.chips[lane].wrapping_add((ticks as i32 >> CHIP_BITS) as u32);
+            row.fractions[lane] = (ticks & IN_CHIP) | none;
+        }
+    }
+
+    #[inline(never)]
+    fn empty_rows(&mut self) {
+        for lane in 0..LANES {
+            self.empty_rows_of(lane);
+            self.groups[lane].row = 0;
+        }
+        self.row = 0;
+    }
+
+    /// Puts what a lane has registered into its list. Jitter lets few overtake others.
+    fn empty_rows_of(&mut self, lane: usize) {
+        let group = &mut self.groups[lane];
+        let first = std::mem::replace(&mut group.row, self.row);
+        let Some(job) = group.job else {
+            return;
+        };
+        let list = &mut self.lists[job];
+        for row in &self.rows[first..self.row] {
+            let fraction = row.fractions[lane];
+            if fraction & NONE != 0 {
+                continue;
+            }
+            let chip = i64::from(row.chips[lane] as i32);
+            let mut ticks = ticks_of_chips(chip) + i64::from(fraction) + group.origin;
+            if let (Some(rng), Some(tail)) = (&mut group.tail, &self.model.tail) {
+                ticks += round_ticks(tail.draw(rng));
+            }
+            if ticks < 0 || ticks >= self.end {
+                continue;
+            }
+            let time = RegisteredTicks(ticks as u64);
+            let mut place = list.len();
+            list.push(time);
+            while place > 0 && list[place - 1] > time {
+                list[place] = list[place - 1];
+                place -= 1;
+            }
+            list[place] = time;
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn cross_borders(&mut self) {
+        for lane in 0..LANES {
+            if self.lanes.clock.is_at_border(lane) {
+                self.empty_rows_of(lane);
+                self.cross_border(lane);
+            }
+        }
+    }
+
+    /// A lane that has come to its clock's border: nothing that is avalanched from there on is
+    /// registered within the group, or the border goes on.
+    fn cross_border(&mut self, lane: usize) {
+        let group = &mut self.groups[lane];
+        if group.job.is_none() {
+            self.lanes.clock.park(lane);
+            return;
+        }
+        let time = self.lanes.clock.ticks(lane) + group.origin;
+        if time >= group.end {
+            self.busy -= 1;
+            self.start_next(lane);
+        } else {
+            self.set_clock(lane, time);
+        }
+    }
+
+    /// Starts the next job in a lane, or leaves the lane idle.
+    fn start_next(&mut self, lane: usize) {
+        let Some(&(repetition, group)) = self.jobs.get(self.started) else {
+            self.groups[lane].job = None;
+            self.lanes.clock.park(lane);
+            return;
+        };
+        let model = self.model;
+        let key = model.key(self.seed, repetition, group);
+        if let Some((streams, _)) = &mut self.jitter {
+            streams.restart(lane, key.hash(Part::Jitter));
+        }
+        let start = self.lanes.start(lane, model, &key, 0) + round_ticks(model.delay_chips);
+        self.groups[lane] = LaneGroup {
+            job: Some(self.started),
+            origin: 0,
+            end: self.end + self.reach,
+            row: self.row,
+            tail: model.tail.as_ref().map(|_| key.stream(Part::Tail)),
+        };
+        self.started += 1;
+        self.busy += 1;
+        self.set_clock(lane, start);
+    }
+
+    /// Sets a lane's clock at a registered time, without jitter, to run to its border.
+    fn set_clock(&mut self, lane: usize, time: i64) {
+        let group = &mut self.groups[lane];
+        group.origin = group.end.min(time + ticks_of_chips(CHIPS_PER_BATCH));
+        self.lanes.clock.set(lane, time - group.origin);
+    }
+}

@@ -1,0 +1,164 @@
+//! Table `[hardware]`.
+
+use super::keys::declare::*;
+use super::{EstimatorKind, Scan, TotalsMissing};
+
+tables! {
+    /// Target and options of the hardware. Without `counter_width` counts are as wide as no stimulus
+    /// can overflow; a narrower count saturates and flags. Without `total_counts` the estimator decides:
+    /// [`Scene::sends_total_counts`](super::Scene::sends_total_counts).
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Hardware {}
+    of HARDWARE = "hardware" {
+        target => target: Target = choice(Target::CHOICES), Or("\"ecp5-25k-6\""), "\"ecp5-25k-6\"";
+            "device that the hardware is built for";
+        architecture => architecture: Architecture = choice(Architecture::CHOICES),
+            Or("\"updown\""), "\"histogram\"";
+            "whether hits are counted up and down, one phase step after another, or by \
+             their time in the code period, for all phase steps at once";
+        polarity => polarity: Polarity = choice(Polarity::CHOICES), Or("\"high\""), "\"low\"";
+            "level of the samples while a detector's pulse lasts; a comparator that inverts \
+             needs \"low\"";
+        parallel => parallel: u32 = integer(1, 64), Or("1"), "8";
+            "phase steps correlated at once, no more than the scan has"
+            "what fits into the targets";
+        counter_width => counter_width: Option<u32> = integer(2, 64), Otherwise("as wide as no stimulus can overflow"), "20";
+            "bits of a count in the results, or of a histogram's bin"
+            "a sign and a bit; the reference model's counts have 64 bits";
+        total_counts => total_counts: Option<bool> = BOOLEAN, Otherwise("true with estimator \"model\", else false"), "true";
+            "whether results carry the total count of a step beside the signed one";
+        peak_detector => peak_detector: bool = BOOLEAN, Or("false"), "true";
+            "whether the hardware finds the largest count of a scan";
+        buffers => buffers: u32 = integer(1, 2), Or("2"), "1";
+            "histograms that each detector has memory for: with 2 one counts while the \
+             other is read, as slowly as the receiver likes; with 1 a row leaves at each \
+             clock of the next frame's first code period, and the receiver has to take it"
+            "a third would wait for nothing";
+    }
+}
+
+choices! {
+    /// What the hardware counts.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum Architecture {
+        /// Hits up and down by the sign of the delayed reference (eq. 11), one phase step,
+        /// or `parallel` of them, after another.
+        #[default]
+        UpDown = "updown",
+        /// Hits by their time in the code period, a bin for each sample of it. Every phase
+        /// step's up/down count follows from the same hits, so that a scan is as long as its
+        /// integration time.
+        Histogram = "histogram",
+    }
+}
+
+choices! {
+    /// Level of a detector's samples while its pulse lasts.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum Polarity {
+        /// A hit is a rising edge.
+        #[default]
+        High = "high",
+        /// A hit is a falling edge, as from a comparator that inverts.
+        Low = "low",
+    }
+}
+
+impl Polarity {
+    /// A word of so many samples, at most 64, without a pulse.
+    pub fn rest(self, samples: u32) -> u64 {
+        match self {
+            Polarity::High => 0,
+            Polarity::Low => u64::MAX >> (u64::BITS - samples),
+        }
+    }
+}
+
+choices! {
+    /// FPGA targets.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Target {
+        /// Lattice ECP5 25k, speed grade 6.
+        Ecp525k6 = "ecp5-25k-6",
+        /// Lattice iCE40 HX8K.
+        Ice40Hx8k = "ice40-hx8k",
+        /// AMD 7-series (synthesis only).
+        Xc7 = "xc7",
+    }
+}
+
+pub(super) fn read(
+    root: &Section,
+    scan: Option<&Scan>,
+    estimator: Option<EstimatorKind>,
+) -> Option<Hardware> {
+    let section = root.section_or_defaults("hardware");
+    let hardware = Hardware::keys(&section);
+    if let Some(hardware) = &hardware {
+        check(&section, hardware, scan, estimator);
+    }
+    section.finish();
+    hardware
+}
+
+/// Reports keys that contradict the scan, the estimator, or the architecture.
+fn check(
+    section: &Section,
+    hardware: &Hardware,
+    scan: Option<&Scan>,
+    estimator: Option<EstimatorKind>,
+) {
+    let parallel = hardware.parallel;
+    if let Some(scan) = scan.filter(|scan| scan.steps < u64::from(parallel)) {
+        let message = format!(
+            "{parallel} phase steps at once are more than the {} of the scan; \
+             use {} or less, or scan more steps",
+            scan.steps, scan.steps
+        );
+        section.report("parallel", &message);
+    }
+    if hardware.total_counts == Some(false) && estimator == Some(EstimatorKind::Model) {
+        section.report("total_counts", &TotalsMissing.to_string());
+    }
+    match hardware.architecture {
+        Architecture::UpDown if section.get("buffers").is_some() => {
+            let message = "up/down counts have no memories; leave out this key, or write \
+                           architecture = \"histogram\"";
+            section.report("buffers", message);
+        }
+        Architecture::UpDown => {}
+        Architecture::Histogram => check_histogram(section, scan, parallel),
+    }
+}
+
+/// A histogram has every phase step and every hit: nothing chooses among them.
+fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
+    for (key, why) in [
+        ("parallel", "a histogram serves all phase steps at once; leave out this key"),
+        (
+            "total_counts",
+            "a histogram holds every hit, so that its sum is the total; leave out this key",
+        ),
+        (
+            "peak_detector",
+            "all counts of a histogram follow from it by a correlation on the host, and so does \
+             their peak; leave out this key",
+        ),
+    ] {
+        // One at a time is what a scene has that says nothing.
+        let is_one = key == "parallel" && parallel == 1;
+        if section.get(key).is_some() && !is_one {
+            section.report(key, why);
+        }
+    }
+    let Some(scan) = scan else {
+        return;
+    };
+    if !scan.is_full() || scan.first_step != 0 {
+        section.report(
+            "architecture",
+            "a histogram has all phase steps of the code period, and the scan asks for some of \
+             them; write scan.steps = \"all\", or count up and down (\"updown\")",
+        );
+    }
+}
