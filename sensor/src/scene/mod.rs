@@ -53,7 +53,7 @@ pub use catalogue::{reference, schema};
 pub use detector::*;
 pub use error::{SceneError, SceneErrors};
 pub use estimator::{EstimatorKind, OtherLight, TotalsMissing};
-pub use hardware::{Architecture, Hardware, Target};
+pub use hardware::{Architecture, Hardware, Polarity, Target};
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use movement::{Fluctuation, Movement};
 pub use origin::{Origin, SceneReference};
