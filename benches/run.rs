@@ -8,17 +8,19 @@
 //!     cargo bench --bench run
 
 use std::error::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use goldtof::cosim::build::{build, cache_dir};
+use goldtof::cosim::build::{Built, build, cache_dir};
 use goldtof::cosim::engine::Engine;
-use goldtof::cosim::lanes::Prepared;
-use goldtof::cosim::source::sources_of;
+use goldtof::cosim::error::CosimError;
+use goldtof::cosim::lanes::{Prepared, Refusal};
+use goldtof::cosim::source::{SourceFile, sources_of};
 use goldtof::cosim::verilated::Verilated;
 use goldtof::cosim::window::Window;
-use goldtof::cosim::{Request, StimulusKind, TOP, cosimulate};
+use goldtof::cosim::{Cosimulation, Request, StimulusKind, TOP, cosimulate};
+use goldtof::deliver::Emission;
 use goldtof::estimate::report::estimate_scan;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::stimulus::clocks_for_scans;
@@ -73,106 +75,159 @@ fn measured(
     Ok(Spent { own_s: own[ROUNDS / 2], children_s })
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let scene = scene::load(Path::new("scenes/paper-single.toml"))?;
-    let sensor = Sensor::new(&scene);
-    let emission = deliver::emit(&sensor, MADE_BY)?;
-    let sources = sources_of(&emission.files);
-    let interface = sensor.interface();
-    let clocks = clocks_for_scans(interface, 1);
-    let cache = cache_dir()?;
-    let prepare = || Prepared::new(TOP, &sources, interface, clocks, &cache);
-    let prepared = prepare()?;
-    let detectors = [DetectorModel::new(&sensor, DetectorIndex(0))];
-    let go_on = AtomicBool::new(false);
-    let request = |seed| Request {
-        top: TOP.to_owned(),
-        sources: sources.clone(),
-        registers: Some(emission.scan_registers.clone()),
-        cache: cache.clone(),
-        stimulus: StimulusKind::Photons,
-        clocks: None,
-        seed,
-        window: Window::Found,
-        engine: Engine::Auto,
-    };
-    let counts: Vec<_> = cosimulate(&sensor, &request(1), |_, _| ())?.counts[0]
-        .iter()
-        .map(|sent| sent.step_count())
-        .collect();
-    let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
+/// What is measured.
+struct Scan {
+    sensor: Sensor,
+    /// By the other estimator.
+    other: Sensor,
+    emission: Emission,
+    sources: Vec<SourceFile>,
+    cache: PathBuf,
+    clocks: u64,
+}
 
-    let emit = measured(|_| Ok(deliver::emit(&sensor, MADE_BY).map(drop)?))?;
-    let tools = measured(|_| {
-        build(TOP, &sources, interface, &cache)?;
-        Ok(prepare().map(drop)?)
-    })?;
-    let photons = measured(|seed| Ok(prepared.photons(&detectors, seed, clocks, &go_on)?))?;
-    let expected = measured(|seed| Ok(prepared.expectations(&detectors, seed, clocks, &go_on)?))?;
-    let lanes = measured(|seed| {
-        let outcome = prepared.run(&detectors, seed, clocks, &go_on, &|_| ())?;
-        match outcome.differs {
-            None => Ok(()),
-            Some(clock) => Err(format!("the lanes differ at clock {clock}").into()),
-        }
-    })?;
-    let cosim = measured(|seed| Ok(cosimulate(&sensor, &request(seed), |_, _| ()).map(drop)?))?;
-    let theory = measured(|_| {
-        IntegrationCurves::of_first_paths(&sensor);
-        Ok(())
-    })?;
-    let estimates = measured(|_| {
-        for sensor in [&sensor, &other] {
-            estimate_scan(sensor, DetectorIndex(0), &counts);
-        }
-        Ok(())
-    })?;
-    let out = tempfile::tempdir()?;
-    let mut wall = Vec::new();
-    let whole = measured(|seed| {
-        let options = RunOptions {
-            out: out.path().to_owned(),
+/// Processor time of a part, with its name.
+type Part = (&'static str, f64);
+
+fn sum(spent: Spent) -> f64 {
+    spent.own_s + spent.children_s
+}
+
+impl Scan {
+    fn of(path: &str) -> Result<Scan, Box<dyn Error>> {
+        let scene = scene::load(Path::new(path))?;
+        let sensor = Sensor::new(&scene);
+        let emission = deliver::emit(&sensor, MADE_BY)?;
+        Ok(Scan {
+            other: Sensor::new(&scene.estimated_by(scene.estimator.other())),
+            sources: sources_of(&emission.files),
+            clocks: clocks_for_scans(sensor.interface(), 1),
+            cache: cache_dir()?,
+            emission,
+            sensor,
+        })
+    }
+
+    fn cosimulate(&self, seed: u64) -> Result<Cosimulation, CosimError> {
+        let request = Request {
+            top: TOP.to_owned(),
+            sources: self.sources.clone(),
+            registers: Some(self.emission.scan_registers.clone()),
+            cache: self.cache.clone(),
+            stimulus: StimulusKind::Photons,
+            clocks: None,
             seed,
-            made_by: MADE_BY.to_owned(),
-            ..Default::default()
+            window: Window::Found,
+            engine: Engine::Auto,
         };
-        let started = Instant::now();
-        goldtof::run(&sensor, &options, |_| ())?;
-        wall.push(started.elapsed().as_secs_f64());
-        Ok(())
-    })?;
-    wall.sort_by(f64::total_cmp);
-    let bare = measured(|_| {
-        let layout = Layout::of(interface);
+        cosimulate(&self.sensor, &request, |_, _| ())
+    }
+
+    fn built(&self) -> Result<Built, CosimError> {
+        build(TOP, &self.sources, self.sensor.interface(), &self.cache)
+    }
+
+    fn prepared(&self) -> Result<Prepared, Refusal> {
+        Prepared::new(TOP, &self.sources, self.sensor.interface(), self.clocks, &self.cache)
+    }
+
+    fn cosimulation(&self) -> Result<Vec<Part>, Box<dyn Error>> {
+        let tools = measured(|_| {
+            self.built()?;
+            Ok(self.prepared().map(drop)?)
+        })?;
+        let prepared = self.prepared()?;
+        let detectors = [DetectorModel::new(&self.sensor, DetectorIndex(0))];
+        let (clocks, go_on) = (self.clocks, AtomicBool::new(false));
+        let photons = measured(|seed| Ok(prepared.photons(&detectors, seed, clocks, &go_on)?))?;
+        let expected =
+            measured(|seed| Ok(prepared.expectations(&detectors, seed, clocks, &go_on)?))?;
+        let lanes = measured(|seed| {
+            let outcome = prepared.run(&detectors, seed, clocks, &go_on, &|_| ())?;
+            match outcome.differs {
+                None => Ok(()),
+                Some(clock) => Err(format!("the lanes differ at clock {clock}").into()),
+            }
+        })?;
+        let whole = measured(|seed| Ok(self.cosimulate(seed).map(drop)?))?;
+        Ok(vec![
+            ("tools and what is kept of builds", sum(tools)),
+            ("photons", sum(photons)),
+            ("reference model", sum(expected) - sum(photons)),
+            ("painting, and talk with the lanes", lanes.own_s - expected.own_s),
+            ("gates: lanes, and their referee", lanes.children_s),
+            ("lock-step beside them, twice 500,000 clocks", sum(whole) - sum(lanes) - sum(tools)),
+        ])
+    }
+
+    fn others(&self) -> Result<Vec<Part>, Box<dyn Error>> {
+        let counts: Vec<_> =
+            self.cosimulate(1)?.counts[0].iter().map(|sent| sent.step_count()).collect();
+        let emission = measured(|_| Ok(deliver::emit(&self.sensor, MADE_BY).map(drop)?))?;
+        let theory = measured(|_| {
+            IntegrationCurves::of_first_paths(&self.sensor);
+            Ok(())
+        })?;
+        let estimates = measured(|_| {
+            for sensor in [&self.sensor, &self.other] {
+                estimate_scan(sensor, DetectorIndex(0), &counts);
+            }
+            Ok(())
+        })?;
+        Ok(vec![
+            ("emission", sum(emission)),
+            ("theory of the report's figure", sum(theory)),
+            ("both estimates", sum(estimates)),
+        ])
+    }
+
+    /// Processor time and wall time of all of it.
+    fn whole(&self) -> Result<(f64, f64), Box<dyn Error>> {
+        let out = tempfile::tempdir()?;
+        let mut wall_s = Vec::new();
+        let whole = measured(|seed| {
+            let options = RunOptions {
+                out: out.path().to_owned(),
+                seed,
+                made_by: MADE_BY.to_owned(),
+                ..Default::default()
+            };
+            let started = Instant::now();
+            goldtof::run(&self.sensor, &options, |_| ())?;
+            wall_s.push(started.elapsed().as_secs_f64());
+            Ok(())
+        })?;
+        wall_s.sort_by(f64::total_cmp);
+        Ok((sum(whole), wall_s[wall_s.len() / 2]))
+    }
+
+    /// Processor time of the bare loop for as many clocks.
+    fn bare_s(&self) -> Result<f64, Box<dyn Error>> {
+        let layout = Layout::of(self.sensor.interface());
         let mut ready = vec![0; layout.inputs.words];
         let field = layout.inputs.field(goldtof::sensor::port::Role::Ready);
         ready[field.word] = 1 << field.shift;
-        let mut model = Verilated::load(&build(TOP, &sources, interface, &cache)?, &layout)?;
-        Ok(model.run_bare(&ready, BARE_CLOCKS)?)
-    })?;
+        let built = self.built()?;
+        let bare =
+            measured(|_| Ok(Verilated::load(&built, &layout)?.run_bare(&ready, BARE_CLOCKS)?))?;
+        Ok(sum(bare) * self.clocks as f64 / BARE_CLOCKS as f64)
+    }
+}
 
-    let sum = |spent: Spent| spent.own_s + spent.children_s;
-    let whole_s = sum(whole);
-    let bare_s = sum(bare) * clocks as f64 / BARE_CLOCKS as f64;
-    let sensor_s = clocks as f64 / sensor.timing().clock.frequency_hz();
-    let parts = [
-        ("emission", sum(emit)),
-        ("tools and what is kept of builds", sum(tools)),
-        ("photons", sum(photons)),
-        ("reference model", sum(expected) - sum(photons)),
-        ("painting, and talk with the lanes", lanes.own_s - expected.own_s),
-        ("gates: lanes, and their referee", lanes.children_s),
-        ("lock-step beside them, twice 500,000 clocks", sum(cosim) - sum(lanes) - sum(tools)),
-        ("theory of the report's figure", sum(theory)),
-        ("both estimates", sum(estimates)),
-    ];
+fn main() -> Result<(), Box<dyn Error>> {
+    let scan = Scan::of("scenes/paper-single.toml")?;
+    let mut parts = scan.cosimulation()?;
+    parts.extend(scan.others()?);
+    let (whole_s, wall_s) = scan.whole()?;
+    let bare_s = scan.bare_s()?;
+    let sensor_s = scan.clocks as f64 / scan.sensor.timing().clock.frequency_hz();
     let rest = whole_s - parts.iter().map(|(_, s)| s).sum::<f64>();
     println!("{:45} {:>9} {:>8} {:>10} {:>10}", "part", "s", "of all", "of sensor", "of bare");
     for (name, s) in parts.into_iter().chain([("rest", rest), ("all", whole_s)]) {
         let [all, own, loops] = [whole_s, sensor_s, bare_s].map(|whole| 100.0 * s / whole);
         println!("{name:45} {s:9.4} {all:7.1}% {own:9.2}% {loops:9.2}%");
     }
-    println!("wall time of all of it: {:.2} s", wall[wall.len() / 2]);
+    println!("wall time of all of it: {wall_s:.2} s");
     println!("the sensor takes {sensor_s:.2} s; the bare loop {bare_s:.2} s for as many clocks");
     Ok(())
 }

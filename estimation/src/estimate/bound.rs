@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn few_steps_stand_for_a_long_scan() {
         for times in [1.0, 10.0] {
-            let mut scene = load(Path::new("scenes/paper-single.toml")).expect("it is valid");
+            let mut scene = load(Path::new("../scenes/paper-single.toml")).expect("it is valid");
             for source in &mut scene.sources {
                 source.mean_power_w *= times;
             }

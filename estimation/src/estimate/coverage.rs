@@ -314,7 +314,7 @@ mod tests {
         // 33 steps of 149.9 mm round 25 m; light at 3.2 m comes again after 31 chips, and
         // 2.75 ns later by the detector's delay and sampling.
         let window = "scan.steps={ around = \"25 m\", halfwidth = 16 }";
-        let far = sensor("scenes/quick.toml", &[window]);
+        let far = sensor("../scenes/quick.toml", &[window]);
         let why = refused(&far).expect("no number");
         let beyond = (3.2 - 25.0) / 0.149_896_229 + 248.0 + 2.75 - 16.0;
         assert!((why.size - beyond).abs() < 0.6, "{why}");
@@ -323,10 +323,10 @@ mod tests {
         let bound = bound_m(&far, FIRST.1, CountingTier::Sampled, &told.bound);
         assert_eq!(bound, Err(why.to_string()));
         for inside in ["path.distance=24 m", "path.distance=26.5 m"] {
-            assert_eq!(refused(&sensor("scenes/quick.toml", &[window, inside])), None);
+            assert_eq!(refused(&sensor("../scenes/quick.toml", &[window, inside])), None);
         }
         // The other side of the period is no farther than the shorter way.
-        let folded = sensor("scenes/quick.toml", &[window, "path.distance=62.2 m"]);
+        let folded = sensor("../scenes/quick.toml", &[window, "path.distance=62.2 m"]);
         assert_eq!(refused(&folded), None);
     }
 
@@ -343,7 +343,7 @@ mod tests {
                     format!("hardware.counter_width={width}"),
                     format!("scan.integration={integration}"),
                 ];
-                refused(&sensor("scenes/quick.toml", &settings.each_ref().map(String::as_str)))
+                refused(&sensor("../scenes/quick.toml", &settings.each_ref().map(String::as_str)))
             };
             let why = of(narrow).expect("no number");
             assert!(why.name.contains("clamped"), "{architecture}: {why}");

@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn light_without_its_code_is_nothing_to_estimate_from() {
-        let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dual-view.toml");
+        let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/dual-view.toml");
         let bright = scene::load(&file).expect("the scene is sound");
         let own = bright.detectors[0].reference;
         let verdict = |change: &dyn Fn(&mut Scene)| {

@@ -218,7 +218,7 @@ mod tests {
     /// double's last digit there is more than any tolerance of a cell's ends.
     #[test]
     fn far_instants_have_the_terms_of_near_ones() {
-        let scene = load(Path::new("scenes/quick.toml")).expect("it is sound");
+        let scene = load(Path::new("../scenes/quick.toml")).expect("it is sound");
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let samples = Samples { origin_chips: 0.0, sampling: None };
         let grid = Grid::new(&model, &Light::of(&model), Kinks::Later, samples).expect("a grid");

@@ -264,7 +264,8 @@ mod tests {
             .iter()
             .map(|setting| format!("detector.{setting}").parse().expect("a setting"))
             .collect();
-        let scene = scene::load_with(Path::new("scenes/quick.toml"), &settings).expect("a scene");
+        let scene =
+            scene::load_with(Path::new("../scenes/quick.toml"), &settings).expect("a scene");
         DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0))
     }
 

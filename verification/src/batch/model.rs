@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn a_batch_that_is_refused_changes_nothing() {
-        let scene = scene::load(Path::new("scenes/quick.toml")).unwrap();
+        let scene = scene::load(Path::new("../scenes/quick.toml")).unwrap();
         let mut model = Model::new(&Sensor::new(&scene)).unwrap();
         let mut outputs = Vec::new();
         let mut clock = |samples: &[u16], reset: &[u8]| {

@@ -237,7 +237,7 @@ mod tests {
     /// Quick's counts have 14 bits in two bytes; with totals of 13 in the two above them.
     #[test]
     fn a_result_is_shown_as_the_signed_number_that_it_is() {
-        let mut scene = scene::load(Path::new("scenes/quick.toml")).unwrap();
+        let mut scene = scene::load(Path::new("../scenes/quick.toml")).unwrap();
         scene.hardware.total_counts = Some(true);
         let sensor = Sensor::new(&scene);
         let total_at = sensor.interface().total.unwrap().first_bit;

@@ -2,7 +2,7 @@ use super::*;
 use crate::scene;
 
 fn quick() -> Sensor {
-    Sensor::new(&scene::load(Path::new("scenes/quick.toml")).unwrap())
+    Sensor::new(&scene::load(Path::new("../scenes/quick.toml")).unwrap())
 }
 
 /// A right file: 248 phase steps, whose counts are their numbers.
@@ -93,7 +93,7 @@ fn totals_and_counts_must_be_possible_together() {
 }
 
 fn histogram_sensor() -> Sensor {
-    let mut scene = scene::load(Path::new("scenes/quick.toml")).unwrap();
+    let mut scene = scene::load(Path::new("../scenes/quick.toml")).unwrap();
     scene.hardware.architecture = scene::Architecture::Histogram;
     Sensor::new(&scene)
 }
@@ -152,7 +152,7 @@ fn what_is_wrong_with_bins_is_said_with_its_line() {
         assert!(at == line && problem.contains(says), "{at}: {problem}");
     }
     assert!(!has_bins("phase_step,count\nbin,1\n") && !has_bins(""));
-    let of_steps = Sensor::new(&scene::load(Path::new("scenes/quick.toml")).unwrap());
+    let of_steps = Sensor::new(&scene::load(Path::new("../scenes/quick.toml")).unwrap());
     let (line, problem) = histograms(&right, &of_steps).expect_err("it correlates");
     assert!(line == 1 && problem.contains("architecture = \"histogram\""));
 }

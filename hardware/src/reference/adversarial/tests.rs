@@ -8,19 +8,19 @@ use crate::scene;
 use crate::sensor::layout::Layout;
 
 const SCENES: [&str; 13] = [
-    "scenes/quick.toml",
-    "scenes/paper-single.toml",
-    "scenes/paper-square.toml",
-    "scenes/paper-interleaved.toml",
-    "scenes/dual-view.toml",
-    "scenes/multipath.toml",
-    "scenes/moving.toml",
-    "tests/scenes/window.toml",
-    "tests/scenes/window-in-step.toml",
-    "tests/scenes/peak.toml",
-    "tests/scenes/totals.toml",
-    "tests/scenes/histogram.toml",
-    "tests/scenes/histogram-one-memory.toml",
+    "../scenes/quick.toml",
+    "../scenes/paper-single.toml",
+    "../scenes/paper-square.toml",
+    "../scenes/paper-interleaved.toml",
+    "../scenes/dual-view.toml",
+    "../scenes/multipath.toml",
+    "../scenes/moving.toml",
+    "../tests/scenes/window.toml",
+    "../tests/scenes/window-in-step.toml",
+    "../tests/scenes/peak.toml",
+    "../tests/scenes/totals.toml",
+    "../tests/scenes/histogram.toml",
+    "../tests/scenes/histogram-one-memory.toml",
 ];
 
 /// The points that an adversary leaves out, and its clocks.
@@ -49,8 +49,11 @@ fn every_cover_point_is_reached_where_steps_and_scans_can_be_shortened() {
 
 #[test]
 fn without_that_what_is_not_reached_is_said_to_be_too_far_away() {
-    for file in ["scenes/paper-single.toml", "tests/scenes/window.toml", "tests/scenes/totals.toml"]
-    {
+    for file in [
+        "../scenes/paper-single.toml",
+        "../tests/scenes/window.toml",
+        "../tests/scenes/totals.toml",
+    ] {
         let means = Means::cosim(false);
         let scene = scene::load(Path::new(file)).unwrap_or_else(|error| panic!("{error}"));
         let interface = Interface::of(&scene);
@@ -66,7 +69,7 @@ fn without_that_what_is_not_reached_is_said_to_be_too_far_away() {
 /// end with a largest count by one more than all before it, at each count up to 16.
 #[test]
 fn peaks_are_only_just_the_largest() {
-    for file in ["tests/scenes/peak.toml", "tests/scenes/every-part.toml"] {
+    for file in ["../tests/scenes/peak.toml", "../tests/scenes/every-part.toml"] {
         let mut by_one = BTreeSet::new();
         let results = results(file, 1);
         let detectors: BTreeSet<usize> = results.iter().map(|r| r.detector.0).collect();
@@ -94,7 +97,7 @@ fn peaks_are_only_just_the_largest() {
 /// The carries of a total's difference depend on its bits and on where it stood before.
 #[test]
 fn totals_come_round_each_bit_beyond_what_is_sent() {
-    let results = results("tests/scenes/every-part.toml", 1);
+    let results = results("../tests/scenes/every-part.toml", 1);
     for detector in 0..2 {
         for bit in 6..10 {
             for total in (1 << bit) - 2..=(1 << bit) + 3 {
