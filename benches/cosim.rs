@@ -24,6 +24,7 @@ use goldtof::reference::predictor::Reference;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
+use goldtof::sensor::port::Role;
 use goldtof::{deliver, scene};
 
 const CLOCKS: u64 = 20_000_000;
@@ -46,7 +47,7 @@ fn compare(file: &str) -> Result<(), Box<dyn Error>> {
     for round in 0..ROUNDS {
         let mut model = Verilated::load(&library, &layout)?;
         let mut ready = vec![0; layout.inputs.words];
-        let field = layout.inputs.field("m_axis_tready");
+        let field = layout.inputs.field(Role::Ready);
         ready[field.word] = 1 << field.shift;
         let started = Instant::now();
         model.run_bare(&ready, CLOCKS)?;

@@ -21,8 +21,8 @@ use goldtof::response::{
 use goldtof::scan::Step;
 use goldtof::scene;
 use goldtof::sensor::Sensor;
-use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
+use goldtof::simulate::{SimulateOptions, Tier};
 use rustix::time::{ClockId, clock_gettime};
 
 const ROUNDS: usize = 15;
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         theory(&Sensor::new(&scene), DetectorIndex(0), &[PathIndex(0)], CountingTier::Events)
     });
     measure("expected: as the command does", || {
-        simulate(&Sensor::new(&scene), Tier::Expected, 1, 1)
+        simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Expected, 1, 1), None)
     });
     measure("counts: set-up and one scan", || {
         let response = MeanResponse::of_tier(&model, CountingTier::Events)?;

@@ -27,6 +27,7 @@ use goldtof::reference::stimulus::clocks_for_scans;
 use goldtof::scene::DetectorIndex;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::layout::Layout;
+use goldtof::sensor::port::Role;
 use goldtof::{deliver, scene};
 
 const CLOCKS: u64 = 20_000_000;
@@ -48,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for round in 0..ROUNDS as u64 {
         let mut model = Verilated::load(&library, &layout)?;
         let mut ready = vec![0; layout.inputs.words];
-        let field = layout.inputs.field("m_axis_tready");
+        let field = layout.inputs.field(Role::Ready);
         ready[field.word] = 1 << field.shift;
         let started = Instant::now();
         model.run_bare(&ready, CLOCKS)?;

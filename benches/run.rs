@@ -205,7 +205,7 @@ impl Scan {
     fn bare_s(&self) -> Result<f64, Box<dyn Error>> {
         let layout = Layout::of(self.sensor.interface());
         let mut ready = vec![0; layout.inputs.words];
-        let field = layout.inputs.field("m_axis_tready");
+        let field = layout.inputs.field(goldtof::sensor::port::Role::Ready);
         ready[field.word] = 1 << field.shift;
         let built = self.built()?;
         let bare =

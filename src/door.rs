@@ -329,8 +329,8 @@ pub fn simulate(
     options: &SimulateOptions,
     mut on_progress: impl FnMut(Progress),
 ) -> Result<Simulation, ScansError> {
-    let parts = |done, of| on_progress(Progress::Parts { done, of });
-    repeat::simulate_watched(&sensor.with_estimator(options.estimator)?, options, parts)
+    let mut parts = |done, of| on_progress(Progress::Parts { done, of });
+    repeat::simulate(&sensor.with_estimator(options.estimator)?, options, Some(&mut parts))
 }
 
 /// [`Jobs::cosim`] with its progress in clocks.

@@ -43,6 +43,7 @@
 
 #[cfg(feature = "cli")]
 pub mod cli;
+mod differences;
 mod door;
 pub mod plan;
 mod progress;

@@ -14,6 +14,7 @@ use goldtof::scene;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
+use goldtof::sensor::port::Role;
 
 const CLOCKS: u64 = 40_000;
 
@@ -101,12 +102,12 @@ fn batches_of_any_size_give_what_cosimulation_expects() {
             let field = layout.inputs.field(name);
             records.iter().map(|r| field.low_word(r) as u8).collect()
         };
-        let (reset, ready): (Vec<u8>, Vec<u8>) = (level("i_rst"), level("m_axis_tready"));
+        let (reset, ready): (Vec<u8>, Vec<u8>) = (level(Role::Reset), level(Role::Ready));
         assert_eq!(reset.iter().map(|&r| u64::from(r)).sum::<u64>(), 4 + 2 + 1 + 1111);
         let samples: Vec<u64> = records
             .iter()
             .flat_map(|record| {
-                let field = layout.inputs.field("i_samples");
+                let field = layout.inputs.field(Role::Samples);
                 (0..detectors as u32).map(|d| field.bits(record, d * lanes, lanes))
             })
             .collect();

@@ -12,6 +12,7 @@ use goldtof::cosim::ports as rtl_ports;
 use goldtof::scene::{Scene, SceneErrors, parse};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Port;
+use goldtof::sensor::port::Role;
 use goldtof::{deliver, plan, report};
 
 /// One kind of input.
@@ -204,7 +205,8 @@ pub fn ports(data: &[u8]) {
     let wanted: Vec<Port> = found
         .iter()
         .filter_map(|port| {
-            Some(Port { name: port.name.clone(), direction: port.direction?, width: port.width })
+            let (name, direction) = (port.name.clone(), port.direction?);
+            Some(Port { name, direction, ..Role::Samples.port(port.width) })
         })
         .collect();
     for difference in rtl_ports::differences(&wanted, &found) {

@@ -134,7 +134,8 @@ def test_texts_with_commas_and_quotes_and_numbers_below_zero_come_back_whole(tmp
 
 def test_a_sweep_that_goes_on_ends_with_the_same_parquet_file(out, tmp_path):
     goldtof(*SWEEP, "--out", tmp_path)
-    (tmp_path / "points/000001.csv").unlink()
+    log = tmp_path / "points.log"
+    log.write_bytes(log.read_bytes().split(b"\n", 1)[1])
     (tmp_path / "sweep.parquet").unlink()
     goldtof(*SWEEP, "--out", tmp_path)
     assert (tmp_path / "sweep.parquet").read_bytes() == (out / "sweep.parquet").read_bytes()

@@ -19,6 +19,7 @@ use crate::files::check_target;
 use crate::printable::printable_path;
 use crate::progress::Progress;
 use crate::sensor::Sensor;
+use crate::sensor::port::Role;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof cosim scenes/quick.toml --rtl rtl --stimulus adversarial")]
@@ -203,7 +204,8 @@ fn differences(report: &Report) -> String {
         text += &format!("  {}: {}\n", difference.port, difference.text);
     }
     let depends = |difference: &&PortDifference| {
-        matches!(difference.port.as_str(), "m_axis_tvalid" | "o_peak_valid")
+        let port = Role::of(&difference.port);
+        matches!(port, Some(Role::Valid | Role::PeakValid))
     };
     if report.differences.iter().any(|d| depends(&d)) {
         text += "  (--latency auto holds a design to its own latency)\n";

@@ -37,6 +37,7 @@ mod shards;
 mod simulate;
 mod stress;
 mod sweep;
+mod sweep_files;
 mod values;
 mod warnings;
 

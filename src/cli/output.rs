@@ -1,7 +1,7 @@
 //! Output: one JSON document to stdout, or text to stdout and stderr.
 
 use std::cell::Cell;
-use std::io::{self, IsTerminal as _, Write as _};
+use std::io::{self, BufWriter, IsTerminal as _, Write as _};
 use std::path::Path;
 use std::time::Duration;
 
@@ -48,10 +48,11 @@ impl Output {
         document: &Document<B>,
         text: &str,
     ) -> anyhow::Result<()> {
-        let mut stdout = io::stdout().lock();
+        let mut stdout = BufWriter::new(io::stdout().lock());
         let written = if self.json {
-            let document = serde_json::to_string_pretty(document).context("cannot make JSON")?;
-            writeln!(stdout, "{}", printable_json(&document))
+            // A sweep's document may be larger than the memory.
+            let written = serde_json::to_writer_pretty(Printable(&mut stdout), document);
+            written.map_err(io::Error::from).and_then(|()| writeln!(stdout))
         } else if self.quiet {
             Ok(())
         } else {
@@ -116,6 +117,20 @@ impl Output {
         if self.json {
             failure(&Failure::new(error, &text, exit_status));
         }
+    }
+}
+
+/// Escapes what cannot be seen in the pieces of a JSON document, which end with characters.
+struct Printable<W>(W);
+
+impl<W: io::Write> io::Write for Printable<W> {
+    fn write(&mut self, piece: &[u8]) -> io::Result<usize> {
+        let shown = printable_json(&String::from_utf8_lossy(piece)).into_owned();
+        self.0.write_all(shown.as_bytes()).map(|()| piece.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
     }
 }
 

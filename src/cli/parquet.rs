@@ -5,6 +5,7 @@
 //! compressed: dictionaries make short work of what repeats, and every reader takes them.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::sync::Arc;
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
@@ -14,12 +15,11 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
-
 use serde::Serialize;
 
 use crate::report::table::{Column, Kind, Table, Value};
 use crate::scene::SceneReference;
-use crate::study::sweep::{Sweep, SweepOptions};
+use crate::study::sweep::{Sweep, SweepOptions, empty};
 use crate::version::VERSION;
 
 /// What is kept under `goldtof` for every reader, and where pandas keeps what it gives as
@@ -38,16 +38,21 @@ struct About<'a> {
 /// The table could not be written as Parquet.
 #[derive(Debug, thiserror::Error)]
 #[error("the table cannot be written as Parquet: {0}; sweep.csv has all of it")]
-pub(super) struct ParquetFailed(#[from] ParquetError);
+struct ParquetFailed(ParquetError);
 
-/// The whole table as a Parquet file, the same bytes for the same sweep. Its metadata
-/// have, as JSON under `goldtof` and as the attributes of a frame of pandas, what the
-/// numbers are of and the unit of each column that has one.
+/// Writes the tables of a sweep as a Parquet file, each as a group of rows: the same bytes for the
+/// same sweep. The file's metadata have, as JSON under `goldtof` and as the attributes of a frame of
+/// pandas, what the numbers are of and the unit of each column that has one.
 ///
 /// # Errors
-/// When a part grows beyond what the format can number.
-pub(super) fn parquet(table: &Table, sweep: &Sweep) -> Result<Vec<u8>, ParquetFailed> {
-    let units = table.columns.iter().filter_map(|column| {
+/// When it cannot be written, or a part grows beyond what the format can number.
+pub(super) fn parquet(
+    out: impl Write + Send,
+    sweep: &Sweep,
+    tables: impl Iterator<Item = anyhow::Result<Table>>,
+) -> anyhow::Result<()> {
+    let columns = empty(&sweep.options.over);
+    let units = columns.columns.iter().filter_map(|column| {
         let unit = column.unit.as_deref()?;
         Some((column.name.as_str(), unit))
     });
@@ -58,20 +63,36 @@ pub(super) fn parquet(table: &Table, sweep: &Sweep) -> Result<Vec<u8>, ParquetFa
         units: units.collect(),
     };
     // It is texts and numbers, which are always JSON.
-    file(table, "sweep", &KEYS, &serde_json::to_string(&about).unwrap_or_default())
+    let about = serde_json::to_string(&about).unwrap_or_default();
+    file(out, "sweep", (&KEYS, &about), &columns, tables)
 }
 
-/// A table as a Parquet file, the same bytes for the same table. Its schema is called `name`; its metadata have `about` under each of `keys`.
-///
-/// # Errors
-/// When a part grows beyond what the format can number.
-fn file(table: &Table, name: &str, keys: &[&str], about: &str) -> Result<Vec<u8>, ParquetFailed> {
+/// Writes tables with the columns of one. The file's schema is called `name`; its metadata have a
+/// text under each of some keys.
+fn file(
+    out: impl Write + Send,
+    name: &str,
+    (keys, about): (&[&str], &str),
+    columns: &Table,
+    tables: impl Iterator<Item = anyhow::Result<Table>>,
+) -> anyhow::Result<()> {
     let metadata = keys.iter().map(|key| KeyValue::new((*key).to_owned(), about.to_owned()));
     let properties =
         WriterProperties::builder().set_key_value_metadata(Some(metadata.collect())).build();
-    let schema = schema(table, name)?;
-    let mut bytes = Vec::new();
-    let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties))?;
+    let schema = schema(columns, name).map_err(ParquetFailed)?;
+    let file = SerializedFileWriter::new(out, schema, Arc::new(properties));
+    let mut file = file.map_err(ParquetFailed)?;
+    for table in tables {
+        group(&mut file, &table?).map_err(ParquetFailed)?;
+    }
+    file.close().map_err(ParquetFailed)?;
+    Ok(())
+}
+
+fn group(
+    file: &mut SerializedFileWriter<impl Write + Send>,
+    table: &Table,
+) -> Result<(), ParquetError> {
     let mut group = file.next_row_group()?;
     let mut place = 0;
     while let Some(mut writer) = group.next_column()? {
@@ -80,8 +101,7 @@ fn file(table: &Table, name: &str, keys: &[&str], about: &str) -> Result<Vec<u8>
         place += 1;
     }
     group.close()?;
-    file.close()?;
-    Ok(bytes)
+    Ok(())
 }
 
 fn schema(table: &Table, name: &str) -> Result<TypePtr, ParquetError> {
@@ -146,7 +166,6 @@ fn write<D: DataType>(
 #[cfg(test)]
 mod tests {
     use std::fs::File;
-    use std::io::Write as _;
 
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
@@ -170,8 +189,9 @@ mod tests {
     }
 
     fn reader(table: &Table) -> SerializedFileReader<File> {
-        let mut kept = tempfile::tempfile().unwrap();
-        kept.write_all(&file(table, "name", &["key"], "about").unwrap()).unwrap();
+        let kept = tempfile::tempfile().unwrap();
+        let about = (&["key"][..], "about");
+        file(&kept, "name", about, table, std::iter::once(Ok(table.clone()))).unwrap();
         SerializedFileReader::new(kept).unwrap()
     }
 

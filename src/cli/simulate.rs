@@ -16,7 +16,7 @@ use crate::recorded::expected_csv;
 use crate::scene::SceneReference;
 use crate::sensor::Sensor;
 use crate::shard::{self, Job, Part, Results, SceneText, SimulateJob};
-use crate::simulate::repeat::{Simulated, Simulation, simulate_watched};
+use crate::simulate::repeat::{Simulated, Simulation, simulate};
 use crate::simulate::scans::Prepared;
 use crate::simulate::{SimulateOptions, forecast};
 
@@ -65,7 +65,7 @@ pub(super) fn run(
         let expected = expected_csv(&sensor, options.fidelity.counting())?;
         files::write(path, &expected)?;
     }
-    let simulation = simulate_watched(&sensor, &options, |_, _| ())?;
+    let simulation = simulate(&sensor, &options, None)?;
     tell(reference, &simulation, arguments.check.check, output)
 }
 
@@ -93,7 +93,7 @@ fn part(
         let simulated = Simulated::new(sensor, tier)?;
         let scans = order.part.stretch(repetitions);
         let prepared = Prepared::with_engine(sensor, tier, engine)?;
-        let gathered = simulated.gather(&prepared, seed, scans, &mut |_, _| ())?;
+        let gathered = simulated.gather(&prepared, seed, scans, None)?;
         Ok(Results::Simulate(gathered))
     })
 }

@@ -3,26 +3,26 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::common::{CheckArgument, Order, SceneArgument};
 use super::ending::Ending;
 use super::output::Output;
-use super::parquet::parquet;
 use super::provenance::typed_command;
+use super::sweep_files::Rows;
 use super::values::parse_shard;
-use super::warnings::warn_of_far_paths;
+use super::warnings::{is_far, warn_of_far_paths};
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::report::table::Table;
 use crate::scene;
 use crate::shard::{self, Job, Part, Results, SceneText, SweepJob};
-use crate::study::sweep::{self, Store, Sweep, SweepOptions};
+use crate::study::sweep::{self, Store, Sweep, SweepError, SweepOptions};
 
-const CSV: &str = "sweep.csv";
-const PARQUET: &str = "sweep.parquet";
-const PLOT: &str = "sweep.svg";
+/// Points that are looked at side by side.
+const CHECKED_AT_ONCE: usize = 1024;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof sweep scenes/quick.toml \
@@ -47,7 +47,7 @@ pub(super) struct SweepArguments {
 
 /// The JSON of `goldtof sweep`.
 #[derive(Serialize, schemars::JsonSchema)]
-pub(super) struct SweepReport {
+pub(super) struct SweepReport<'a> {
     /// Points of the sweep: combinations of values.
     points: usize,
     /// Points that were done when this run began.
@@ -56,10 +56,11 @@ pub(super) struct SweepReport {
     seed: u64,
     /// The rows of sweep.csv: a field for each column, one row for each point, detector
     /// and path.
-    rows: Vec<serde_json::Map<String, serde_json::Value>>,
+    #[schemars(with = "Vec<serde_json::Map<String, serde_json::Value>>")]
+    rows: Rows<'a>,
 }
 
-impl Body for SweepReport {
+impl Body for SweepReport<'_> {
     const NAME: &'static str = "sweep";
 }
 
@@ -84,38 +85,46 @@ pub(super) fn run(
     }
     check(&sweep, 0..sweep.len(), output)?;
     let folder = output.folder(&arguments.out)?;
-    let store = open_store(&sweep, &folder, output)?;
-    let done_before = store.done()?.len();
+    let mut store = Store::open(&folder, &sweep, &typed_command())?;
+    let done_before = store.done();
     if done_before > 0 {
         let all = sweep.len();
         output.note(&format!("{done_before} of {all} points are done already"));
     }
     let bar = output.points(sweep.len());
-    let table = sweep::run(&sweep, &store, |done| bar.set_position(done as u64))?;
+    sweep::run(&sweep, &mut store, 0..sweep.len(), |done| bar.set_position(done as u64))?;
     bar.finish_and_clear();
-    tell(&sweep, &table, done_before, &folder, output)?;
-    Ok(Ending::of_check(arguments.check.check, sweep::contradicted(&table) == 0))
+    let rows = Rows { sweep: &sweep, of: &|numbers| store.table(&sweep, numbers) };
+    tell(&sweep, rows, done_before, arguments.check.check, &folder, output)
 }
 
 /// Whether some points are scenes, before the first is simulated, and what is to be said of
 /// them.
 fn check(
     sweep: &Sweep,
-    numbers: impl Iterator<Item = usize>,
+    mut numbers: impl Iterator<Item = usize>,
     output: &Output,
 ) -> anyhow::Result<()> {
     let mut is_warned = false;
-    for number in numbers {
-        let sensor = sweep.point(number)?.sensor;
-        // One warning is enough: that of the first point that is too far.
-        is_warned = is_warned || warn_of_far_paths(&sensor, output);
+    loop {
+        let some: Vec<usize> = numbers.by_ref().take(CHECKED_AT_ONCE).collect();
+        if some.is_empty() {
+            return Ok(());
+        }
+        let sensors: Vec<_> = some
+            .into_par_iter()
+            .map(|number| {
+                let sensor = sweep.point(number)?.sensor;
+                Ok::<_, SweepError>(is_far(&sensor).then_some(sensor))
+            })
+            .collect();
+        for sensor in sensors {
+            // One warning is enough: that of the first point that is too far.
+            if let (Some(sensor), false) = (sensor?, is_warned) {
+                is_warned = warn_of_far_paths(&sensor, output);
+            }
+        }
     }
-    Ok(())
-}
-
-fn open_store(sweep: &Sweep, folder: &OutputFolder, output: &Output) -> anyhow::Result<Store> {
-    let definition = sweep.definition(&typed_command());
-    Ok(Store::open(folder, &definition, |path| output.waits(path))?)
 }
 
 /// A part of the points. They are kept in a folder of the shard's own until all are done,
@@ -133,12 +142,10 @@ fn some_points(
     });
     let part = order.part;
     order.fulfil(job, output, |folder| {
-        let store = open_store(sweep, folder, output)?;
+        let mut store = Store::open(folder, sweep, &typed_command())?;
         let numbers = || part.every(sweep.len() as u64).map(|number| number as usize);
         let bar = output.points(numbers().count());
-        sweep::run_points(sweep, &store, numbers(), |done| {
-            bar.set_position(done as u64);
-        })?;
+        sweep::run(sweep, &mut store, numbers(), |done| bar.set_position(done as u64))?;
         bar.finish_and_clear();
         Ok(Results::Sweep(shard::rows(part, sweep, &store)?))
     })
@@ -153,48 +160,42 @@ pub(super) fn merge(
 ) -> anyhow::Result<Ending> {
     let sweep = job.sweep()?;
     sweep.check_axes()?;
-    let table = shard::table(&sweep, shards)?;
-    tell(&sweep, &table, sweep.len(), &output.folder(out)?, output)?;
-    Ok(Ending::of_check(job.check, sweep::contradicted(&table) == 0))
+    let tables = shard::tables(&sweep, shards)?;
+    let rows = Rows { sweep: &sweep, of: &|numbers| Ok(Table::joined(&tables[numbers])) };
+    tell(&sweep, rows, sweep.len(), job.check, &output.folder(out)?, output)
 }
 
 /// Writes both tables and the plot, all three or none.
 fn tell(
     sweep: &Sweep,
-    table: &Table,
+    rows: Rows,
     done_before: usize,
+    check: bool,
     folder: &OutputFolder,
     output: &Output,
-) -> anyhow::Result<()> {
-    let name = sweep.point(0)?.sensor.scene().name.clone();
-    let (plot, left_out) = sweep::plot(table, &name, &sweep.options.over);
-    if left_out > 0 {
-        output.note(&format!("{PLOT} has no room for {left_out} more series; {CSV} has all"));
+) -> anyhow::Result<Ending> {
+    let written = rows.write(folder)?;
+    for remark in &written.remarks {
+        output.note(remark);
     }
-    let (csv, binary) = (table.csv(), parquet(table, sweep)?);
-    folder.write_all([(CSV, csv.as_bytes()), (PARQUET, &binary), (PLOT, plot.as_bytes())])?;
+    let name = sweep.point(0)?.sensor.scene().name.clone();
+    let (points, [csv, parquet, plot]) = (sweep.len(), written.names);
     let text = format!(
-        "{name}: {} points, {} rows in {}, {PARQUET} and {PLOT} beside it\n",
-        sweep.len(),
-        table.rows.len(),
-        printable_path(&folder.join(CSV))
+        "{name}: {points} points, {} rows in {}, {parquet} and {plot} beside it\n",
+        written.rows,
+        printable_path(&folder.join(csv))
     );
-    let report = SweepReport {
-        points: sweep.len(),
-        points_done_before: done_before,
-        seed: sweep.options.seed,
-        rows: table.json(),
-    };
+    let seed = sweep.options.seed;
+    let report = SweepReport { points, points_done_before: done_before, seed, rows };
     let document =
         Document { scene: Some(sweep.scene()), ..Document::new(report, typed_command(), None) };
     output.answer_document(&document, &text)?;
-    let untrue = sweep::contradicted(table);
-    if untrue > 0 {
-        let rows = table.rows.len();
+    if written.contradicted > 0 {
         output.note(&format!(
-            "warning: in {untrue} of {rows} rows the scans contradict what is expected of them \
-             (expectation_holds)"
+            "warning: in {} of {} rows the scans contradict what is expected of them \
+             (expectation_holds)",
+            written.contradicted, written.rows
         ));
     }
-    Ok(())
+    Ok(Ending::of_check(check, written.contradicted == 0))
 }

@@ -9,17 +9,22 @@ use crate::sensor::Sensor;
 
 /// Warns of paths beyond the unambiguous range; whether there are any.
 pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) -> bool {
-    let mut is_far = false;
-    for path in PathIndex::of(&sensor.scene().paths) {
-        if let Some(folded) = folded(sensor, path) {
-            let advice = longer_code(sensor, path).map_or(String::new(), |degree| {
-                format!("; codes of degree {degree} reach that far")
-            });
-            output.note(&format!("warning: path {path}: {folded}{advice}"));
-            is_far = true;
-        }
+    for (path, folded) in far_paths(sensor) {
+        let advice = longer_code(sensor, path)
+            .map_or(String::new(), |degree| format!("; codes of degree {degree} reach that far"));
+        output.note(&format!("warning: path {path}: {folded}{advice}"));
     }
-    is_far
+    is_far(sensor)
+}
+
+/// Whether a path is beyond the unambiguous range.
+pub(super) fn is_far(sensor: &Sensor) -> bool {
+    far_paths(sensor).next().is_some()
+}
+
+fn far_paths(sensor: &Sensor) -> impl Iterator<Item = (PathIndex, String)> {
+    let paths = PathIndex::of(&sensor.scene().paths);
+    paths.filter_map(|path| Some((path, folded(sensor, path)?)))
 }
 
 /// Smallest degree of the path's code family with an unambiguous range beyond the path, as far

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::figure::{Figure, coordinate, label};
+use super::figure::{Figure, coordinate, label, shortened};
 use super::layers::{Layers, Place, layers};
 use crate::rtl::back::{Connections, End, Netlist};
 
@@ -99,7 +99,7 @@ fn nodes(module: &Netlist, connections: &Connections) -> Vec<Node> {
             groups.insert(before.count(), family);
         }
         nodes.extend(groups.into_iter().map(|family| Node {
-            lines: vec![shortened(&family.name)],
+            lines: vec![shortened(&family.name, LONGEST)],
             end: family.members.into_iter().map(end).collect(),
             class: "port",
         }));
@@ -109,14 +109,14 @@ fn nodes(module: &Netlist, connections: &Connections) -> Vec<Node> {
     let instances = module.instances.iter();
     let instances = families(instances.map(|instance| (&*instance.name, &*instance.module)));
     nodes.extend(instances.into_iter().map(|family| {
-        let of = shortened(&module.instances[family.members[0]].module);
+        let of = shortened(&module.instances[family.members[0]].module, LONGEST);
         let of = match family.members.len() {
             1 => of,
             number => format!("{number} \u{d7} {of}"),
         };
         Node {
             end: family.members.into_iter().map(End::Instance).collect(),
-            lines: vec![shortened(&family.name), of],
+            lines: vec![shortened(&family.name, LONGEST), of],
             class: "block",
         }
     }));
@@ -165,13 +165,6 @@ fn families<'a>(names: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family> 
         families.push(family);
     }
     families
-}
-
-fn shortened(name: &str) -> String {
-    match name.chars().count() > LONGEST {
-        true => name.chars().take(LONGEST - 1).chain(['\u{2026}']).collect(),
-        false => name.to_owned(),
-    }
 }
 
 /// Centres of what stands in the rows.

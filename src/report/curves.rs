@@ -43,11 +43,7 @@ impl IntegrationCurves {
     pub fn of_first_paths(sensor: &Sensor) -> Vec<IntegrationCurves> {
         let scene = sensor.scene();
         let of_detector = |detector: DetectorIndex| {
-            let own = scene.detectors[detector].reference;
-            let path = PathIndex::of(&scene.paths).find(|&path| {
-                let path = &scene.paths[path];
-                (path.detector, path.source) == (detector, own)
-            })?;
+            let path = scene.own_paths(detector).next()?;
             Some(IntegrationCurves::of(sensor, detector, path))
         };
         DetectorIndex::of(&scene.detectors).filter_map(of_detector).collect()

@@ -55,3 +55,11 @@ pub(super) fn points(points: impl IntoIterator<Item = (f64, f64)>) -> String {
 pub(super) fn label(x: f64, y: f64, class: &str, text: &str) -> Markup {
     html! { text x=(coordinate(x)) y=(coordinate(y)) class=(class) { (text) } }
 }
+
+/// A name of no more than `most` characters.
+pub(super) fn shortened(name: &str, most: usize) -> String {
+    match name.chars().count() > most {
+        true => name.chars().take(most - 1).chain(['\u{2026}']).collect(),
+        false => name.to_owned(),
+    }
+}

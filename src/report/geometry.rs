@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::figure::{Figure, coordinate, label, points};
+use super::figure::{Figure, coordinate, label, points, shortened};
 use super::quantities::length;
 use crate::scene::{DetectorIndex, Path, Scene, SourceIndex};
 
@@ -93,18 +93,11 @@ impl Boxes {
     }
 }
 
-fn shortened(name: &str) -> String {
-    match name.chars().count() > LONGEST {
-        true => name.chars().take(LONGEST - 1).chain(['\u{2026}']).collect(),
-        false => name.to_owned(),
-    }
-}
-
 fn device(y: f64, name: &str, what: &str, source: usize) -> Markup {
     html! {
         rect class={ "block s" (source % 4) } x="4" y=(coordinate(y - BOX.1 / 2.0))
             width=(coordinate(BOX.0)) height=(coordinate(BOX.1)) rx="5" {}
-        (label(4.0 + BOX.0 / 2.0, y - 1.0, "middle strong", &shortened(name)))
+        (label(4.0 + BOX.0 / 2.0, y - 1.0, "middle strong", &shortened(name, LONGEST)))
         (label(4.0 + BOX.0 / 2.0, y + 11.0, "middle tiny", what))
     }
 }

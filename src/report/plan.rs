@@ -15,6 +15,11 @@ const LEAST_SHARE: f64 = 0.03;
 /// A row of two or more cells.
 type Row = Vec<String>;
 
+/// A row of a name and a value.
+pub(super) fn row(name: &str, value: impl Into<String>) -> Row {
+    vec![name.to_owned(), value.into()]
+}
+
 /// Everything, in lines of no more than `width` characters where that is given.
 pub fn text(overview: &Overview, width: Option<usize>) -> String {
     let mut text = format!("{}\n", overview.scene);
@@ -28,8 +33,7 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
     text += &columns(&figures(&overview.figures), 2, width);
     for budget in link(&overview.link) {
         let cells = LINK_HEADINGS.iter().zip(&budget).skip(1);
-        let rows: Vec<Row> =
-            cells.map(|(what, rate)| vec![(*what).to_owned(), rate.clone()]).collect();
+        let rows: Vec<Row> = cells.map(|(what, rate)| row(what, rate)).collect();
         text += &table(&format!("Photons per second, {}", budget[0]), &rows);
     }
     for of_detector in overview.expected.chunks(2) {
@@ -79,7 +83,6 @@ pub fn parts(plan: &Plan, width: Option<usize>) -> String {
 
 /// The sensor in numbers.
 pub(super) fn figures(figures: &Figures) -> Vec<Row> {
-    let row = |name: &str, value: String| vec![name.to_owned(), value];
     let (whole, result) = match figures.at_once {
         true => ("frame's", "first row"),
         false => ("phase step's", "count"),
@@ -172,7 +175,6 @@ pub(super) fn expected_title(expected: &ExpectedError) -> String {
 
 /// Bias and scatter of each estimator, and the bound.
 pub(super) fn expected(of_detector: &[ExpectedError]) -> Vec<Row> {
-    let row = |name: &str, value: String| vec![name.to_owned(), value];
     let mut rows: Vec<Row> = of_detector
         .iter()
         .map(|expected| row(estimator_name(expected.estimator), error_of(expected)))
@@ -204,20 +206,19 @@ fn error_of(expected: &ExpectedError) -> String {
 
 /// What the hardware takes of an FPGA.
 pub(super) fn resources(resources: Option<&Resources>) -> Vec<Row> {
-    let row = |name: &str, value: String| vec![name.to_owned(), value];
     let Some(resources) = resources else {
         let why = "not known: none like it was among the synthesized sensors (docs/resources.md). \
                    Those have Gold codes, m-sequences or, without a histogram, square waves; \
                    histograms have 31 to 8,191 chips for an ECP5, 31 to 2,047 for an iCE40 HX8K, \
                    and 511 to 8,191 for 7-series";
-        return vec![row("cells", why.to_owned())];
+        return vec![row("cells", why)];
     };
     let about = match resources.basis {
         Basis::Measured => "",
         Basis::Fitted { .. } => "about ",
     };
     vec![
-        row("family", resources.family.to_owned()),
+        row("family", resources.family),
         row("LUTs", format!("{about}{} ({})", resources.cells.luts, resources.lut)),
         row("flip-flops", format!("{about}{}", resources.cells.flip_flops)),
         row("block RAM", resources.block_rams.to_string()),

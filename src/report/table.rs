@@ -268,6 +268,13 @@ impl Table {
         Table { columns: self.columns.clone(), rows: self.rows.iter().map(row).collect() }
     }
 
+    /// The rows of tables of the same columns, in one.
+    pub fn joined(tables: &[Table]) -> Table {
+        let rows = tables.iter().flat_map(|table| table.rows.iter().cloned());
+        let columns = tables.first().map_or_else(Vec::new, |table| table.columns.clone());
+        Table { columns, rows: rows.collect() }
+    }
+
     /// Adds the rows of another table, and the columns that it alone has.
     pub fn append(&mut self, other: Table) {
         for column in &other.columns {
@@ -314,9 +321,9 @@ impl Table {
             Some((middle - half, middle + half))
         };
         let mut texts: Vec<&Value> = Vec::new();
-        for row in &self.rows {
-            if !texts.contains(&&row.values[at]) {
-                texts.push(&row.values[at]);
+        for found in self.rows.iter().map(|row| &row.values[at]) {
+            if matches!(found, Value::Text(_)) && !texts.contains(&found) {
+                texts.push(found);
             }
         }
         let point = |row: &Row| {
@@ -354,9 +361,18 @@ impl Table {
 
     /// The table as CSV (RFC 4180), heading first.
     pub fn csv(&self) -> String {
-        let heading: Vec<String> =
-            self.columns.iter().map(|column| csv_field(&column.name)).collect();
-        let mut text = heading.join(",") + "\n";
+        self.heading() + &self.rows_csv()
+    }
+
+    /// The heading of the CSV.
+    pub fn heading(&self) -> String {
+        let names: Vec<_> = self.columns.iter().map(|column| csv_field(&column.name)).collect();
+        names.join(",") + "\n"
+    }
+
+    /// The rows of the CSV.
+    pub fn rows_csv(&self) -> String {
+        let mut text = String::new();
         for row in &self.rows {
             let fields = self.columns.iter().zip(&row.values);
             let fields: Vec<String> = fields.map(|(column, value)| column.shown(value)).collect();
@@ -371,14 +387,21 @@ impl Table {
     /// # Errors
     /// When it has other columns, or a field is nothing that its column holds.
     pub fn read_csv(&mut self, text: &str) -> Result<(), Unreadable> {
-        let mut reader = csv::Reader::from_reader(text.as_bytes());
-        let unreadable = |error: csv::Error| Unreadable(error.to_string());
-        let heading = reader.headers().map_err(unreadable)?;
-        if !heading.iter().eq(self.columns.iter().map(|column| column.name.as_str())) {
-            return Err(Unreadable("it has other columns".to_owned()));
-        }
+        let rows = text.strip_prefix(&self.heading());
+        self.read_rows(rows.ok_or_else(|| Unreadable("it has other columns".to_owned()))?)
+    }
+
+    /// Adds rows as [`Table::rows_csv`] has them.
+    ///
+    /// # Errors
+    /// When they have another number of fields, or one is nothing that its column holds.
+    pub fn read_rows(&mut self, text: &str) -> Result<(), Unreadable> {
+        let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(text.as_bytes());
         for record in reader.records() {
-            let record = record.map_err(unreadable)?;
+            let record = record.map_err(|error| Unreadable(error.to_string()))?;
+            if record.len() != self.columns.len() {
+                return Err(Unreadable("it has other columns".to_owned()));
+            }
             let value = |(column, field): (&Column, &str)| {
                 let problem = || format!("{} is \"{field}\", which is no number", column.name);
                 column.read(field).ok_or_else(|| Unreadable(problem()))

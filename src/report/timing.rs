@@ -14,6 +14,7 @@ use crate::reference::predictor::{Reference, ReferenceError};
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::sensor::Sensor;
 use crate::sensor::layout::{Field, Layout};
+use crate::sensor::port::Role;
 
 /// Clocks that are drawn.
 const COLUMNS: u64 = 16;
@@ -136,7 +137,7 @@ fn wave(sensor: &Sensor, title: &str, first: u64, rows: &[Row]) -> Wave {
             .iter()
             .map(|row| match input {
                 Some(field) => shown(sensor, field, &row.inputs),
-                None => shown(sensor, layout.outputs.field(&port.name), &row.outputs),
+                None => shown(sensor, layout.outputs.field(port.role), &row.outputs),
             })
             .collect();
         signal.push(signal_of(&port.name, port.width, &values));
@@ -150,7 +151,7 @@ fn shown(sensor: &Sensor, field: &Field, record: &[u64]) -> String {
     if field.port.width == 1 {
         return field.low_word(record).to_string();
     }
-    if field.port.name == "m_axis_tdata" && interface.total.is_none() && field.port.width <= 64 {
+    if field.port.role == Role::Data && interface.total.is_none() && field.port.width <= 64 {
         let unused = u64::BITS - field.port.width;
         return ((field.low_word(record) << unused).cast_signed() >> unused).to_string();
     }

@@ -9,6 +9,7 @@ use super::ShardError;
 use super::file::Shard;
 use super::job::{Job, Results};
 use super::part::Part;
+use crate::differences::other_version;
 use crate::document::Document;
 use crate::files::{self, OutputFolder, make_folder};
 use crate::printable::printable_path;
@@ -208,10 +209,6 @@ fn differences(this: &Document<Shard>, that: &Document<Shard>) -> Vec<String> {
         differences.push(format!("the job is cut into {here} shards, there into {there}"));
     }
     differences
-}
-
-fn other_version(here: &str, there: &str) -> Option<String> {
-    (here != there).then(|| format!("the version is {here}, there {there}"))
 }
 
 /// The shard in a file, if it is not the one of the file's name.

@@ -1,11 +1,9 @@
 //! A job: everything that its numbers depend on.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::ShardError;
+use crate::differences::differences;
 use crate::grade::{GradeOptions, Graded};
 use crate::scene::{self, Scene, SceneErrors, SceneReference, Setting};
 use crate::simulate::SimulateOptions;
@@ -211,39 +209,13 @@ impl Job {
 
     /// Differences of another job, in words.
     pub fn differences(&self, other: &Job) -> Vec<String> {
-        let (here, there) = (self.command(), other.command());
-        if here != there {
-            return vec![format!("the command is {here}, there {there}")];
+        match (self, other) {
+            (Job::Simulate(here), Job::Simulate(there)) => differences(here, there),
+            (Job::Sweep(here), Job::Sweep(there)) => differences(here, there),
+            (Job::Reproduce(here), Job::Reproduce(there)) => differences(here, there),
+            (Job::Stress(here), Job::Stress(there)) => differences(here, there),
+            (Job::Grade(here), Job::Grade(there)) => differences(here, there),
+            _ => vec![format!("the command is {}, there {}", self.command(), other.command())],
         }
-        let (here, there) = (self.values(), other.values());
-        let differing = here.iter().filter(|(name, value)| there.get(*name) != Some(*value));
-        let told = |(name, value): (&String, &Value)| match name.as_str() {
-            "scene.text" => "the scene's text is another".to_owned(),
-            _ => {
-                let name = name.rsplit('.').next().unwrap_or(name);
-                let there = there.get(name).or_else(|| there.get(&format!("scene.{name}")));
-                format!("{name} is {value}, there {}", there.unwrap_or(&Value::Null))
-            }
-        };
-        differing.map(told).collect()
-    }
-
-    /// Each value with its name.
-    fn values(&self) -> BTreeMap<String, Value> {
-        // A job is always JSON.
-        let job = serde_json::to_value(self).unwrap_or_default();
-        let mut values = BTreeMap::new();
-        if let Some(fields) = job.get(self.command()).and_then(Value::as_object) {
-            for (name, value) in fields {
-                match value {
-                    Value::Object(inner) => {
-                        let inner = inner.iter();
-                        values.extend(inner.map(|(n, v)| (format!("{name}.{n}"), v.clone())));
-                    }
-                    _ => _ = values.insert(name.clone(), value.clone()),
-                }
-            }
-        }
-        values
     }
 }

@@ -24,7 +24,7 @@ pub use part::Part;
 pub use reproduce::figures;
 pub use simulate::simulation;
 pub use stress::stress_report;
-pub use sweep::{rows, table};
+pub use sweep::{rows, tables};
 
 use crate::files::FileError;
 use crate::scene::SceneErrors;

@@ -12,18 +12,19 @@ use crate::study::sweep::{Store, StoreError, Sweep, empty};
 /// # Errors
 /// When one cannot be read.
 pub fn rows(part: Part, sweep: &Sweep, store: &Store) -> Result<Vec<PointRows>, StoreError> {
+    let heading = empty(&sweep.options.over).heading();
     let of_point = |point: u64| {
-        let rows_csv = store.point(point as usize)?;
+        let rows_csv = heading.clone() + &store.rows_csv(point as usize)?;
         Ok(PointRows { point, rows_csv })
     };
     part.every(sweep.len() as u64).map(of_point).collect()
 }
 
-/// The table that all shards together are.
+/// The rows of all shards, point by point.
 ///
 /// # Errors
 /// When a shard's points are not those of its part.
-pub fn table(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Table, ShardError> {
+pub fn tables(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Vec<Table>, ShardError> {
     let read = |rows: PointRows| {
         let mut table = empty(&sweep.options.over);
         table.read_csv(&rows.rows_csv).ok()?;
@@ -36,7 +37,5 @@ pub fn table(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Table, Shard
     let is_its = |number: usize, (point, _): &(u64, Table)| *point == number as u64;
     let reason = "it has other points, or other columns";
     let points = in_order(sweep.len(), shards, reason, points, is_its)?;
-    let mut table = empty(&sweep.options.over);
-    table.rows = points.into_iter().flat_map(|(_, table)| table.rows).collect();
-    Ok(table)
+    Ok(points.into_iter().map(|(_, table)| table).collect())
 }

@@ -228,9 +228,8 @@ impl View<'_> {
     }
 
     fn scatter(&self, predicted: &[Predicted]) -> Vec<String> {
-        let own = self.sensor.scene().detectors[self.detector].reference;
-        let is_own = |path: PathIndex| self.sensor.scene().paths[path].source == own;
-        let expected = predicted.iter().filter(|(path, _)| is_own(*path));
+        let own: Vec<PathIndex> = self.sensor.scene().own_paths(self.detector).collect();
+        let expected = predicted.iter().filter(|(path, _)| own.contains(path));
         expected
             .filter_map(|(path, predicted)| Some((path, predicted.ok()?)))
             .flat_map(|(path, expected)| {

@@ -24,7 +24,10 @@ pub(super) fn answer(
 ) -> Result<(), ScansError> {
     let expected = theory.predictions.iter().zip(&theory.missed);
     for (path, (prediction, &missed)) in statistics.iter_mut().zip(expected) {
-        path.take_missed(missed);
+        path.missed_scans = 0;
+        path.missed_fraction = missed;
+        path.expected_missed_fraction = missed;
+        path.correct_coarse_fraction = missed.map(|share| 1.0 - share);
         path.bias_m = path.expected_bias_m;
         path.std_m = path.expected_std_m;
         path.std_over_bound = path.std_m.zip(path.bound_m).map(|(std, bound)| std / bound);
@@ -51,16 +54,6 @@ pub(super) fn answer(
         }
     }
     Ok(())
-}
-
-impl PathStatistics {
-    /// Takes an expected share of misses for the measured one.
-    fn take_missed(&mut self, share: Option<f64>) {
-        self.missed_scans = 0;
-        self.missed_fraction = share;
-        self.expected_missed_fraction = share;
-        self.correct_coarse_fraction = share.map(|share| 1.0 - share);
-    }
 }
 
 fn detection_rate_cps(sensor: &Sensor, detector: DetectorIndex) -> Result<f64, ScansError> {

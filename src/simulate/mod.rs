@@ -4,12 +4,13 @@
 //! use std::path::Path;
 //!
 //! use goldtof::sensor::Sensor;
-//! use goldtof::simulate::Tier;
 //! use goldtof::simulate::repeat::simulate;
+//! use goldtof::simulate::{SimulateOptions, Tier};
 //!
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 //! // Without random numbers, so that one repetition says it all.
-//! let simulation = simulate(&Sensor::new(&scene), Tier::Expected, 1, 1)?;
+//! let options = SimulateOptions::of(Tier::Expected, 1, 1);
+//! let simulation = simulate(&Sensor::new(&scene), &options, None)?;
 //! let path = &simulation.estimates[0];
 //! assert_eq!(path.bias_m, path.expected_bias_m);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

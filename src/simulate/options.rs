@@ -36,6 +36,13 @@ pub struct SimulateOptions {
     pub seed: u64,
 }
 
+impl SimulateOptions {
+    /// So many scans of a tier.
+    pub fn of(fidelity: Tier, seed: u64, repetitions: u64) -> SimulateOptions {
+        SimulateOptions { fidelity, seed, repetitions, ..SimulateOptions::default() }
+    }
+}
+
 impl Default for SimulateOptions {
     fn default() -> SimulateOptions {
         SimulateOptions {

@@ -13,6 +13,7 @@ use goldtof::reference::predictor::Reference;
 use goldtof::scene;
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
+use goldtof::sensor::port::Role;
 
 const QUICK: &str = "scenes/quick.toml";
 const DARK: &str = "tests/scenes/dark.toml";
@@ -159,7 +160,7 @@ fn what_is_counted_is_what_the_ports_show() {
     let mut adversary = Adversarial::new(&interface, 3);
     let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, 60_000);
     let mut watcher = Watcher {
-        unused_bits: u64::BITS - layout.outputs.field("m_axis_tdata").port.width,
+        unused_bits: u64::BITS - layout.outputs.field(Role::Data).port.width,
         ..Watcher::default()
     };
     watcher.seen.detectors = vec![DetectorExercise::default()];
@@ -170,7 +171,7 @@ fn what_is_counted_is_what_the_ports_show() {
         for (input, output) in inputs.zip(outputs) {
             watcher.clock(|name| match layout.inputs.fields.iter().find(|f| f.port.name == name) {
                 Some(field) => field.low_word(input),
-                None => layout.outputs.field(name).low_word(output),
+                None => layout.outputs.field(Role::of(name).unwrap()).low_word(output),
             });
         }
     }

@@ -1,6 +1,6 @@
 //! The emitted proofs hold for a design with every part and for histograms, and refuse faults in them.
 
-use goldtof::scene::SourceIndex;
+use goldtof::scene::{self, SourceIndex};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -8,14 +8,14 @@ use std::process::{Command, Stdio};
 use goldtof::deliver::{Emission, emit, write};
 use goldtof::sensor::Sensor;
 
-use crate::hdl_support::{Family, code, scene};
+use crate::hdl_support::{self, Family, code};
 use crate::histograms;
 
 /// Two detectors, four steps at once with a last group of two, nu = 2, a window,
 /// a peak detector, a narrow counter and totals.
 fn rich() -> Emission {
     let codes = [code(Family::Gold(5), 2, 3), code(Family::Gold(5), 2, 5)];
-    let mut scene = scene(&codes, 0, 4, 118, Some(22), 375, Some(6));
+    let mut scene = hdl_support::scene(&codes, 0, 4, 118, Some(22), 375, Some(6));
     let mut other = scene.detectors[0].clone();
     other.name = "other".into();
     other.reference = SourceIndex(1);
@@ -58,6 +58,19 @@ fn every_proof_holds_for_a_design_with_every_part() {
     for task in ["scan_cover", "stream_cover", "axis_cover"] {
         assert!(emission.formal.covers.iter().any(|cover| cover == task), "{task}");
         assert_eq!(verdict(folder.path(), task), "FAIL", "{task}");
+    }
+}
+
+/// In a pause the counters stand where the next step begins, and in no other state.
+#[test]
+fn steps_of_scans_that_wait_for_an_epoch_are_proven() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/moving.toml");
+    let scene = scene::load(Path::new(path)).expect("a standard scene is sound");
+    let emission = emit(&Sensor::new(&scene), "goldtof emit moving.toml").expect("it can be built");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(&emission, folder.path()).expect("the files can be written");
+    for task in ["scan", "reference"] {
+        assert_eq!(verdict(folder.path(), task), "PASS", "{task}");
     }
 }
 

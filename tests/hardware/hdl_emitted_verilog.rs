@@ -15,7 +15,7 @@ fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
         stimulus::inputs(interface.lanes() * interface.reference_codes.len() as u32, cycles, seed);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let got = icarus::simulate(&emission, &interface, &inputs, folder.path());
-    let expected = naive_sensor::outputs(&interface, &inputs);
+    let expected = naive_sensor::outputs(&interface, &inputs, &[]);
     assert_eq!(got.len(), expected.len());
     let results = expected.iter().filter(|o| o.valid).count();
     assert!(results > 0, "the run is too short to show a result");

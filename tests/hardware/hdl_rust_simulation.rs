@@ -53,7 +53,7 @@ fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
 fn keeps(interface: &Interface, cycles: usize, seed: u64) {
     let inputs =
         stimulus::inputs(interface.lanes() * interface.reference_codes.len() as u32, cycles, seed);
-    let expected = naive_sensor::outputs(interface, &inputs);
+    let expected = naive_sensor::outputs(interface, &inputs, &[]);
     assert!(expected.iter().any(|o| o.valid), "the run is too short");
     let mut sensor = SensorTop::new(interface);
     sensor.connect_all();

@@ -79,7 +79,7 @@ fn written(simulation: &Simulation) -> String {
 fn assert_cut_anywhere(sensor: &Sensor, tier: Tier, repetitions: u64, cuts: &[u64]) {
     let prepared = Prepared::new(sensor, tier).unwrap();
     let simulated = Simulated::new(sensor, tier).unwrap();
-    let gather = |scans| simulated.gather(&prepared, 7, scans, &mut |_, _| ()).unwrap();
+    let gather = |scans| simulated.gather(&prepared, 7, scans, None).unwrap();
     let conclude = |gathered| written(&simulated.conclude(7, repetitions, gathered).unwrap());
     let whole = conclude(gather(0..repetitions));
     let ends = cuts.iter().copied().chain([repetitions]);
@@ -158,7 +158,7 @@ fn what_the_verilog_was_not_made_to_show_is_that_of_all_shards() {
     let simulated = Simulated::new(&sensor, Tier::Rtl).unwrap();
     let mut said = [0; 3];
     for seed in 0..24 {
-        let gather = |scans| simulated.gather(&prepared, seed, scans, &mut |_, _| ()).unwrap();
+        let gather = |scans| simulated.gather(&prepared, seed, scans, None).unwrap();
         let conclude = |gathered| simulated.conclude(seed, 2, gathered).unwrap();
         let [mut joined, second] = [gather(0..1), gather(1..2)];
         let alone = [&joined, &second].map(|one| conclude(one.clone()).warnings.len());
@@ -454,13 +454,8 @@ fn a_killed_worker_loses_no_point_and_none_is_there_twice() {
     done(&[&arguments[..], &["--out", text(&whole)]].concat());
     for number in ["1", "2"] {
         let shard = format!("{number}/2");
-        let points = cut.join("shards").join(format!("{number}-of-2")).join("points");
-        let finished = || {
-            fs::read_dir(&points).map_or(0, |entries| {
-                let names = entries.map(|entry| entry.unwrap().file_name());
-                names.filter(|name| !name.to_str().unwrap().starts_with('.')).count()
-            })
-        };
+        let points = cut.join("shards").join(format!("{number}-of-2")).join("points.log");
+        let finished = || fs::read_to_string(&points).map_or(0, |log| log.matches('\n').count());
         let mut before = 0;
         let under_way = || {
             let now = finished();
@@ -477,9 +472,10 @@ fn a_killed_worker_loses_no_point_and_none_is_there_twice() {
     assert_eq!(shard_files(&cut).len(), 2, "nothing else is left there");
     // As a kill leaves it between the shard's file and the end.
     let left = cut.join("shards/2-of-2");
-    fs::create_dir_all(left.join("points")).unwrap();
-    fs::copy(whole.join("sweep.json"), left.join("sweep.json")).unwrap();
-    fs::copy(whole.join("points/000001.csv"), left.join("points/000001.csv")).unwrap();
+    fs::create_dir_all(&left).unwrap();
+    for file in ["sweep.json", "points.log"] {
+        fs::copy(whole.join(file), left.join(file)).unwrap();
+    }
     let again = done(&[&arguments[..], &["--shard", "2/2", "--out", text(&cut)]].concat());
     assert_eq!(again["done_before"], true);
     assert!(!left.exists());

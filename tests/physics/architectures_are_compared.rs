@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use crate::optics_support::{gold_11, table_i_scene};
 use goldtof::scene::{Architecture, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
+use goldtof::simulate::{SimulateOptions, Tier};
 use goldtof::study::architectures::{Comparison, Point, compare};
 
 fn scene(primary_cps: f64) -> Scene {
@@ -97,7 +97,9 @@ fn photons_say_so_too() {
         let mut scene = scene(8e6);
         scene.estimator = EstimatorKind::Model;
         change(&mut scene);
-        let said = simulate(&Sensor::new(&scene), Tier::Sampled, 3, 250).expect("it does");
+        let said =
+            simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Sampled, 3, 250), None)
+                .expect("it does");
         let path = &said.estimates[0];
         assert_eq!(path.estimates, 250, "{:?}", path.remark);
         [path.std_m, path.std_std_error_m].map(|value| value.expect("some"))

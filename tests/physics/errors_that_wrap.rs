@@ -5,10 +5,10 @@ use goldtof::estimate::distance_m;
 use goldtof::estimate::report::estimate_scan;
 use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
 use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::scans;
+use goldtof::simulate::{SimulateOptions, Tier};
 
 const RANGE_PS: f64 = 16_000.0;
 
@@ -31,8 +31,8 @@ fn misled(delay_ps: f64) -> Scene {
 }
 
 fn statistics(scene: &Scene, tier: Tier, scans: u64) -> PathStatistics {
-    let simulated =
-        simulate(&Sensor::new(scene), tier, 3, scans).expect("the scene can be simulated");
+    let simulated = simulate(&Sensor::new(scene), &SimulateOptions::of(tier, 3, scans), None)
+        .expect("the scene can be simulated");
     simulated.estimates.into_iter().next().expect("its path")
 }
 

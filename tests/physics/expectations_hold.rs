@@ -6,12 +6,13 @@ use std::path::Path;
 use crate::optics_support::{gold_5, table_i_scene};
 use goldtof::scene::{Scene, load_with};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
 use goldtof::simulate::repeat::{Simulation, simulate};
+use goldtof::simulate::{SimulateOptions, Tier};
 
 fn simulated(scene: &Scene, tier: Tier, scans: u64) -> Simulation {
-    simulate(&Sensor::new(scene), tier, 5, scans).expect("it can be simulated")
+    simulate(&Sensor::new(scene), &SimulateOptions::of(tier, 5, scans), None)
+        .expect("it can be simulated")
 }
 
 fn of_first_path(scene: &Scene, tier: Tier, scans: u64) -> PathStatistics {

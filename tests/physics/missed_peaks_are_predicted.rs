@@ -5,8 +5,8 @@ use crate::optics_support::{code, gold, gold_5, gold_11, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::scene::{EstimatorKind, Path, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
+use goldtof::simulate::{SimulateOptions, Tier};
 use std::sync::Arc;
 
 /// Gold code 0 of a degree, interleaved.
@@ -37,8 +37,8 @@ fn with(mut scene: Scene, change: impl Fn(&mut Scene)) -> Scene {
 /// Holds the expected share of each path against that of `scans` scans.
 #[track_caller]
 fn check(name: &str, scene: &Scene, tier: Tier, scans: u64) {
-    let simulated =
-        simulate(&Sensor::new(scene), tier, 5, scans).expect("the scene can be simulated");
+    let simulated = simulate(&Sensor::new(scene), &SimulateOptions::of(tier, 5, scans), None)
+        .expect("the scene can be simulated");
     for path in &simulated.estimates {
         let expected = path.expected_missed_fraction.expect("an expected share");
         let found = path.missed_fraction.expect("a share");

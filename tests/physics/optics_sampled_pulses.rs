@@ -14,8 +14,8 @@ use goldtof::response::{
 use goldtof::scan::{Sample, Step};
 use goldtof::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::simulate;
+use goldtof::simulate::{SimulateOptions, Tier};
 
 /// Signed and total counts of the steps of one scan: the level is painted sample by
 /// sample, and a high sample after a low one counts with the reference's sign there.
@@ -264,13 +264,18 @@ fn what_is_not_worked_out_is_refused_by_name() {
         assert!(MeanResponse::of_tier(&model, CountingTier::Events).is_ok());
         assert!(bound(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Sampled).is_err());
         for tier in [Tier::Expected, Tier::Counts] {
-            assert!(simulate(&Sensor::new(&scene), tier, 1, 2).is_err(), "{tier}");
+            assert!(
+                simulate(&Sensor::new(&scene), &SimulateOptions::of(tier, 1, 2), None).is_err(),
+                "{tier}"
+            );
         }
         for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
             scene.estimator = estimator;
             scene.scan.integration_chips = 310;
             let of_path =
-                &simulate(&Sensor::new(&scene), Tier::Sampled, 1, 2).expect("photons").estimates[0];
+                &simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Sampled, 1, 2), None)
+                    .expect("photons")
+                    .estimates[0];
             assert_eq!(of_path.expected_bias_m, None);
             assert_eq!(of_path.expected_std_m, None);
             assert_eq!(of_path.bound_m, None);

@@ -11,10 +11,10 @@ use goldtof::response::{CountSampler, CountingTier, MeanResponse, SecondMoments}
 use goldtof::scan::{Group, Step};
 use goldtof::scene::{DetectorIndex, PathIndex, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
 use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::scans;
+use goldtof::simulate::{SimulateOptions, Tier};
 
 const PARALLEL: u32 = 4;
 
@@ -194,7 +194,10 @@ fn the_predicted_scatter_knows_that_steps_of_a_group_go_together() {
     let mut alone = scene.clone();
     alone.hardware.parallel = 1;
     let of = |tier, repetitions| -> PathStatistics {
-        simulate(&Sensor::new(&scene), tier, 5, repetitions).unwrap().estimates[0].clone()
+        simulate(&Sensor::new(&scene), &SimulateOptions::of(tier, 5, repetitions), None)
+            .unwrap()
+            .estimates[0]
+            .clone()
     };
     let independent =
         predict(&Sensor::new(&alone), DetectorIndex(0), PathIndex(0), CountingTier::Events)

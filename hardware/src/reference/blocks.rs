@@ -7,7 +7,9 @@ use crate::reference::exercise::Exercise;
 use crate::reference::level::Level;
 use crate::reference::predictor::{Reference, Skip, StepResult};
 use crate::scan::Sample;
-use crate::sensor::layout::Layout;
+use crate::scene::Polarity;
+use crate::sensor::layout::{Field, Layout};
+use crate::sensor::port::Use;
 
 /// Clocks per block: its arrays stay in a core's second-level cache.
 pub const BLOCK_CLOCKS: u64 = 16_384;
@@ -169,40 +171,42 @@ impl<'a> BlockMaker<'a> {
     }
 
     fn paint_inputs(&mut self, inputs: &mut [u64]) {
-        let words = self.layout.inputs.words;
-        let place = |name| {
-            let field = self.layout.inputs.field(name);
-            (field.word, field.shift)
-        };
-        let surroundings = &self.drive.surroundings;
-        let clocks = surroundings.clocks.clone();
-        let at = |clock: u64| (clock.clamp(clocks.start, clocks.end) - clocks.start) as usize;
-        let (ready_word, ready_shift) = place("m_axis_tready");
         inputs.fill(0);
-        for record in inputs.chunks_exact_mut(words) {
-            record[ready_word] = 1 << ready_shift;
-        }
-        for stall in &surroundings.stalls {
-            for record in
-                inputs[at(stall.start) * words..at(stall.end) * words].chunks_exact_mut(words)
-            {
-                record[ready_word] &= !(1 << ready_shift);
+        for field in &self.layout.inputs.fields {
+            match field.port.role.usage() {
+                Use::Level { rest } => self.paint_level(field, rest, inputs),
+                _ => self.paint_samples(field, inputs),
             }
         }
-        let (reset_word, reset_shift) = place("i_rst");
-        for reset in &surroundings.resets {
-            for record in
-                inputs[at(reset.start) * words..at(reset.end) * words].chunks_exact_mut(words)
-            {
-                record[reset_word] |= 1 << reset_shift;
+    }
+
+    /// Paints a level that rests but where the stimulus says otherwise.
+    fn paint_level(&self, field: &Field, rest: bool, inputs: &mut [u64]) {
+        let words = self.layout.inputs.words;
+        let clocks = &self.drive.surroundings.clocks;
+        let at = |clock: u64| (clock.clamp(clocks.start, clocks.end) - clocks.start) as usize;
+        let mut paint = |clocks: Range<usize>, level: bool| {
+            let records = inputs[clocks.start * words..clocks.end * words].chunks_exact_mut(words);
+            for record in records {
+                for (word, bits) in field.words() {
+                    record[word] = if level { record[word] | bits } else { record[word] & !bits };
+                }
             }
+        };
+        paint(0..at(clocks.end), rest);
+        for other in self.drive.surroundings.away_from_rest(field.port.role) {
+            paint(at(other.start)..at(other.end), !rest);
         }
-        let (sample_word, sample_shift) = place("i_samples");
+    }
+
+    fn paint_samples(&mut self, field: &Field, inputs: &mut [u64]) {
+        let words = self.layout.inputs.words;
+        let clocks = self.drive.surroundings.clocks.clone();
         let detectors = self.levels.iter_mut().zip(&self.drive.pulses);
         for (detector, ((level, pulses), hits)) in detectors.zip(&mut self.hits).enumerate() {
             // S divides 64, so a detector's samples never cross words.
-            let bit = sample_shift + detector as u32 * self.lanes;
-            let (word, shift) = (sample_word + (bit / 64) as usize, bit % 64);
+            let bit = field.shift + detector as u32 * self.lanes;
+            let (word, shift) = (field.word + (bit / 64) as usize, bit % 64);
             hits.clear();
             level.paint(
                 clocks.clone(),
@@ -210,6 +214,11 @@ impl<'a> BlockMaker<'a> {
                 |clock, bits| inputs[clock * words + word] |= bits << shift,
                 hits,
             );
+        }
+        if self.reference.interface().polarity == Polarity::Low {
+            for record in inputs.chunks_exact_mut(words) {
+                field.words().for_each(|(word, bits)| record[word] ^= bits);
+            }
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::scan::Group;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout};
 use crate::sensor::peak::PeakPlan;
+use crate::sensor::port::Role;
 
 /// A detector's peak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -62,9 +63,9 @@ impl PeakPorts {
         let field = |name| layout.outputs.field(name).clone();
         Some(PeakPorts {
             plan: interface.peak?,
-            step: field("o_peak_step"),
-            count: field("o_peak_count"),
-            valid: field("o_peak_valid"),
+            step: field(Role::PeakStep),
+            count: field(Role::PeakCount),
+            valid: field(Role::PeakValid),
             best: vec![None; detectors],
             last_group: Group(interface.groups() - 1),
             arriving: VecDeque::new(),

@@ -10,6 +10,7 @@ use super::exercise::{Counted, Exercise};
 use super::resets::PortState;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, mask};
+use crate::sensor::port::Role;
 
 /// The AXI4-Stream of results and its sticky flags.
 #[derive(Debug, Clone)]
@@ -62,8 +63,8 @@ pub(super) struct Arrival {
     pub(super) place: Place,
     /// Cover points that are proven when all of them have shown.
     pub(super) proves: Vec<usize>,
-    /// One that is proven when they arrive, if nothing was saturated before.
-    pub(super) proves_if_first: Option<usize>,
+    /// Those that are proven when they arrive, if nothing was saturated before.
+    pub(super) proves_if_first: Vec<usize>,
 }
 
 /// The result stream's registers.
@@ -172,7 +173,7 @@ impl ResultStream {
             let field = layout.outputs.field(name);
             (field.word, field.shift)
         };
-        let data = layout.outputs.field("m_axis_tdata");
+        let data = layout.outputs.field(Role::Data);
         let total = interface.total.map(|total| {
             let bit = data.shift + total.first_bit;
             (data.word + (bit / 64) as usize, bit % 64)
@@ -182,10 +183,10 @@ impl ResultStream {
                 count: (data.word, data.shift),
                 count_bits: interface.signed_data_bits(),
                 total,
-                tvalid: place("m_axis_tvalid"),
-                tlast: place("m_axis_tlast"),
-                overrun: place("o_overrun"),
-                saturated: interface.saturates().then(|| place("o_saturated")),
+                tvalid: place(Role::Valid),
+                tlast: place(Role::Last),
+                overrun: place(Role::Overrun),
+                saturated: interface.saturates().then(|| place(Role::Saturated)),
             },
             arriving: VecDeque::new(),
             axis: AxisState::default(),
@@ -278,8 +279,10 @@ impl ResultStream {
 
     /// A group's results arrive at the rising edge of `clock`.
     fn arrives(&mut self, results: Arrival, clock: u64, blocked: bool) {
-        if let Some(point) = results.proves_if_first.filter(|_| !self.axis.saturated) {
-            self.exercise.covered.mark(point);
+        if !self.axis.saturated {
+            for &point in &results.proves_if_first {
+                self.exercise.covered.mark(point);
+            }
         }
         self.axis.saturated |= results.saturated;
         self.exercise.groups_saturated += u64::from(results.saturated);

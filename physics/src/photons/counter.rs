@@ -97,21 +97,22 @@ impl<'m> CounterReference<'m> {
     /// The level at a detection; `None` within the transition time of an edge.
     fn level(&self, detection: Detection) -> Option<bool> {
         let time = detection.fraction - self.delay_chips;
-        let before = self.level_at(detection.chip, time - self.transition_chips);
-        let after = self.level_at(detection.chip, time + self.transition_chips);
+        let position = (detection.chip as i64 + self.offset).rem_euclid(self.chips.len() as i64);
+        let before = self.level_at(position, time - self.transition_chips);
+        let after = self.level_at(position, time + self.transition_chips);
         (before == after).then_some(before)
     }
 
-    /// The level `time` chips after the start of step-relative chip `chip`, in
+    /// The level `time` chips after the start of the code's chip `position`, in
     /// the time frame of the undelayed reference.
     ///
     /// A rising edge that comes later by the lag leaves the level high only
     /// where the reference has been 1 for that long; a later falling edge keeps
     /// it high where it has been 1 at any time within the lag.
-    fn level_at(&self, chip: u64, time: f64) -> bool {
+    fn level_at(&self, position: i64, time: f64) -> bool {
         let last = time.floor() as i64;
         let first = (time - self.lag_chips).floor() as i64;
-        let mut within_lag = (first..=last).map(|offset| self.chip(chip, offset));
+        let mut within_lag = (first..=last).map(|offset| self.chip(position + offset));
         if self.rising_lags {
             within_lag.all(|chip| chip == 1)
         } else {
@@ -119,9 +120,11 @@ impl<'m> CounterReference<'m> {
         }
     }
 
-    fn chip(&self, chip: u64, offset: i64) -> u8 {
-        let length = self.chips.len() as i64;
-        let position = (chip as i64 + self.offset + offset).rem_euclid(length);
-        self.chips[position as usize]
+    fn chip(&self, position: i64) -> u8 {
+        // Within the code, as nearly always, no division is needed.
+        match self.chips.get(usize::try_from(position).unwrap_or(usize::MAX)) {
+            Some(&chip) => chip,
+            None => self.chips[position.rem_euclid(self.chips.len() as i64) as usize],
+        }
     }
 }

@@ -16,6 +16,9 @@ tables! {
             Or("\"updown\""), "\"histogram\"";
             "whether hits are counted up and down, one phase step after another, or by \
              their time in the code period, for all phase steps at once";
+        polarity => polarity: Polarity = choice(Polarity::CHOICES), Or("\"high\""), "\"low\"";
+            "level of the samples while a detector's pulse lasts; a comparator that inverts \
+             needs \"low\"";
         parallel => parallel: u32 = integer(1, 64), Or("1"), "8";
             "phase steps correlated at once, no more than the scan has"
             "what fits into the targets";
@@ -46,6 +49,28 @@ choices! {
         /// step's up/down count follows from the same hits, so that a scan is as long as its
         /// integration time.
         Histogram = "histogram",
+    }
+}
+
+choices! {
+    /// Level of a detector's samples while its pulse lasts.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum Polarity {
+        /// A hit is a rising edge.
+        #[default]
+        High = "high",
+        /// A hit is a falling edge, as from a comparator that inverts.
+        Low = "low",
+    }
+}
+
+impl Polarity {
+    /// A word of so many samples, at most 64, without a pulse.
+    pub fn rest(self, samples: u32) -> u64 {
+        match self {
+            Polarity::High => 0,
+            Polarity::Low => u64::MAX >> (u64::BITS - samples),
+        }
     }
 }
 

@@ -53,7 +53,7 @@ pub use catalogue::{reference, schema};
 pub use detector::*;
 pub use error::{SceneError, SceneErrors};
 pub use estimator::{EstimatorKind, OtherLight, TotalsMissing};
-pub use hardware::{Architecture, Hardware, Target};
+pub use hardware::{Architecture, Hardware, Polarity, Target};
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use movement::{Fluctuation, Movement};
 pub use origin::{Origin, SceneReference};
@@ -103,6 +103,16 @@ impl Scene {
     /// Its name in documents.
     pub fn reference(&self) -> SceneReference {
         SceneReference::new(&self.name, &self.origin)
+    }
+
+    /// The paths from a detector's own source to it.
+    ///
+    /// # Panics
+    /// If the scene has no such detector.
+    pub fn own_paths(&self, detector: DetectorIndex) -> impl Iterator<Item = PathIndex> + '_ {
+        let own = (detector, self.detectors[detector].reference);
+        let paths = PathIndex::of(&self.paths);
+        paths.filter(move |&path| (self.paths[path].detector, self.paths[path].source) == own)
     }
 
     /// Whether light of its source arrives over a path.

@@ -5,17 +5,19 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
-
 use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
+use super::port::ports_of;
+pub use super::port::{Direction, Port};
 use crate::code::Code;
 use crate::scan::{Grouping, Timing};
-use crate::scene::{Architecture, Scene, Target};
+use crate::scene::{Architecture, Polarity, Scene, Target};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
 pub struct Interface {
+    /// Level of `i_samples` while a detector's pulse lasts.
+    pub polarity: Polarity,
     /// Clock, scan, and how many phase steps are correlated at once.
     pub timing: Timing,
     /// Code of each source; bit m of `o_laser` carries source m's chips.
@@ -148,28 +150,6 @@ fn longest_carry_chain(target: Target) -> u32 {
     }
 }
 
-/// A port of `sensor_top`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub struct Port {
-    /// Name in the Verilog.
-    pub name: String,
-    /// `input` or `output`.
-    pub direction: Direction,
-    /// Bits.
-    #[serde(rename = "width_bits")]
-    pub width: u32,
-}
-
-/// Direction of a port, seen from the hardware.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Direction {
-    /// Driven from outside.
-    Input,
-    /// Driven by the hardware.
-    Output,
-}
-
 impl Interface {
     /// Derives the interface from a scene.
     pub fn of(scene: &Scene) -> Interface {
@@ -186,6 +166,7 @@ impl Interface {
             .sends_total_counts()
             .then(|| TotalCount::of(count_bits, exact_count_bits, scene.scan.integration_chips));
         let mut interface = Interface {
+            polarity: scene.hardware.polarity,
             timing: scene.timing(),
             source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
             reference_codes: scene
@@ -315,32 +296,7 @@ impl Interface {
 
     /// Ports of `sensor_top`, in the order of the Verilog.
     pub fn ports(&self) -> Vec<Port> {
-        use Direction::{Input, Output};
-        let port = |name: &str, direction, width| Port { name: name.to_owned(), direction, width };
-        let mut ports = vec![
-            port("i_clk", Input, 1),
-            port("i_rst", Input, 1),
-            port("o_laser", Output, self.source_codes.len() as u32),
-            port("o_epoch", Output, 1),
-            port("i_samples", Input, self.lanes() * self.reference_codes.len() as u32),
-            port("m_axis_tdata", Output, self.tdata_bits),
-            port("m_axis_tvalid", Output, 1),
-            port("m_axis_tready", Input, 1),
-            port("m_axis_tlast", Output, 1),
-            port("o_overrun", Output, 1),
-        ];
-        if self.saturates() {
-            ports.push(port("o_saturated", Output, 1));
-        }
-        if let Some(peak) = &self.peak {
-            let detectors = self.reference_codes.len() as u32;
-            ports.extend([
-                port("o_peak_step", Output, detectors * peak.step_bits),
-                port("o_peak_count", Output, detectors * peak.count_bits),
-                port("o_peak_valid", Output, 1),
-            ]);
-        }
-        ports
+        ports_of(self)
     }
 }
 

@@ -5,7 +5,8 @@
 //! that does not fit into the rest of a word starts the next, and one wider than
 //! a word takes whole words.
 
-use super::interface::{Direction, Interface, Port};
+use super::interface::Interface;
+use super::port::{Direction, Port, Role};
 
 /// Place of one port in a record.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,6 +32,13 @@ impl Field {
         }
         let words = self.port.width.div_ceil(64) as usize;
         record[self.word..self.word + words].to_vec()
+    }
+
+    /// The words of a record that hold the port, each with the port's bits in it.
+    pub fn words(&self) -> impl Iterator<Item = (usize, u64)> {
+        let parts = (0..self.port.width).step_by(64).enumerate();
+        let (width, word, shift) = (self.port.width, self.word, self.shift);
+        parts.map(move |(part, first)| (word + part, mask(width - first) << shift))
     }
 
     /// ORs the lowest `width` bits of `value`, at most 64, into a record, from
@@ -90,15 +98,20 @@ impl Record {
     ///
     /// # Panics
     /// When there is no such port: a mistake of the caller, not of the user.
-    pub fn field(&self, name: &str) -> &Field {
-        self.fields
-            .iter()
-            .find(|field| field.port.name == name)
-            .unwrap_or_else(|| panic!("the interface has no port {name}"))
+    pub fn field(&self, role: Role) -> &Field {
+        let mut fields = self.fields.iter();
+        let field = fields.find(|field| field.port.role == role);
+        field.unwrap_or_else(|| panic!("the interface has no port {}", role.name()))
+    }
+
+    /// Bits of the ports before this one, where all ports' bits follow one another.
+    pub fn bits_before(&self, role: Role) -> usize {
+        let before = self.fields.iter().take_while(|field| field.port.role != role);
+        before.map(|field| field.port.width as usize).sum()
     }
 }
 
-/// Input and output records of a interface.
+/// Input and output records of an interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     /// All inputs but the clock.
@@ -109,16 +122,16 @@ pub struct Layout {
 
 impl Layout {
     /// Name of the clock port, which every clock toggles once.
-    pub const CLOCK: &'static str = "i_clk";
+    pub const CLOCK: &'static str = Role::Clock.name();
 
-    /// Lays out a interface's ports.
+    /// Lays out an interface's ports.
     pub fn of(interface: &Interface) -> Layout {
         let of = |direction| {
             Record::pack(
                 interface
                     .ports()
                     .into_iter()
-                    .filter(move |port| port.direction == direction && port.name != Self::CLOCK),
+                    .filter(move |port| port.direction == direction && port.role != Role::Clock),
             )
         };
         Layout { inputs: of(Direction::Input), outputs: of(Direction::Output) }
@@ -135,7 +148,7 @@ mod tests {
     use super::*;
 
     fn port(width: u32) -> Port {
-        Port { name: format!("p{width}"), direction: Direction::Input, width }
+        Role::Samples.port(width)
     }
 
     #[test]

@@ -24,6 +24,7 @@ pub mod histogram;
 pub mod interface;
 pub mod layout;
 pub mod peak;
+pub mod port;
 
 use std::path::Path;
 

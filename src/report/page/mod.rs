@@ -2,7 +2,6 @@
 
 mod hardware;
 mod light;
-mod provenance;
 mod strength;
 mod tables;
 
@@ -12,7 +11,7 @@ use self::tables::{table, values};
 use super::DetectorCounts;
 use super::curves::IntegrationCurves;
 use super::estimates::{BothEstimates, Notes, estimator_name, millimetres};
-use super::plan::{saving, spelled};
+use super::plan::{row, saving, spelled};
 use super::provenance::Provenance;
 use super::quantities::{frequency, length, number, time};
 use super::timing::Wave;
@@ -23,6 +22,7 @@ use crate::grade::Grade;
 use crate::plan::figures::Figures;
 use crate::plan::resources::{Basis, Resources};
 use crate::plan::{Part, Plan};
+use crate::printable::{printable, printable_lines};
 use crate::sensor::Sensor;
 
 const STYLE: &str = include_str!("style.css");
@@ -188,7 +188,6 @@ impl Page<'_> {
 
     fn cosimulation(&self) -> Markup {
         let report = self.cosim;
-        let row = |name: &str, value: String| vec![name.to_owned(), value];
         let mut rows = vec![
             row("verdict", report.verdict.to_string()),
             row("clocks compared", number(report.clocks)),
@@ -197,7 +196,7 @@ impl Page<'_> {
             row("exercised", report.exercised.text()),
             row("covered", report.coverage.summary()),
         ];
-        rows.extend(report.missing.iter().map(|missing| row("inconclusive", missing.clone())));
+        rows.extend(report.missing.iter().map(|missing| row("inconclusive", missing)));
         if !report.not_exercised.is_empty() {
             rows.push(row("not exercised", report.not_exercised.join(", ")));
         }
@@ -246,8 +245,19 @@ impl Page<'_> {
     }
 
     fn origin(&self) -> Markup {
+        let Provenance { version, command, date, scene_text, .. } = self.provenance;
+        let rows = [
+            row("made by", printable(version)),
+            row("command", printable(command)),
+            row("date", printable(date)),
+            row("seed", self.seed.to_string()),
+        ];
         html! {
-            (provenance::section(self.provenance, self.seed))
+            (values(&rows))
+            details {
+                summary { "The scene file" }
+                pre { (printable_lines(scene_text)) }
+            }
             p { "Beside this file: " code { "counts.csv" } ", all counts; "
                 @if self.figures.at_once { code { "bins.csv" } ", all bins; " }
                 code { "rtl/" } ", top module " code { (self.emission.top) } ":" }
@@ -281,7 +291,6 @@ fn fpga_tile(resources: &Resources) -> (String, String, String) {
 
 /// What few people want to know of an estimate.
 fn details_of(both: &BothEstimates) -> Markup {
-    let row = |name: &str, value: String| vec![name.to_owned(), value];
     let own = both.own;
     let mut rows = Vec::new();
     for estimate in both.in_order() {

@@ -28,7 +28,7 @@ pub struct Ranging<'a> {
     pub truths: Vec<TrueDelay>,
     pub code_period_ps: f64,
     offset_ps: f64,
-    fitter: Fitter<'a>,
+    pub fitter: Fitter<'a>,
     /// The same for histograms, where the hardware keeps them.
     of_histograms: Option<OfHistograms<'a>>,
     /// Why no scan can give an estimate, if that is so.
@@ -61,22 +61,13 @@ impl Answer {
 
 impl<'a> Ranging<'a> {
     pub fn new(sensor: &'a Sensor, detector: DetectorIndex, counting: CountingTier) -> Ranging<'a> {
-        let own = sensor.scene().detectors[detector].reference;
-        let mut paths: Vec<PathIndex> = PathIndex::of(&sensor.scene().paths)
-            .filter(|&p| {
-                sensor.scene().paths[p].detector == detector
-                    && sensor.scene().paths[p].source == own
-            })
-            .collect();
+        let mut paths: Vec<PathIndex> = sensor.scene().own_paths(detector).collect();
         let takes_in_others = sensor.scene().estimator == EstimatorKind::Model
             && sensor.scene().other_light != OtherLight::None;
         if takes_in_others {
-            paths.extend(
-                DetectorModel::new(sensor, detector)
-                    .modulated_paths()
-                    .filter(|&p| sensor.scene().paths[p].source != own),
-            );
+            paths.extend(DetectorModel::new(sensor, detector).modulated_paths());
             paths.sort_unstable();
+            paths.dedup();
         }
         Ranging {
             truths: paths.iter().map(|&path| true_delay(sensor, path, counting)).collect(),
@@ -189,19 +180,22 @@ impl<'a> Ranging<'a> {
     /// distance. Of one code's paths as many as can be, and then so that the sum of
     /// their squared errors is least; no place is given twice.
     pub fn matched(&self, fitted: &ModelEstimate) -> Vec<(usize, usize, f64)> {
-        let near = |number: usize| -> Vec<(usize, f64)> {
-            let path = &fitted.paths[number];
-            let of_code = |place: &usize| {
-                let source = self.sensor.scene().paths[self.paths[*place]].source;
-                self.sensor.scene().sources[source].code.chips == path.code.chips
-            };
-            let places = (0..self.paths.len()).filter(of_code);
-            places.filter_map(|place| self.nearest(path.delay_ps, |p| p == place)).collect()
-        };
         // More paths than a fit ever has would be matched in their order.
         let numbers = fitted.paths.len().min(MOST_MATCHED);
-        let near: Vec<Vec<(usize, f64)>> = (0..numbers).map(near).collect();
+        let near: Vec<_> = (0..numbers).map(|number| self.near(fitted, number)).collect();
         best_matching(&near, &mut Vec::new())
+    }
+
+    /// The places that a path of a fit may have, those of its code within a chip, each with the
+    /// error of the distance.
+    pub fn near(&self, fitted: &ModelEstimate, number: usize) -> Vec<(usize, f64)> {
+        let path = &fitted.paths[number];
+        let of_code = |place: &usize| {
+            let source = self.sensor.scene().paths[self.paths[*place]].source;
+            self.sensor.scene().sources[source].code.chips == path.code.chips
+        };
+        let places = (0..self.paths.len()).filter(of_code);
+        places.filter_map(|place| self.nearest(path.delay_ps, |p| p == place)).collect()
     }
 
     /// The nearest path of some, if it is within a chip.

@@ -15,7 +15,6 @@ use super::path_statistics::PathStatistics;
 use super::scans::{Prepared, ScansError};
 use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
-use crate::cosim::engine::Engine;
 use crate::cosim::exercised::Exercised;
 use crate::document::Body;
 use crate::estimate::evidence::Family;
@@ -23,7 +22,8 @@ use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
-use answers::{Answer, Ranging};
+use answers::Answer;
+pub(crate) use answers::Ranging;
 use statistics::statistics;
 pub use tally::Tally;
 
@@ -66,56 +66,23 @@ impl Body for Simulation {
     const NAME: &'static str = "simulate";
 }
 
-/// Simulates a scene's detectors, `repetitions` scans each, and estimates with
-/// the scene's estimator.
+/// Simulates a scene's detectors, and estimates with the scene's estimator. `on_progress` hears
+/// of each scan, in order, how many are done and how many there are, of all detectors. If it
+/// unwinds, the simulation ends there, and leaves nothing behind.
 ///
 /// # Errors
 /// When the tier cannot do the scene.
 pub fn simulate(
     sensor: &Sensor,
-    tier: Tier,
-    seed: u64,
-    repetitions: u64,
-) -> Result<Simulation, ScansError> {
-    let options =
-        SimulateOptions { fidelity: tier, seed, repetitions, ..SimulateOptions::default() };
-    simulate_watched(sensor, &options, |_, _| ())
-}
-
-/// Simulates a scene's detectors; `on_progress` hears of each scan, in order, how many are
-/// done and how many there are, of all detectors. If it unwinds, the simulation ends there,
-/// and leaves nothing behind. The estimator is the sensor's.
-///
-/// # Errors
-/// When the tier cannot do the scene.
-pub fn simulate_watched(
-    sensor: &Sensor,
     options: &SimulateOptions,
-    mut on_progress: impl FnMut(u64, u64),
+    on_progress: Option<&mut dyn FnMut(u64, u64)>,
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
     let SimulateOptions { fidelity, engine, seed, repetitions, .. } = *options;
     let prepared = Prepared::with_engine(sensor, fidelity, engine)?;
     let simulated = Simulated::new(sensor, fidelity)?;
-    let simulation = simulated.simulate(&prepared, seed, repetitions, &mut on_progress)?;
+    let simulation = simulated.simulate(&prepared, seed, repetitions, on_progress)?;
     Ok(Simulation { run_time_s: started.elapsed().as_secs_f64(), ..simulation })
-}
-
-/// [`simulate`] as one of so many `simulations`, whose scans are held against what is
-/// expected of them together.
-///
-/// # Errors
-/// When the tier cannot do the scene.
-pub fn simulate_one_of(
-    sensor: &Sensor,
-    tier: Tier,
-    seed: u64,
-    repetitions: u64,
-    simulations: usize,
-) -> Result<Simulation, ScansError> {
-    let prepared = Prepared::with_engine(sensor, tier, Engine::Auto)?;
-    let simulated = Simulated::new(sensor, tier)?.one_of(simulations);
-    simulated.simulate(&prepared, seed, repetitions, &mut |_, _| ())
 }
 
 /// What the scans of a stretch say, detector by detector.
@@ -193,7 +160,7 @@ impl<'a> Simulated<'a> {
         prepared: &Prepared,
         seed: u64,
         repetitions: u64,
-        on_progress: &mut dyn FnMut(u64, u64),
+        on_progress: Option<&mut dyn FnMut(u64, u64)>,
     ) -> Result<Simulation, ScansError> {
         let gathered = self.gather(prepared, seed, 0..repetitions, on_progress)?;
         self.conclude(seed, repetitions, gathered)
@@ -210,7 +177,7 @@ impl<'a> Simulated<'a> {
     }
 
     /// Simulates some scans of every detector, by their numbers among all of the seed, with
-    /// the tier prepared. `on_progress` is that of [`simulate_watched`].
+    /// the tier prepared. `on_progress` is that of [`simulate`].
     ///
     /// # Errors
     /// When the tier cannot do the scene.
@@ -219,24 +186,21 @@ impl<'a> Simulated<'a> {
         prepared: &Prepared,
         seed: u64,
         scans: Range<u64>,
-        on_progress: &mut dyn FnMut(u64, u64),
+        mut on_progress: Option<&mut dyn FnMut(u64, u64)>,
     ) -> Result<Gathered, ScansError> {
         let started = Instant::now();
         let all = (scans.end - scans.start).saturating_mul(self.rangings.len() as u64);
         let mut done = 0;
         let mut on_scan = || {
             done += 1;
-            on_progress(done, all);
+            if let Some(on_progress) = &mut on_progress {
+                on_progress(done, all);
+            }
         };
         let mut gathered = Gathered { tallies: Vec::new(), exercised: None, run_time_s: 0.0 };
         for ranging in &self.rangings {
-            let scans = scans.clone();
-            let (tally, exercised) = match self.sensor.scene().hardware.architecture {
-                Architecture::Histogram => {
-                    of_histograms(ranging, prepared, seed, scans, &mut on_scan)?
-                }
-                Architecture::UpDown => of_counts(ranging, prepared, seed, scans, &mut on_scan)?,
-            };
+            let (tally, exercised) =
+                of_scans(ranging, prepared, seed, scans.clone(), &mut on_scan)?;
             // Every detector's scans run the whole hardware.
             if ranging.detector == DetectorIndex(0) {
                 gathered.exercised = exercised;
@@ -331,8 +295,8 @@ struct OfDetector {
     warnings: Vec<String>,
 }
 
-/// Scans of counts, phase step by phase step; and what the Verilog was made to show.
-fn of_counts(
+/// What some scans of a detector say, and what the Verilog was made to show.
+fn of_scans(
     ranging: &Ranging,
     prepared: &Prepared,
     seed: u64,
@@ -340,31 +304,27 @@ fn of_counts(
     on_scan: &mut dyn FnMut(),
 ) -> Result<(Tally, Option<Exercised>), ScansError> {
     let (sensor, detector) = (ranging.sensor, ranging.detector);
-    let mut batches = Batches::new(ranging, Ranging::answers);
-    let exercised = prepared.scans(sensor, detector, seed, scans, &mut |counts| {
-        on_scan();
-        let detections = counts.iter().map(|count| count.total).sum();
-        batches.add(counts.iter().copied(), counts.len(), detections);
-    })?;
-    Ok((batches.tally(), exercised))
-}
-
-/// Scans that are histograms; and what the Verilog was made to show.
-fn of_histograms(
-    ranging: &Ranging,
-    prepared: &Prepared,
-    seed: u64,
-    scans: Range<u64>,
-    on_scan: &mut dyn FnMut(),
-) -> Result<(Tally, Option<Exercised>), ScansError> {
-    let (sensor, detector) = (ranging.sensor, ranging.detector);
-    let mut batches = Batches::new(ranging, Ranging::answers_of_histograms);
-    let exercised = prepared.histograms(sensor, detector, seed, scans, &mut |histogram| {
-        on_scan();
-        let (bins, detections) = (histogram.bins().len(), histogram.total());
-        batches.add([histogram], bins, detections);
-    })?;
-    Ok((batches.tally(), exercised))
+    match sensor.scene().hardware.architecture {
+        Architecture::UpDown => {
+            let mut batches = Batches::new(ranging, Ranging::answers);
+            let exercised = prepared.scans(sensor, detector, seed, scans, &mut |counts| {
+                on_scan();
+                let detections = counts.iter().map(|count| count.total).sum();
+                batches.add(counts.iter().copied(), counts.len(), detections);
+            })?;
+            Ok((batches.tally(), exercised))
+        }
+        Architecture::Histogram => {
+            let mut batches = Batches::new(ranging, Ranging::answers_of_histograms);
+            let exercised =
+                prepared.histograms(sensor, detector, seed, scans, &mut |histogram| {
+                    on_scan();
+                    let (bins, detections) = (histogram.bins().len(), histogram.total());
+                    batches.add([histogram], bins, detections);
+                })?;
+            Ok((batches.tally(), exercised))
+        }
+    }
 }
 
 /// Scans that wait until there are enough of them to be estimated from on all cores.

@@ -165,10 +165,7 @@ impl Plan {
 /// # Errors
 /// When nothing can be expected of the scene.
 pub fn compare(scene: &Scene) -> Result<Comparison, ComparisonError> {
-    let own = scene.detectors[0].reference;
-    let path = PathIndex::of(&scene.paths)
-        .find(|&p| scene.paths[p].detector == DetectorIndex(0) && scene.paths[p].source == own)
-        .ok_or(ComparisonError::NoPath)?;
+    let path = scene.own_paths(DetectorIndex(0)).next().ok_or(ComparisonError::NoPath)?;
     if !scene.scan.is_full() {
         return Err(ComparisonError::NotWhole {
             steps: scene.scan.steps,

@@ -20,7 +20,7 @@ use serde::Serialize;
 use crate::document::Body;
 use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
-use crate::scene::{DetectorIndex, PathIndex, Scene};
+use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::scans::{Prepared, ScansError};
 use crate::simulate::{Tier, domain};
@@ -293,7 +293,7 @@ fn parse_error(text: &str) -> Result<f64, String> {
 pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityReport, FidelityError> {
     let FidelityOptions { target_error, seed, .. } = *options;
     let budget = Duration::from_secs(options.budget_s);
-    let path = own_path(scene)?;
+    let path = scene.own_paths(DetectorIndex(0)).next().ok_or(FidelityError::NoPath)?;
     let sensor = Sensor::new(scene);
     check_modulated(&sensor, DetectorIndex(0))?;
     let (windowed, unscanned) = window::round_peak(&sensor, path, target_error);
@@ -348,14 +348,6 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
         sensor: sensor::trade(scene, path),
         left_out,
     })
-}
-
-/// The path that tiers are compared on.
-fn own_path(scene: &Scene) -> Result<PathIndex, FidelityError> {
-    let own = scene.detectors[0].reference;
-    PathIndex::of(&scene.paths)
-        .find(|&p| scene.paths[p].detector == DetectorIndex(0) && scene.paths[p].source == own)
-        .ok_or(FidelityError::NoPath)
 }
 
 /// The runs of a tier: none, with a warning, of one that works the response out and cannot;

@@ -47,7 +47,7 @@ pub fn grow(
     let started = Instant::now();
     let mut repetitions = REPETITIONS[0];
     loop {
-        let simulation = simulated.simulate(prepared, seed, repetitions, &mut |_, _| ())?;
+        let simulation = simulated.simulate(prepared, seed, repetitions, None)?;
         let mut statistics = simulation.estimates.into_iter();
         let run = Run {
             tier,

@@ -13,9 +13,9 @@ use crate::photons::DetectorModel;
 use crate::response::{CountSampler, MeanResponse, SecondMoments};
 use crate::scene::{DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
-use crate::simulate::Tier;
 use crate::simulate::repeat::simulate;
 use crate::simulate::scans::scans;
+use crate::simulate::{SimulateOptions, Tier};
 
 pub use super::run_error::RunError;
 
@@ -56,7 +56,9 @@ impl Run {
             EstimatorKind::Fft => SEARCH_SCANS,
             EstimatorKind::Model => FITTED_SEARCH_SCANS,
         });
-        let path = &simulate(&Sensor::new(scene), Tier::Events, seed, scans)?.estimates[0];
+        let path =
+            &simulate(&Sensor::new(scene), &SimulateOptions::of(Tier::Events, seed, scans), None)?
+                .estimates[0];
         Ok(rate(scans - path.missed_scans, scans))
     }
 
@@ -95,7 +97,12 @@ impl Run {
         tier: Tier,
         scans: u64,
     ) -> Result<Measured, RunError> {
-        let path = &simulate(&Sensor::new(scene), tier, self.next_seed(), scans)?.estimates[0];
+        let path = &simulate(
+            &Sensor::new(scene),
+            &SimulateOptions::of(tier, self.next_seed(), scans),
+            None,
+        )?
+        .estimates[0];
         let (Some(bias_m), Some(error_m)) = (path.bias_m, path.bias_std_error_m) else {
             return Err(RunError::NoStatistics { scans });
         };

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use crate::code::{Code, CodeError, CodeSpec, Family};
 use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::scene::{
-    Architecture, DetectorIndex, EstimatorKind, Hardware, LaserResponse, OtherLight, Path, Scan,
-    Scene, Source, SourceClock, SourceIndex, Target,
+    Architecture, DetectorIndex, EstimatorKind, Hardware, LaserResponse, OtherLight, Path,
+    Polarity, Scan, Scene, Source, SourceClock, SourceIndex, Target,
 };
 use crate::sensor::Sensor;
 use crate::study::article;
@@ -127,6 +127,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
         hardware: Hardware {
             target: Target::Ecp525k6,
             architecture: Architecture::UpDown,
+            polarity: Polarity::High,
             parallel: 1,
             counter_width: None,
             total_counts: None,

@@ -6,6 +6,7 @@ use super::testbench::{Script, Testbench};
 use crate::photons::Pulse;
 use crate::scan::{Sample, Step};
 use crate::scene::{Scene, SourceIndex, Target};
+use crate::sensor::port::Role;
 
 const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one interface: every \
                           output port at every clock";
@@ -111,10 +112,10 @@ fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> Result<Measu
     ensure!(pulses.len() == hits[0] + hits[1], "too few places for hits");
     let run = testbench.play(&Script::new(pulses), 60)?;
     let counts: Vec<i64> = run.results.iter().take(2).map(|r| r.count).collect();
-    let is_flagged = testbench.port(&run, "o_saturated").last() == Some(1);
+    let is_flagged = testbench.port(&run, Role::Saturated).last() == Some(1);
     // What the Verilog sends, as signed bytes.
-    let data = testbench.port(&run, "m_axis_tdata");
-    let sent = data.zip(testbench.port(&run, "m_axis_tvalid"));
+    let data = testbench.port(&run, Role::Data);
+    let sent = data.zip(testbench.port(&run, Role::Valid));
     let sent: Vec<i64> = sent
         .filter(|&(_, valid)| valid == 1)
         .map(|(data, _)| i64::from(data as u8 as i8))
@@ -145,10 +146,10 @@ fn totals(hits: u64, expected: u64, flagged: bool) -> Result<Measured, CaseError
     };
     let signed: i64 = (0..hits).map(sign).sum();
     let result = run.results.first().map(|r| (r.count, r.total));
-    let is_flagged = testbench.port(&run, "o_saturated").last() == Some(1);
+    let is_flagged = testbench.port(&run, Role::Saturated).last() == Some(1);
     // What the Verilog sends first: a signed byte, and the total in the byte above.
-    let data = testbench.port(&run, "m_axis_tdata");
-    let mut sent = data.zip(testbench.port(&run, "m_axis_tvalid"));
+    let data = testbench.port(&run, Role::Data);
+    let mut sent = data.zip(testbench.port(&run, Role::Valid));
     let sent = sent
         .find(|&(_, valid)| valid == 1)
         .map(|(data, _)| (i64::from(data as u8 as i8), data >> 8));
@@ -215,9 +216,9 @@ fn consumer_never_takes() -> Result<Measured, CaseError> {
     let shows = testbench.first_clock() - 1 + integration + latency;
     let overruns = shows + integration;
     let ports = testbench
-        .port(&run, "m_axis_tvalid")
-        .zip(testbench.port(&run, "m_axis_tdata"))
-        .zip(testbench.port(&run, "o_overrun"));
+        .port(&run, Role::Valid)
+        .zip(testbench.port(&run, Role::Data))
+        .zip(testbench.port(&run, Role::Overrun));
     let wrong = ports
         .zip(0..clocks)
         .filter(|&(((valid, data), overrun), clock)| {

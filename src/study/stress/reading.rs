@@ -14,9 +14,9 @@ use crate::response::{CountSampler, MeanCount, MeanResponse, MeanResponseError};
 use crate::scan::{Group, Step};
 use crate::scene::{DetectorIndex, PathIndex, Scene};
 use crate::sensor::Sensor;
-use crate::simulate::Tier;
 use crate::simulate::repeat::{Simulation, simulate};
 use crate::simulate::scans::scans;
+use crate::simulate::{SimulateOptions, Tier};
 
 /// Readings in which there is nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,7 +177,8 @@ pub(super) fn simulated(
     seed: u64,
     scans: u64,
 ) -> Result<Simulation, CaseError> {
-    let simulation = |scans| simulate(&Sensor::new(scene), tier, seed, scans);
+    let simulation =
+        |scans| simulate(&Sensor::new(scene), &SimulateOptions::of(tier, seed, scans), None);
     match nothing() {
         None => Ok(simulation(scans)?),
         Some(nothing) => {

@@ -22,6 +22,7 @@ use crate::scene::Scene;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 /// Clocks of a run whose ports can be read.
 const PORT_CLOCKS: u64 = 4000;
@@ -145,8 +146,8 @@ impl Testbench {
     }
 
     /// The Verilog's value of a port at each of a run's first [`PORT_CLOCKS`] clocks.
-    pub fn port<'a>(&'a self, run: &'a Run, name: &str) -> impl Iterator<Item = u64> + 'a {
-        let field = self.layout.outputs.field(name).clone();
+    pub fn port<'a>(&'a self, run: &'a Run, port: Role) -> impl Iterator<Item = u64> + 'a {
+        let field = self.layout.outputs.field(port).clone();
         let records = run.records.got.values.chunks_exact(self.layout.outputs.words);
         records.map(move |record| field.low_word(record))
     }

@@ -1,10 +1,10 @@
 //! A scene simulated many times over, with other values of some keys each time.
 //!
-//! Every point is what [`simulate_one_of`] gives of the scene with the point's settings and
-//! the sweep's seed, whatever came before it: neither order nor interruption nor threads
-//! change a number. Each finished point is a file of its own in the folder, on the
-//! disk before the next one begins, so that a sweep that was cut off goes on behind the
-//! last one ([`Store`]).
+//! Every point is what [`simulate`](crate::simulate::repeat::simulate) gives of the scene with
+//! the point's settings and the sweep's seed, whatever came before it: neither order nor interruption nor threads
+//! change a number. Points are simulated side by side, and each is appended to one file of the
+//! folder as soon as it is finished, so that a sweep that was cut off goes on with those that
+//! are missing ([`Store`]).
 
 mod axis;
 mod plot;
@@ -12,21 +12,24 @@ mod points;
 mod store;
 mod table;
 
-pub use axis::{Axis, Value};
-pub use plot::plot;
-pub use points::{Point, Sweep, SweepError, SweepOptions};
-pub use store::{Store, StoreError};
-pub use table::contradicted;
-pub(crate) use table::empty;
+use std::sync::{Mutex, PoisonError, mpsc};
+use std::thread;
 
-use crate::report::table::{Table, Unreadable};
-use crate::simulate::repeat::simulate_one_of;
-use crate::simulate::scans::ScansError;
+pub use axis::{Axis, Value};
+pub use plot::Plot;
+pub use points::{Point, Sweep, SweepError, SweepOptions};
+use rayon::ThreadPoolBuilder;
+pub use store::{Store, StoreError};
+pub use table::{contradicted, empty};
+
+use crate::simulate::Tier;
+use crate::simulate::repeat::{Simulated, Simulation};
+use crate::simulate::scans::{Prepared, ScansError};
 
 /// Why a sweep came to no table.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The scene of a point is invalid.
+    /// A point is no scene.
     #[error(transparent)]
     Sweep(#[from] SweepError),
     /// A tool failed, or the Verilog differs from the reference model.
@@ -35,56 +38,88 @@ pub enum RunError {
     /// The folder cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// A finished point is not what was written.
-    #[error(
-        "a finished point cannot be read back: {0}; remove the sweep's folder, or name another"
-    )]
-    Point(#[from] Unreadable),
+    /// No threads for the points.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Simulates every point that the folder does not have yet, and reads all of them.
-/// `on_point` is that of [`run_points`].
-///
-/// # Errors
-/// As there; and when a finished point cannot be read.
-pub fn run(sweep: &Sweep, store: &Store, on_point: impl FnMut(usize)) -> Result<Table, RunError> {
-    run_points(sweep, store, 0..sweep.len(), on_point)?;
-    let mut table = empty(&sweep.options.over);
-    for number in 0..sweep.len() {
-        table.read_csv(&store.point(number)?)?;
-    }
-    Ok(table)
-}
-
-/// Simulates those of some points that the folder does not have yet. `on_point` is told how
-/// many are done, before the first and after each.
+/// Simulates those of some points that the folder does not have yet, side by side on as many
+/// threads as there are cores; points of the Verilog one after the other, whose scans take all
+/// cores. `on_point` is told how many are done, before the first and after some.
 ///
 /// # Errors
 /// When a tool fails or a file cannot be written. A point that a tier cannot do is no
 /// error: its row has the reason.
-pub fn run_points(
+pub fn run(
     sweep: &Sweep,
-    store: &Store,
+    store: &mut Store,
     numbers: impl Iterator<Item = usize>,
     mut on_point: impl FnMut(usize),
 ) -> Result<(), RunError> {
-    let mut done = store.done()?;
-    on_point(done.len());
-    for number in numbers {
-        if done.contains(&number) {
-            continue;
+    let missing: Vec<usize> = numbers.filter(|&number| !store.has(number)).collect();
+    let mut done = store.done();
+    on_point(done);
+    let threads = rayon::current_num_threads();
+    let side_by_side = match sweep.options.fidelity {
+        Tier::Rtl => 1,
+        _ => threads.min(missing.len()).max(1),
+    };
+    let waiting = Mutex::new(missing.into_iter());
+    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let (finished, points) = mpsc::sync_channel(2 * side_by_side);
+    thread::scope(|scope| {
+        for _ in 0..side_by_side {
+            let (finished, next) = (finished.clone(), &next);
+            scope.spawn(move || {
+                // Of few points each has several threads.
+                let threads = ThreadPoolBuilder::new().num_threads(threads / side_by_side);
+                let pool = match threads.use_current_thread().build() {
+                    Ok(pool) => pool,
+                    Err(error) => {
+                        let _ = finished.send(Err(error.into()));
+                        return;
+                    }
+                };
+                while let Some(number) = next() {
+                    let rows = pool.install(|| rows_csv(sweep, number));
+                    // Whoever does not listen any more has seen an error.
+                    if finished.send(rows.map(|rows| (number, rows))).is_err() {
+                        return;
+                    }
+                }
+            });
         }
-        let point = sweep.point(number)?;
-        let SweepOptions { fidelity, seed, repetitions, .. } = sweep.options;
-        let points = sweep.len();
-        let table = match simulate_one_of(&point.sensor, fidelity, seed, repetitions, points) {
-            Ok(simulation) => table::of_point(&sweep.options.over, &point, &simulation),
-            Err(error @ (ScansError::Cosim(_) | ScansError::Mismatch)) => return Err(error.into()),
-            Err(reason) => table::refused(&sweep.options.over, &point, &reason.to_string()),
-        };
-        store.keep(number, &table.csv())?;
-        done.insert(number);
-        on_point(done.len());
-    }
-    Ok(())
+        drop(finished);
+        // What it waits for ends with it, before the threads are waited for.
+        let points = points;
+        while let Ok(first) = points.recv() {
+            let some: Result<Vec<_>, RunError> =
+                std::iter::once(first).chain(points.try_iter()).collect();
+            let some = some?;
+            store.keep(&some)?;
+            done += some.len();
+            on_point(done);
+        }
+        Ok(store.sync()?)
+    })
+}
+
+/// The rows of a point.
+fn rows_csv(sweep: &Sweep, number: usize) -> Result<String, RunError> {
+    let point = sweep.point(number)?;
+    let over = &sweep.options.over;
+    let table = match simulation(sweep, &point) {
+        Ok(simulation) => table::of_point(over, &point, &simulation),
+        Err(error @ (ScansError::Cosim(_) | ScansError::Mismatch)) => return Err(error.into()),
+        Err(reason) => table::refused(over, &point, &reason.to_string()),
+    };
+    Ok(table.rows_csv())
+}
+
+/// A point as one of all, whose scans are held against what is expected of them together.
+fn simulation(sweep: &Sweep, point: &Point) -> Result<Simulation, ScansError> {
+    let SweepOptions { fidelity, seed, repetitions, .. } = sweep.options;
+    let prepared = Prepared::new(&point.sensor, fidelity)?;
+    let simulated = Simulated::new(&point.sensor, fidelity)?.one_of(sweep.len());
+    simulated.simulate(&prepared, seed, repetitions, None)
 }

@@ -9,7 +9,7 @@ use crate::sensor::Sensor;
 use crate::simulate::{SimulateOptions, Tier};
 
 /// Most points of a sweep.
-const MOST_POINTS: usize = 100_000;
+const MOST_POINTS: usize = 1_000_000;
 
 /// What is simulated.
 #[derive(Debug, Clone)]

@@ -7,7 +7,7 @@ use crate::simulate::path_statistics::PathStatistics;
 use crate::simulate::repeat::Simulation;
 
 /// A table of a sweep without rows: the point, the value of each axis, and what was found.
-pub(crate) fn empty(axes: &[Axis]) -> Table {
+pub fn empty(axes: &[Axis]) -> Table {
     let mut columns = vec![Column::new("point", Kind::Integer)];
     columns.extend(axes.iter().map(of_axis));
     columns.extend(found(&[]).columns);

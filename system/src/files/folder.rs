@@ -85,7 +85,7 @@ impl OutputFolder {
     pub fn stage(
         &self,
         name: &str,
-        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+        fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
     ) -> Result<Staged, FileError> {
         stage_as(Name::Ours, &self.join(name), fill)
     }

@@ -17,13 +17,14 @@ pub(super) fn flags(flags: OFlags) -> i32 {
     flags.bits().cast_signed()
 }
 
-/// Opens our file at `path` for writing, and makes it when it is missing, with
+/// Opens our file at `path` for reading and writing, and makes it when it is missing, with
 /// `mode` less the umask. It keeps what it holds.
 ///
 /// # Errors
 /// When something else stands there, or it is another user's; with what it is.
 pub fn open_ours(path: &Path, mode: u32) -> io::Result<File> {
     let file = OpenOptions::new()
+        .read(true)
         .write(true)
         .create(true)
         .truncate(false)

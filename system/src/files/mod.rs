@@ -12,6 +12,7 @@
 mod durable;
 mod folder;
 mod guarded;
+mod log;
 mod private;
 mod read;
 mod staged;
@@ -24,6 +25,7 @@ use crate::printable::printable_path;
 
 pub use folder::OutputFolder;
 pub use guarded::open_ours;
+pub use log::Log;
 pub use private::{check_private, private_folder};
 pub use read::{read_regular, read_text};
 pub use staged::check_target;

@@ -41,7 +41,7 @@ struct Hidden {
 /// When it cannot be written. Nothing is left behind.
 pub fn stage(
     path: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
 ) -> Result<Staged, FileError> {
     stage_as(Name::Given, path, fill)
 }
@@ -61,7 +61,7 @@ pub fn check_target(path: &Path) -> Result<(), FileError> {
 pub(super) fn stage_as(
     name: Name,
     path: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
 ) -> Result<Staged, FileError> {
     let failed = |source| cannot_write(path)(source);
     let (file, hidden) = match Target::of(path, name).map_err(failed)? {

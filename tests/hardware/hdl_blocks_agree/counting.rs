@@ -4,6 +4,7 @@ use goldtof::rtl::blocks::{
     Accumulator, CountClamp, EdgeDetector, HitCounter, QuadCounter, UpdownCorrelator,
 };
 use goldtof::rtl::front::Word;
+use goldtof::scene::Polarity;
 use goldtof::sensor::interface::{CountSegments, TotalCount};
 
 use super::{CLOCKS, bit, signed, wrapped};
@@ -33,7 +34,7 @@ pub fn edge_detector(noise: &mut Noise) -> Case {
     });
     let expected = expected.collect();
     Case::clocked(
-        EdgeDetector::new(8),
+        EdgeDetector::new(8, Polarity::High),
         Ports::new(&[("i_samples", 8), ("i_run", 1)], &[("o_hits", 4), ("o_early", 4)]),
         inputs,
         expected,
@@ -204,7 +205,7 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
         let words = inputs[from..until].iter();
         let total: u32 = words.map(|input| input[0].count_ones()).sum();
         let most = (1 << bits) - 1;
-        // What the counter is not wide enough for, a interface never sends it.
+        // What the counter is not wide enough for, an interface never sends it.
         let total = u128::from(total) % (1 << exact_bits);
         from = until;
         let next = ends.get(number + 1).copied().unwrap_or(CLOCKS);

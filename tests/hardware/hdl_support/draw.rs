@@ -1,7 +1,7 @@
 //! Scenes drawn at random from the interface.
 
 use goldtof::deliver::{Emission, EmittedFile, HdlError, Prefix, emit, verilog};
-use goldtof::scene::{Architecture, Scene, Target};
+use goldtof::scene::{Architecture, Polarity, Scene, Target};
 use goldtof::sensor::Sensor;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -100,6 +100,9 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
         let dead_time_ps = [14_000.0, 2_000.0][rng.random_range(0..=1)];
         scene.detectors.iter_mut().for_each(|d| d.dead_time_ps = dead_time_ps);
         keep_histogram(&mut scene, rng.random_range(1..=2));
+    }
+    if rng.random_bool(0.3) {
+        scene.hardware.polarity = Polarity::Low;
     }
     scene
 }

@@ -14,8 +14,8 @@ use std::sync::Arc;
 use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, LaserResponse, OtherLight, Scan, Scene,
-    Source, SourceClock, SourceIndex, Target,
+    CounterTiming, Detector, EstimatorKind, Hardware, LaserResponse, OtherLight, Polarity, Scan,
+    Scene, Source, SourceClock, SourceIndex, Target,
 };
 use goldtof::sensor::Sensor;
 
@@ -168,6 +168,7 @@ pub fn scene(
             counter_width,
             total_counts: None,
             architecture: goldtof::scene::Architecture::UpDown,
+            polarity: Polarity::High,
             peak_detector: false,
             buffers: 2,
         },
@@ -256,6 +257,9 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
             reference: SourceIndex(scene.sources.len() - 1),
             ..scene.detectors[0].clone()
         });
+    }
+    if case % 3 == 2 {
+        scene.hardware.polarity = Polarity::Low;
     }
     scene.hardware.total_counts = Some(noise.below(2) == 0);
     with_peak_if_possible(&mut scene, noise.below(2) == 0);

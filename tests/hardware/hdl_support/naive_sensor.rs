@@ -3,7 +3,9 @@
 
 use std::collections::VecDeque;
 
+use goldtof::reference::predictor::Skip;
 use goldtof::scan::Step;
+use goldtof::scene::Polarity;
 use goldtof::sensor::interface::Interface;
 
 /// Inputs at one rising clock edge.
@@ -41,8 +43,9 @@ struct Results {
     saturates: bool,
 }
 
-/// Outputs for `inputs`; the first input has to be a reset.
-pub fn outputs(interface: &Interface, inputs: &[Inputs]) -> Vec<Outputs> {
+/// Outputs for `inputs`, where steps and scans are cut short as `skips` say; the first input
+/// has to be a reset.
+pub fn outputs(interface: &Interface, inputs: &[Inputs], skips: &[Skip]) -> Vec<Outputs> {
     let mut out = Vec::new();
     let mut rest = inputs;
     while !rest.is_empty() {
@@ -50,15 +53,18 @@ pub fn outputs(interface: &Interface, inputs: &[Inputs]) -> Vec<Outputs> {
         out.extend(std::iter::repeat_n(Outputs::default(), in_reset));
         rest = &rest[in_reset..];
         let running = rest.iter().take_while(|i| !i.reset).count();
-        out.extend(run(interface, &rest[..running]));
+        let clocks = out.len() as u64..(out.len() + running) as u64;
+        let of_run = skips.iter().filter(|skip| clocks.contains(&skip.clock));
+        let of_run = of_run.map(|skip| Skip { clock: skip.clock - clocks.start, ..*skip });
+        out.extend(run(interface, &rest[..running], &of_run.collect::<Vec<_>>()));
         rest = &rest[running..];
     }
     out
 }
 
-/// From the first edge without reset on.
-fn run(interface: &Interface, inputs: &[Inputs]) -> Vec<Outputs> {
-    let results = results(interface, inputs);
+/// From the first edge without reset on, from which skips count, too.
+fn run(interface: &Interface, inputs: &[Inputs], skips: &[Skip]) -> Vec<Outputs> {
+    let results = results(interface, inputs, skips);
     let peaks = peaks(interface, &results);
     let mut next_peak = peaks.iter().peekable();
     let mut shown = Outputs::default();
@@ -156,19 +162,30 @@ fn peaks(interface: &Interface, results: &[Results]) -> Vec<Peaks> {
     found
 }
 
-fn results(interface: &Interface, inputs: &[Inputs]) -> Vec<Results> {
+fn results(interface: &Interface, inputs: &[Inputs], skips: &[Skip]) -> Vec<Results> {
     let period = interface.reference_codes[0].len();
-    let (integration, steps) =
-        (interface.timing.scan.integration_chips, interface.timing.scan.steps);
+    let scan = &interface.timing.scan;
+    let (integration, steps) = (scan.integration_chips, scan.steps);
     let parallel = u64::from(interface.parallel());
     let mut found = Vec::new();
-    let mut start = 0;
+    // First cycle of the group, and the steps that the delay lags behind.
+    let (mut first, mut lag) = (0, 0);
     loop {
         let groups = steps.div_ceil(parallel);
-        for group in 0..groups {
-            let first = start + group * integration;
-            // The word of cycle n comes at edge n + 1.
-            let edge = first + integration + u64::from(interface.result_latency_clocks);
+        let mut group = 0;
+        while group < groups {
+            let mut chips = integration;
+            for skip in skips {
+                // The word of cycle n comes at edge n + 1.
+                let chip = skip.clock.wrapping_sub(1 + first);
+                if chip < chips {
+                    assert_eq!((skip.chip, skip.group.0), (chip, group));
+                    chips -= skip.chips;
+                    group += skip.groups;
+                    lag += skip.groups * parallel;
+                }
+            }
+            let edge = first + chips + u64::from(interface.result_latency_clocks);
             if edge >= inputs.len() as u64 {
                 return found;
             }
@@ -176,8 +193,9 @@ fn results(interface: &Interface, inputs: &[Inputs]) -> Vec<Results> {
             let (mut counts, mut saturates) = (Vec::new(), false);
             for detector in 0..interface.reference_codes.len() {
                 for j in group * parallel..((group + 1) * parallel).min(steps) {
-                    let step = interface.timing.scan.phase_step(Step(j));
-                    let words = (first..first + integration)
+                    let period = scan.steps_per_period;
+                    let step = (scan.phase_step(Step(j)) + period - lag % period) % period;
+                    let words = (first..first + chips)
                         .map(|n| signed_hits(interface, inputs, detector, n, step));
                     let exact = words.fold((0, 0), |(up, down), word| (up + word.0, down + word.1));
                     let (count, hits) = (exact.0 - exact.1, (exact.0 + exact.1) as u64);
@@ -188,10 +206,12 @@ fn results(interface: &Interface, inputs: &[Inputs]) -> Vec<Results> {
                 }
             }
             found.push(Results { edge, counts, is_last: group + 1 == groups, saturates });
+            first += chips;
+            group += 1;
         }
-        start += groups * integration;
-        if !interface.timing.scan.is_full() || steps % parallel != 0 {
-            start = start.div_ceil(period) * period;
+        if !scan.is_full() || steps % parallel != 0 {
+            first = first.div_ceil(period) * period;
+            lag = 0;
         }
     }
 }
@@ -211,7 +231,7 @@ fn signed_hits(
         // Sample `lane` of cycle n; lane -1 is the last of the word before.
         let edge = (n + 1) as usize - usize::from(lane < 0);
         let bit = detector as i128 * lanes + lane.rem_euclid(lanes);
-        inputs[edge].samples >> bit & 1 == 1
+        (inputs[edge].samples >> bit & 1 == 1) == (interface.polarity == Polarity::High)
     };
     let (mut up, mut down) = (0, 0);
     for l in (0..lanes).filter(|&l| level(l) && !level(l - 1)) {

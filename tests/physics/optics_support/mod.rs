@@ -98,6 +98,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             counter_width: None,
             total_counts: None,
             architecture: goldtof::scene::Architecture::UpDown,
+            polarity: goldtof::scene::Polarity::High,
             peak_detector: false,
             buffers: 2,
         },

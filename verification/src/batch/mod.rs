@@ -16,6 +16,7 @@
 //!
 //! use goldtof::batch::{Inputs, Model};
 //! use goldtof::sensor::Sensor;
+//! use goldtof::sensor::port::Role;
 //!
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 //! let mut model = Model::new(&Sensor::new(&scene))?;
@@ -26,7 +27,7 @@
 //! let inputs = Inputs { samples: &samples, reset: &reset, ready: &[] };
 //! let mut outputs = Vec::new();
 //! model.clock(&inputs, &mut outputs)?;
-//! let valid = model.layout().outputs.field("m_axis_tvalid");
+//! let valid = model.layout().outputs.field(Role::Valid);
 //! let beats = outputs.iter().filter(|word| valid.low_word(&[**word]) == 1).count();
 //! assert_eq!(beats, 2);
 //! let results: Vec<_> = model.take_results().collect();

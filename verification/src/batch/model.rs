@@ -8,6 +8,7 @@ use crate::scan::Sample;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 /// The inputs of a batch of clocks.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +33,8 @@ pub struct Model {
     hits: Vec<Vec<Sample>>,
     /// For each detector.
     last_samples: Vec<LastSample>,
+    /// A word of samples without a pulse.
+    rest: u64,
     /// The next clock.
     clock: u64,
     /// First clock of the reset that the batch before this one ended in.
@@ -53,6 +56,7 @@ impl Model {
             surroundings: Surroundings::default(),
             hits: vec![Vec::new(); detectors],
             last_samples: vec![LastSample::before_all(interface.lanes()); detectors],
+            rest: interface.polarity.rest(interface.lanes()),
             clock: 0,
             reset_since: Some(0),
             first_reset: None,
@@ -122,9 +126,13 @@ impl Model {
             return Err(BatchError::PartOfAClock { found: inputs.samples.len(), detectors });
         }
         let clocks = inputs.samples.len() / detectors;
-        for (input, levels) in [("i_rst", inputs.reset), ("m_axis_tready", inputs.ready)] {
+        for (input, levels) in [(Role::Reset, inputs.reset), (Role::Ready, inputs.ready)] {
             if !levels.is_empty() && levels.len() != clocks {
-                return Err(BatchError::Lengths { input, found: levels.len(), clocks });
+                return Err(BatchError::Lengths {
+                    input: input.name(),
+                    found: levels.len(),
+                    clocks,
+                });
             }
         }
         let samples = self.interface().lanes();
@@ -189,14 +197,14 @@ impl Model {
         let detectors = self.last_samples.len();
         if let ([last], [hits]) = (&mut self.last_samples[..], &mut self.hits[..]) {
             for (clock, &word) in (first..).zip(samples) {
-                last.hits(clock, word.into(), hits);
+                last.hits(clock, word.into() ^ self.rest, hits);
             }
             return;
         }
         for (clock, words) in (first..).zip(samples.chunks_exact(detectors)) {
             let detectors = self.last_samples.iter_mut().zip(&mut self.hits);
             for (&word, (last, hits)) in words.iter().zip(detectors) {
-                last.hits(clock, word.into(), hits);
+                last.hits(clock, word.into() ^ self.rest, hits);
             }
         }
     }
@@ -207,7 +215,28 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scene;
+    use crate::scene::{self, Polarity};
+
+    #[test]
+    fn samples_that_are_low_during_a_pulse_count_as_their_opposites() {
+        let scene = scene::load(Path::new("scenes/quick.toml")).unwrap();
+        let high = Sensor::new(&scene);
+        let low = high.with(|scene| scene.hardware.polarity = Polarity::Low);
+        let words = |n: u64| (n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 24) as u8;
+        let samples: Vec<u8> = (0..6000).map(words).collect();
+        let opposites: Vec<u8> = samples.iter().map(|word| !word).collect();
+        let run = |sensor: &Sensor, samples: &[u8]| {
+            let mut model = Model::new(sensor).unwrap();
+            let mut reset = vec![0; samples.len()];
+            reset[..2].fill(1);
+            let mut outputs = Vec::new();
+            model.clock(&Inputs { samples, reset: &reset, ready: &[] }, &mut outputs).unwrap();
+            (outputs, model.take_results().map(|result| result.total).collect::<Vec<_>>())
+        };
+        let (outputs, totals) = run(&high, &samples);
+        assert!(totals.len() > 1 && totals[0] > 1000, "{totals:?}");
+        assert_eq!(run(&low, &opposites), (outputs, totals));
+    }
 
     #[test]
     fn a_batch_that_is_refused_changes_nothing() {

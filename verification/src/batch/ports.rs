@@ -70,11 +70,10 @@ fn fill<T>(to: &mut [T], values: impl Iterator<Item = u64>, narrow: impl Fn(u64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensor::interface::{Direction, Port};
+    use crate::sensor::port::Role;
 
     fn field(width: u32, word: usize, shift: u32) -> Field {
-        let port = Port { name: "p".to_owned(), direction: Direction::Output, width };
-        Field { port, word, shift }
+        Field { port: Role::Data.port(width), word, shift }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use super::BatchError;
 use crate::sensor::Sensor;
 use crate::sensor::interface::{Interface, Port};
 use crate::sensor::layout::{Layout, mask};
+use crate::sensor::port::Role;
 
 /// A port of the testbench, whose bits stand behind those of the port before it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -15,9 +16,6 @@ pub struct TestbenchPort {
     /// does not have they mean nothing.
     pub width: u32,
 }
-
-/// Outputs that a sensor has or has not, as its scene says.
-const OPTIONAL: [&str; 4] = ["o_saturated", "o_peak_step", "o_peak_count", "o_peak_valid"];
 
 /// Takes the testbench's records apart.
 #[derive(Debug, Clone)]
@@ -53,13 +51,13 @@ impl RecordReader {
     ) -> Result<RecordReader, BatchError> {
         let interface = sensor.interface();
         check(sensor, ports)?;
-        let place_of = |name: &str| {
-            let before = ports.iter().take_while(|port| port.name != name);
+        let place_of = |role: Role| {
+            let before = ports.iter().take_while(|port| port.name != role.name());
             before.map(|port| port.width).sum()
         };
         let mut outputs: Vec<Piece> = Vec::new();
         for field in &layout.outputs.fields {
-            let from: u32 = place_of(&field.port.name);
+            let from: u32 = place_of(field.port.role);
             let to = field.word as u32 * 64 + field.shift;
             for at in (0..field.port.width).step_by(64) {
                 let piece =
@@ -73,9 +71,9 @@ impl RecordReader {
         let bits: u32 = ports.iter().map(|port| port.width).sum();
         Ok(RecordReader {
             words: bits.div_ceil(64) as usize,
-            reset_at: place_of("i_rst"),
-            ready_at: place_of("m_axis_tready"),
-            samples_at: place_of("i_samples"),
+            reset_at: place_of(Role::Reset),
+            ready_at: place_of(Role::Ready),
+            samples_at: place_of(Role::Samples),
             lanes: interface.lanes(),
             detectors: interface.reference_codes.len() as u32,
             outputs,
@@ -143,7 +141,7 @@ fn bits(record: &[u64], at: u32, width: u32) -> u64 {
 /// The ports that a testbench has to have: all but the clock.
 fn needed(interface: &Interface) -> impl Iterator<Item = Port> {
     let ports = interface.ports().into_iter();
-    ports.filter(|port| port.name != Layout::CLOCK)
+    ports.filter(|port| port.role != Role::Clock)
 }
 
 fn check(sensor: &Sensor, ports: &[TestbenchPort]) -> Result<(), BatchError> {
@@ -162,7 +160,8 @@ fn check(sensor: &Sensor, ports: &[TestbenchPort]) -> Result<(), BatchError> {
                     scene: scene(),
                 });
             }
-            None if !OPTIONAL.contains(&port.name.as_str()) => {
+            // Other scenes' sensors may have it.
+            None if Role::of(&port.name).is_none_or(|role| role == Role::Clock) => {
                 let names: Vec<String> = needed(sensor.interface()).map(|p| p.name).collect();
                 return Err(BatchError::UnknownPort {
                     port: port.name.clone(),

@@ -6,7 +6,7 @@ use super::{BatchError, held_to};
 use crate::cosim::Verdict;
 use crate::cosim::comparison::Comparison;
 use crate::cosim::exercised::Exercised;
-use crate::cosim::mismatch::{FirstMismatch, Mismatch, MismatchKind};
+use crate::cosim::mismatch::{FirstMismatch, MismatchKind};
 use crate::sensor::Sensor;
 
 /// How a design is judged.
@@ -167,22 +167,14 @@ impl Scoreboard {
         let clocks = self.expected.chunks_exact(words);
         let clocks = clocks.zip(self.pending.got.chunks_exact(words));
         for (at, (expected, got)) in clocks.enumerate().skip(from) {
-            let Some(number) = comparison.differing(expected, (got, &[])).next() else {
+            let clock = first_clock + at as u64;
+            let kind = MismatchKind::Value;
+            let Some(mismatch) = comparison.mismatch(clock, kind, expected, (got, &[])) else {
                 continue;
             };
             self.mismatches += 1;
-            let field = &layout.outputs.fields[number];
-            self.first.get_or_insert_with(|| {
-                let mismatch = Mismatch {
-                    clock: first_clock + at as u64,
-                    kind: MismatchKind::Value,
-                    field: number,
-                    expected: field.read(expected),
-                    got: field.read(got),
-                    undefined: Vec::new(),
-                };
-                FirstMismatch::new(&self.sensor, field, &mismatch)
-            });
+            let field = &layout.outputs.fields[mismatch.field];
+            self.first.get_or_insert_with(|| FirstMismatch::new(&self.sensor, field, &mismatch));
         }
     }
 

@@ -123,7 +123,7 @@ fn built(sensor: &Sensor, request: &Request, clocks: u64) -> Result<(Built, Prep
         let prepared = Prepared::new(top, sources, interface, clocks, cache);
         (joined(built), prepared)
     });
-    // Of Verilog that does not compile Verilator speaks, whose words are known.
+    // Where Verilog does not compile, Verilator's message comes first: users know it.
     Ok((built?, prepared?))
 }
 
@@ -170,7 +170,7 @@ fn of_scan(
     })
 }
 
-/// What a thread has come to; it panics on as the thread did.
+/// The result of a thread; its panic is passed on.
 fn joined<T>(thread: ScopedJoinHandle<T>) -> T {
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }

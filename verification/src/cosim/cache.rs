@@ -159,7 +159,7 @@ fn whole(folder: &Path, product: &str) -> io::Result<Option<Vec<u8>>> {
 /// Nothing where nothing is, or what others can write to, which is built again.
 ///
 /// # Errors
-/// When it belongs to another user, who is not to be robbed of it either.
+/// When it belongs to another user: others' files are not replaced.
 fn ours(found: io::Result<fs::Metadata>) -> io::Result<Option<()>> {
     let Ok(found) = found else {
         return Ok(None);

@@ -1,6 +1,8 @@
 //! Which outputs of the two sides have to be equal at a clock.
 
+use super::mismatch::{Mismatch, MismatchKind};
 use crate::sensor::layout::{Field, Layout};
+use crate::sensor::port::Role;
 
 /// How outputs are compared.
 #[derive(Debug, Clone, Copy)]
@@ -22,13 +24,37 @@ impl Comparison<'_> {
     ) -> impl Iterator<Item = usize> + use<'_, 's> {
         let outputs = &self.layout.outputs;
         let is_idle =
-            self.ignores_idle_payload && outputs.field("m_axis_tvalid").low_word(expected) == 0;
+            self.ignores_idle_payload && outputs.field(Role::Valid).low_word(expected) == 0;
         let fields = outputs.fields.iter().enumerate();
         fields.filter_map(move |(number, field)| {
-            let is_payload = matches!(field.port.name.as_str(), "m_axis_tdata" | "m_axis_tlast");
+            let is_payload = field.port.role.is_payload();
             let differs =
                 field.read(expected) != field.read(got) || is_any_undefined(field, undefined);
             (differs && !(is_idle && is_payload)).then_some(number)
+        })
+    }
+}
+
+impl Comparison<'_> {
+    /// The first port that differs at a clock and is not free to, with what it shows.
+    pub(crate) fn mismatch(
+        &self,
+        clock: u64,
+        kind: MismatchKind,
+        expected: &[u64],
+        got: (&[u64], &[u64]),
+    ) -> Option<Mismatch> {
+        let number = self.differing(expected, got).next()?;
+        let field = &self.layout.outputs.fields[number];
+        let undefined = if got.1.is_empty() { Vec::new() } else { field.read(got.1) };
+        let is_undefined = undefined.iter().any(|&bits| bits != 0);
+        Some(Mismatch {
+            clock,
+            kind: if is_undefined { MismatchKind::Undefined } else { kind },
+            field: number,
+            expected: field.read(expected),
+            got: field.read(got.0),
+            undefined: if is_undefined { undefined } else { Vec::new() },
         })
     }
 }

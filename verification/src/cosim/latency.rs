@@ -16,6 +16,7 @@ use super::{Cosimulation, Request, StimulusKind, cosimulate};
 use crate::reference::stimulus::{RESET_CLOCKS, clocks_for_scans};
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
+use crate::sensor::port::Role;
 
 /// Longest latency that can be asked for, in clocks.
 pub(crate) const MOST_CLOCKS: u32 = 4096;
@@ -178,16 +179,16 @@ fn clocks_to_see(interface: &Interface) -> u64 {
     all.saturating_add(PATIENCE)
 }
 
-/// The sensor with the latency that a run's first difference speaks of, if it does.
+/// The sensor with the latency that a run's first difference shows, if it shows one.
 fn adjusted(sensor: &Sensor, run: &Cosimulation) -> Option<Sensor> {
-    let late = |port: &str| {
-        let of_port = |difference: &&PortDifference| difference.port == port;
+    let late = |port: Role| {
+        let of_port = |difference: &&PortDifference| difference.port == port.name();
         run.report.differences.iter().find(of_port)?.clocks_late
     };
-    if let Some(late) = late("m_axis_tvalid") {
+    if let Some(late) = late(Role::Valid) {
         return Some(shifted(sensor, late, late));
     }
-    late("o_peak_valid").map(|late| shifted(sensor, 0, late))
+    late(Role::PeakValid).map(|late| shifted(sensor, 0, late))
 }
 
 fn shifted(sensor: &Sensor, result: i64, peak: i64) -> Sensor {

@@ -243,25 +243,13 @@ impl<'a> Judge<'a> {
     }
 
     fn compare(&mut self, clock: u64, kind: MismatchKind, expected: &[u64], got: (&[u64], &[u64])) {
-        let Some(number) = self.comparison.differing(expected, got).next() else {
+        let Some(mismatch) = self.comparison.mismatch(clock, kind, expected, got) else {
             return;
         };
         if self.last_different.replace(clock) != Some(clock) {
             self.mismatches += 1;
         }
-        let field = &self.comparison.layout.outputs.fields[number];
-        self.first.get_or_insert_with(|| {
-            let undefined = if got.1.is_empty() { Vec::new() } else { field.read(got.1) };
-            let is_undefined = undefined.iter().any(|&bits| bits != 0);
-            Mismatch {
-                clock,
-                kind: if is_undefined { MismatchKind::Undefined } else { kind },
-                field: number,
-                expected: field.read(expected),
-                got: field.read(got.0),
-                undefined: if is_undefined { undefined } else { Vec::new() },
-            }
-        });
+        self.first.get_or_insert(mismatch);
     }
 
     fn outcome(self, elapsed: Duration) -> Outcome {

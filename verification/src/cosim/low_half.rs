@@ -208,7 +208,8 @@ fn compact(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Direction, Port, follows, is_only_edge, last_value};
+    use super::{follows, is_only_edge, last_value};
+    use crate::sensor::port::Role;
 
     /// What Verilator 5.006 and 5.048 write of a clock, in their own words.
     const MODELS: [(&str, &str); 2] = [
@@ -274,14 +275,11 @@ mod tests {
                  Vt___024root___ico_sequent__TOP__0(vlSelf);\n    vlSelf->o_laser = 1U;\n}}\n"
             )
         };
-        let ports = ["o_laser", "o_epoch", "o_wide"].map(|name| Port {
-            name: name.to_owned(),
-            direction: Direction::Output,
-            width: if name == "o_wide" { 65 } else { 1 },
-        });
+        let ports = [(Role::Laser, 1), (Role::Epoch, 1), (Role::Data, 65)];
+        let ports = ports.map(|(role, width)| role.port(width));
         let follows = |line: &str| follows(&ports.each_ref(), &[text(line)]);
         assert!(follows("vlSelf->o_laser = i") && follows("vlSymsp->TOP.o_epoch \n    = 1U"));
-        assert!(follows("VL_ASSIGN_W(65,vlSelf->o_wide, i)"));
+        assert!(follows("VL_ASSIGN_W(65,vlSelf->m_axis_tdata, i)"));
         assert!(!follows("vlSelf->t__DOT__o_laser = 1U") && !follows("vlSelf->o_laser_r = 1U"));
         assert!(!follows("vlSelf->a = (1U == (IData)(vlSelf->o_laser))"));
     }

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Field;
+use crate::sensor::port::Role;
 
 /// A difference as it was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -94,7 +95,7 @@ impl FirstMismatch {
         let Mismatch { clock, kind, expected, got, undefined, .. } = mismatch;
         // The words begin with the port's first bit.
         let alone = Field { word: 0, shift: 0, ..field.clone() };
-        let mut numbers = held_by(&field.port.name, sensor.interface());
+        let mut numbers = held_by(field.port.role, sensor.interface());
         if !undefined.is_empty() {
             numbers.clear();
         }
@@ -173,7 +174,7 @@ impl Held {
 }
 
 /// The numbers that a port holds, from its lowest bits up.
-fn held_by(port: &str, interface: &Interface) -> Vec<Held> {
+fn held_by(port: Role, interface: &Interface) -> Vec<Held> {
     let signed_bits = interface.signed_data_bits();
     let of_detectors = |name, bits: u32, is_signed| {
         let detectors = 0..interface.reference_codes.len();
@@ -187,7 +188,7 @@ fn held_by(port: &str, interface: &Interface) -> Vec<Held> {
         held.collect()
     };
     match (port, &interface.peak) {
-        ("m_axis_tdata", _) => {
+        (Role::Data, _) => {
             let count = Held {
                 name: "count",
                 detector: None,
@@ -204,8 +205,8 @@ fn held_by(port: &str, interface: &Interface) -> Vec<Held> {
             });
             std::iter::once(count).chain(total).collect()
         }
-        ("o_peak_step", Some(peak)) => of_detectors("phase_step", peak.step_bits, false),
-        ("o_peak_count", Some(peak)) => of_detectors("count", peak.count_bits, true),
+        (Role::PeakStep, Some(peak)) => of_detectors("phase_step", peak.step_bits, false),
+        (Role::PeakCount, Some(peak)) => of_detectors("count", peak.count_bits, true),
         _ => Vec::new(),
     }
 }
@@ -242,7 +243,7 @@ mod tests {
         let total_at = sensor.interface().total.unwrap().first_bit;
         assert_eq!(total_at, sensor.interface().signed_data_bits());
         let layout = Layout::of(sensor.interface());
-        let field = layout.outputs.field("m_axis_tdata");
+        let field = layout.outputs.field(Role::Data);
         let minus_two = (1u64 << total_at) - 2;
         let expected = [minus_two | 7 << total_at];
         let got = [3 | 7 << total_at];

@@ -244,6 +244,7 @@ pub fn differences(expected: &[Port], found: &[FoundPort]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensor::port::Role;
 
     #[test]
     fn ports_are_read_from_the_declarations_of_a_verilated_model() {
@@ -265,12 +266,8 @@ mod tests {
             ]
         );
         assert!(verilated_ports("VL_OUT(&a,4294967295,0);").is_empty());
-        let port = |name: &str, direction, width| Port { name: name.into(), direction, width };
-        let wanted = [
-            port("i_clk", Direction::Input, 1),
-            port("m_axis_tdata", Direction::Output, 16),
-            port("i_rst", Direction::Input, 1),
-        ];
+        let wanted = [(Role::Clock, 1), (Role::Data, 16), (Role::Reset, 1)];
+        let wanted = wanted.map(|(role, width)| role.port(width));
         assert_eq!(
             differences(&wanted, &ports),
             [
@@ -284,8 +281,7 @@ mod tests {
     fn inouts_arrays_and_escaped_names_are_named() {
         let header = "VL_INOUT8(&i_rst,0,0);\nVL_OUT8((&o_laser)[2],3,0);\n\
                       VL_INOUTW(&pads,99,0,4);\nVL_OUT8(&o__02bx__0,0,0);\n";
-        let port = |name: &str, direction, width| Port { name: name.into(), direction, width };
-        let wanted = [port("i_rst", Direction::Input, 1), port("o_laser", Direction::Output, 4)];
+        let wanted = [Role::Reset.port(1), Role::Laser.port(4)];
         assert_eq!(
             differences(&wanted, &verilated_ports(header)),
             [

@@ -18,6 +18,7 @@ use crate::reference::cover_report::Coverage;
 use crate::reference::coverage::CoverTable;
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 /// What a co-simulation found; the JSON of `goldtof cosim`.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
@@ -232,7 +233,7 @@ pub(super) fn peaks(sensor: &Sensor, layout: &Layout, outputs: &[u64]) -> Vec<Po
     let Some(peak) = &sensor.interface().peak else {
         return Vec::new();
     };
-    let [steps, counts] = ["o_peak_step", "o_peak_count"].map(|name| layout.outputs.field(name));
+    let [steps, counts] = [Role::PeakStep, Role::PeakCount].map(|port| layout.outputs.field(port));
     sensor
         .scene()
         .detectors

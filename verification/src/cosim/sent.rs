@@ -7,6 +7,7 @@ use crate::scan::{Group, Grouping};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout, Record};
+use crate::sensor::port::Role;
 
 /// Reads the result stream of a run, record by record.
 ///
@@ -50,7 +51,7 @@ struct Bit {
 }
 
 impl Bit {
-    fn of(record: &Record, port: &str) -> Bit {
+    fn of(record: &Record, port: Role) -> Bit {
         let field = record.field(port);
         Bit { word: field.word, mask: 1 << field.shift }
     }
@@ -72,7 +73,7 @@ impl SentReader {
     /// A reader of a run that begins in reset.
     pub fn new(interface: &Interface, layout: &Layout) -> SentReader {
         let (inputs, outputs) = (&layout.inputs, &layout.outputs);
-        let data = outputs.field("m_axis_tdata").clone();
+        let data = outputs.field(Role::Data).clone();
         SentReader {
             results: match &interface.histogram {
                 Some(plan) => Results::Rows(FrameReader::new(interface, plan, data)),
@@ -82,11 +83,11 @@ impl SentReader {
                     total_bits: interface.total.map(|total| interface.tdata_bits - total.first_bit),
                 },
             },
-            valid: Bit::of(outputs, "m_axis_tvalid"),
-            last: Bit::of(outputs, "m_axis_tlast"),
-            overrun: Bit::of(outputs, "o_overrun"),
-            reset: Bit::of(inputs, "i_rst"),
-            ready: Bit::of(inputs, "m_axis_tready"),
+            valid: Bit::of(outputs, Role::Valid),
+            last: Bit::of(outputs, Role::Last),
+            overrun: Bit::of(outputs, Role::Overrun),
+            reset: Bit::of(inputs, Role::Reset),
+            ready: Bit::of(inputs, Role::Ready),
             words: (inputs.words, outputs.words),
             detectors: interface.reference_codes.len() as u64,
             grouping: interface.grouping(),

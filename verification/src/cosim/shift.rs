@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::reference::blocks::Records;
 use crate::sensor::layout::{Field, Layout};
+use crate::sensor::port::Role;
 
 /// Farthest that values are looked for, in clocks.
 const FARTHEST: i64 = 1_000;
@@ -25,11 +26,11 @@ pub struct PortDifference {
 /// What `m_axis_tdata` and `m_axis_tlast` hold counts with `m_axis_tvalid`: they are held
 /// against what it is when it comes.
 pub fn differences(records: &Records, layout: &Layout, ignores_idle: bool) -> Vec<PortDifference> {
-    let valid = Pair::of(records, layout, layout.outputs.field("m_axis_tvalid"));
+    let valid = Pair::of(records, layout, layout.outputs.field(Role::Valid));
     let fields = layout.outputs.fields.iter();
     let told = fields.filter_map(|field| {
         let pair = Pair::of(records, layout, field);
-        let is_payload = matches!(field.port.name.as_str(), "m_axis_tdata" | "m_axis_tlast");
+        let is_payload = field.port.role.is_payload();
         let counts: Option<&[Vec<u64>]> = (is_payload && ignores_idle).then_some(&valid.expected);
         if pair.agrees(0, counts) {
             return None;

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::reference::blocks::Records;
 use crate::sensor::layout::{Field, Layout};
+use crate::sensor::port::Role;
 
 /// Clocks that are kept on either side of what is shown.
 const CONTEXT_CLOCKS: u64 = 1_000;
@@ -54,7 +55,7 @@ impl<'a> Kept<'a> {
         Kept {
             layout,
             window,
-            valid: layout.outputs.field("m_axis_tvalid"),
+            valid: layout.outputs.field(Role::Valid),
             previous: None,
             asked: Records::default(),
             first: Records::default(),

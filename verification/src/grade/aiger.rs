@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use crate::cosim::lanes::netlist::{CHOICE, Function, Net, Netlist, PortNets, Register};
-use crate::cosim::lanes::variants::is_payload;
+use crate::sensor::port::Role;
 
 /// A literal: twice the number of a variable, plus one if it is inverted.
 type Literal = u32;
@@ -42,7 +42,8 @@ pub(super) fn miter(left: Started, right: Started, ignores_idle_payload: bool) -
         outputs.push(side.netlist.outputs.iter().map(of_port).collect());
     }
     let ports = &left.netlist.outputs;
-    let valid = ports.iter().position(|port| port.name == "m_axis_tvalid");
+    let valid = ports.iter().position(|port| port.name == Role::Valid.name());
+    let is_payload = |name: &str| Role::of(name).is_some_and(Role::is_payload);
     let mut differ = FALSE;
     for (number, port) in ports.iter().enumerate() {
         let mut here = FALSE;

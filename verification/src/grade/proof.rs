@@ -3,17 +3,14 @@
 use std::fs;
 use std::path::Path;
 use std::process::Stdio;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
-use std::thread;
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::aiger::{Started, miter};
 use super::family::Family;
 use crate::cosim::error::CosimError;
-use crate::cosim::lanes::threads;
 use crate::cosim::tools::Tool;
 use crate::programs;
 
@@ -83,9 +80,13 @@ pub(super) fn prove(
     let mut answers: Vec<Answer> = questions.iter().map(|_| out_of_time()).collect();
     let mut left: Vec<usize> = (0..questions.len()).collect();
     for limit_s in [FIRST_LOOK_S.min(bounds.each_s), bounds.each_s] {
-        let ask = |place: &usize| questions[*place].ask(ignores_idle_payload, limit_s);
-        let found = side_by_side(&left, until, ask)?;
-        for (&place, found) in left.iter().zip(found) {
+        let ask = |&place: &usize| {
+            let is_time = Instant::now() < until;
+            let found = is_time.then(|| questions[place].ask(ignores_idle_payload, limit_s));
+            found.transpose()
+        };
+        let found: Result<Vec<_>, CosimError> = left.par_iter().with_max_len(1).map(ask).collect();
+        for (&place, found) in left.iter().zip(found?) {
             if let Some(found) = found {
                 answers[place] = found;
             }
@@ -96,37 +97,6 @@ pub(super) fn prove(
         }
     }
     Ok(answers)
-}
-
-/// Does something with each of a list, as many at once as there are cores; what had not
-/// begun by a time is left out.
-fn side_by_side<T: Sync, A: Send + Sync>(
-    list: &[T],
-    until: Instant,
-    work: impl Fn(&T) -> Result<A, CosimError> + Sync,
-) -> Result<Vec<Option<A>>, CosimError> {
-    let next = AtomicUsize::new(0);
-    let failed: Mutex<Option<CosimError>> = Mutex::new(None);
-    let done: Vec<OnceLock<A>> = list.iter().map(|_| OnceLock::new()).collect();
-    let lock = || failed.lock().unwrap_or_else(PoisonError::into_inner);
-    thread::scope(|scope| {
-        for _ in 0..threads().min(list.len()) {
-            scope.spawn(|| {
-                while Instant::now() < until && lock().is_none() {
-                    let place = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = list.get(place) else { break };
-                    match work(item) {
-                        Ok(found) => _ = done[place].set(found),
-                        Err(error) => *lock() = Some(error),
-                    }
-                }
-            });
-        }
-    });
-    match lock().take() {
-        Some(error) => Err(error),
-        None => Ok(done.into_iter().map(OnceLock::into_inner).collect()),
-    }
 }
 
 impl Question<'_> {

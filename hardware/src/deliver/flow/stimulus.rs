@@ -6,8 +6,9 @@ use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::cover_report::Coverage;
 use crate::reference::predictor::{Reference, ReferenceError, Skip};
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
-use crate::sensor::interface::{Direction, Interface, Port};
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout};
+use crate::sensor::port::{Port, Role, Use};
 
 /// Longest run: an interpreting simulator takes seconds for it.
 pub const MOST_CLOCKS: u64 = 100_000;
@@ -23,11 +24,29 @@ const MEANS: Means = Means {
 /// Seed of the adversary: not the one that co-simulation begins with.
 const SEED: u64 = 2;
 
+/// What a vector file holds one behind the other: a port, or a counter of the scan.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// Bits.
+    pub width: u32,
+    /// It counts while `m_axis_tvalid` is high alone.
+    pub is_payload: bool,
+}
+
+impl Column {
+    fn of(port: &Port) -> Column {
+        let is_payload = port.role.is_payload();
+        Column { name: port.name.clone(), width: port.width, is_payload }
+    }
+}
+
 /// Ports that share a vector file, from bit 0 up.
 #[derive(Debug, Clone)]
 pub struct Group {
     /// The ports.
-    pub ports: Vec<Port>,
+    pub ports: Vec<Column>,
     /// Their values, clock by clock.
     pub runs: Runs,
     /// Where they lie in a record, in the same order.
@@ -38,13 +57,13 @@ pub struct Group {
 
 impl Group {
     fn new(fields: Vec<Field>) -> Group {
-        let ports: Vec<Port> = fields.iter().map(|field| field.port.clone()).collect();
+        let ports: Vec<Column> = fields.iter().map(|field| Column::of(&field.port)).collect();
         let bits: u32 = ports.iter().map(|port| port.width).sum();
         Group { ports, runs: Runs::default(), fields, packed: vec![0; bits.div_ceil(64) as usize] }
     }
 
     /// Values that stand in no record.
-    fn plain(ports: impl Iterator<Item = Port>) -> Group {
+    fn plain(ports: impl Iterator<Item = Column>) -> Group {
         let mut group = Group::new(Vec::new());
         group.ports = ports.collect();
         group.packed = vec![0; group.bits().div_ceil(64) as usize];
@@ -168,7 +187,7 @@ pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, Refe
         .fields
         .iter()
         .cloned()
-        .partition(|field| matches!(field.port.name.as_str(), "o_laser" | "o_epoch"));
+        .partition(|field| field.port.role.usage() == Use::Code);
     let (mut adversary, clocks) = adversary(interface)?;
     let mut reference = Reference::new(interface.clone())?;
     let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
@@ -177,7 +196,7 @@ pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, Refe
     chips.push_zero();
     results.push_zero();
     let (mut resets, mut phase_steps, mut scans) = (0, 0, 0);
-    let reset = layout.inputs.field("i_rst");
+    let reset = layout.inputs.field(Role::Reset);
     let mut in_reset = false;
     let mut skips = Vec::new();
     let mut block = Block::default();
@@ -223,10 +242,10 @@ impl Skips {
     fn of(interface: &Interface, skips: &[Skip], clocks: u64) -> Option<Skips> {
         let first_clock = skips.first()?.clock;
         let mut registers = ScanRegisters::of(interface);
-        let mut values = Group::plain(registers.present().map(|register| Port {
+        let mut values = Group::plain(registers.present().map(|register| Column {
             name: register.path("."),
-            direction: Direction::Input,
             width: register.width(),
+            is_payload: false,
         }));
         let mut clock = 0;
         for skip in skips {

@@ -1,22 +1,15 @@
-//! Proofs that go with the emitted Verilog: properties in Verilog, and tasks for sby.
+//! Proofs that go with the emitted Verilog. What is to hold stands in the SystemVerilog files of
+//! this folder; here are this design's numbers ([`numbers`]), where in it the proofs look
+//! ([`proofs`]), and the tasks of sby ([`script`]).
 
-mod codes;
-mod counts;
-mod frames;
-mod harness;
-mod peak;
-mod reference;
-mod rules;
-mod scan;
+mod numbers;
+mod proofs;
 mod script;
-mod stream;
 
 use serde::Serialize;
 
-use self::harness::Harness;
-
+use self::proofs::{Proof, proofs};
 use super::design::{Design, EmittedFile};
-use crate::rtl::back::BLOCK_MEMORY;
 
 /// Files of the folder `formal`.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -43,37 +36,15 @@ impl Formal {
 
     /// The proofs of a design.
     pub(super) fn of(design: &Design) -> Formal {
-        let interface = design.interface();
-        let (codes, mut modules) = codes::harness(interface, design.prefix);
-        let mut harnesses = vec![rules::reset(interface), codes];
-        if let Some(plan) = &interface.histogram {
-            // The words in its memories are beyond these proofs.
-            harnesses.extend([frames::scan(interface, plan), frames::stream(interface, plan)]);
-        } else {
-            let (reference, of_reference) = reference::harness(interface, design.prefix);
-            modules += &of_reference;
-            harnesses.extend([
-                scan::harness(interface),
-                reference,
-                counts::harness(interface),
-                stream::harness(interface),
-            ]);
-        }
-        harnesses.extend(interface.peak.iter().map(|plan| peak::harness(interface, plan)));
-        harnesses.push(rules::axis(interface));
-        if interface.histogram.is_some() {
-            // Nor does reset reach a memory's registers.
-            harnesses =
-                harnesses.into_iter().map(|harness| harness.freeing(BLOCK_MEMORY)).collect();
-        }
+        let proofs = proofs(design);
         Formal {
-            properties: script::properties(design, &harnesses, &modules),
-            emptied: script::emptied(design, &harnesses),
+            properties: script::properties(design),
+            emptied: script::emptied(design, &proofs),
             registers: script::registers(design.made_by),
-            script: script::script(design, &harnesses),
+            script: script::script(design, &proofs),
             abc: script::abc(design.made_by),
-            proofs: harnesses.iter().map(|harness| harness.name).collect(),
-            covers: harnesses.iter().filter_map(Harness::cover_task).collect(),
+            covers: proofs.iter().filter_map(Proof::cover_task).collect(),
+            proofs: proofs.iter().map(|proof| proof.name).collect(),
         }
     }
 

@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::harness::Harness;
+use super::numbers::header;
+use super::proofs::Proof;
 use crate::deliver::design::{Design, EmittedFile};
+use crate::rtl::back::BLOCK_MEMORY;
 
 /// Name of the folder of these files.
 pub(super) const FOLDER: &str = "formal";
@@ -12,6 +14,10 @@ const EMPTIED: &str = "emptied.v";
 const ABC: &str = "abc.sh";
 /// After which a proof is given up; each takes seconds.
 const TIMEOUT_S: u32 = 600;
+
+/// What the names of proofs' modules begin with, and of what they hold a design against.
+const PROOF: &str = "prove_";
+const SPECIFICATION: &str = "spec_";
 
 /// Name of the file with the properties.
 fn properties_name(design: &Design) -> String {
@@ -23,26 +29,53 @@ fn script_name(design: &Design) -> String {
     design.file_name(".sby")
 }
 
+/// What all proofs share, and the codes; then what each kind of design has.
+const SHARED: [&str; 2] = [include_str!("design.sv"), include_str!("codes.sv")];
+const OF_CORRELATORS: [&str; 4] = [
+    include_str!("scan.sv"),
+    include_str!("reference.sv"),
+    include_str!("counts.sv"),
+    include_str!("stream.sv"),
+];
+const OF_HISTOGRAMS: [&str; 1] = [include_str!("frames.sv")];
+const OF_PEAKS: [&str; 1] = [include_str!("peak.sv")];
+const OF_STREAM: [&str; 1] = [include_str!("axis.sv")];
+
 /// The properties of all proofs.
-pub(super) fn properties(design: &Design, harnesses: &[Harness], modules: &str) -> EmittedFile {
+pub(super) fn properties(design: &Design) -> EmittedFile {
+    let interface = design.interface();
     let mut text = format!(
         "// What {top} has to do: a module for each proof of {script}\n\
          //\n\
          // Each has the design, a specification of its own, and assertions. Registers start as one clock\n\
          // of reset leaves them, which the proof `reset` shows to be one state; i_rst may come again at any\n\
-         // time. Outputs of modules inside are seen, or cut and driven by the proof, by {script}.\n\
-         //\n\
-         // Made by  {made_by}\n\n`default_nettype none\n\n",
+         // time. Outputs of modules inside are seen, or cut and driven by the proof, by {script}.\n",
         top = design.top(),
         script = script_name(design),
-        made_by = design.made_by,
     );
-    text += &modules.replace("endmodule\n", "endmodule\n\n");
-    for harness in harnesses {
-        text += &harness.text(design);
+    if interface.histogram.is_some() {
+        let _ = writeln!(text, "// What a {BLOCK_MEMORY} gives is anything, at any clock.");
+    }
+    let _ = write!(
+        text,
+        "//\n// Made by  {}\n\n`default_nettype none\n\n// The numbers of this design, and its codes.\n{}",
+        design.made_by,
+        header(design)
+    );
+    let parts: &[&str] = match interface.histogram {
+        Some(_) => &OF_HISTOGRAMS,
+        None => &OF_CORRELATORS,
+    };
+    let peaks: &[&str] = if interface.peak.is_some() { &OF_PEAKS } else { &[] };
+    for part in SHARED.iter().chain(parts).chain(peaks).chain(&OF_STREAM) {
+        text += part;
         text.push('\n');
     }
     text += "`default_nettype wire\n";
+    // Modules of several designs may come together.
+    for name in [PROOF, SPECIFICATION] {
+        text = text.replace(name, &design.prefix.of(name));
+    }
     EmittedFile { name: properties_name(design), text }
 }
 
@@ -50,116 +83,33 @@ pub(super) fn properties(design: &Design, harnesses: &[Harness], modules: &str) 
 pub(super) fn registers(made_by: &str) -> EmittedFile {
     EmittedFile {
         name: REGISTERS.to_owned(),
-        text: format!("// Registers, for Yosys' techmap\n// Made by  {made_by}\n\n{REGISTER_MAPS}"),
+        text: format!(
+            "// Registers, for Yosys' techmap\n// Made by  {made_by}\n\n{}",
+            include_str!("registers.v")
+        ),
     }
 }
 
 /// For an ABC that is not sby's own.
 pub(super) fn abc(made_by: &str) -> EmittedFile {
-    let text = format!("#!/bin/sh\n# Made by  {made_by}\n#\n{ABC_WRAPPER}");
+    let text = format!("#!/bin/sh\n# Made by  {made_by}\n#\n{}", include_str!("abc.sh"));
     EmittedFile { name: ABC.to_owned(), text }
 }
 
-/// What Debian's berkeley-abc lacks of sby's.
-const ABC_WRAPPER: &str = r#"# ABC as sby calls it, with -c and its commands, for whoever has Debian's berkeley-abc, or the
-# yosys-abc of an older Yosys, and not sby's own. In the folder of the design:
-#   sby --abc "sh '$PWD/formal/abc.sh'" -f formal/NAME.sby
-abc=$(command -v berkeley-abc || command -v yosys-abc) || {
-    echo "neither berkeley-abc nor yosys-abc is installed" >&2
-    exit 127
-}
-# pdr of these has no option -l, which only prints more.
-commands=$(printf '%s' "$2" | sed 's/pdr -v -l/pdr -v/')
-status=0
-"$abc" "$1" "$commands" || status=$?
-# They leave out the line break before the end of a counterexample.
-sed -i 's/\([01]\)# DONE$/\1\n# DONE/' engine_*/trace*.aiw 2>/dev/null || true
-exit "$status"
-"#;
-
-/// Registers that start at their reset value; with `IN_RESET` those that start at
-/// any, and the claim that reset takes them to it. One whose reset Yosys does not
-/// recognise, because the register is but the reset's inverse, starts at 0.
-const REGISTER_MAPS: &str = "\
-`ifdef IN_RESET
-
-// The proof `reset`: i_rst is high, and registers have any value.
-(* techmap_celltype = \"$sdff\" *)
-module resettable (CLK, SRST, D, Q);
-    parameter WIDTH = 1;
-    parameter CLK_POLARITY = 1;
-    parameter SRST_POLARITY = 1;
-    parameter [WIDTH-1:0] SRST_VALUE = 0;
-    input CLK;
-    input SRST;
-    input [WIDTH-1:0] D;
-    output [WIDTH-1:0] Q;
-
-    wire [WIDTH-1:0] next = SRST == SRST_POLARITY ? SRST_VALUE : D;
-    \\$anyseq #(.WIDTH(WIDTH)) any (.Y(Q));
-    \\$assert is_reset (.A(next == SRST_VALUE), .EN(1'b1));
-endmodule
-
-(* techmap_celltype = \"$dff\" *)
-module other (CLK, D, Q);
-    parameter WIDTH = 1;
-    parameter CLK_POLARITY = 1;
-    input CLK;
-    input [WIDTH-1:0] D;
-    output [WIDTH-1:0] Q;
-
-    \\$anyseq #(.WIDTH(WIDTH)) any (.Y(Q));
-    \\$assert is_reset (.A(D == 0), .EN(1'b1));
-endmodule
-
-`else
-
-// All other proofs: a register starts as reset leaves it.
-(* techmap_celltype = \"$sdff\" *)
-module resettable (CLK, SRST, D, Q);
-    parameter WIDTH = 1;
-    parameter CLK_POLARITY = 1;
-    parameter SRST_POLARITY = 1;
-    parameter [WIDTH-1:0] SRST_VALUE = 0;
-    input CLK;
-    input SRST;
-    input [WIDTH-1:0] D;
-    (* init = SRST_VALUE *) output [WIDTH-1:0] Q;
-
-    wire [WIDTH-1:0] next = SRST == SRST_POLARITY ? SRST_VALUE : D;
-    \\$dffe #(.WIDTH(WIDTH), .CLK_POLARITY(CLK_POLARITY), .EN_POLARITY(1)) register
-        (.CLK(CLK), .EN(1'b1), .D(next), .Q(Q));
-endmodule
-
-(* techmap_celltype = \"$dff\" *)
-module other (CLK, D, Q);
-    parameter WIDTH = 1;
-    parameter CLK_POLARITY = 1;
-    input CLK;
-    input [WIDTH-1:0] D;
-    (* init = {WIDTH{1'b0}} *) output [WIDTH-1:0] Q;
-
-    \\$dffe #(.WIDTH(WIDTH), .CLK_POLARITY(CLK_POLARITY), .EN_POLARITY(1)) register
-        (.CLK(CLK), .EN(1'b1), .D(D), .Q(Q));
-endmodule
-
-`endif
-";
-
 /// Modules that a proof empties: ports without anything behind them, or behind outputs
 /// whatever the proof's engine likes.
-pub(super) fn emptied(design: &Design, harnesses: &[Harness]) -> EmittedFile {
+pub(super) fn emptied(design: &Design, proofs: &[Proof]) -> EmittedFile {
     let mut text = format!(
         "// Modules of {} of which a proof drives the outputs, or leaves them free: their ports and no more\n\
          // Made by  {}\n\n`default_nettype none\n",
         design.top(),
         design.made_by,
     );
-    for harness in harnesses.iter().filter(|harness| harness.is_cut()) {
-        let _ = writeln!(text, "\n`ifdef PROVE_{}", harness.name.to_uppercase());
+    for proof in proofs.iter().filter(|proof| proof.is_cut()) {
+        let _ = writeln!(text, "\n`ifdef PROVE_{}", proof.name.to_uppercase());
         let files = design.files.iter();
-        for file in files.filter(|file| harness.empties(module(design, file))) {
-            text += &ports_only(&file.text, harness.frees(module(design, file)));
+        for file in files.filter(|file| proof.empties(module(design, file))) {
+            text += &ports_only(&file.text, proof.frees(module(design, file)));
         }
         text += "`endif\n";
     }
@@ -207,16 +157,21 @@ fn module<'f>(design: &Design, file: &'f EmittedFile) -> &'f str {
     design.prefix.strip(name).unwrap_or(name)
 }
 
+/// Name of a proof's module.
+fn top(design: &Design, proof: &Proof) -> String {
+    design.prefix.of(&format!("{PROOF}{}", proof.name))
+}
+
 /// The files of the design that a proof reads.
-fn names(design: &Design, harness: &Harness) -> String {
+fn names(design: &Design, proof: &Proof) -> String {
     let files = design.files.iter();
-    let read = files.filter(|file| !harness.empties(module(design, file)));
+    let read = files.filter(|file| !proof.empties(module(design, file)));
     let names: Vec<&str> = read.map(|file| file.name.as_str()).collect();
     names.join(" ")
 }
 
 /// sby's tasks.
-pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
+pub(super) fn script(design: &Design, proofs: &[Proof]) -> EmittedFile {
     let properties = properties_name(design);
     let mut text = format!(
         "# Proofs of {top}, for sby (SymbiYosys). In the folder of {top}.v:\n\
@@ -230,29 +185,29 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
         made_by = design.made_by,
         folder = FOLDER
     );
-    let covers = || harnesses.iter().filter_map(|harness| Some((harness, harness.cover_task()?)));
-    for harness in harnesses {
-        let _ = writeln!(text, "{0} on_{0}", harness.name);
+    let covers = || proofs.iter().filter_map(|proof| Some((proof, proof.cover_task()?)));
+    for proof in proofs {
+        let _ = writeln!(text, "{0} on_{0}", proof.name);
     }
-    for (harness, task) in covers() {
-        let _ = writeln!(text, "{task} on_{} cover", harness.name);
+    for (proof, task) in covers() {
+        let _ = writeln!(text, "{task} on_{} cover", proof.name);
     }
     let _ = write!(text, "\n[options]\naigsmt none\ntimeout {TIMEOUT_S}\n");
-    for harness in harnesses {
-        for option in harness.options() {
-            let _ = writeln!(text, "{}: {option}", harness.name);
+    for proof in proofs {
+        for option in proof.options() {
+            let _ = writeln!(text, "{}: {option}", proof.name);
         }
     }
     text += "cover: mode bmc\ncover: expect fail\n";
-    for (harness, task) in covers() {
-        let _ = writeln!(text, "{task}: depth {}", harness.cover_depth());
+    for (proof, task) in covers() {
+        let _ = writeln!(text, "{task}: depth {}", proof.cover_depth());
     }
     text += "\n[engines]\ncover: abc bmc3\n";
-    for harness in harnesses {
-        let _ = writeln!(text, "{}: {}", harness.name, harness.engine_line());
+    for proof in proofs {
+        let _ = writeln!(text, "{}: {}", proof.name, proof.engine_line());
     }
     text += "\n[script]\n";
-    write_yosys(design, harnesses, &properties, &mut text);
+    write_yosys(design, proofs, &properties, &mut text);
     text += "\n[files]\n";
     for name in design.files.iter().map(|file| &file.name) {
         let _ = writeln!(text, "{name}");
@@ -265,31 +220,36 @@ pub(super) fn script(design: &Design, harnesses: &[Harness]) -> EmittedFile {
 
 /// What Yosys does before the proofs, line by line; one that begins with a name is for
 /// that task alone.
-fn write_yosys(design: &Design, harnesses: &[Harness], properties: &str, text: &mut String) {
-    for harness in harnesses {
-        let _ = writeln!(text, "on_{}: read_verilog {}", harness.name, names(design, harness));
-        if harness.is_cut() {
-            let macros = format!("-D PROVE_{}", harness.name.to_uppercase());
-            let _ = writeln!(text, "on_{}: read_verilog -formal {macros} {EMPTIED}", harness.name);
+fn write_yosys(design: &Design, proofs: &[Proof], properties: &str, text: &mut String) {
+    for proof in proofs {
+        let _ = writeln!(text, "on_{}: read_verilog {}", proof.name, names(design, proof));
+        if proof.is_cut() {
+            let macros = format!("-D PROVE_{}", proof.name.to_uppercase());
+            let _ = writeln!(text, "on_{}: read_verilog -formal {macros} {EMPTIED}", proof.name);
         }
     }
     let _ = writeln!(text, "~cover: read_verilog -formal -sv {properties}");
     let _ = writeln!(text, "cover: read_verilog -formal -sv -D COVER {properties}");
-    for harness in harnesses {
-        let _ =
-            writeln!(text, "on_{}: hierarchy -check -top {}", harness.name, harness.top(design));
+    for proof in proofs {
+        let _ = writeln!(text, "on_{}: hierarchy -check -top {}", proof.name, top(design, proof));
     }
     *text +=
         "proc -noopt\nflatten\ncover: chformal -assert -remove\ncover: chformal -assume2assert\n";
-    for harness in harnesses {
-        for line in harness.script(design) {
-            let _ = writeln!(text, "on_{}: {line}", harness.name);
+    for proof in proofs.iter().filter(|proof| !(proof.seen.is_empty() && proof.cut.is_empty())) {
+        let name = proof.name;
+        let _ = writeln!(text, "on_{name}: cd {}", top(design, proof));
+        for (signal, place) in &proof.seen {
+            let _ = writeln!(text, "on_{name}: connect -nounset -set {signal} dut.{place}");
         }
+        for (signal, place) in &proof.cut {
+            let _ = writeln!(text, "on_{name}: connect -nounset -set dut.{place} {signal}");
+        }
+        let _ = writeln!(text, "on_{name}: cd ..");
     }
     *text += "opt_dff -nodffe\n";
-    for harness in harnesses {
-        if let Some(mode) = harness.register_map() {
-            let _ = writeln!(text, "{}: techmap -autoproc {mode}-map {REGISTERS}", harness.name);
+    for proof in proofs {
+        if let Some(mode) = proof.register_map() {
+            let _ = writeln!(text, "{}: techmap -autoproc {mode}-map {REGISTERS}", proof.name);
         }
     }
     *text += "opt_expr\nopt_clean\n";

@@ -103,7 +103,7 @@ impl Adversarial {
     /// When the interface cannot be predicted; see [`Reference::new`].
     pub fn new(interface: &Interface, seed: u64) -> Adversarial {
         Adversarial::with_means(interface, seed, Means::cosim(false))
-            .expect("a interface that is co-simulated can be predicted")
+            .expect("an interface that is co-simulated can be predicted")
     }
 
     /// An adversary with these means.

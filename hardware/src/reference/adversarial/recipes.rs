@@ -1,7 +1,7 @@
 //! For each cover point, groups of phase steps that should reach it.
 
 use super::plan::{GroupPlan, Hits, Lead, Length, Reach, Receiver};
-use crate::reference::coverage::{BinPoint, CoverPoint, PeakKind, Place, ResetState};
+use crate::reference::coverage::{BinPoint, CoverPoint, Family, PeakKind, Place, ResetState};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::mask;
@@ -17,14 +17,16 @@ pub(super) fn recipe(
 ) -> Result<Vec<GroupPlan>, String> {
     let kitchen = Kitchen { interface, reach };
     let mut plans = match point.family() {
-        "stream" | "resets" if interface.histogram.is_some() => kitchen.frames(point)?,
-        "saturation" => kitchen.saturations(point)?,
-        "peaks" => kitchen.peaks(point)?,
-        "stream" => kitchen.stream(point)?,
-        "resets" => kitchen.resets(point)?,
-        "scans" => kitchen.scans(point)?,
-        "bins" => kitchen.bins(point),
-        _ => kitchen.hits(point),
+        Family::Stream | Family::Resets if interface.histogram.is_some() => {
+            kitchen.frames(point)?
+        }
+        Family::Saturation => kitchen.saturations(point)?,
+        Family::Peaks => kitchen.peaks(point)?,
+        Family::Stream => kitchen.stream(point)?,
+        Family::Resets => kitchen.resets(point)?,
+        Family::Scans => kitchen.scans(point)?,
+        Family::Bins => kitchen.bins(point),
+        Family::Hits | Family::Carries => kitchen.hits(point),
     };
     let flush = reach.groups_to_flush(interface);
     let chips: u64 = plans.iter().map(|plan| kitchen.chips_of(plan)).sum();

@@ -13,7 +13,7 @@ mod wording;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-pub use self::point::{BinPoint, CoverPoint, PeakKind, Place, ResetState};
+pub use self::point::{BinPoint, CoverPoint, Family, PeakKind, Place, ResetState};
 pub(super) use self::reach::{rows_at_borders, rows_that_may_be_lost};
 pub(super) use self::running::{CountedHit, Running};
 use crate::sensor::interface::Interface;
@@ -58,7 +58,7 @@ impl Covered {
 }
 
 impl CoverTable {
-    /// The points of a interface.
+    /// The points of an interface.
     pub fn of(interface: &Interface) -> Arc<CoverTable> {
         let mut table =
             CoverTable { points: Vec::new(), numbers: HashMap::new(), unreachable: Vec::new() };

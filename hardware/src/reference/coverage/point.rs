@@ -267,6 +267,43 @@ pub enum BinPoint {
     },
 }
 
+/// What cover points belong to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// Single hits.
+    Hits,
+    /// Carries and borrows of counters.
+    Carries,
+    /// Counts at their limits.
+    Saturation,
+    /// A scan's largest count.
+    Peaks,
+    /// Results on the stream.
+    Stream,
+    /// Bins of a histogram.
+    Bins,
+    /// What a reset comes upon.
+    Resets,
+    /// Steps, scans, codes.
+    Scans,
+}
+
+impl Family {
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Family::Hits => "hits",
+            Family::Carries => "carries",
+            Family::Saturation => "saturation",
+            Family::Peaks => "peaks",
+            Family::Stream => "stream",
+            Family::Bins => "bins",
+            Family::Resets => "resets",
+            Family::Scans => "scans",
+        }
+    }
+}
+
 /// A kind of a scan's largest count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PeakKind {
@@ -343,21 +380,21 @@ impl CoverPoint {
     }
 
     /// What it belongs to.
-    pub fn family(&self) -> &'static str {
+    pub fn family(&self) -> Family {
         use CoverPoint::*;
         match self {
             Hit { .. }
             | FullWord { .. }
             | FirstSample { .. }
             | BeforeScan { .. }
-            | StepBorder { .. } => "hits",
-            Carry { .. } | Borrow { .. } | TotalCarry { .. } => "carries",
+            | StepBorder { .. } => Family::Hits,
+            Carry { .. } | Borrow { .. } | TotalCarry { .. } => Family::Carries,
             Limit { .. }
             | Saturation { .. }
             | LastSaturation { .. }
             | AbsentSaturation { .. }
-            | TotalSaturation { .. } => "saturation",
-            Peak { .. } => "peaks",
+            | TotalSaturation { .. } => Family::Saturation,
+            Peak { .. } => Family::Peaks,
             Held { .. }
             | HeldAcross { .. }
             | Lost { .. }
@@ -366,14 +403,16 @@ impl CoverPoint {
             | TooLate
             | Burst
             | AfterLost
-            | FirstLost { .. } => "stream",
-            Bin { .. } => "bins",
+            | FirstLost { .. } => Family::Stream,
+            Bin { .. } => Family::Bins,
             ResetAge { .. }
             | ResetHit { .. }
             | PeakReset { .. }
             | ResetAtRow { .. }
-            | Reset { .. } => "resets",
-            Result { .. } | WholeStep | WholeScan | DelayWraps { .. } | CodeWraps { .. } => "scans",
+            | Reset { .. } => Family::Resets,
+            Result { .. } | WholeStep | WholeScan | DelayWraps { .. } | CodeWraps { .. } => {
+                Family::Scans
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Which cover points a interface has, and which of them nothing can reach.
+//! Which cover points an interface has, and which of them nothing can reach.
 
 use super::{BinPoint, CoverPoint, CoverTable, PeakKind, Place, ResetState};
 use crate::scan::Step;

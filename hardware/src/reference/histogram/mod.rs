@@ -19,6 +19,7 @@ use crate::scene::DetectorIndex;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 /// Bins, and the stream of their rows.
 #[derive(Debug, Clone)]
@@ -88,11 +89,11 @@ impl HistogramModel {
             points: points.map(|detector| BinPoints::new(&plan, &table, detector)).collect(),
             chips: codes.map(|code| code.chips.clone()).collect(),
             fields: Fields {
-                data: place("m_axis_tdata"),
-                tvalid: place("m_axis_tvalid"),
-                tlast: place("m_axis_tlast"),
-                overrun: place("o_overrun"),
-                saturated: interface.saturates().then(|| place("o_saturated")),
+                data: place(Role::Data),
+                tvalid: place(Role::Valid),
+                tlast: place(Role::Last),
+                overrun: place(Role::Overrun),
+                saturated: interface.saturates().then(|| place(Role::Saturated)),
             },
             table,
             bins: vec![vec![0; plan.bins() as usize]; detectors],

@@ -23,6 +23,7 @@ use crate::scan::{Chip, Group, Sample};
 use crate::scene::{DetectorIndex, SourceIndex};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 /// What the surroundings do to the hardware in a block of clocks, besides the
 /// detectors' levels.
@@ -37,6 +38,17 @@ pub struct Surroundings {
     pub stalls: Vec<Range<u64>>,
     /// Phase steps and scans that are cut short in the block, in order.
     pub skips: Vec<Skip>,
+}
+
+impl Surroundings {
+    /// Clocks at which an input has not the level at which it rests.
+    pub fn away_from_rest(&self, input: Role) -> &[Range<u64>] {
+        match input {
+            Role::Reset => &self.resets,
+            Role::Ready => &self.stalls,
+            _ => &[],
+        }
+    }
 }
 
 /// A phase step, or a scan, is cut short: the scan controller's counters go forward
@@ -99,7 +111,7 @@ pub struct StepResult {
     pub exact_total: u64,
 }
 
-/// Why a interface cannot be predicted.
+/// Why an interface cannot be predicted.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReferenceError {
     /// References of different length.
@@ -190,7 +202,7 @@ impl Reference {
                 .iter()
                 .map(|code| code.chips.iter().map(|&chip| 2 * chip as i8 - 1).collect())
                 .collect(),
-            chips: chip_patterns(&interface, place("o_laser"), place("o_epoch")),
+            chips: chip_patterns(&interface, place(Role::Laser), place(Role::Epoch)),
             words: layout.outputs.words,
             stream: ResultStream::new(&interface, &layout, Arc::clone(&table)),
             peak: PeakPorts::new(&interface, &layout),

@@ -35,8 +35,10 @@ impl Reference {
             place: Place::of(self.scan.group.0, self.interface.groups()),
             proves,
             proves_if_first: clamps
-                .lone_point(last && self.interface.groups() > 1)
-                .and_then(|point| self.table.number(point)),
+                .lone_points(last)
+                .into_iter()
+                .filter_map(|point| self.table.number(point?))
+                .collect(),
         });
         if let Some(peak) = self.peak.as_mut().filter(|_| last) {
             peak.end_scan(self.released + end, &mut self.resets.of_peaks, &self.table);
@@ -177,23 +179,22 @@ impl Clamps {
         }
     }
 
-    /// The one thing that was saturated, if there is only one; in a scan's last group behind
-    /// others, or elsewhere.
-    fn lone_point(&self, is_behind_others: bool) -> Option<CoverPoint> {
+    /// The one thing that was saturated in a group, `last` of its scan or not, if there is only one.
+    fn lone_points(&self, last: bool) -> [Option<CoverPoint>; 2] {
         match (self.counts, self.totals, self.absent) {
             (1, 0, _) => {
                 let (detector, step, up) = self.count;
-                Some(match is_behind_others {
-                    true => CoverPoint::LastSaturation { detector, step, up },
-                    false => CoverPoint::Saturation { detector, step, up },
-                })
+                let of_last = CoverPoint::LastSaturation { detector, step, up };
+                [Some(CoverPoint::Saturation { detector, step, up }), last.then_some(of_last)]
             }
             (0, 0, 1) => {
                 let (detector, step, up) = self.absent_count;
-                Some(CoverPoint::AbsentSaturation { detector, step, up })
+                [Some(CoverPoint::AbsentSaturation { detector, step, up }), None]
             }
-            (0, 1, 0) => Some(CoverPoint::TotalSaturation { detector: self.total, beyond: true }),
-            _ => None,
+            (0, 1, 0) => {
+                [Some(CoverPoint::TotalSaturation { detector: self.total, beyond: true }), None]
+            }
+            _ => [None; 2],
         }
     }
 }

@@ -19,6 +19,7 @@ use super::{
 };
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
+use crate::scene::Polarity;
 use crate::sensor::interface::{CountSegments, Interface, TotalCount};
 
 /// One detector's hits, its reference, and the counts of its phase steps.
@@ -65,7 +66,7 @@ pub struct DetectorChannel {
     reference: CodeSource,
     #[is(PhaseStepper::new(plan.geometry, plan.start, plan.looks_ahead, plan.realigns))]
     stepper: PhaseStepper,
-    #[is(EdgeDetector::new(plan.lanes))]
+    #[is(EdgeDetector::new(plan.lanes, plan.polarity))]
     edges: EdgeDetector,
     #[when(plan.banks == 0)]
     #[is(UpdownCorrelator::new(plan.lanes, plan.segments))]
@@ -118,6 +119,7 @@ pub struct DetectorChannel {
 #[derive(Debug, Clone)]
 struct ChannelPlan {
     lanes: u32,
+    polarity: Polarity,
     parallel: usize,
     count_bits: u32,
     exact_bits: u32,
@@ -145,6 +147,7 @@ impl ChannelPlan {
         let (start, next_chip) = reference_start(interface, code, geometry.kept_chips());
         ChannelPlan {
             lanes,
+            polarity: interface.polarity,
             parallel: interface.parallel() as usize,
             count_bits: interface.count_bits,
             exact_bits: interface.exact_count_bits,

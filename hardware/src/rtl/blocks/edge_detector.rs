@@ -11,6 +11,7 @@
 //! Cost (ECP5, docs/resources.md): 4 LUTs, 9 flip-flops.
 
 use crate::rtl::front::prelude::*;
+use crate::scene::Polarity;
 
 /// Marks every pair of samples that holds a rising edge, and says which.
 #[block(EdgePlan)]
@@ -33,6 +34,12 @@ pub struct EdgeDetector {
     pub o_early: Optional<Output<Word>>,
     #[is(describe())]
     about: About,
+    /// the samples the other way up: high during a pulse
+    #[when(plan.inverts)]
+    #[width(plan.lanes)]
+    inverted: Optional<Local<Word>>,
+    #[width(plan.lanes)]
+    level: Wiring,
     #[width(plan.lanes)]
     rising: Local<Word>,
     #[width(plan.pairs())]
@@ -53,6 +60,8 @@ pub struct EdgeDetector {
 #[derive(Debug, Clone)]
 struct EdgePlan {
     lanes: usize,
+    /// A pulse is low.
+    inverts: bool,
 }
 
 impl EdgePlan {
@@ -67,9 +76,10 @@ impl EdgePlan {
 }
 
 impl EdgeDetector {
-    /// For words of `lanes` samples.
-    pub fn new(lanes: u32) -> EdgeDetector {
-        EdgeDetector::build(&EdgePlan { lanes: lanes as usize })
+    /// For words of `lanes` samples, which have this polarity.
+    pub fn new(lanes: u32, polarity: Polarity) -> EdgeDetector {
+        let inverts = polarity == Polarity::Low;
+        EdgeDetector::build(&EdgePlan { lanes: lanes as usize, inverts })
     }
 }
 
@@ -93,15 +103,25 @@ fn describe() -> About {
 impl Logic for EdgeDetector {
     fn update(&mut self) {
         dff_setup!(self, i_clk, last_sample, hits);
-        self.last_sample.d.next = self.i_samples.val().get_bit(self.plan.lanes - 1);
-        self.rising.next = self.i_samples.val()
-            & !((self.i_samples.val() << 1) | bit_cast(self.last_sample.q.val(), self.plan.lanes))
+        if self.plan.inverts {
+            self.inverted.next = !self.i_samples.val();
+            for l in 0..self.plan.lanes {
+                self.level.i[l].next = self.inverted.val().get_bit(l);
+            }
+        } else {
+            for l in 0..self.plan.lanes {
+                self.level.i[l].next = self.i_samples.val().get_bit(l);
+            }
+        }
+        self.last_sample.d.next = self.level.o.val().get_bit(self.plan.lanes - 1);
+        self.rising.next = self.level.o.val()
+            & !((self.level.o.val() << 1) | bit_cast(self.last_sample.q.val(), self.plan.lanes))
             & signed_cast(self.i_run.val());
         if self.plan.has_pairs() {
             for j in 0..self.plan.pairs() {
                 self.pairs.i[j].next =
                     self.rising.val().get_bit(2 * j) | self.rising.val().get_bit(2 * j + 1);
-                self.earlier.i[j].next = self.i_samples.val().get_bit(2 * j);
+                self.earlier.i[j].next = self.level.o.val().get_bit(2 * j);
             }
         } else {
             self.pairs.i[0].next = self.rising.val().get_bit(0);

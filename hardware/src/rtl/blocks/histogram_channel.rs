@@ -68,7 +68,7 @@ pub struct HistogramChannel {
     pub o_clamped: Optional<Output<bool>>,
     #[is(describe(plan))]
     about: About,
-    #[is(EdgeDetector::new(plan.row_bins))]
+    #[is(EdgeDetector::new(plan.row_bins, plan.polarity))]
     edges: EdgeDetector,
     #[each(_adder in 0..shared(plan))]
     #[width(pairs(plan))]

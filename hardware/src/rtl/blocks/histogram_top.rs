@@ -39,7 +39,7 @@ pub struct HistogramTop {
     pub o_epoch: Output<bool>,
     /// Sampled levels of the detectors.
     #[under("Detector")]
-    #[about(samples_about(plan.detectors, plan.histogram.row_bins))]
+    #[about(samples_about(plan.detectors, plan.histogram.row_bins, plan.histogram.polarity))]
     #[width(plan.detectors as u32 * plan.histogram.row_bins)]
     pub i_samples: Input<Word>,
     /// Bins of a row.

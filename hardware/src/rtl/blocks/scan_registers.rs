@@ -40,7 +40,7 @@ pub struct CountRegister {
 }
 
 impl ScanRegisters {
-    /// Of the hardware that keeps a interface.
+    /// Of the hardware that keeps an interface.
     pub fn of(interface: &Interface) -> ScanRegisters {
         if interface.histogram.is_some() {
             // Its counters are not LFSRs.

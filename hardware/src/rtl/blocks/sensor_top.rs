@@ -18,6 +18,7 @@ use super::scan_controller::ScanPlan;
 use super::{CodeSource, DetectorChannel, PeakDetector, ResultStream, ScanController};
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
+use crate::scene::Polarity;
 use crate::sensor::interface::{Direction, Interface};
 
 /// Transmit generators, the scan, a channel for each detector, and the results.
@@ -36,7 +37,7 @@ pub struct SensorTop {
     pub o_epoch: Output<bool>,
     /// Sampled levels of the detectors.
     #[under("Detector")]
-    #[about(samples_about(plan.detectors(), plan.interface.lanes()))]
+    #[about(samples_about(plan.detectors(), plan.interface.lanes(), plan.interface.polarity))]
     #[width(plan.port("i_samples"))]
     pub i_samples: Input<Word>,
     /// Count of a phase step.
@@ -201,10 +202,14 @@ fn data_about(interface: &Interface) -> String {
     }
 }
 
-pub(super) fn samples_about(detectors: usize, lanes: u32) -> String {
-    match detectors {
+pub(super) fn samples_about(detectors: usize, lanes: u32, polarity: Polarity) -> String {
+    let about = match detectors {
         1 => "SPAD level, bit 0 earliest".to_owned(),
         _ => format!("SPAD levels, {lanes} samples per detector, bit 0 earliest"),
+    };
+    match polarity {
+        Polarity::High => about,
+        Polarity::Low => about + ", low during a pulse",
     }
 }
 

@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 
 use crate::estimate::bound::bound;
-use crate::estimate::fit::{ALARM_SIGMAS, FittedPath, Fitter, ModelEstimate};
-use crate::estimate::{CountingTier, delay_error_ps, distance_m, tolerance_ps};
-use crate::scene::{DetectorIndex, OtherLight, Path, PathIndex, Scene};
+use crate::estimate::distance_m;
+use crate::estimate::fit::{ALARM_SIGMAS, ModelEstimate};
+use crate::scene::{DetectorIndex, EstimatorKind, OtherLight, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
+use crate::simulate::repeat::Ranging;
 use crate::simulate::scans::scans;
 use crate::study::reproduce::run_error::RunError;
 use crate::study::reproduce::statistics::{Measured, rate, sample_mean_of, sample_std};
@@ -40,14 +41,6 @@ pub struct PathFits {
     pub bound_m: Option<f64>,
 }
 
-/// What one fit says.
-struct Verdict {
-    /// Errors of all paths, if all were found.
-    errors_m: Option<Vec<f64>>,
-    is_wrong: bool,
-    has_alarm: bool,
-}
-
 impl Fits {
     /// Simulates `repetitions` scans by a tier, and fits them, told of all light that keeps
     /// the detector's clock.
@@ -55,37 +48,43 @@ impl Fits {
     /// # Errors
     /// When the tier cannot do the scene.
     pub fn of(scene: &Scene, tier: Tier, seed: u64, repetitions: u64) -> Result<Fits, RunError> {
-        let sensor = Sensor::new(scene);
-        let (detector, counting) = (DetectorIndex(0), tier.counting());
+        let sensor = Sensor::new(&told_of_all(scene));
+        let detector = DetectorIndex(0);
         let mut counted = Vec::new();
         scans(&sensor, detector, tier, seed, repetitions, |counts| {
             counted.push(counts.to_vec());
         })?;
-        let fitter = Fitter::new(&sensor, detector, counting, OtherLight::Given);
-        let truths = Truths::of(&sensor);
-        let verdicts: Vec<Option<Verdict>> = counted
-            .par_iter()
-            .map(|counts| Some(truths.verdict(&fitter.fit(counts).ok()?)))
-            .collect();
-        let mut fits = Fits {
-            scans: repetitions,
-            told: 0,
-            wrong: 0,
-            alarms: 0,
-            paths: truths.bounds(&sensor, counting),
-        };
-        for verdict in verdicts.into_iter().flatten() {
-            fits.wrong += u64::from(verdict.is_wrong);
-            fits.alarms += u64::from(verdict.has_alarm);
-            let Some(errors_m) = verdict.errors_m else {
-                continue;
-            };
-            fits.told += 1;
-            for (path, error_m) in fits.paths.iter_mut().zip(errors_m) {
-                path.errors_m.push(error_m);
+        let ranging = Ranging::new(&sensor, detector, tier.counting());
+        let bound = bound(&sensor, detector, tier.counting()).ok();
+        let paths = ranging.paths.iter().map(|&path| PathFits {
+            errors_m: Vec::new(),
+            bound_m: bound.as_ref().and_then(|bound| bound.of_path(path)),
+        });
+        let paths = paths.collect();
+        let mut fits = Fits { scans: repetitions, told: 0, wrong: 0, alarms: 0, paths };
+        let fitted: Vec<_> =
+            counted.par_iter().map(|counts| ranging.fitter.fit(counts).ok()).collect();
+        fitted.iter().flatten().for_each(|fitted| fits.add(&ranging, fitted));
+        Ok(fits)
+    }
+
+    /// Takes in what one fit says.
+    fn add(&mut self, ranging: &Ranging, fitted: &ModelEstimate) {
+        self.alarms += u64::from(fitted.alarm_sigmas() > ALARM_SIGMAS);
+        let is_wrong = (0..fitted.paths.len()).any(|number| {
+            let found = ranging.near(fitted, number).into_iter();
+            let off = found.map(|(_, error_m)| error_m.abs()).fold(f64::INFINITY, f64::min);
+            off > WRONG_SIGMAS * distance_m(fitted.paths[number].delay_std_ps)
+        });
+        self.wrong += u64::from(is_wrong);
+        let matched = ranging.matched(fitted);
+        // All of them, and nothing else.
+        if matched.len() == self.paths.len() && fitted.paths.len() == self.paths.len() {
+            self.told += 1;
+            for (_, place, error_m) in matched {
+                self.paths[place].errors_m.push(error_m);
             }
         }
-        Ok(fits)
     }
 
     /// Share of scans that found every path.
@@ -104,6 +103,12 @@ impl Fits {
     }
 }
 
+/// The scene with a fit that is told of all light.
+fn told_of_all(scene: &Scene) -> Scene {
+    let (estimator, other_light) = (EstimatorKind::Model, OtherLight::Given);
+    Scene { estimator, other_light, ..scene.clone() }
+}
+
 impl PathFits {
     /// Mean error, in metres; `None` of fewer than two scans.
     pub fn bias_m(&self) -> Option<Measured> {
@@ -120,114 +125,14 @@ impl PathFits {
     }
 }
 
-/// The paths of a scene that a fit is to find.
-struct Truths<'a> {
-    scene: &'a Scene,
-    paths: Vec<&'a Path>,
-    period_ps: f64,
-    tolerance_ps: f64,
-}
-
-impl<'a> Truths<'a> {
-    fn of(sensor: &'a Sensor) -> Truths<'a> {
-        let scene = sensor.scene();
-        let period_ps = sensor.timing().code_period_ps();
-        let has_delay = |path: &&Path| scene.sources[path.source].clock.is_shared();
-        Truths {
-            paths: scene.paths.iter().filter(has_delay).collect(),
-            tolerance_ps: tolerance_ps(scene.chip_period_ps, period_ps),
-            period_ps,
-            scene,
-        }
-    }
-
-    fn bounds(&self, sensor: &Sensor, counting: CountingTier) -> Vec<PathFits> {
-        let bound = bound(sensor, DetectorIndex(0), counting).ok();
-        let of_path = |number: usize| bound.as_ref()?.of_path(PathIndex(number));
-        let numbered = self.scene.paths.iter().enumerate();
-        let with_delay = numbered.filter(|(_, path)| {
-            let source = &self.scene.sources[path.source];
-            source.clock.is_shared()
-        });
-        with_delay
-            .map(|(number, _)| PathFits { errors_m: Vec::new(), bound_m: of_path(number) })
-            .collect()
-    }
-
-    fn has_code(&self, path: &Path, fitted: &FittedPath) -> bool {
-        self.scene.sources[path.source].code.chips == fitted.code.chips
-    }
-
-    fn error_ps(&self, path: &Path, fitted: &FittedPath) -> f64 {
-        delay_error_ps(fitted.delay_ps, path.delay_ps, self.period_ps)
-    }
-
-    fn verdict(&self, fitted: &ModelEstimate) -> Verdict {
-        let is_wrong = |found: &FittedPath| {
-            let of_code = self.paths.iter().filter(|path| self.has_code(path, found));
-            let off = of_code.map(|path| self.error_ps(path, found).abs());
-            off.fold(f64::INFINITY, f64::min) > WRONG_SIGMAS * found.delay_std_ps
-        };
-        Verdict {
-            errors_m: self.errors_m(fitted),
-            is_wrong: fitted.paths.iter().any(is_wrong),
-            has_alarm: fitted.alarm_sigmas() > ALARM_SIGMAS,
-        }
-    }
-
-    /// Errors of all paths; `None` unless all were found, and nothing else.
-    fn errors_m(&self, fitted: &ModelEstimate) -> Option<Vec<f64>> {
-        if fitted.paths.len() != self.paths.len() {
-            return None;
-        }
-        let mut errors_m = vec![None; self.paths.len()];
-        for number in 0..self.paths.len() {
-            if errors_m[number].is_none() {
-                for (number, error_ps) in self.errors_like_ps(self.paths[number], fitted)? {
-                    errors_m[number] = Some(distance_m(error_ps));
-                }
-            }
-        }
-        errors_m.into_iter().collect()
-    }
-
-    /// Numbers and errors of the paths that have the code of `like`. Of the matchings that
-    /// keep the order of delays round the code's period the one whose largest error is
-    /// least; `None` if that is beyond a chip.
-    fn errors_like_ps(&self, like: &Path, fitted: &ModelEstimate) -> Option<Vec<(usize, f64)>> {
-        let chips = &self.scene.sources[like.source].code.chips;
-        let is_like = |path: &Path| &self.scene.sources[path.source].code.chips == chips;
-        let mut numbers: Vec<usize> =
-            (0..self.paths.len()).filter(|&number| is_like(self.paths[number])).collect();
-        numbers.sort_by(|&a, &b| self.paths[a].delay_ps.total_cmp(&self.paths[b].delay_ps));
-        let of_code = fitted.paths.iter().filter(|path| &path.code.chips == chips);
-        let mut found: Vec<&FittedPath> = of_code.collect();
-        if found.len() != numbers.len() {
-            return None;
-        }
-        found.sort_by(|a, b| a.delay_ps.total_cmp(&b.delay_ps));
-        let turned = (0..found.len()).map(|turn| {
-            let pairs = numbers.iter().enumerate();
-            let errors = pairs.map(|(place, &number)| {
-                let fitted = found[(place + turn) % found.len()];
-                (number, self.error_ps(self.paths[number], fitted))
-            });
-            errors.collect::<Vec<_>>()
-        });
-        let largest = |errors: &[(usize, f64)]| {
-            let sizes = errors.iter().map(|(_, error)| error.abs());
-            sizes.fold(0.0, f64::max)
-        };
-        let best = turned.min_by(|a, b| largest(a).total_cmp(&largest(b)))?;
-        (largest(&best) <= self.tolerance_ps).then_some(best)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, balanced_gold, sensor};
     use std::sync::Arc;
+
+    use super::*;
+    use crate::estimate::fit::FittedPath;
+    use crate::scene::PathIndex;
+    use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, balanced_gold, sensor};
 
     fn scene() -> Scene {
         let own = balanced_gold(0, 0).expect("a Gold code");
@@ -236,7 +141,7 @@ mod tests {
         let delays_chips = [(&own, 40.0), (&other, 7.0), (&own, 0.1)];
         let lights =
             delays_chips.map(|(code, chips)| Light::new(code, 1.0).at(chips * CHIP_PERIOD_PS));
-        sensor(&lights, 1e-3)
+        told_of_all(&sensor(&lights, 1e-3))
     }
 
     fn fitted(scene: &Scene, found: &[(usize, f64)]) -> ModelEstimate {
@@ -265,29 +170,32 @@ mod tests {
         }
     }
 
-    #[test]
-    fn paths_are_matched_by_code_and_order_round_the_period() {
+    /// What one fit says: of every path its error, if it tells them, and whether it is wrong.
+    fn said(found: &[(usize, f64)]) -> (Vec<f64>, bool) {
         let scene = scene();
         let sensor = Sensor::new(&scene);
-        let truths = Truths::of(&sensor);
-        let all = fitted(&scene, &[(0, 40.2), (1, 6.9), (2, 2047.0)]);
-        let verdict = truths.verdict(&all);
-        let chip_m = distance_m(CHIP_PERIOD_PS);
-        let errors_m = verdict.errors_m.expect("all were found");
+        let ranging = Ranging::new(&sensor, DetectorIndex(0), Tier::Events.counting());
+        let paths = (0..3).map(|_| PathFits::default()).collect();
+        let mut fits = Fits { scans: 1, told: 0, wrong: 0, alarms: 0, paths };
+        fits.add(&ranging, &fitted(&scene, found));
+        assert_eq!(fits.alarms, 0);
+        (fits.paths.into_iter().flat_map(|path| path.errors_m).collect(), fits.wrong > 0)
+    }
+
+    #[test]
+    fn paths_are_matched_by_code_and_order_round_the_period() {
+        let (errors_m, is_wrong) = said(&[(0, 40.2), (1, 6.9), (2, 2047.0)]);
+        assert_eq!((errors_m.len(), is_wrong), (3, false));
         for (error_m, chips) in errors_m.iter().zip([0.2, -0.1, -0.1]) {
-            assert!((error_m - chips * chip_m).abs() < 1e-9, "{errors_m:?}");
+            assert!((error_m - chips * distance_m(CHIP_PERIOD_PS)).abs() < 1e-9, "{errors_m:?}");
         }
-        assert!(!verdict.is_wrong && !verdict.has_alarm);
     }
 
     #[test]
     fn what_is_missing_or_too_many_is_not_told_and_what_is_off_is_wrong() {
-        let scene = scene();
-        let sensor = Sensor::new(&scene);
-        let truths = Truths::of(&sensor);
         let verdict = |found: &[(usize, f64)]| {
-            let verdict = truths.verdict(&fitted(&scene, found));
-            (verdict.errors_m.is_some(), verdict.is_wrong)
+            let (errors_m, is_wrong) = said(found);
+            (!errors_m.is_empty(), is_wrong)
         };
         assert_eq!(verdict(&[(0, 40.0), (1, 7.0)]), (false, false));
         let more = [(0, 40.0), (0, 41.0), (1, 7.0), (2, 0.1)];

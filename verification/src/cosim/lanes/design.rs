@@ -10,7 +10,7 @@ use std::thread;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::netlist::{Driver, Net, Netlist, Register};
+use super::netlist::{CHOICE, Driver, Net, Netlist, PortNets, Register};
 use super::synthesis::synthesise;
 use super::vectors;
 use super::verilog::{self, CLOCK, MODULE, RESET_CLOCK, module, output_nets};
@@ -18,8 +18,10 @@ use super::yosys::{self, Memories};
 use super::{Refusal, Unfit};
 use crate::cosim::build::{Built, LanesUnit, build_lanes};
 use crate::cosim::source::SourceFile;
+use crate::scene::Polarity;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, Record};
+use crate::sensor::port::{Role, Use};
 
 /// Name of the header that `testbench/lanes.cpp` includes.
 const HEADER: &str = "goldtof_lanes.h";
@@ -119,12 +121,12 @@ impl Design {
         let outputs = planes(&netlist.outputs, &layout.outputs)?;
         planes(&netlist.inputs, &layout.inputs)?;
         let tables = interface.source_codes.len() + 1;
-        let reset = netlist.input("i_rst").map(|nets| nets[0]);
-        let samples = layout.inputs.field("i_samples").port.width as usize;
+        let reset = netlist.input(Role::Reset.name()).map(|nets| nets[0]);
+        let samples = layout.inputs.field(Role::Samples).port.width as usize;
         let block_clocks = (SAMPLES_OF_BLOCK / samples as u64).clamp(LEAST_CLOCKS, MOST_CLOCKS);
         let shared = format!(
             "{}#define LANES_TABLES {tables}\n#define LANES_CLOCKS {block_clocks}\n",
-            header(netlist, &layout, interface.lanes(), &outputs)
+            header(netlist, interface, &outputs)
         );
         let of_vectors = vectors::model(netlist, reset) + &shared;
         let of_verilator = verilated(reset.map_or(CLOCK, |_| RESET_CLOCK)) + &shared;
@@ -172,11 +174,21 @@ impl Design {
     }
 }
 
+/// A level in all lanes.
+fn rest_plane(level: bool) -> &'static str {
+    if level { "~Plane{}" } else { "Plane{}" }
+}
+
 /// The nets of a record's ports, in the record's order.
-pub(super) fn planes(
-    ports: &[super::netlist::PortNets],
-    record: &Record,
-) -> Result<Vec<Net>, Unfit> {
+///
+/// # Errors
+/// When the netlist has not these ports, or others: nothing drives or expects them.
+pub(super) fn planes(ports: &[PortNets], record: &Record) -> Result<Vec<Net>, Unfit> {
+    let is_known = |port: &PortNets| record.fields.iter().any(|f| f.port.name == port.name);
+    if let Some(port) = ports.iter().find(|port| port.name != CHOICE && !is_known(port)) {
+        let name = &port.name;
+        return Err(Unfit::new(format!("port {name} is not one of this scene's ports")));
+    }
     let mut nets = Vec::new();
     for field in &record.fields {
         let found = ports.iter().find(|port| port.name == field.port.name);
@@ -221,17 +233,11 @@ static inline bool any(Plane plane) { return plane != 0; }
 
 /// Writes the header: how planes go to the model's ports and come from them. The level of each
 /// detector, with `lanes` samples in a word, is told by where it changes.
-fn header(netlist: &Netlist, layout: &Layout, lanes: u32, outputs: &[Net]) -> String {
+fn header(netlist: &Netlist, interface: &Interface, outputs: &[Net]) -> String {
+    let (layout, lanes) = (Layout::of(interface), interface.lanes());
     let drivers = netlist.drivers();
     let name = |net: Net| name_of(netlist, &drivers, net);
-    let place = |port: &str| -> usize {
-        let before = layout.outputs.fields.iter();
-        before
-            .take_while(|field| field.port.name != port)
-            .map(|field| field.port.width as usize)
-            .sum()
-    };
-    let samples = layout.inputs.field("i_samples").port.width;
+    let samples = layout.inputs.field(Role::Samples).port.width;
     let mut text = format!(
         "#define LANES_SAMPLES {samples}\n#define LANES_DETECTORS {}\n#define LANES_OUTPUTS {}\n\
          static inline void lanes_apply(LanesRoot& root, const Plane& reset, Plane* levels, \
@@ -241,12 +247,16 @@ fn header(netlist: &Netlist, layout: &Layout, lanes: u32, outputs: &[Net]) -> St
     );
     let mut number = 0;
     for port in &netlist.inputs {
+        let role = Role::of(&port.name);
         for bit in 0..port.nets.len() {
-            let source = match port.name.as_str() {
-                "i_rst" => "reset".to_owned(),
-                "m_axis_tready" => "~Plane{}".to_owned(),
-                "i_samples" => format!("levels[{}] ^= edges[{bit}]", bit / lanes as usize),
-                _ => "Plane{}".to_owned(),
+            let source = match role.map(Role::usage) {
+                _ if role == Some(Role::Reset) => "reset".to_owned(),
+                // Photons leave all others as they rest.
+                Some(Use::Level { rest }) => rest_plane(rest).to_owned(),
+                _ => {
+                    let level = format!("(levels[{}] ^= edges[{bit}])", bit / lanes as usize);
+                    if interface.polarity == Polarity::Low { format!("~{level}") } else { level }
+                }
             };
             let _ = writeln!(text, "    root.i{number} = {source};");
             number += 1;
@@ -265,7 +275,7 @@ fn header(netlist: &Netlist, layout: &Layout, lanes: u32, outputs: &[Net]) -> St
     let _ = writeln!(
         text,
         "}}\nstatic inline Plane lanes_valid(const LanesRoot& root) {{ return {}; }}",
-        name(outputs[place("m_axis_tvalid")])
+        name(outputs[layout.outputs.bits_before(Role::Valid)])
     );
     text + &registers_text(netlist)
 }

@@ -1,5 +1,6 @@
 //! A design as single-bit gates and registers on one clock.
 
+use crate::sensor::port::Role;
 use std::collections::HashMap;
 
 /// Name of the input whose bits choose a variant of the design.
@@ -219,7 +220,7 @@ impl Netlist {
     /// Whether each register follows an input other than the reset, however late.
     pub fn registers_that_follow_inputs(&self) -> Vec<bool> {
         let mut follows = vec![false; self.nets];
-        let others = self.inputs.iter().filter(|port| port.name != "i_rst");
+        let others = self.inputs.iter().filter(|port| port.name != Role::Reset.name());
         for net in others.flat_map(|port| &port.nets) {
             follows[net.index()] = true;
         }

@@ -16,6 +16,7 @@ use crate::reference::blocks::Records;
 use crate::reference::canvas::Change;
 use crate::reference::exercise::Exercise;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 /// What a run in lanes found.
 #[derive(Debug)]
@@ -132,10 +133,10 @@ impl LanesRun<'_> {
     /// What the stream sent, lane after lane.
     fn sent(&self, results: &[WordResult], layout: &Layout) -> Vec<SentCount> {
         let places = output_places(layout);
-        let ready = layout.inputs.field("m_axis_tready");
+        let ready = layout.inputs.field(Role::Ready);
         let mut input = vec![0; layout.inputs.words];
         input[ready.word] = 1 << ready.shift;
-        let valid = layout.outputs.field("m_axis_tvalid");
+        let valid = layout.outputs.field(Role::Valid);
         let mut reader = SentReader::new(self.setup.interface, layout);
         let mut sent = Vec::new();
         let mut records = Records::default();

@@ -6,6 +6,7 @@ use super::slices::Slice;
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 /// Word and bit of each output's plane in a record, in the planes' order.
 pub(super) fn output_places(layout: &Layout) -> Vec<(usize, u32)> {
@@ -27,11 +28,6 @@ pub(super) fn tables(
     slices: &[Slice],
     lanes: usize,
 ) -> Vec<Table> {
-    let place = |port: &str| -> usize {
-        let fields = layout.outputs.fields.iter();
-        let before = fields.take_while(|field| field.port.name != port);
-        before.map(|field| field.port.width as usize).sum()
-    };
     let most = slices.iter().map(Slice::length).max().unwrap_or_default();
     let table = |output: usize, period: u64, value: &dyn Fn(u64) -> bool| {
         let length = period.min(most);
@@ -50,9 +46,9 @@ pub(super) fn tables(
     let mut tables: Vec<Table> = lasers
         .map(|(number, code)| {
             let is_on = |chip: u64| code.chips[chip as usize] == 1;
-            table(place("o_laser") + number, code.len(), &is_on)
+            table(layout.outputs.bits_before(Role::Laser) + number, code.len(), &is_on)
         })
         .collect();
-    tables.push(table(place("o_epoch"), period, &|chip| chip == 0));
+    tables.push(table(layout.outputs.bits_before(Role::Epoch), period, &|chip| chip == 0));
     tables
 }

@@ -21,7 +21,7 @@ use crate::deliver::{self, Prefix};
 use crate::reference::photons::Photons;
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::clocks_for_scans;
-use crate::scene::{self, DetectorIndex, Scene, SourceIndex};
+use crate::scene::{self, DetectorIndex, Polarity, Scene, SourceIndex};
 use crate::sensor::Sensor;
 use crate::sensor::interface::Direction;
 use crate::sensor::layout::Layout;
@@ -130,6 +130,7 @@ fn rich() -> Sensor {
         scene.hardware.parallel = 4;
         scene.hardware.peak_detector = true;
         scene.hardware.counter_width = Some(7);
+        scene.hardware.polarity = Polarity::Low;
         scene.scan.first_step = 37;
     })
 }
@@ -443,7 +444,13 @@ fn with_body(body: &str, interface: &Interface) -> [SourceFile; 1] {
             format!("{direction} [{}:0] {}", port.width - 1, port.name)
         })
         .collect();
-    let text = format!("module sensor_top({});\n{body}\nendmodule\n", ports.join(", "));
+    let other = if body.starts_with("input i_other;") { ", i_other" } else { "" };
+    let names: Vec<String> = interface.ports().into_iter().map(|port| port.name).collect();
+    let text = format!(
+        "module sensor_top({}{other});\n{};\n{body}\nendmodule\n",
+        names.join(", "),
+        ports.join(";\n")
+    );
     [SourceFile { name: "sensor_top.v".to_owned(), text, origin: None }]
 }
 
@@ -475,6 +482,8 @@ fn what_has_no_place_in_lanes_is_named() {
             "a memory",
         ),
         ("assign o_overrun = ;", "Yosys does not take it"),
+        // Nothing would say what level it has.
+        ("input i_other; always @(posedge i_clk) o_overrun <= i_other;", "i_other is not one"),
     ];
     for (body, told) in cases {
         let reason = said_of(&format!("{body}\n{rest}"), interface, &cache).to_lowercase();

@@ -15,6 +15,7 @@ use crate::cosim::process::Process;
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 const HEADER: &str = "goldtof_lanes.h";
 const TESTBENCH: &str = include_str!("../../../../testbench/grade.cpp");
@@ -176,7 +177,9 @@ fn header(netlist: &Netlist, layout: &Layout) -> String {
             if port.name == CHOICE {
                 let _ = writeln!(choose, "    root.i{number} = planes[{bit}];");
             } else {
-                let field = layout.inputs.field(&port.name);
+                let mut fields = layout.inputs.fields.iter();
+                let field = fields.find(|field| field.port.name == port.name);
+                let field = field.expect("the planes of inputs are known");
                 let at = field.shift as usize + bit;
                 let (word, shift) = (field.word + at / 64, at % 64);
                 let _ = writeln!(apply, "    root.i{number} = -(record[{word}] >> {shift} & 1);");
@@ -205,8 +208,7 @@ fn differ_text(
         let mut text = String::new();
         for field in &layout.outputs.fields {
             let nets = nets.by_ref().take(field.port.width as usize);
-            let name = field.port.name.as_str();
-            let is_payload = ignores_idle_payload && is_payload(name);
+            let is_payload = ignores_idle_payload && field.port.role.is_payload();
             for &net in nets.filter(|_| is_payload == of_payload) {
                 let name = name_of(netlist, &drivers, net);
                 let _ = writeln!(text, "    differ |= {name} ^ -({name} & 1);");
@@ -214,21 +216,13 @@ fn differ_text(
         }
         text
     };
-    let valid = layout.outputs.fields.iter();
-    let before = valid.take_while(|field| field.port.name != "m_axis_tvalid");
-    let place: usize = before.map(|field| field.port.width as usize).sum();
     format!(
         "static inline uint64_t lanes_differ(const LanesRoot& root) {{\n    uint64_t differ = 0;\n\
          {}    differ &= -({} & 1);\n{}    return differ;\n}}\n",
         differences(true),
-        name_of(netlist, &drivers, outputs[place]),
+        name_of(netlist, &drivers, outputs[layout.outputs.bits_before(Role::Valid)]),
         differences(false)
     )
-}
-
-/// Whether an output says something only together with `m_axis_tvalid`.
-pub fn is_payload(output: &str) -> bool {
-    matches!(output, "m_axis_tdata" | "m_axis_tlast")
 }
 
 /// The function that moves the counters on, in all lanes alike.

@@ -11,12 +11,11 @@ use self::header::header;
 use self::reader::reader;
 use super::file_list::testbench_file_list;
 use super::run_length::Words;
-use super::stimulus::{Group, MOST_CLOCKS, Recording, record};
+use super::stimulus::{Column, Group, MOST_CLOCKS, Recording, record};
 use crate::deliver::design::{Design, EmittedFile};
 use crate::reference::cover_report::Coverage;
 use crate::reference::predictor::ReferenceError;
 use crate::scan::{Clock, Timescale};
-use crate::sensor::interface::Port;
 
 /// The testbench and how much it covers.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -247,7 +246,7 @@ fn moves(names: &Names, recording: &Recording) -> String {
     )
 }
 
-fn instance<'a>(names: &Names, ports: impl Iterator<Item = &'a Port>) -> String {
+fn instance<'a>(names: &Names, ports: impl Iterator<Item = &'a Column>) -> String {
     let connections: Vec<String> = std::iter::once("i_clk")
         .chain(ports.map(|port| port.name.as_str()))
         .map(|name| format!("        .{name:<13} ({name})"))
@@ -387,7 +386,7 @@ fn still(recording: &Recording) -> String {
 }
 
 /// The task that compares all ports with what is expected of a clock.
-fn compare<'a>(outputs: impl Iterator<Item = &'a Port>) -> String {
+fn compare<'a>(outputs: impl Iterator<Item = &'a Column>) -> String {
     let ports: String = outputs.map(port_check).collect();
     format!(
         "
@@ -402,12 +401,9 @@ fn compare<'a>(outputs: impl Iterator<Item = &'a Port>) -> String {
 }
 
 /// Whether a port is as expected.
-fn port_check(port: &Port) -> String {
+fn port_check(port: &Column) -> String {
     // Without a result the interface promises nothing of its payload.
-    let counts = match port.name.as_str() {
-        "m_axis_tdata" | "m_axis_tlast" => "expected_m_axis_tvalid && ",
-        _ => "",
-    };
+    let counts = if port.is_payload { "expected_m_axis_tvalid && " } else { "" };
     format!(
         "            if ({counts}{name} !== expected_{name}) begin
                 $display(\"FAIL clock %0d: {name} expected %h got %h\", at,

@@ -367,7 +367,7 @@ impl Logic for ResultStream {
         }
         if self.next_detector.is_present() {
             let further = self.plan.further();
-            self.detector[last - 1].d.next =
+            self.detector[last.saturating_sub(1)].d.next =
                 bit_cast(false, further).replace_bit(further.saturating_sub(1), true);
         }
     }

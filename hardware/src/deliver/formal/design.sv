@@ -1,0 +1,50 @@
+// The design and its outputs, of which a proof has those that the design has. A proof has the
+// inputs as its own.
+`define DESIGN \
+    wire [`SOURCES-1:0] o_laser; \
+    wire o_epoch; \
+    wire [`DATA_BITS-1:0] m_axis_tdata; \
+    wire m_axis_tvalid; \
+    wire m_axis_tlast; \
+    wire o_overrun; \
+    wire o_saturated; \
+    wire [`DETECTORS*`PEAK_STEP_BITS-1:0] o_peak_step; \
+    wire [`DETECTORS*`COUNT_BITS-1:0] o_peak_count; \
+    wire o_peak_valid; \
+    `TOP dut (.*);
+
+`define INPUTS_BUT_RESET \
+    input wire i_clk, \
+    input wire [`DETECTORS*`SAMPLES-1:0] i_samples, \
+    input wire m_axis_tready
+
+`define INPUTS \
+    input wire i_rst, \
+    `INPUTS_BUT_RESET
+
+// That what a proof is about can be: its task `..._cover` shows how.
+`ifdef COVER
+`define REACHES(condition) always @* assume (!(condition));
+`else
+`define REACHES(condition)
+`endif
+
+// Induction: registers are anything at first, but such that what is to hold does for so many
+// clocks; then it does in the next one.
+`define HOLDS_BEHIND(count, condition) \
+    reg [$clog2(count + 1)-1:0] clocks = 0; \
+    reg held; \
+    always @(posedge i_clk) begin \
+        clocks <= clocks + (clocks != count); \
+        held <= (held | clocks == 0) & (condition); \
+    end \
+    always @* if (clocks == count & held) assert (condition);
+
+// A clock of reset leaves every register at the value that the other proofs start from, whatever
+// it held, and no X. The assertions are those of registers.v, one for each register.
+module prove_reset (
+    `INPUTS_BUT_RESET
+);
+    wire i_rst = 1'b1;
+    `DESIGN
+endmodule

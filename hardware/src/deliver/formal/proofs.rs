@@ -1,0 +1,333 @@
+//! The proofs of a design: what of it each looks at, and how it is found.
+
+use super::numbers::{row_bits, scan_clocks};
+use crate::deliver::design::Design;
+use crate::rtl::back::BLOCK_MEMORY;
+use crate::sensor::histogram::HistogramPlan;
+use crate::sensor::interface::Interface;
+
+/// A proof of which the module stands in this folder's files.
+#[derive(Debug, Clone)]
+pub(super) struct Proof {
+    /// Name of the proof and of its task.
+    pub(super) name: &'static str,
+    pub(super) engine: Engine,
+    /// Signals of the proof that are those of the design, with their places below `sensor_top`.
+    pub(super) seen: Vec<(String, String)>,
+    /// Places whose signals the proof drives.
+    pub(super) cut: Vec<(String, String)>,
+    /// Modules that have their ports only, so that their outputs can be driven.
+    emptied: Vec<&'static str>,
+    /// Modules whose outputs may be anything at any clock.
+    freed: Vec<&'static str>,
+}
+
+/// How a proof is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Engine {
+    /// A search through the first clocks after reset, induction over four clocks with all
+    /// equivalences of design and specification as hypotheses, then property directed
+    /// reachability for what is left.
+    Induction,
+    /// Property directed reachability alone.
+    Reachability,
+    /// Property directed reachability from any state of the registers, with i_rst high.
+    InReset,
+    /// Induction over so many clocks: from any state on, behind as many in which all that is to
+    /// hold does, in reset or not, comes another one. A fault shows within these clocks, however
+    /// long the design's counters run before.
+    Steps(u32),
+    /// No proof but a search through so many clocks after reset.
+    Bounded(u32),
+}
+
+impl Proof {
+    fn new(name: &'static str, engine: Engine) -> Proof {
+        let (seen, cut, emptied, freed) = Default::default();
+        Proof { name, engine, seen, cut, emptied, freed }
+    }
+
+    /// Makes a signal inside readable.
+    fn see(&mut self, signal: &str, place: &str) {
+        self.seen.push((signal.to_owned(), place.to_owned()));
+    }
+
+    /// Drives an output of an emptied module.
+    fn drive(&mut self, place: &str, signal: &str) {
+        self.cut.push((signal.to_owned(), place.to_owned()));
+    }
+
+    /// Whether any module is there with its ports alone.
+    pub(super) fn is_cut(&self) -> bool {
+        !(self.emptied.is_empty() && self.freed.is_empty())
+    }
+
+    /// Whether the module of this name is there with its ports alone.
+    pub(super) fn empties(&self, module: &str) -> bool {
+        self.emptied.contains(&block(module)) || self.frees(module)
+    }
+
+    /// Whether the outputs of the module of this name may be anything.
+    pub(super) fn frees(&self, module: &str) -> bool {
+        self.freed.contains(&block(module))
+    }
+
+    /// The macro with which the registers are mapped; none where they are as they are.
+    pub(super) fn register_map(&self) -> Option<&'static str> {
+        match self.engine {
+            Engine::Steps(_) => None,
+            Engine::InReset => Some("-D IN_RESET "),
+            _ => Some(""),
+        }
+    }
+
+    /// Name of the task that looks whether its assertions can be reached; none where they ask
+    /// for nothing.
+    pub(super) fn cover_task(&self) -> Option<String> {
+        (self.engine != Engine::InReset).then(|| format!("{}_cover", self.name))
+    }
+
+    /// Clocks within which they are, from any state on.
+    pub(super) fn cover_depth(&self) -> u32 {
+        match self.engine {
+            // The clocks before, the one behind them, and one more.
+            Engine::Steps(clocks) => clocks + 2,
+            _ => 4,
+        }
+    }
+
+    /// The options of its task.
+    pub(super) fn options(&self) -> Vec<String> {
+        let bounded = |depth: u32| vec!["mode bmc".to_owned(), format!("depth {depth}")];
+        match self.engine {
+            Engine::Steps(_) => bounded(self.cover_depth()),
+            Engine::Bounded(clocks) => bounded(clocks),
+            _ => vec!["mode prove".to_owned()],
+        }
+    }
+
+    /// The engine's line in the `.sby` file.
+    pub(super) fn engine_line(&self) -> &'static str {
+        match self.engine {
+            // What shows within the pipelines is found at once; scorr and pdr would look long for it.
+            Engine::Induction => "abc bmc3 -F 9; scorr -F 4 -C 100000; pdr",
+            Engine::Reachability | Engine::InReset => "abc pdr",
+            Engine::Steps(_) | Engine::Bounded(_) => "abc bmc3",
+        }
+    }
+}
+
+/// The block that a module is one of: those that differ have a number at the end.
+fn block(module: &str) -> &str {
+    match module.rsplit_once('_') {
+        Some((block, number)) if number.bytes().all(|b| b.is_ascii_digit()) => block,
+        _ => module,
+    }
+}
+
+/// Part `number` of a signal of several parts of so many bits.
+fn part(signal: &str, number: u32, bits: u32) -> String {
+    match bits {
+        1 => format!("{signal}[{number}]"),
+        _ => format!("{signal}[{}:{}]", (number + 1) * bits - 1, number * bits),
+    }
+}
+
+/// The proofs of a design.
+pub(super) fn proofs(design: &Design) -> Vec<Proof> {
+    let interface = design.interface();
+    let channels = channels(design);
+    let mut codes = Proof::new("codes", Engine::Induction);
+    let mut proofs = vec![Proof::new("reset", Engine::InReset)];
+    if let Some(plan) = &interface.histogram {
+        proofs.extend([codes, frames("scan", interface, plan), frames("stream", interface, plan)]);
+    } else {
+        if interface.realigns() {
+            codes.see("epoch_seen", "controller.i_epoch");
+        }
+        proofs.extend([codes, scan(interface), reference(interface, &channels)]);
+        proofs.extend([counts(interface, &channels), stream(interface, &channels)]);
+    }
+    proofs.extend(interface.peak.map(|_| peak(interface, &channels)));
+    proofs.push(Proof::new("axis", Engine::Reachability));
+    if interface.histogram.is_some() {
+        // Words in memories are beyond these proofs, and reset does not reach a memory's registers.
+        proofs.iter_mut().for_each(|proof| proof.freed.push(BLOCK_MEMORY));
+    }
+    proofs
+}
+
+fn scan(interface: &Interface) -> Proof {
+    let mut proof = Proof::new("scan", Engine::Steps(scan_clocks(interface)));
+    let chips = interface.timing.scan.integration_chips;
+    let results = interface.reference_codes.len() as u32 * interface.parallel();
+    for (is_there, signal, place) in [
+        (true, "run_seen", "o_run"),
+        (true, "step_end_seen", "o_last_chip"),
+        (true, "dump_seen", "o_dump"),
+        (true, "counted_seen", "o_counted"),
+        (true, "last_seen", "o_scan_counted"),
+        (interface.realigns(), "epoch_seen", "i_epoch"),
+        (interface.realigns(), "start_seen", "o_start"),
+        (chips > 1, "step_ends_seen", "o_pre_last_chip"),
+        (chips > 2, "chip_seen", "chip_count_r"),
+        (interface.groups() > 1, "step_seen", "step_count_r"),
+        (interface.groups() > 1, "last_step_seen", "last_step_r"),
+        (results > 1, "counts_seen", "o_pre_counted"),
+    ] {
+        if is_there {
+            proof.see(signal, &format!("controller.{place}"));
+        }
+    }
+    proof
+}
+
+/// For each detector its channel; like ones are made by a loop.
+fn channels(design: &Design) -> Vec<String> {
+    let top = design.files.last().map_or("", |file| file.text.as_str());
+    let detectors = design.interface().reference_codes.len();
+    let channel = |d: usize| match (detectors, top.contains("begin : gen_channel")) {
+        (1, _) => "channel".to_owned(),
+        (_, true) => format!("gen_channel[{d}].channel"),
+        (_, false) => format!("channel_{d}"),
+    };
+    (0..detectors).map(channel).collect()
+}
+
+/// The references of all samples of a detector, and their place.
+fn window(interface: &Interface, d: u32, channel: &str) -> (String, String) {
+    let bits = interface.lanes() + interface.parallel() - 1;
+    (part("windows", d, bits), format!("{channel}.stepper.o_window"))
+}
+
+/// All that a detector's channel counts, and its places.
+fn counted(interface: &Interface, d: u32, channel: &str) -> Vec<(String, String)> {
+    let parallel = interface.parallel();
+    let of = |signal, port: &str, bits| (part(signal, d, bits), format!("{channel}.{port}"));
+    let mut all = vec![of("counts", "o_count", parallel * interface.count_bits)];
+    if interface.saturates() {
+        all.push(of("clamped", "o_clamped", parallel));
+    }
+    all.extend(interface.total.map(|total| of("totals", "o_total", total.bits)));
+    all
+}
+
+fn reference(interface: &Interface, channels: &[String]) -> Proof {
+    let mut proof = Proof::new("reference", Engine::Induction);
+    proof.see("ends", "controller.o_last_chip");
+    if interface.realigns() {
+        proof.see("start_seen", "controller.o_start");
+    }
+    let windows = (0..).zip(channels);
+    proof.seen.extend(windows.map(|(d, channel)| window(interface, d, channel)));
+    proof
+}
+
+fn counts(interface: &Interface, channels: &[String]) -> Proof {
+    let mut proof = Proof::new("counts", Engine::Induction);
+    proof.emptied = vec!["scan_controller", "phase_stepper"];
+    proof.drive("controller.o_run", "run");
+    proof.drive("controller.o_dump", "dumps");
+    for (d, channel) in (0..).zip(channels) {
+        proof.cut.push(window(interface, d, channel));
+        proof.seen.extend(counted(interface, d, channel));
+    }
+    proof
+}
+
+fn stream(interface: &Interface, channels: &[String]) -> Proof {
+    let mut proof = Proof::new("stream", Engine::Induction);
+    proof.emptied = vec!["scan_controller", "detector_channel"];
+    for (d, channel) in (0..).zip(channels) {
+        proof.cut.extend(counted(interface, d, channel));
+    }
+    if interface.reference_codes.len() as u32 * interface.parallel() > 1 {
+        proof.drive("controller.o_pre_counted", "comes");
+    }
+    proof.drive("controller.o_counted", "counted");
+    proof.drive("controller.o_scan_counted", "last");
+    proof
+}
+
+fn peak(interface: &Interface, channels: &[String]) -> Proof {
+    let mut proof = Proof::new("peak", Engine::Bounded(30));
+    proof.emptied = vec!["scan_controller", "detector_channel"];
+    proof.drive("controller.o_counted", "counted");
+    proof.drive("controller.o_scan_counted", "last");
+    for (d, channel) in (0..).zip(channels) {
+        proof.cut.extend(counted(interface, d, channel).into_iter().take(1));
+    }
+    proof
+}
+
+/// Rows, code periods and frames of a histogram, and what the memories are told of them; and, in
+/// `stream`, rows on the stream.
+fn frames(name: &'static str, interface: &Interface, plan: &HistogramPlan) -> Proof {
+    let mut proof = Proof::new(name, Engine::Steps(1));
+    proof.freed.push("histogram_channel");
+    let turns = plan.takes_turns();
+    for (is_there, signal, place) in [
+        (true, "run_seen", "o_run"),
+        (true, "row_seen", "o_row"),
+        (true, "ahead_seen", "ahead_r"),
+        (true, "ahead_is_last_seen", "ahead_is_last_r"),
+        (true, "row_is_last_seen", "row_is_last_r"),
+        (true, "first_seen", "first_r"),
+        (plan.periods > 1, "period_seen", "period_r"),
+        (plan.periods > 1, "period_is_last_seen", "period_is_last_r"),
+        (true, "firsts_seen", "first_before_r"),
+        (!turns, "come_first_seen", "o_come_first"),
+        (true, "held_first_seen", "o_held_first"),
+        (true, "added_first_seen", "o_added_first"),
+    ] {
+        if is_there {
+            proof.see(&format!("words.{signal}"), &format!("control.{place}"));
+        }
+    }
+    for clocks in 0..6 {
+        let place = match clocks {
+            5 => "control.o_write_row".to_owned(),
+            _ => format!("control.row_before_{clocks}_r"),
+        };
+        proof.see(&part("words.rows_seen", clocks, row_bits(plan)), &place);
+    }
+    if name == "stream" {
+        rows(interface, turns, &mut proof);
+    }
+    proof
+}
+
+fn rows(interface: &Interface, turns: bool, proof: &mut Proof) {
+    let detectors = interface.reference_codes.len() as u32;
+    let several = turns && detectors > 1;
+    for (is_there, signal, place) in [
+        (true, "room_seen", "room_r"),
+        (true, "shows_seen", "o_shows"),
+        (!turns, "follows_seen", "follows_r"),
+        (!turns, "wholes_seen", "whole_before_r"),
+        (!turns, "lasts_seen", "last_before_r"),
+        (turns, "half_seen", "o_half"),
+        (turns, "halves_seen", "half_before_r"),
+        (turns, "come_half_seen", "o_come_half"),
+        (turns, "held_half_seen", "o_held_half"),
+        (turns, "write_half_seen", "o_write_half"),
+        (turns, "reads_seen", "reads_r"),
+        (turns, "read_row_seen", "o_read_row"),
+        (turns, "read_is_last_seen", "read_is_last_r"),
+        (turns, "out_seen", "out_r"),
+        (turns, "last_out_seen", "last_out_r"),
+        (turns, "go_seen", "o_go"),
+        (several, "detector_seen", "detector_r"),
+    ] {
+        if is_there {
+            proof.see(signal, &format!("control.{place}"));
+        }
+    }
+    if several {
+        for (stage, port) in (0..).zip(["detector_out_0_r", "detector_out_1_r", "o_read_detector"])
+        {
+            let signal = part("detector_out_seen", stage, detectors);
+            proof.see(&signal, &format!("control.{port}"));
+        }
+    }
+}

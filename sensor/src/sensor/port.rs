@@ -1,0 +1,182 @@
+//! The ports of `sensor_top`: one table of what each is for, its width, what drives an input
+//! and when an output counts. Who adds a port adds a row here.
+
+use serde::Serialize;
+
+use super::interface::Interface;
+
+/// A port of `sensor_top`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+pub struct Port {
+    /// What it is for.
+    #[serde(skip)]
+    pub role: Role,
+    /// Name in the Verilog.
+    pub name: String,
+    /// `input` or `output`.
+    pub direction: Direction,
+    /// Bits.
+    #[serde(rename = "width_bits")]
+    pub width: u32,
+}
+
+/// Direction of a port, seen from the hardware.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Direction {
+    /// Driven from outside.
+    Input,
+    /// Driven by the hardware.
+    Output,
+}
+
+/// What a port is for. Of each role a sensor has one port or none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// The chip clock.
+    Clock,
+    /// Synchronous reset.
+    Reset,
+    /// Chips of the sources' codes.
+    Laser,
+    /// First chip of the reference code's period.
+    Epoch,
+    /// Sampled levels of the detectors.
+    Samples,
+    /// The result on the stream.
+    Data,
+    /// A result is there.
+    Valid,
+    /// The receiver takes it.
+    Ready,
+    /// It is a scan's last.
+    Last,
+    /// A result was lost.
+    Overrun,
+    /// A count was saturated.
+    Saturated,
+    /// Phase step of a scan's largest count.
+    PeakStep,
+    /// A scan's largest count.
+    PeakCount,
+    /// A scan's peak has come.
+    PeakValid,
+}
+
+/// What drives a port, or what it follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Use {
+    /// An input that toggles once a clock.
+    Clock,
+    /// An input with the detectors' pulses.
+    Samples,
+    /// An input that rests at a level; a stimulus says when it has the other one.
+    Level {
+        /// The level at which it rests, in all bits.
+        rest: bool,
+    },
+    /// An output that changes from chip to chip with a code, and is compared at every clock.
+    Code,
+    /// An output that changes with results, and is compared at every clock.
+    Result,
+    /// The same, of which the interface promises nothing while `m_axis_tvalid` is low.
+    Payload,
+}
+
+/// A row of the table.
+struct Row {
+    role: Role,
+    name: &'static str,
+    usage: Use,
+    /// Bits; none where a sensor has no such port.
+    width: fn(&Interface) -> Option<u32>,
+}
+
+const fn row(
+    role: Role,
+    name: &'static str,
+    usage: Use,
+    width: fn(&Interface) -> Option<u32>,
+) -> Row {
+    Row { role, name, usage, width }
+}
+
+/// All ports, in the order of the Verilog, which is that of the roles.
+const PORTS: [Row; 14] = [
+    row(Role::Clock, "i_clk", Use::Clock, |_| Some(1)),
+    row(Role::Reset, "i_rst", Use::Level { rest: false }, |_| Some(1)),
+    row(Role::Laser, "o_laser", Use::Code, |of| Some(of.source_codes.len() as u32)),
+    row(Role::Epoch, "o_epoch", Use::Code, |_| Some(1)),
+    row(Role::Samples, "i_samples", Use::Samples, |of| Some(of.lanes() * detectors(of))),
+    row(Role::Data, "m_axis_tdata", Use::Payload, |of| Some(of.tdata_bits)),
+    row(Role::Valid, "m_axis_tvalid", Use::Result, |_| Some(1)),
+    row(Role::Ready, "m_axis_tready", Use::Level { rest: true }, |_| Some(1)),
+    row(Role::Last, "m_axis_tlast", Use::Payload, |_| Some(1)),
+    row(Role::Overrun, "o_overrun", Use::Result, |_| Some(1)),
+    row(Role::Saturated, "o_saturated", Use::Result, |of| of.saturates().then_some(1)),
+    row(Role::PeakStep, "o_peak_step", Use::Result, |of| {
+        of.peak.map(|peak| detectors(of) * peak.step_bits)
+    }),
+    row(Role::PeakCount, "o_peak_count", Use::Result, |of| {
+        of.peak.map(|peak| detectors(of) * peak.count_bits)
+    }),
+    row(Role::PeakValid, "o_peak_valid", Use::Result, |of| of.peak.map(|_| 1)),
+];
+
+fn detectors(interface: &Interface) -> u32 {
+    interface.reference_codes.len() as u32
+}
+
+impl Role {
+    /// That of a port of this name, whether or not a sensor at hand has it.
+    pub fn of(name: &str) -> Option<Role> {
+        PORTS.iter().find(|row| row.name == name).map(|row| row.role)
+    }
+
+    /// The port's name in the Verilog.
+    pub const fn name(self) -> &'static str {
+        PORTS[self as usize].name
+    }
+
+    /// What drives the port, or what it follows.
+    pub const fn usage(self) -> Use {
+        PORTS[self as usize].usage
+    }
+
+    /// Direction of the port.
+    pub const fn direction(self) -> Direction {
+        match self.usage() {
+            Use::Clock | Use::Samples | Use::Level { .. } => Direction::Input,
+            Use::Code | Use::Result | Use::Payload => Direction::Output,
+        }
+    }
+
+    /// Whether the interface promises nothing of it while `m_axis_tvalid` is low.
+    pub fn is_payload(self) -> bool {
+        self.usage() == Use::Payload
+    }
+
+    /// The port, of so many bits.
+    pub fn port(self, width: u32) -> Port {
+        Port { role: self, name: self.name().to_owned(), direction: self.direction(), width }
+    }
+}
+
+/// Ports of a sensor's `sensor_top`, in the order of the Verilog.
+pub(super) fn ports_of(interface: &Interface) -> Vec<Port> {
+    PORTS.iter().filter_map(|row| Some(row.role.port((row.width)(interface)?))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_role_has_its_row() {
+        for (number, row) in PORTS.iter().enumerate() {
+            assert_eq!(row.role as usize, number, "{}", row.name);
+            assert_eq!(Role::of(row.name), Some(row.role));
+        }
+        assert_eq!(Role::of("i_other"), None);
+    }
+}
