@@ -1,6 +1,5 @@
 //! What theory may take: refused before the work, and not after hours of it.
 
-use super::fit::bins::RESPONSES_OF_SPREAD;
 use super::fit::moments::few_steps;
 use super::fit::problem::STEPS_ONE_BY_ONE;
 use crate::photons::DetectorModel;
@@ -100,9 +99,7 @@ impl TheoryEffort {
                 2.0 * unknowns * (of.response_s + of.counts_s) + self.covariances_s() + products_s
             }
             Work::Histogram => {
-                // Of the bound, and of the fit's expectation.
-                let responses = unknowns + TURNS + 2.0 * RESPONSES_OF_SPREAD;
-                responses * of.response_s + of.counts_s + of.moments_s + of.step_s
+                (unknowns + TURNS) * of.response_s + of.counts_s + of.moments_s + of.step_s
             }
             Work::Draws => of.response_s + of.moments_s + of.scan_s,
         }

@@ -33,13 +33,9 @@ const OTHER_STARTS_CHIPS: [f64; 6] = [-0.25, 0.25, -0.5, 0.5, -1.0, 1.0];
 /// Bins by which a fit is moved to see whether that is likelier.
 const OTHER_BINS: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
 
-/// Ends of five shares of the estimates, equal to within the tails that are cut off, in standard
-/// deviations: what bins tell of a delay is looked at over each of them.
-const SHARES: [f64; 6] = [-1.9, -0.8416, -0.2533, 0.2533, 0.8416, 1.9];
-/// So often the spread of the estimates is worked out of what bins tell over it.
-const SPREADS: usize = 2;
-/// Responses that this takes: of the light, of delays and light on either side, and at the ends of shares.
-pub(crate) const RESPONSES_OF_SPREAD: f64 = (5 + SHARES.len() * SPREADS) as f64;
+/// Where what bins tell of a delay is looked at, in standard deviations of the estimates from it: the
+/// middles of five equal shares of them.
+const SPREAD: [f64; 5] = [-1.2816, -0.5244, 0.0, 0.5244, 1.2816];
 
 /// Where a fit has settled.
 struct BinFit {
@@ -107,8 +103,11 @@ impl<'f> Counts for BinCounts<'f> {
         let are_best = of == here.parameters;
         let columns = [self.delay_column(here)?, light[0].clone(), light[1].clone()];
         self.light = Some((of, light));
-        let columns = columns.map(|column| of_unit(column, &here.expected));
-        Ok(Slopes { columns: columns.into(), are_best })
+        let of_unit = |column: Vec<f64>| {
+            let bins = column.into_iter().zip(&here.expected);
+            bins.map(|(slope, mean)| slope / mean.sqrt()).collect()
+        };
+        Ok(Slopes { columns: columns.map(of_unit).into(), are_best })
     }
 
     fn step(&self, here: &Bins<'f>, normal: &Normal) -> Vec<f64> {
@@ -145,15 +144,12 @@ impl<'f> BinCounts<'f> {
 
     /// Derivative of what bins are expected to count by the delay, from both sides.
     fn delay_column(&self, here: &Bins) -> Result<Vec<f64>, FitError> {
-        let early = self.expected_later(here, -DELAY_STEP_CHIPS)?;
-        let late = self.expected_later(here, DELAY_STEP_CHIPS)?;
+        let at = |chips: f64| -> Result<Vec<f64>, FitError> {
+            let delayed = here.response.delayed(self.problem.clock().ps(chips))?;
+            Ok(self.expected(&delayed.mean_bins())?.1)
+        };
+        let (early, late) = (at(-DELAY_STEP_CHIPS)?, at(DELAY_STEP_CHIPS)?);
         Ok(slopes(&early, &late, 2.0 * DELAY_STEP_CHIPS))
-    }
-
-    /// What bins are expected to count of light so many chips later.
-    fn expected_later(&self, here: &Bins, chips: f64) -> Result<Vec<f64>, FitError> {
-        let delayed = here.response.delayed(self.problem.clock().ps(chips))?;
-        Ok(self.expected(&delayed.mean_bins())?.1)
     }
 
     /// Derivative by the logarithm of the strength, or by the constant light.
@@ -348,29 +344,24 @@ impl<'s> BinFitter<'s> {
     /// told of it as in the middle of a bin: estimates that scatter by a tenth of a bin see both, and
     /// what bins tell is averaged over them.
     fn delay_std_chips(&self) -> Result<f64, FitError> {
-        let means = MeanResponse::new(&self.model)?.mean_bins();
-        let mut counts = self.counts(&means);
-        let here = counts.bins(Parameters::of(&Light::of(&self.model)))?;
-        let mut columns = counts.slopes(&here, true)?.columns;
-        let residuals = counts.residuals(&here)?;
-        let std_of = |columns: &[Vec<f64>]| {
-            let normal = counts.normal(columns, &residuals);
-            let normal = normal.ok_or_else(|| counts.undetermined(&here))?;
-            Ok::<f64, FitError>(normal.standard_deviations()[0])
-        };
-        let mut std_chips = std_of(&columns)?;
-        for _ in 0..SPREADS {
-            let ends = SHARES.map(|of_std| counts.expected_later(&here, of_std * std_chips));
-            let ends = ends.into_iter().collect::<Result<Vec<_>, _>>()?;
-            let mut told = 0.0;
-            for (at, pair) in ends.windows(2).enumerate() {
-                let chips = (SHARES[at + 1] - SHARES[at]) * std_chips;
-                columns[0] = of_unit(slopes(&pair[0], &pair[1], chips), &here.expected);
-                told += std_of(&columns)?.powi(-2);
-            }
-            std_chips = (told / (SHARES.len() - 1) as f64).powf(-0.5);
+        let truth = Parameters::of(&Light::of(&self.model));
+        let std_chips = self.delay_std_chips_at(&truth)?;
+        let mut told = 0.0;
+        for of_std in SPREAD {
+            told += self.delay_std_chips_at(&truth.later(of_std * std_chips))?.powi(-2);
         }
-        Ok(std_chips)
+        Ok((told / SPREAD.len() as f64).powf(-0.5))
+    }
+
+    fn delay_std_chips_at(&self, light: &Parameters) -> Result<f64, FitError> {
+        let counts = self.counts(&[]);
+        let means = counts.problem.response(light)?.mean_bins();
+        let mut counts = self.counts(&means);
+        let bins = counts.bins(light.clone())?;
+        let (slopes, residuals) = (counts.slopes(&bins, true)?, counts.residuals(&bins)?);
+        let normal = counts.normal(&slopes.columns, &residuals);
+        let normal = normal.ok_or_else(|| counts.undetermined(&bins))?;
+        Ok(normal.standard_deviations()[0])
     }
 
     /// Bins of few counts make chi-square scatter more than that of normal numbers does, by
@@ -381,11 +372,6 @@ impl<'s> BinFitter<'s> {
         let excess: f64 = place.innovations.means().iter().map(|mean| 1.0 / mean).sum();
         degrees + (chi_square - degrees) * (2.0 * degrees / (2.0 * degrees + excess)).sqrt()
     }
-}
-
-/// Slopes over the standard deviations of Poisson numbers of these means.
-fn of_unit(slopes: Vec<f64>, means: &[f64]) -> Vec<f64> {
-    slopes.into_iter().zip(means).map(|(slope, mean)| slope / mean.sqrt()).collect()
 }
 
 fn slopes(from: &[f64], to: &[f64], step: f64) -> Vec<f64> {
