@@ -11,7 +11,7 @@ use goldtof::cosim::own::manifest as rtl_manifest;
 use goldtof::cosim::ports as rtl_ports;
 use goldtof::scene::{Scene, SceneErrors, parse};
 use goldtof::sensor::Sensor;
-use goldtof::sensor::interface::Port;
+use goldtof::sensor::port::Port;
 use goldtof::sensor::port::Role;
 use goldtof::{deliver, plan, report};
 

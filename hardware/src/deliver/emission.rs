@@ -16,7 +16,7 @@ use crate::rtl::blocks::{HistogramTop, ScanRegisters, SensorTop};
 use crate::scene::SceneReference;
 use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
-use crate::sensor::interface::Port;
+use crate::sensor::port::Port;
 
 /// Everything that `emit` makes.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]

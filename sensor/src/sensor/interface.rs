@@ -7,8 +7,6 @@ use std::sync::Arc;
 
 use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
-use super::port::ports_of;
-pub use super::port::{Direction, Port};
 use crate::code::Code;
 use crate::scan::{Grouping, Timing};
 use crate::scene::{Architecture, Polarity, Scene, Target};
@@ -292,11 +290,6 @@ impl Interface {
     /// Whether a scan is followed by a pause until the next epoch.
     pub fn realigns(&self) -> bool {
         !self.timing.is_gapless()
-    }
-
-    /// Ports of `sensor_top`, in the order of the Verilog.
-    pub fn ports(&self) -> Vec<Port> {
-        ports_of(self)
     }
 }
 

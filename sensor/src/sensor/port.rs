@@ -162,9 +162,11 @@ impl Role {
     }
 }
 
-/// Ports of a sensor's `sensor_top`, in the order of the Verilog.
-pub(super) fn ports_of(interface: &Interface) -> Vec<Port> {
-    PORTS.iter().filter_map(|row| Some(row.role.port((row.width)(interface)?))).collect()
+impl Interface {
+    /// Ports of `sensor_top`, in the order of the Verilog.
+    pub fn ports(&self) -> Vec<Port> {
+        PORTS.iter().filter_map(|row| Some(row.role.port((row.width)(self)?))).collect()
+    }
 }
 
 #[cfg(test)]

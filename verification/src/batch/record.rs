@@ -3,8 +3,9 @@
 
 use super::BatchError;
 use crate::sensor::Sensor;
-use crate::sensor::interface::{Interface, Port};
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, mask};
+use crate::sensor::port::Port;
 use crate::sensor::port::Role;
 
 /// A port of the testbench, whose bits stand behind those of the port before it.

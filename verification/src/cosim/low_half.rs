@@ -14,8 +14,9 @@ use std::path::Path;
 
 use super::cache::write;
 use super::error::CosimError;
-use crate::sensor::interface::{Direction, Interface, Port};
+use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::{Direction, Port};
 
 /// Name of the header that `testbench/cosim.cpp` includes.
 const HEADER: &str = "goldtof_low.h";

@@ -7,8 +7,8 @@ use std::fmt::Write as _;
 
 use crate::reference::blocks::BLOCK_CLOCKS;
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
-use crate::sensor::interface::{Direction, Port};
 use crate::sensor::layout::{Field, Layout};
+use crate::sensor::port::{Direction, Port};
 
 /// Name of the header that `testbench/cosim.cpp` includes.
 pub const HEADER: &str = "goldtof_ports.h";

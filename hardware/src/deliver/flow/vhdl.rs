@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::deliver::design::{Design, EmittedFile};
-use crate::sensor::interface::{Direction, Port};
+use crate::sensor::port::{Direction, Port};
 
 /// A package with a component declaration, and the widths of the ports as constants.
 pub(super) fn package(design: &Design) -> EmittedFile {

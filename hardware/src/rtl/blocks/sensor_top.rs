@@ -19,7 +19,8 @@ use super::{CodeSource, DetectorChannel, PeakDetector, ResultStream, ScanControl
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
-use crate::sensor::interface::{Direction, Interface};
+use crate::sensor::interface::Interface;
+use crate::sensor::port::Direction;
 
 /// Transmit generators, the scan, a channel for each detector, and the results.
 #[block(TopPlan)]

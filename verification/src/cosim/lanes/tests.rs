@@ -23,8 +23,8 @@ use crate::reference::predictor::Reference;
 use crate::reference::stimulus::clocks_for_scans;
 use crate::scene::{self, DetectorIndex, Polarity, Scene, SourceIndex};
 use crate::sensor::Sensor;
-use crate::sensor::interface::Direction;
 use crate::sensor::layout::Layout;
+use crate::sensor::port::Direction;
 
 const SEED: u64 = 7;
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::cosim::ports::FoundPort;
-use crate::sensor::interface::{Direction, Port};
+use crate::sensor::port::{Direction, Port};
 
 /// The wrapper's name.
 const NAME: &str = "goldtof_wrapper";
