@@ -69,7 +69,7 @@ fn recorded_counts_of_another_distance_end_with_one() {
     }
 }
 
-/// Counts of the other sign are of no distance of the scene's, and bear nothing out; counts that scatter
+/// Counts of the other sign are told as such; counts that scatter
 /// more than photons do may be at the right one.
 #[test]
 fn recorded_counts_of_another_scene_end_with_one() {
@@ -98,7 +98,7 @@ fn recorded_counts_of_another_scene_end_with_one() {
     let checked = ["estimate", QUICK, file.to_str().unwrap(), "--check"];
     for (change, ended, told) in [
         ((|_, count| count) as fn(usize, i64) -> i64, 0, "the counts are as the scene says"),
-        (|_, count| -count, 1, "counts for none of the scene's paths"),
+        (|_, count| -count, 1, "the counts have the opposite sign"),
         (|number, count| if number % 10 == 0 { 2 * count } else { count }, 1, "larger than chance"),
     ] {
         fs::write(&file, altered(change)).unwrap();

@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn samples_that_are_low_during_a_pulse_count_as_their_opposites() {
-        let scene = scene::load(Path::new("scenes/quick.toml")).unwrap();
+        let scene = scene::load(Path::new("../scenes/quick.toml")).unwrap();
         let high = Sensor::new(&scene);
         let low = high.with(|scene| scene.hardware.polarity = Polarity::Low);
         let words = |n: u64| (n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 24) as u8;

@@ -288,7 +288,9 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
             let registers = model.registers().unwrap();
             let mut stood = vec![false; CLOCKS as usize];
             for (word, gates) in gates.iter_mut().enumerate() {
-                let samples = words(&samples, word);
+                // Pulses make the samples low where the comparator inverts.
+                let idle = if interface.polarity == Polarity::Low { u64::MAX } else { 0 };
+                let samples: Vec<u64> = words(&samples, word).iter().map(|s| s ^ idle).collect();
                 let outputs = gates.clocks(
                     &samples,
                     design.samples,
