@@ -52,9 +52,11 @@ fn step_means(all: &[Vec<StepCount>]) -> Vec<(f64, f64)> {
         .collect()
 }
 
+/// Scans of a tier, from a seed of its own: of the same seed the tiers see the same avalanches.
 fn collect(scene: &Scene, tier: Tier, repetitions: u64) -> Vec<Vec<StepCount>> {
     let mut all = Vec::new();
-    scans(&Sensor::new(scene), DetectorIndex(0), tier, 3, repetitions, |scan| {
+    let seed = 3 + tier as u64;
+    scans(&Sensor::new(scene), DetectorIndex(0), tier, seed, repetitions, |scan| {
         all.push(scan.to_vec())
     })
     .unwrap();
