@@ -23,29 +23,29 @@ module lfsr_check #(
     endfunction
 
     function [WIDTH-1:0] times(input [WIDTH-1:0] a, input [WIDTH-1:0] b);
-        integer i;
+        integer place;
         begin
             times = {WIDTH{1'b0}};
-            for (i = WIDTH - 1; i >= 0; i = i - 1) begin
-                times = times_x(times) ^ ({WIDTH{b[i]}} & a);
+            for (place = WIDTH - 1; place >= 0; place = place - 1) begin
+                times = times_x(times) ^ ({WIDTH{b[place]}} & a);
             end
         end
     endfunction
 
     function [WIDTH-1:0] shifted(input [63:0] shifts);
-        integer i;
+        integer place;
         reg [WIDTH-1:0] power;
         begin
             shifted = {WIDTH{1'b0}};
             power = {{(WIDTH - 1){1'b0}}, 1'b1};
-            for (i = 63; i >= 0; i = i - 1) begin
+            for (place = 63; place >= 0; place = place - 1) begin
                 power = times(power, power);
-                if (shifts[i]) begin
+                if (shifts[place]) begin
                     power = times_x(power);
                 end
             end
-            for (i = 0; i < WIDTH; i = i + 1) begin
-                shifted[i] = ^(power & FIRST);
+            for (place = 0; place < WIDTH; place = place + 1) begin
+                shifted[place] = ^(power & FIRST);
                 power = times_x(power);
             end
         end

@@ -4,6 +4,9 @@
 //! timing, and [`sensor`] fixes what the hardware promises at its ports. Every other package
 //! begins with a [`sensor::Sensor`].
 
+// Links to what is private lead its next maintainer on (`--document-private-items`).
+#![allow(rustdoc::private_intra_doc_links)]
+
 use goldtof_system::{digest, files, printable, version};
 
 pub mod code;

@@ -234,7 +234,11 @@ const ONE_MEMORY: &[Fault] = &[
     ("histogram_control.v", "last_before_r[2]", "last_before_r[1]"),
     ("histogram_control.v", "comes & ~room_r & ~i_ready", "comes & ~room_r"),
     ("histogram_control.v", "~room_r & ~i_ready)", "~room_r & ~i_ready & ~last_before_r[1])"),
-    ("histogram_control.v", "~room_r & ~i_ready)", "~room_r & ~i_ready & row_before_2_r != 5'd17)"),
+    (
+        "histogram_control.v",
+        "~room_r & ~i_ready)",
+        "~room_r & ~i_ready & row_before_r[14:10] != 5'd17)",
+    ),
     ("histogram_control.v", "if (i_ready)", "if (1'b0)"),
     ("histogram_control.v", "(room_r & comes) | (i_ready & comes)", "comes"),
     // A bin that is not begun anew, and one that does not leave.

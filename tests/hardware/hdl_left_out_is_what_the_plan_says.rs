@@ -38,8 +38,9 @@ fn traces(emission: &Emission) -> Vec<(&'static str, bool)> {
         ("peak_detector", has_port("o_peak_valid")),
     ];
     if emission.parameters.histogram.is_some() {
-        let adders = text_of("histogram_channel.v").matches("bin_adder ").count();
-        traces.push(("further_adders", adders > 1));
+        let channel = text_of("histogram_channel.v");
+        let adders = channel.matches("bin_adder ").count();
+        traces.push(("further_adders", adders > 1 || channel.contains(": gen_adder")));
         return traces;
     }
     let mut ports = emission.ports.iter();

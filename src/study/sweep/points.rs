@@ -27,6 +27,8 @@ pub struct Sweep {
 
 /// What a sweep's numbers depend on beside the scene: the command line's options, the library's,
 /// and those of a shard and of the folder.
+// `source[0]` of the help text is no link.
+#[allow(rustdoc::broken_intra_doc_links)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args)]
 pub struct SweepOptions {
     /// A key and its values: a list, as --over 'path.distance=1 m, 2 m, 5 m'; values spaced evenly

@@ -85,7 +85,7 @@ fn of_histogram(plan: &HistogramPlan, define: &mut dyn FnMut(&str, String)) {
 }
 
 /// Bits of a row's number.
-fn row_bits(plan: &HistogramPlan) -> u32 {
+pub(super) fn row_bits(plan: &HistogramPlan) -> u32 {
     (u64::BITS - (plan.rows - 1).leading_zeros()).max(1)
 }
 

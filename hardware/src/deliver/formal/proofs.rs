@@ -1,6 +1,6 @@
 //! The proofs of a design: what of it each looks at, and how it is found.
 
-use super::numbers::scan_clocks;
+use super::numbers::{row_bits, scan_clocks};
 use crate::deliver::design::Design;
 use crate::rtl::back::BLOCK_MEMORY;
 use crate::sensor::histogram::HistogramPlan;
@@ -284,7 +284,13 @@ fn frames(name: &'static str, interface: &Interface, plan: &HistogramPlan) -> Pr
             proof.see(&format!("words.{signal}"), &format!("control.{place}"));
         }
     }
-    proof.see("words.rows_seen", "control.row_before_r");
+    // Rows of the words before, and the last of them as the memories get it.
+    let (bits, kept) = (row_bits(plan), 5 * row_bits(plan));
+    proof.see(
+        &format!("words.rows_seen[{}:0]", kept - 1),
+        &format!("control.row_before_r[{}:0]", kept - 1),
+    );
+    proof.see(&format!("words.rows_seen[{}:{kept}]", kept + bits - 1), "control.o_write_row");
     if name == "stream" {
         rows(interface, turns, &mut proof);
     }
