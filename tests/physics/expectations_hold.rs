@@ -136,10 +136,12 @@ fn scatter_of_a_fit_over_the_ends_of_bins_is_expected() {
         let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("a setting")).collect();
         let mut scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
         scene.paths[0].delay_ps = delay.strip_suffix(" ns").unwrap().parse::<f64>().unwrap() * 1e3;
-        let found = of_first_path(&scene, Tier::Events, 200);
+        let found = of_first_path(&scene, Tier::Events, 600);
         let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
-        // Standard error of 200 scans: 5 %.
-        assert!((std_m / expected_m - 1.0).abs() < 0.13, "{delay}: {found:?}");
+        // Standard error of 600 scans: 3 to 6 %. Few estimates are far off, which the expectation leaves
+        // out: of 4,000 scans at 77.3 ns it is a tenth too small. As wide as at one delay alone, it was
+        // 16 % too large there.
+        assert!((0.9..1.25).contains(&(std_m / expected_m)), "{delay}: {found:?}");
     }
 }
 

@@ -36,6 +36,8 @@ const OTHER_BINS: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
 /// Where what bins tell of a delay is looked at, in standard deviations of the estimates from it: the
 /// middles of five equal shares of them.
 const SPREAD: [f64; 5] = [-1.2816, -0.5244, 0.0, 0.5244, 1.2816];
+/// So often the spread is worked out anew: the estimates spread by what bins tell over it.
+const ROUNDS: usize = 2;
 
 /// Where a fit has settled.
 struct BinFit {
@@ -345,12 +347,15 @@ impl<'s> BinFitter<'s> {
     /// what bins tell is averaged over them.
     fn delay_std_chips(&self) -> Result<f64, FitError> {
         let truth = Parameters::of(&Light::of(&self.model));
-        let std_chips = self.delay_std_chips_at(&truth)?;
-        let mut told = 0.0;
-        for of_std in SPREAD {
-            told += self.delay_std_chips_at(&truth.later(of_std * std_chips))?.powi(-2);
+        let mut std_chips = self.delay_std_chips_at(&truth)?;
+        for _ in 0..ROUNDS {
+            let mut told = 0.0;
+            for of_std in SPREAD {
+                told += self.delay_std_chips_at(&truth.later(of_std * std_chips))?.powi(-2);
+            }
+            std_chips = (told / SPREAD.len() as f64).powf(-0.5);
         }
-        Ok((told / SPREAD.len() as f64).powf(-0.5))
+        Ok(std_chips)
     }
 
     fn delay_std_chips_at(&self, light: &Parameters) -> Result<f64, FitError> {
