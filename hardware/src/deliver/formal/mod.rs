@@ -1,6 +1,6 @@
 //! Proofs that go with the emitted Verilog. What is to hold stands in the SystemVerilog files of
-//! this folder; here are this design's numbers ([`numbers`]), where in it the proofs look
-//! ([`proofs`]), and the tasks of sby ([`script`]).
+//! this folder; here are this design's numbers (`numbers`), where in it the proofs look
+//! (`proofs`), and the tasks of sby ([`script`]).
 
 mod numbers;
 mod proofs;
