@@ -54,7 +54,7 @@ pub fn count_piece(noise: &mut Noise) -> Case {
     });
     let expected = expected.collect();
     Case::clocked(
-        CountPiece::new(3, true),
+        CountPiece::new(3),
         Ports::new(&[("i_count", 3), ("i_other", 3), ("i_below", 1)], &[("o_greater", 1)]),
         inputs,
         expected,

@@ -94,16 +94,15 @@ pub fn accumulator(noise: &mut Noise) -> Case {
         Some(vec![wrapped(count, 9)])
     });
     let expected = expected.collect();
-    let segments = CountSegments { count: 1, lower_bits: 9, top_bits: 9 };
     Case::clocked(
-        Accumulator::new(segments, 4),
+        Accumulator::new(9, 4),
         Ports::new(&[("i_addend", 4), ("i_dump", 1)], &[("o_count", 9)]),
         inputs,
         expected,
         clock_and_reset!(),
         |block, input| {
             block.i_addend.next = Word::new(input[0], 4);
-            block.i_dump.next = Word::new(input[1], 1);
+            block.i_dump.next = input[1] == 1;
         },
         |block| vec![block.o_count.val().value()],
     )

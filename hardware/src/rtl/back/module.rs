@@ -2,7 +2,7 @@
 
 use super::alias::resolve;
 use super::drive::{Drives, drives_of};
-use super::expr::{Expr, SignalId};
+use super::expr::{Expr, SignalId, UnaryOp};
 use super::fault::{Fault, Refusal};
 use super::lower::{Statement, lower};
 use super::scope::{Content, Scope};
@@ -193,7 +193,7 @@ impl Wires {
     }
 
     fn assign(&mut self, target: SignalId, value: Expr) {
-        if !self.merged[target] {
+        if !self.merged.get(target).is_some_and(|merged| *merged) {
             self.declared.push(target);
         }
         self.assigns.push(Assign { target, value });
@@ -216,6 +216,25 @@ impl Wires {
             .collect()
     }
 
+    /// A wire that takes all elements of a vector, some of which have no other use.
+    fn leave_unused(&mut self, vector: &[SignalId]) {
+        let all = vector.iter().rev();
+        let all = all.map(|&id| Expr::Signal { id, width: self.signals[id].width });
+        let value = Expr::Unary(UnaryOp::All, Box::new(Expr::Concat(all.collect())));
+        let first = &self.signals[vector[0]];
+        let name = first.element.as_ref().map_or(&first.name, |element| &element.all);
+        let unused = Signal {
+            name: format!("unused_{name}"),
+            width: 1,
+            role: Role::Local,
+            about: "not every bit has another use; linters know by the name".to_owned(),
+            element: None,
+            ..first.clone()
+        };
+        self.signals.push(unused);
+        self.assign(self.signals.len() - 1, value);
+    }
+
     fn connection(&mut self, id: SignalId, drives: &Drives, names: &Names) -> Expr {
         let own = Expr::Signal { id, width: names.signals[id].width };
         if let Role::InstanceInput(_) = names.signals[id].role {
@@ -224,14 +243,15 @@ impl Wires {
         }
         let is_read = |id: &SignalId| drives.is_read[*id];
         let siblings = names.siblings(id);
-        if !siblings.iter().all(is_read) {
-            // Verilator knows by this name that it is meant.
-            let end = if siblings.iter().any(is_read) { "_some_unused" } else { "_unused" };
+        if !siblings.iter().any(is_read) {
             let signal = &mut self.signals[id];
-            signal.name.push_str(end);
+            // Linters know by this name that it is meant.
+            signal.name.push_str("_unused");
             if let Some(element) = &mut signal.element {
-                element.all.push_str(end);
+                element.all.push_str("_unused");
             }
+        } else if siblings[0] == id && !siblings.iter().all(is_read) {
+            self.leave_unused(&siblings);
         }
         if !self.merged[id] {
             self.declared.push(id);

@@ -11,7 +11,7 @@ use super::text::{
     LINE_WIDTH, clocked_block, commented, expression, loop_head, operand_of, push_broken, symbol,
     wrapped,
 };
-use crate::rtl::front::StateCheck;
+use crate::rtl::front::{Size, StateCheck};
 
 /// The module that checks LFSRs' constants.
 pub const LFSR_CHECK: &str = "lfsr_check";
@@ -24,12 +24,14 @@ pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by:
     let mut out = header(this, made_by);
     out.push_str("`default_nettype none\n\n");
     out.push_str(&format!("module {}", this.name));
-    out.push_str(&parameter_list(&this.parameters));
+    out.push_str(&parameter_list(this));
     let is_top = index + 1 == types.len();
     out.push_str(&port_list(&this.sheet, is_top));
+    let groups = this.sheet.groups.iter().zip(&this.families);
     let heads: Vec<Head> =
-        this.sheet.groups.iter().map(|group| instance_head(types, this, group)).collect();
-    let mut body = constants(this, &heads);
+        groups.map(|(group, members)| instance_head(types, this, group, members)).collect();
+    let mut body = requirements(this);
+    body.push_str(&constants(this, &heads));
     body.push_str(&declarations(&this.sheet));
     body.push_str(&assignments(&this.sheet.assigns));
     for (group, head) in this.sheet.groups.iter().zip(&heads) {
@@ -80,9 +82,16 @@ fn spaced(range: &str) -> String {
     if range.is_empty() { String::new() } else { format!("{range} ") }
 }
 
-fn parameter_list(parameters: &[Parameter]) -> String {
-    let varying: Vec<_> = parameters.iter().filter(|p| p.varies()).collect();
-    if varying.is_empty() {
+fn parameter_list(this: &ModuleType) -> String {
+    let varying: Vec<_> = this.parameters.iter().filter(|p| p.varies()).collect();
+    let sizes = this.varying_sizes();
+    let size = |size: &Size| {
+        (
+            format!("parameter {} = {}", size.name, size.value),
+            format!("{}, {}", size.about, takes(size)),
+        )
+    };
+    if varying.is_empty() && sizes.is_empty() {
         return " (\n".to_owned();
     }
     let code = |parameter: &Parameter| {
@@ -91,7 +100,42 @@ fn parameter_list(parameters: &[Parameter]) -> String {
         format!("parameter {range}{} = {value}", parameter.name)
     };
     let lines = varying.iter().map(|p| (code(p), p.said()));
+    let lines = sizes.into_iter().map(size).chain(lines);
     format!(" #(\n{}) (\n", listed(lines.collect()))
+}
+
+/// Which sizes the circuit is for.
+fn takes(size: &Size) -> String {
+    let (least, most) = (size.takes.start(), size.takes.end());
+    match *most {
+        u32::MAX => format!("{least} or more"),
+        _ => format!("{least} to {most}"),
+    }
+}
+
+/// What sizes have to be: elaboration finds no module of this name.
+fn requirements(this: &ModuleType) -> String {
+    let sizes = this.varying_sizes();
+    if sizes.is_empty() {
+        return String::new();
+    }
+    let beyond = |size: &&Size| {
+        let Size { name, takes, .. } = size;
+        match *takes.end() {
+            u32::MAX => format!("{name} < {}", takes.start()),
+            most => format!("{name} < {} || {name} > {most}", takes.start()),
+        }
+    };
+    let beyond: Vec<String> = sizes.iter().map(beyond).collect();
+    let needs = |size: &&Size| format!("{}_of_{}", size.name, takes(size).replace(' ', "_"));
+    let needs: Vec<String> = sizes.iter().map(needs).collect();
+    format!(
+        "\n    // Elaboration ends here: there is no module of this name.\n    if ({}) \
+         begin : gen_refused\n        {}_takes_{} refused ();\n    end\n",
+        beyond.join(" || "),
+        this.name,
+        needs.join("_and_")
+    )
 }
 
 /// Lines of a list, each with its comment.
@@ -177,10 +221,12 @@ fn constants(this: &ModuleType, heads: &[Head]) -> String {
             out.push_str(&commented(4, &format!("// {heading}"), 0, ""));
         }
         let names = group.iter().map(|p| p.name.len()).max().unwrap_or(0);
+        let ranges = group.iter().map(|p| spaced(&range(&p.width.into())).len()).max();
+        let ranges = ranges.unwrap_or(0);
         let line = |p: &&Parameter| {
             let range = spaced(&range(&p.width.into()));
             let value = p.literal(0);
-            let code = format!("localparam {range}{:names$} = {value};", p.name);
+            let code = format!("localparam {range:ranges$}{:names$} = {value};", p.name);
             (code, p.about.clone())
         };
         out.push_str(&aligned(&group.iter().map(line).collect::<Vec<_>>()));
@@ -260,17 +306,27 @@ struct Head {
     tables: Vec<String>,
 }
 
-fn instance_head(types: &[ModuleType], this: &ModuleType, group: &Group) -> Head {
-    let (child, _) = this.children[group.members[0]];
+fn instance_head(
+    types: &[ModuleType],
+    this: &ModuleType,
+    group: &Group,
+    members: &[usize],
+) -> Head {
+    let (child, _) = this.children[members[0]];
     let below = &types[child];
     let mut tables = Vec::new();
     let mut overrides = Vec::new();
+    for Size { name, .. } in below.varying_sizes() {
+        if let Some((_, size)) = group.sizes.iter().find(|(own, _)| own == name) {
+            overrides.push(format!("        .{name}({})", size.text()));
+        }
+    }
     for (index, parameter) in below.parameters.iter().enumerate().filter(|(_, p)| p.varies()) {
         let value = |member: &usize| {
             let here = &this.parameters[this.children[*member].1 + index];
             if here.varies() { here.name.clone() } else { here.literal(0) }
         };
-        let mut values: Vec<String> = group.members.iter().map(value).collect();
+        let mut values: Vec<String> = members.iter().map(value).collect();
         let value = match values.iter().all(|value| *value == values[0]) {
             true => values.swap_remove(0),
             false => {
@@ -291,6 +347,9 @@ fn instance_head(types: &[ModuleType], this: &ModuleType, group: &Group) -> Head
     }
     let text = match overrides.is_empty() {
         true => format!("{} {} ", below.name, group.name),
+        false if overrides.len() == 1 => {
+            format!("{} #({}) {} ", below.name, overrides[0].trim_start(), group.name)
+        }
         false => format!("{} #(\n{}\n    ) {} ", below.name, overrides.join(",\n"), group.name),
     };
     Head { text, tables }
@@ -300,8 +359,8 @@ fn instance_head(types: &[ModuleType], this: &ModuleType, group: &Group) -> Head
 fn instance(group: &Group, head: &str) -> String {
     let mut out = format!("    {head}(\n");
     connections(&mut out, &group.connections);
-    if group.members.len() > 1 {
-        let head = loop_head(&(group.members.len() as u32).into(), GENERATED[0]);
+    if group.is_family() {
+        let head = loop_head(&group.count, GENERATED[0]);
         out = format!("    {head} begin : gen_{}\n{}    end\n", group.name, indented(&out));
     }
     format!("\n{out}")
@@ -343,6 +402,9 @@ fn declarations(sheet: &Sheet) -> String {
     }
     let mut counters = |kind: &str, used: Vec<&str>| {
         if !used.is_empty() {
+            if out.is_empty() {
+                out.push('\n');
+            }
             let _ = writeln!(out, "    {kind} {};", used.join(", "));
         }
     };

@@ -7,7 +7,7 @@ use rust_hdl_core::probe::Probe;
 use rust_hdl_core::type_descriptor::TypeKind;
 
 use super::fault::{Fault, Refusal};
-use crate::rtl::front::{Marker, told_by};
+use crate::rtl::front::{Description, Marker, Size, told_by};
 
 /// A block with everything in it.
 #[derive(Debug)]
@@ -27,6 +27,23 @@ impl Scope {
     pub fn width_of(&self, pin: &str) -> u32 {
         let atom = self.atoms.iter().find(|a| a.outer_key == pin);
         atom.map_or(0, |atom| atom.width)
+    }
+
+    fn about(&self) -> Option<(&Description, &[Size])> {
+        self.children.iter().find_map(|child| match &child.content {
+            Content::Marker(Marker::About(description, sizes)) => Some((description, &sizes[..])),
+            _ => None,
+        })
+    }
+
+    /// Its module's name; empty without a description.
+    pub fn module_name(&self) -> &str {
+        self.about().map_or("", |(description, _)| &description.module)
+    }
+
+    /// What instances of it may differ in.
+    pub fn sizes(&self) -> &[Size] {
+        self.about().map_or(&[], |(_, sizes)| sizes)
     }
 
     /// What the parent's kernel calls a port.

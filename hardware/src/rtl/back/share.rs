@@ -6,13 +6,14 @@
 use std::collections::HashSet;
 
 use super::fault::Refusal;
-use super::module::Module;
+use super::module::{Instance, Module};
 use super::module_type::{ModuleType, Parameter};
 use super::netlist::Netlist;
 use super::prefix::Prefix;
 use super::print::{BLOCK_MEMORY, LFSR_CHECK, module_text};
 use super::scope::{AtomInfo, Content, Scope};
-use super::sheet::Sheet;
+use super::sheet::{Sheet, families};
+use super::variants::sheet_of_all;
 use rust_hdl_core::atom::AtomKind;
 
 /// A printed module.
@@ -83,33 +84,54 @@ fn register(
             ..p
         }));
     }
-    let kinds: Vec<usize> = children.iter().map(|(kind, _)| *kind).collect();
-    let sheet = Sheet::of(&module, &kinds);
+    let sizes_below = sizes_below(scope, &module);
+    let kinds: Vec<_> = children.iter().map(|(kind, _)| *kind).zip(&sizes_below).collect();
+    let families = families(&module.instances, &kinds);
+    let sheet = Sheet::of(&module, &families, &sizes_below);
     let key = format!(
-        "{:?}\n{children:?}\n{:?}\n{:?}\n{sheet:?}",
+        "{:?}\n{:?}\n{:?}\n{:?}\n{:?}",
         module.description,
+        families.iter().map(|members| children[members[0]]).collect::<Vec<_>>(),
         parameters.iter().map(|p| (&p.name, p.width, &p.about, &p.heading)).collect::<Vec<_>>(),
         module.tables.iter().map(|table| &table.bits).collect::<Vec<_>>(),
+        scope.sizes(),
     );
-    match types.iter_mut().position(|t| t.key == key) {
-        Some(index) => {
-            for (known, new) in types[index].parameters.iter_mut().zip(&parameters) {
-                known.values.push(new.values[0]);
-            }
-            Ok((index, parameters))
+    let values: Vec<u32> = scope.sizes().iter().map(|size| size.value).collect();
+    let variant = (values, sheet);
+    for (index, known) in types.iter_mut().enumerate().filter(|(_, known)| known.key == key) {
+        if !known.variants.contains(&variant) {
+            let all: Vec<_> = known.variants.iter().chain([&variant]).cloned().collect();
+            let Some(sheet) = sheet_of_all(&all, scope.sizes())? else {
+                continue;
+            };
+            (known.sheet, known.variants) = (sheet, all);
         }
-        None => {
-            types.push(ModuleType {
-                name: module.description.module.clone(),
-                module,
-                sheet,
-                parameters: parameters.clone(),
-                children,
-                key,
-            });
-            Ok((types.len() - 1, parameters))
+        for (known, new) in known.parameters.iter_mut().zip(&parameters) {
+            known.values.push(new.values[0]);
         }
+        return Ok((index, parameters));
     }
+    types.push(ModuleType {
+        name: module.description.module.clone(),
+        module,
+        sheet: variant.1.clone(),
+        parameters: parameters.clone(),
+        children,
+        families,
+        sizes: scope.sizes().to_vec(),
+        variants: vec![variant],
+        key,
+    });
+    Ok((types.len() - 1, parameters))
+}
+
+/// Sizes of a module's instances.
+pub(super) fn sizes_below(scope: &Scope, module: &Module) -> Vec<Vec<(String, u32)>> {
+    let sizes = |instance: &Instance| {
+        let sizes = scope.children[instance.child].sizes().iter();
+        sizes.map(|size| (size.name.clone(), size.value)).collect()
+    };
+    module.instances.iter().map(sizes).collect()
 }
 
 /// What an instance's parameter is called in the module that hands it on.

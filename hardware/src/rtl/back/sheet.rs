@@ -55,10 +55,19 @@ pub struct Declaration {
 pub struct Group {
     /// Name of an instance.
     pub name: String,
-    /// Their indices among the module's instances.
-    pub members: Vec<usize>,
+    /// How many there are.
+    pub count: Num,
+    /// Sizes of each.
+    pub sizes: Vec<(String, Num)>,
     /// What an instance's ports are connected to.
     pub connections: Vec<(String, Term)>,
+}
+
+impl Group {
+    /// Whether it is a vector, and not a single instance.
+    pub fn is_family(&self) -> bool {
+        self.count.constant() != Some(1)
+    }
 }
 
 /// A memory.
@@ -85,6 +94,8 @@ impl Numbers for Sheet {
         }
         self.assigns.each(see);
         for group in &mut self.groups {
+            see(Says::Size, &mut group.count);
+            group.sizes.iter_mut().for_each(|(_, size)| see(Says::Size, size));
             group.connections.iter_mut().for_each(|(_, term)| term.each(see));
         }
         for memory in &mut self.memories {
@@ -113,14 +124,22 @@ impl Numbers for Sheet {
 }
 
 impl Sheet {
-    /// How `module` is printed, the kinds of whose instances are `kinds`.
-    pub fn of(module: &Module, kinds: &[usize]) -> Sheet {
+    /// How `module` is printed, the instances of which are `families`; each has `sizes`.
+    pub fn of(module: &Module, families: &[Vec<usize>], sizes: &[Vec<(String, u32)>]) -> Sheet {
         let packing = Packing::of(module);
         let mut assigns = Vec::new();
         let mut extra = Vec::new();
         let mut groups = Vec::new();
-        for members in families(&module.instances, kinds) {
-            groups.push(group(module, &packing, members, &mut assigns, &mut extra));
+        for members in families {
+            let sizes = sizes[members[0]].iter();
+            let (name, connections) =
+                connected(module, &packing, members, &mut assigns, &mut extra);
+            groups.push(Group {
+                name,
+                count: (members.len() as u32).into(),
+                sizes: sizes.map(|(name, size)| (name.clone(), (*size).into())).collect(),
+                connections,
+            });
         }
         let own = module.assigns.iter();
         let own = own.map(|Assign { target, value }| packing.step(*target, value)).collect();
@@ -202,7 +221,7 @@ impl Sheet {
 
     /// Whether a loop that makes hardware counts with `index`.
     pub fn generates_with(&self, index: &str) -> bool {
-        let has_family = self.groups.iter().any(|group| group.members.len() > 1);
+        let has_family = self.groups.iter().any(Group::is_family);
         (index == GENERATED[0] && has_family) || loops_with(&self.assigns, index)
     }
 
@@ -365,7 +384,7 @@ impl Packing {
 }
 
 /// Instances that are printed together: those of a vector that are of one kind.
-fn families(instances: &[Instance], kinds: &[usize]) -> Vec<Vec<usize>> {
+pub fn families<K: PartialEq>(instances: &[Instance], kinds: &[K]) -> Vec<Vec<usize>> {
     let vector = |index: usize| instances[index].element.as_ref().map(|element| &element.all);
     let mut out: Vec<Vec<usize>> = Vec::new();
     for index in 0..instances.len() {
@@ -386,15 +405,15 @@ fn families(instances: &[Instance], kinds: &[usize]) -> Vec<Vec<usize>> {
     out.into_iter().flat_map(split).collect()
 }
 
-/// What instances are connected to; adds wires and assignments where that differs in more than
-/// its place.
-fn group(
+/// The name of instances, and what they are connected to; adds wires and assignments where that
+/// differs in more than its place.
+fn connected(
     module: &Module,
     packing: &Packing,
-    members: Vec<usize>,
+    members: &[usize],
     assigns: &mut Vec<Line>,
     extra: &mut Vec<Declaration>,
-) -> Group {
+) -> (String, Vec<(String, Term)>) {
     let first = &module.instances[members[0]];
     let each: Vec<Vec<(String, Expr)>> =
         members.iter().map(|member| connections(&module.instances[*member], packing)).collect();
@@ -402,7 +421,7 @@ fn group(
         let term =
             |(port, value): &(String, Expr)| (port.clone(), Term::of(value, &packing.signals));
         let connections = each[0].iter().map(term).collect();
-        return Group { name: first.name.clone(), members, connections };
+        return (first.name.clone(), connections);
     }
     let name = first.element.as_ref().map_or(&first.name, |element| &element.all).clone();
     let index = GENERATED[0];
@@ -451,7 +470,7 @@ fn group(
         };
         connected.push((port.clone(), term));
     }
-    Group { name, members, connections: connected }
+    (name, connected)
 }
 
 /// An instance's ports, and what they are connected to; vectors of ports are one.

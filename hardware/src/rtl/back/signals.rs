@@ -199,7 +199,7 @@ impl Names {
         let child_names = plain_names(scope.children.iter().map(|c| c.name.as_str()));
         for (index, (child, name)) in scope.children.iter().zip(child_names).enumerate() {
             match &child.content {
-                Content::Marker(Marker::About(description)) => {
+                Content::Marker(Marker::About(description, _)) => {
                     names.description = Some(description.clone());
                 }
                 Content::Marker(marker) => names.add_inline(child, name, marker)?,
@@ -251,7 +251,7 @@ impl Names {
             Marker::BitTable { bits, about } => self.add_table(child, &name.name, bits, about),
             Marker::Memory { words, about } => self.add_memory(child, &name.name, *words, about),
             Marker::Wiring { sources, about } => self.add_wiring(child, name, sources, about),
-            Marker::About(_) => {}
+            Marker::About(..) => {}
         }
         Ok(())
     }

@@ -72,9 +72,9 @@ pub struct BinAdder {
     pub o_clamped: Optional<Output<bool>>,
     #[is(describe(plan))]
     about: About,
-    /// a pair or one before it has a hit
-    #[each(_pair in 1..plan.pairs())]
-    hit_before: Vec<Local<bool>>,
+    /// the earliest pair that has a hit
+    #[width(plan.pairs())]
+    earliest: Wiring,
     #[width(plan.samples)]
     place: Wiring,
     #[width(plan.samples * plan.bin_bits())]
@@ -110,10 +110,13 @@ pub struct BinAdder {
     #[about(first_of(half, "below either a 1: the carry makes the sum one more"))]
     #[width(plan.bits + 1)]
     addend: Vec<Wiring>,
-    /// both, and the 1; below them a 0 that is not used, as linters know by the name
+    /// both, and the 1; below them a 0
     #[when(plan.halves() > 1)]
     #[width(plan.bits + 1)]
-    both_and_unused: Optional<Local<Word>>,
+    both: Optional<Local<Word>>,
+    /// the 0 has no use; linters know by the name
+    #[when(plan.halves() > 1)]
+    unused: Optional<Local<bool>>,
     #[when(plan.halves() > 1)]
     #[width(plan.bits)]
     above_carry: Optional<Wiring>,
@@ -243,26 +246,21 @@ impl Logic for BinAdder {
 
     /// The sample that has the hit: of several the earliest.
     fn find_hit(&mut self) {
-        let samples = self.plan.samples;
-        if samples > 1 {
-            self.place.i[0].next = self.i_hits.val().get_bit(0) & self.i_early.val().get_bit(0);
-            self.place.i[1].next = self.i_hits.val().get_bit(0) & !self.i_early.val().get_bit(0);
+        let pairs = self.plan.pairs();
+        self.earliest.i[0].next = self.i_hits.val().get_bit(0);
+        for p in 1..pairs {
+            self.earliest.i[p].next =
+                self.i_hits.val().get_bit(p) & !(self.i_hits.val() << (pairs - p)).any();
+        }
+        if self.plan.samples > 1 {
+            for p in 0..pairs {
+                self.place.i[2 * p].next =
+                    self.earliest.o.val().get_bit(p) & self.i_early.val().get_bit(p);
+                self.place.i[2 * p + 1].next =
+                    self.earliest.o.val().get_bit(p) & !self.i_early.val().get_bit(p);
+            }
         } else {
-            self.place.i[0].next = self.i_hits.val().get_bit(0);
-        }
-        if samples > 2 {
-            self.hit_before[0].next = self.i_hits.val().get_bit(0);
-        }
-        for p in 1..self.hit_before.len() {
-            self.hit_before[p].next = self.hit_before[p - 1].val() | self.i_hits.val().get_bit(p);
-        }
-        for p in 1..self.plan.pairs() {
-            self.place.i[2 * p].next = self.i_hits.val().get_bit(p)
-                & self.i_early.val().get_bit(p)
-                & !self.hit_before[p - 1].val();
-            self.place.i[2 * p + 1].next = self.i_hits.val().get_bit(p)
-                & !self.i_early.val().get_bit(p)
-                & !self.hit_before[p - 1].val();
+            self.place.i[0].next = self.earliest.o.val().get_bit(0);
         }
         self.hit[0].d.next = self.place.o.val();
     }
@@ -296,9 +294,10 @@ impl Logic for BinAdder {
                 self.addend[h].i[b + 1].next = self.chosen[h].q.val().get_bit(b);
             }
         }
-        self.both_and_unused.next = self.addend[0].o.val() + self.addend[1].o.val();
+        self.both.next = self.addend[0].o.val() + self.addend[1].o.val();
+        self.unused.next = self.both.val().get_bit(0);
         for b in 0..self.plan.bin_bits() {
-            self.above_carry.i[b].next = self.both_and_unused.val().get_bit(b + 1);
+            self.above_carry.i[b].next = self.both.val().get_bit(b + 1);
         }
         self.sum.d.next = self.above_carry.o.val();
     }

@@ -68,12 +68,12 @@ impl CorrelatorBank {
 }
 
 fn describe(plan: &BankPlan) -> About {
-    let steps = plan.steps;
-    About::new(
-        "correlator_bank",
-        &format!("correlators of {steps} phase steps that share their light"),
-    )
-    .note("Each step takes the reference a sample later than the step before it.")
+    let BankPlan { lanes, segments, steps } = *plan;
+    About::new("correlator_bank", "correlators of some phase steps that share their light")
+        .size(("STEPS", "phase steps"), steps, 1..=usize::MAX, move |steps| {
+            CorrelatorBank::build(&BankPlan { lanes, segments, steps })
+        })
+        .note("Each step takes the reference a sample later than the step before it.")
 }
 
 #[kernel]

@@ -30,7 +30,7 @@ pub struct CountChoice {
     /// the count whose turn it was, or 0
     #[width(plan.bits)]
     pub o_count: Output<Word>,
-    #[is(describe())]
+    #[is(describe(plan))]
     about: About,
     /// the count whose turn it is, or 0
     #[width(plan.bits)]
@@ -53,8 +53,13 @@ impl CountChoice {
     }
 }
 
-fn describe() -> About {
-    About::new("count_choice", "one of several counts").fact("Latency", "1 clock")
+fn describe(plan: &ChoicePlan) -> About {
+    let bits = plan.bits;
+    About::new("count_choice", "one of several counts")
+        .size(("COUNTS", "counts"), plan.counts, 1..=usize::MAX, move |counts| {
+            CountChoice::build(&ChoicePlan { bits, counts })
+        })
+        .fact("Latency", "1 clock")
 }
 
 #[kernel]

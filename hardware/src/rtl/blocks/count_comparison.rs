@@ -43,7 +43,7 @@ pub struct CountComparison {
     #[width(size)]
     other_bits: Vec<Wiring>,
     #[each(piece in 0..plan.sizes.len())]
-    #[is(CountPiece::new(plan.sizes[piece], piece > 0))]
+    #[is(CountPiece::new(plan.sizes[piece]))]
     piece: Vec<CountPiece>,
     plan: Plan<ComparisonPlan>,
 }
@@ -108,6 +108,7 @@ impl Logic for CountComparison {
             self.piece[p].i_count.next = self.count_bits[p].o.val();
             self.piece[p].i_other.next = self.other_bits[p].o.val();
         }
+        self.piece[0].i_below.next = false;
         for p in 1..self.piece.len() {
             self.piece[p].i_below.next = self.piece[p - 1].o_greater.val();
         }

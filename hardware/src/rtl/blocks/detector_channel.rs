@@ -80,13 +80,15 @@ pub struct DetectorChannel {
     #[width(plan.pairs())]
     early: Vec<Register<Word>>,
     #[each(bank in 0..plan.delays())]
-    // Linters know by the name that the last bank has no use for the low bits.
     #[about(first_of(
         bank,
         "reference for the second bank's steps and all later ones, and so on"
     ))]
     #[width(plan.later_bits())]
-    window_and_unused: Vec<Register<Word>>,
+    window: Vec<Register<Word>>,
+    /// the last bank has no use for the low bits; linters know by the name
+    #[when(plan.delays() > 0)]
+    unused: Optional<Local<bool>>,
     #[each(bank in 0..plan.delays())]
     #[about(first_of(bank, dump_about(plan.segments.count)))]
     #[width(plan.segments.count)]
@@ -338,22 +340,25 @@ impl Logic for DetectorChannel {
     /// correlators within a clock.
     fn feed_banks(&mut self) {
         let size = self.plan.bank_steps;
-        for b in 0..self.window_and_unused.len() {
-            dff_setup!(self, i_clk, hits[b], window_and_unused[b], dump[b]);
+        for b in 0..self.window.len() {
+            dff_setup!(self, i_clk, hits[b], window[b], dump[b]);
         }
         for b in 0..self.early.len() {
             dff_setup!(self, i_clk, early[b]);
         }
         if self.plan.delays() > 0 {
             self.hits[0].d.next = self.edges.o_hits.val();
-            self.window_and_unused[0].d.next =
-                bit_cast(self.stepper.o_window.val(), self.plan.later_bits());
+            self.window[0].d.next = bit_cast(self.stepper.o_window.val(), self.plan.later_bits());
             self.dump[0].d.next = self.i_dump.val();
         }
-        for b in 1..self.window_and_unused.len() {
+        for b in 1..self.window.len() {
             self.hits[b].d.next = self.hits[b - 1].q.val();
-            self.window_and_unused[b].d.next = self.window_and_unused[b - 1].q.val() << size;
+            self.window[b].d.next = self.window[b - 1].q.val() << size;
             self.dump[b].d.next = self.dump[b - 1].q.val();
+        }
+        if self.unused.is_present() {
+            let last = self.plan.delays().saturating_sub(1);
+            self.unused.next = self.window[last].q.val().all();
         }
         if !self.early.is_empty() {
             self.early[0].d.next = self.edges.o_early.val();
@@ -379,8 +384,7 @@ impl Logic for DetectorChannel {
         self.bank[0].i_dump.next = self.i_dump.val();
         for b in 1..self.bank.len() {
             for l in 0..bits {
-                self.bank_window[b].i[l].next =
-                    self.window_and_unused[b - 1].q.val().get_bit(l + later_below);
+                self.bank_window[b].i[l].next = self.window[b - 1].q.val().get_bit(l + later_below);
             }
             self.bank[b].i_hits.next = self.hits[b - 1].q.val();
             if self.edges.o_early.is_present() {
@@ -404,7 +408,7 @@ impl Logic for DetectorChannel {
         let rest = self.plan.rest_steps();
         let below = self.plan.parallel - self.plan.bank_steps - rest;
         for l in 0..self.plan.bits_of(rest.max(1)) {
-            self.last_window.i[l].next = self.window_and_unused[last].q.val().get_bit(l + below);
+            self.last_window.i[l].next = self.window[last].q.val().get_bit(l + below);
         }
         self.last_bank.i_clk.next = self.i_clk.val();
         self.last_bank.i_rst.next = self.i_rst.val();

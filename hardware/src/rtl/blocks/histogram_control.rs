@@ -121,12 +121,12 @@ pub struct HistogramControl {
     /// row of the next word
     #[width(plan.row_bits())]
     ahead: Register<Word>,
-    /// it is the last
+    /// the next word's row is the last
     ahead_is_last: Register<bool>,
     /// row of the present word
     #[width(plan.row_bits())]
     row: Register<Word>,
-    /// it is the last
+    /// the present word's row is the last
     row_is_last: Register<bool>,
     /// code period of the frame
     #[when(plan.histogram.periods > 1)]
@@ -137,7 +137,7 @@ pub struct HistogramControl {
     #[when(plan.histogram.periods > 1)]
     #[width(plan.period_bits() + 1)]
     next_period: Optional<Local<Word>>,
-    /// the present one is the last
+    /// the present code period is the frame's last
     #[when(plan.histogram.periods > 1)]
     period_is_last: Optional<Register<bool>>,
     /// the last row of a frame
@@ -190,7 +190,7 @@ pub struct HistogramControl {
     #[when(plan.takes_turns())]
     #[width(plan.row_bits())]
     read_row: Optional<Register<Word>>,
-    /// it is the last
+    /// the row that is read is the last
     #[when(plan.takes_turns())]
     read_is_last: Optional<Register<bool>>,
     /// detector that is read, one bit for each
@@ -213,7 +213,7 @@ pub struct HistogramControl {
     #[when(plan.takes_turns())]
     #[width(3)]
     out: Optional<Register<Word>>,
-    /// the last of a frame is
+    /// it is a frame's last
     #[when(plan.takes_turns())]
     #[width(3)]
     last_out: Optional<Register<Word>>,

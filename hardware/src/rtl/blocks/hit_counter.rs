@@ -12,7 +12,7 @@
 //! Cost (ECP5, docs/resources.md): 32 LUTs, 66 flip-flops.
 
 use super::scan_controller::dump_about;
-use super::{Accumulator, QuadCounter};
+use super::{Accumulator, QuadCounter, SegmentedTotal};
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{CountSegments, TotalCount};
 
@@ -54,8 +54,12 @@ pub struct HitCounter {
     /// hits of one word
     #[width(plan.addend_bits())]
     addend: Local<Word>,
-    #[is(Accumulator::new(plan.segments, plan.addend_bits()))]
-    total: Accumulator,
+    #[when(plan.segments.count == 1)]
+    #[is(Accumulator::new(plan.segments.top_bits, plan.addend_bits()))]
+    total: Optional<Accumulator>,
+    #[each(_total in 0..usize::from(plan.segments.count > 1))]
+    #[is(SegmentedTotal::new(plan.segments, plan.addend_bits()))]
+    segmented: Vec<SegmentedTotal>,
     /// hits of the last step, all of them
     #[width(plan.exact_bits())]
     exact: Local<Word>,
@@ -130,11 +134,20 @@ impl Logic for HitCounter {
         dff_setup!(self, i_clk, hit);
         self.hit.d.next = self.i_hits.val();
         self.count_word();
-        self.total.i_clk.next = self.i_clk.val();
-        self.total.i_rst.next = self.i_rst.val();
-        self.total.i_addend.next = self.addend.val();
-        self.total.i_dump.next = self.i_dump.val();
-        self.exact.next = self.total.o_count.val();
+        if self.total.is_present() {
+            self.total.i_clk.next = self.i_clk.val();
+            self.total.i_rst.next = self.i_rst.val();
+            self.total.i_addend.next = self.addend.val();
+            self.total.i_dump.next = self.i_dump.val().get_bit(0);
+            self.exact.next = self.total.o_count.val();
+        }
+        for t in 0..self.segmented.len() {
+            self.segmented[t].i_clk.next = self.i_clk.val();
+            self.segmented[t].i_rst.next = self.i_rst.val();
+            self.segmented[t].i_addend.next = self.addend.val();
+            self.segmented[t].i_dump.next = self.i_dump.val();
+            self.exact.next = self.segmented[t].o_count.val();
+        }
         if self.o_clamped.is_present() {
             let bits = self.plan.total_bits();
             self.o_clamped.next =

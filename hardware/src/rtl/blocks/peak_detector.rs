@@ -11,7 +11,8 @@
 //!
 //! Cost (ECP5, docs/resources.md): 38 LUTs, 87 flip-flops with all that is in it.
 
-use super::RunningMaximum;
+use super::result_stream::counts_about;
+use super::{RunningMaximum, first_of};
 use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 
@@ -24,7 +25,7 @@ pub struct PeakDetector {
     pub i_rst: Input<bool>,
     /// Counts, detector by detector.
     #[each(count in 0..plan.detectors * plan.parallel())]
-    #[about(count_about(count, plan.detectors, plan.parallel()))]
+    #[about(first_of(count, counts_about(plan.detectors, plan.parallel())))]
     #[width(plan.peak.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// new counts are there
@@ -163,16 +164,6 @@ impl PeakDetector {
     /// For `detectors` detectors.
     pub fn new(plan: &PeakPlan, detectors: u32) -> PeakDetector {
         PeakDetector::build(&DetectorsPlan { peak: *plan, detectors: detectors as usize })
-    }
-}
-
-fn count_about(count: usize, detectors: usize, parallel: usize) -> String {
-    let (detector, step) = (count / parallel, count % parallel);
-    match (detectors, parallel) {
-        (1, 1) => "count of a phase step, signed".to_owned(),
-        (1, _) => format!("count of step {step} of the group, signed"),
-        (_, 1) => format!("count of detector {detector}, signed"),
-        _ => format!("count of detector {detector}, step {step} of the group, signed"),
     }
 }
 

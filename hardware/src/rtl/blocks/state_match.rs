@@ -29,7 +29,7 @@ pub struct StateMatch {
     pub i_wanted: Input<Word>,
     /// they were equal one clock ago
     pub o_matched: Output<bool>,
-    #[is(describe())]
+    #[is(describe(plan))]
     about: About,
     #[width(plan.width)]
     equal: Local<Word>,
@@ -69,8 +69,13 @@ impl StateMatch {
     }
 }
 
-fn describe() -> About {
+fn describe(plan: &MatchPlan) -> About {
+    let pieces = plan.pieces();
+    let widths = PIECE_BITS * (pieces - 1) + 1..=PIECE_BITS * pieces;
     About::new("state_match", "recognises a state of a counter")
+        .size(("WIDTH", "bits of a state"), plan.width, widths, |width| {
+            StateMatch::build(&MatchPlan { width })
+        })
         .note("The pieces of a wide comparison have a register each.")
         .fact("Latency", "1 clock")
 }

@@ -13,7 +13,7 @@
 //! Cost (ECP5, docs/resources.md): 4 LUTs, 8 flip-flops beside quads and total.
 
 use super::scan_controller::dump_about;
-use super::{Accumulator, QuadCounter};
+use super::{Accumulator, QuadCounter, SegmentedTotal};
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
@@ -73,8 +73,12 @@ pub struct UpdownCorrelator {
     /// signed count of one word
     #[width(plan.addend_bits())]
     addend: Local<Word>,
-    #[is(Accumulator::new(plan.segments, plan.addend_bits()))]
-    total: Accumulator,
+    #[when(plan.segments.count == 1)]
+    #[is(Accumulator::new(plan.segments.top_bits, plan.addend_bits()))]
+    total: Optional<Accumulator>,
+    #[each(_total in 0..usize::from(plan.segments.count > 1))]
+    #[is(SegmentedTotal::new(plan.segments, plan.addend_bits()))]
+    segmented: Vec<SegmentedTotal>,
     plan: Plan<CorrelatorPlan>,
 }
 
@@ -149,11 +153,20 @@ impl Logic for UpdownCorrelator {
         }
         self.hit.d.next = self.i_hits.val();
         self.count_word();
-        self.total.i_clk.next = self.i_clk.val();
-        self.total.i_rst.next = self.i_rst.val();
-        self.total.i_addend.next = self.addend.val();
-        self.total.i_dump.next = self.i_dump.val();
-        self.o_count.next = self.total.o_count.val();
+        if self.total.is_present() {
+            self.total.i_clk.next = self.i_clk.val();
+            self.total.i_rst.next = self.i_rst.val();
+            self.total.i_addend.next = self.addend.val();
+            self.total.i_dump.next = self.i_dump.val().get_bit(0);
+            self.o_count.next = self.total.o_count.val();
+        }
+        for t in 0..self.segmented.len() {
+            self.segmented[t].i_clk.next = self.i_clk.val();
+            self.segmented[t].i_rst.next = self.i_rst.val();
+            self.segmented[t].i_addend.next = self.addend.val();
+            self.segmented[t].i_dump.next = self.i_dump.val();
+            self.o_count.next = self.segmented[t].o_count.val();
+        }
     }
 
     /// The signed count of a word: hits that count up less hits that count down.

@@ -31,7 +31,7 @@ mod word;
 
 pub use constant::Constant;
 pub use inline::{BitTable, Wiring};
-pub use marker::{About, Description, Marker, StateCheck, told_by};
+pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
 pub use memory::Memory;
 pub use net::{Input, Local, Net, Output, Value};
 pub use optional::Optional;

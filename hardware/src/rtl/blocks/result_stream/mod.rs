@@ -15,6 +15,7 @@
 mod plan;
 
 pub use self::plan::StreamPlan;
+pub(super) use self::plan::counts_about;
 use self::plan::{data_about, describe, total_about};
 use super::first_of;
 use crate::rtl::front::prelude::*;
@@ -29,7 +30,7 @@ pub struct ResultStream {
     pub i_rst: Input<bool>,
     /// Counts, detector by detector.
     #[each(count in 0..plan.counts())]
-    #[about(first_of(count, plan.count_about()))]
+    #[about(first_of(count, counts_about(plan.detectors, plan.steps)))]
     #[width(plan.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// Total count of each detector, if they are sent.
