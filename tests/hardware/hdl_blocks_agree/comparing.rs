@@ -32,7 +32,6 @@ pub fn count_choice(noise: &mut Noise) -> Case {
         ),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_turn.next = Word::new(input[0], 3);
             for count in 0..3 {
@@ -58,7 +57,6 @@ pub fn count_piece(noise: &mut Noise) -> Case {
         Ports::new(&[("i_count", 3), ("i_other", 3), ("i_below", 1)], &[("o_greater", 1)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_count.next = Word::new(input[0], 3);
             block.i_other.next = Word::new(input[1], 3);
@@ -115,7 +113,6 @@ pub fn count_comparison(noise: &mut Noise) -> Case {
         Ports::new(&[("i_count", BITS), ("i_other", BITS)], &[("o_greater", 1)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_count.next = Word::new(input[0], BITS);
             block.i_other.next = Word::new(input[1], BITS);
@@ -179,7 +176,6 @@ pub fn peak_detector(noise: &mut Noise, parallel: u32) -> Case {
         Ports::new(&ports, &[("o_step", 5), ("o_count", BITS), ("o_valid", 1)]),
         inputs,
         expected,
-        clock_and_reset!(),
         move |block, input| {
             block.i_counted.next = input[0] == 1;
             block.i_last.next = input[1] == 1;

@@ -38,7 +38,6 @@ pub fn edge_detector(noise: &mut Noise) -> Case {
         Ports::new(&[("i_samples", 8), ("i_run", 1)], &[("o_hits", 4), ("o_early", 4)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_samples.next = Word::new(input[0], 8);
             block.i_run.next = input[1] == 1;
@@ -69,7 +68,6 @@ pub fn quad_counter(noise: &mut Noise) -> Case {
         Ports::new(&[("i_hit", 4), ("i_down", 4)], &[("o_sum", 4)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_hit.next = Word::new(input[0], 4);
             block.i_down.next = Word::new(input[1], 4);
@@ -99,7 +97,6 @@ pub fn accumulator(noise: &mut Noise) -> Case {
         Ports::new(&[("i_addend", 4), ("i_dump", 1)], &[("o_count", 9)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_addend.next = Word::new(input[0], 4);
             block.i_dump.next = input[1] == 1;
@@ -157,7 +154,6 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
         ),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_hits.next = Word::new(input[0], 4);
             block.i_early.next = Word::new(input[1], 4);
@@ -223,7 +219,6 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
         Ports::new(&[("i_hits", pairs), ("i_dump", count)], &outputs),
         inputs,
         expected,
-        clock_and_reset!(),
         move |block, input| {
             block.i_hits.next = Word::new(input[0], pairs);
             block.i_dump.next = Word::new(input[1], count);

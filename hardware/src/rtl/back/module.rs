@@ -113,7 +113,9 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         .clone()
         .ok_or(Fault::Unsupported { construct: "a block without an `About`".to_owned() })?;
     named.clone_from(&description.module);
-    let mut drives = drives_of(&lower(kernel, &names)?, &names)?;
+    let mut statements = lower(kernel, &names)?;
+    statements.extend(names.clocking());
+    let mut drives = drives_of(&statements, &names)?;
     let wirings = resolve(&mut drives, &names)?;
     let mut wires = Wires {
         signals: names.signals.clone(),
@@ -166,10 +168,7 @@ impl Wires {
     fn drive(&mut self, id: SignalId, value: &Expr, drives: &Drives, names: &Names) {
         let role = names.signals[id].role;
         match role {
-            Role::RegisterClock(_)
-            | Role::TableAddress(_)
-            | Role::MemoryIn(_)
-            | Role::WiringIn(_) => return,
+            Role::TableAddress(_) | Role::MemoryIn(_) | Role::WiringIn(_) => return,
             Role::InstanceInput(_) if is_simple(value) => return,
             _ => {}
         }

@@ -6,6 +6,7 @@ use super::expr::{Expr, SignalId};
 use super::lower::Statement;
 use super::module::Module;
 use super::module_type::ModuleType;
+use super::scope::{CLOCK, RESET};
 use super::signals::{Named, Role};
 
 /// A module, the instances in it, and what drives what.
@@ -190,7 +191,7 @@ impl Netlist {
 }
 
 fn is_clock(name: &str) -> bool {
-    matches!(name, "i_clk" | "i_rst")
+    [CLOCK.0, RESET.0].contains(&name)
 }
 
 /// Names of the nets in some expressions, without constants, clock and reset.

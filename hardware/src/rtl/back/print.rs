@@ -6,6 +6,7 @@ use super::lines::Line;
 use super::module_type::{ModuleType, Parameter};
 use super::number::Num;
 use super::prefix::Prefix;
+use super::scope::{CLOCK, RESET};
 use super::sheet::{Declaration, GENERATED, Group, INDICES, Memory, Sheet};
 use super::text::{
     LINE_WIDTH, clocked_block, commented, expression, loop_head, operand_of, push_broken, symbol,
@@ -200,7 +201,7 @@ fn declared(
 }
 
 fn is_clock_or_reset(port: &Declaration) -> bool {
-    matches!(port.name.as_str(), "i_clk" | "i_rst")
+    [CLOCK.0, RESET.0].contains(&port.name.as_str())
 }
 
 /// What stands together in a list of ports.

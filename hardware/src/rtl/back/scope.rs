@@ -46,6 +46,17 @@ impl Scope {
         self.about().map_or(&[], |(_, sizes)| sizes)
     }
 
+    /// Whether registers or memories are in it.
+    fn is_clocked(&self) -> bool {
+        let is_clock = |atom: &AtomInfo| atom.outer_key == CLOCK.0;
+        self.children.iter().any(|child| match &child.content {
+            Content::Marker(marker) => {
+                matches!(marker, Marker::Register { .. } | Marker::Memory { .. })
+            }
+            Content::Kernel(_) => child.atoms.first().is_some_and(is_clock),
+        })
+    }
+
     /// What the parent's kernel calls a port.
     pub fn pin(&self, pin: &str) -> String {
         format!("{}${pin}", self.name)
@@ -80,6 +91,24 @@ pub struct AtomInfo {
     pub about: String,
     /// Heading in the port list.
     pub heading: Option<String>,
+}
+
+/// Clock and reset of every module that has registers: name and description.
+pub const CLOCK: (&str, &str) = ("i_clk", "one cycle per chip");
+pub const RESET: (&str, &str) = ("i_rst", "synchronous, active high; pulse it after power-up");
+
+/// A port of a single bit that comes from outside.
+fn port(name: &str, about: &str) -> AtomInfo {
+    AtomInfo {
+        inner_key: name.to_owned(),
+        outer_key: name.to_owned(),
+        kind: AtomKind::InputParameter,
+        width: 1,
+        value: 0,
+        is_number: false,
+        about: about.to_owned(),
+        heading: None,
+    }
 }
 
 /// Collects the scopes of `top`.
@@ -165,9 +194,12 @@ impl Probe for Collector {
     }
 
     fn visit_end_scope(&mut self, _name: &str, _node: &dyn Block) {
-        let Some(scope) = self.open.pop() else {
+        let Some(mut scope) = self.open.pop() else {
             return;
         };
+        if scope.is_clocked() {
+            scope.atoms.splice(0..0, [CLOCK, RESET].map(|(name, about)| port(name, about)));
+        }
         match self.open.last_mut() {
             Some(parent) => parent.children.push(scope),
             None => self.done = Some(scope),

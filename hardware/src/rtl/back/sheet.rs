@@ -8,6 +8,7 @@ use super::lines::{Line, Step, folded, joined, lines, loops_joined};
 use super::lower::Statement;
 use super::module::{Assign, Instance, Module};
 use super::number::Num;
+use super::scope::CLOCK;
 use super::signals::{Element, Reset, Role, Signal, vectors};
 use super::term::{Numbers, Says, Term};
 
@@ -494,7 +495,7 @@ fn memories(module: &Module, packing: &Packing) -> Vec<Memory> {
         let contents = &module.signals[pins.contents];
         let inputs = pins.write.iter().chain(&pins.read).map(|value| packing.term(value));
         let q = packing.term(&Expr::Signal { id: pins.q, width: contents.width });
-        let clock = Term::Name("i_clk".to_owned());
+        let clock = Term::Name(CLOCK.0.to_owned());
         let ports =
             ["i_clk", "i_write", "i_write_address", "i_data", "i_read", "i_address", "o_word"];
         Memory {

@@ -5,10 +5,11 @@ use std::mem::discriminant;
 
 use rust_hdl_core::atom::AtomKind;
 
-use super::expr::SignalId;
+use super::expr::{Expr, SignalId};
 use super::fault::Fault;
+use super::lower::Statement;
 use super::names::check_name;
-use super::scope::{AtomInfo, Content, Scope};
+use super::scope::{AtomInfo, CLOCK, Content, RESET, Scope};
 use crate::rtl::front::{Description, Marker};
 
 /// Something that a kernel can name.
@@ -55,8 +56,6 @@ pub enum Role {
     RegisterD(usize),
     /// A register's content.
     RegisterQ(usize),
-    /// A register's clock.
-    RegisterClock(usize),
     /// The contents of a table.
     Table,
     /// A table's index.
@@ -84,8 +83,6 @@ pub enum Role {
 pub struct RegisterPins {
     /// The register itself.
     pub q: SignalId,
-    /// Its clock pin.
-    pub clock: SignalId,
     /// Value after reset.
     pub reset: Reset,
 }
@@ -119,8 +116,6 @@ pub struct MemoryPins {
     pub contents: SignalId,
     /// Number of words.
     pub words: u64,
-    /// Its clock pin.
-    pub clock: SignalId,
     /// Whether a word is written, where, and what.
     pub write: [SignalId; 3],
     /// Whether a word is read, and which.
@@ -214,6 +209,17 @@ impl Names {
         Ok(names)
     }
 
+    /// Clock and reset go to every instance that has them.
+    pub fn clocking(&self) -> Vec<Statement> {
+        let ports = self.instances.iter().flat_map(|instance| &instance.ports);
+        let clocked = ports.filter_map(|(port, pin)| {
+            let is_clock = [CLOCK.0, RESET.0].contains(&port.name.as_str());
+            let own = self.find(&port.name).filter(|_| is_clock)?;
+            Some(Statement::Assign { target: *pin, value: Expr::Signal { id: own, width: 1 } })
+        });
+        clocked.collect()
+    }
+
     /// The elements of the vector that a signal is in, in their order; or the signal alone.
     pub fn siblings(&self, id: SignalId) -> Vec<SignalId> {
         let element = self.signals[id].element.as_ref();
@@ -279,10 +285,9 @@ impl Names {
             self.add(&child.pin(pin), name, width, role, about)
         };
         let inner = |pin: &str| Named::alone(format!("{}.{pin}", name.name));
-        let clock = pin("clock", inner("clock"), 1, Role::RegisterClock(index), "");
         pin("d", inner("d"), width, Role::RegisterD(index), "");
         let q = pin("q", name.between("", "_r"), width, Role::RegisterQ(index), about);
-        self.registers.push(RegisterPins { q, clock, reset });
+        self.registers.push(RegisterPins { q, reset });
         Ok(())
     }
 
@@ -308,12 +313,11 @@ impl Names {
             let width = child.width_of(pin);
             self.add(&child.pin(pin), name, width, Role::MemoryIn(index), "")
         };
-        let clock = input("clock");
         let write = ["write", "write_address", "data"].map(&mut input);
         let read = ["read", "address"].map(&mut input);
         let q_name = Named::alone(format!("{name}_q"));
         let q = self.add(&child.pin("q"), q_name, width, Role::MemoryQ(index), "");
-        self.memories.push(MemoryPins { contents, words, clock, write, read, q });
+        self.memories.push(MemoryPins { contents, words, write, read, q });
     }
 
     fn add_wiring(&mut self, child: &Scope, name: Named, sources: &[usize], about: &str) {

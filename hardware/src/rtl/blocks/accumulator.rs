@@ -16,10 +16,6 @@ use crate::rtl::front::prelude::*;
 /// A running total, or a segment of one.
 #[block(AccumulatorPlan)]
 pub struct Accumulator {
-    /// one addend per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// what to add, signed
     #[width(plan.addend_bits)]
     pub i_addend: Input<Word>,
@@ -131,7 +127,6 @@ fn describe(plan: AccumulatorPlan) -> About {
 #[kernel]
 impl Logic for Accumulator {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, total, base, count);
         if self.plan.has_higher {
             self.add_and_carry();
         } else {
@@ -158,7 +153,6 @@ impl Logic for Accumulator {
     }
 
     fn add_and_carry(&mut self) {
-        dff_setup!(self, i_clk, carry, borrow);
         let bits = self.plan.bits;
         self.grown.next = bit_cast(self.total.q.val(), bits + 2) + signed_cast(self.i_addend.val());
         self.total.d.next = bit_cast(self.grown.val(), bits);
@@ -170,7 +164,6 @@ impl Logic for Accumulator {
     }
 
     fn pay_borrow(&mut self) {
-        dff_setup!(self, i_clk, growth);
         self.settled.next =
             self.growth.q.val() - bit_cast(self.i_borrow.val(), self.plan.difference_bits());
         self.count.d.next = bit_cast(self.settled.val(), self.plan.bits);

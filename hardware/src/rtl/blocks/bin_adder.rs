@@ -21,10 +21,6 @@ use crate::sensor::histogram::HistogramPlan;
 /// Banks that share an adder.
 #[block(AdderPlan)]
 pub struct BinAdder {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// pairs of samples with a hit
     #[width(plan.pairs())]
     pub i_hits: Input<Word>,
@@ -221,10 +217,6 @@ fn describe(plan: &AdderPlan) -> About {
 #[kernel]
 impl Logic for BinAdder {
     fn update(&mut self) {
-        for c in 0..5 {
-            dff_setup!(self, i_clk, hit[c]);
-        }
-        dff_setup!(self, i_clk, sum);
         self.find_hit();
         for c in 1..5 {
             self.hit[c].d.next = self.hit[c - 1].q.val();
@@ -269,7 +261,6 @@ impl Logic for BinAdder {
     fn choose(&mut self) {
         let half = self.plan.half();
         for h in 0..self.chosen.len() {
-            dff_setup!(self, i_clk, chosen[h]);
             self.choice[h].next = self.bank[half * h].o_bin.val();
             for s in 1..half {
                 self.choice[h].next = self.choice[h].val() | self.bank[half * h + s].o_bin.val();
@@ -317,8 +308,6 @@ impl Logic for BinAdder {
 
     fn run_banks(&mut self) {
         for s in 0..self.plan.samples {
-            self.bank[s].i_clk.next = self.i_clk.val();
-            self.bank[s].i_rst.next = self.i_rst.val();
             self.bank[s].i_row.next = self.i_row.val();
             self.bank[s].i_come_hit.next = self.hit[1].q.val().get_bit(s);
             self.bank[s].i_hit.next = self.hit[4].q.val().get_bit(s);
@@ -361,7 +350,6 @@ impl Logic for BinAdder {
     /// The bits that all banks have in common. In a first code period they are 0: the bin with
     /// the hit is 1.
     fn hand_back(&mut self) {
-        dff_setup!(self, i_clk, above);
         for b in 1..self.plan.bin_bits() {
             self.above_lowest.i[b - 1].next = self.sum.q.val().get_bit(b);
         }
@@ -372,7 +360,6 @@ impl Logic for BinAdder {
     }
 
     fn clamp(&mut self) {
-        dff_setup!(self, i_clk, clamped);
         self.clamped.d.next = false;
         if self.plan.halves() > 1 {
             self.found.next = self.chosen[0].q.val() | self.chosen[1].q.val();

@@ -31,10 +31,6 @@ const BACK: &str = "What is written";
 /// One bin of each row, in two memories.
 #[block(BankPlan)]
 pub struct BinBank {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// row of the present word
     #[under(ROWS)]
     #[width(plan.row_bits())]
@@ -191,7 +187,6 @@ pub(super) fn plural(number: u32) -> &'static str {
 #[kernel]
 impl Logic for BinBank {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, writes, lowest);
         self.writes.d.next = self.i_hit.val() | self.i_first.val();
         // A bin without a hit is written in a first code period only, in which a hit's is 1.
         self.lowest.d.next = self.i_hit.val();
@@ -203,7 +198,6 @@ impl Logic for BinBank {
             self.written.i[b].next = self.i_above.val().get_bit(b - 1);
         }
         for h in 0..self.memory.len() {
-            self.memory[h].clock.next = self.i_clk.val();
             self.memory[h].data.next = self.written.o.val();
             self.memory[h].write_address.next = self.i_write_row.val();
         }
@@ -216,7 +210,6 @@ impl Logic for BinBank {
 
     /// One memory, whose bins are read where they count.
     fn count(&mut self) {
-        dff_setup!(self, i_clk, held[0]);
         self.memory[0].read.next = true;
         self.memory[0].write.next = self.writes.q.val();
         self.memory[0].address.next = self.i_row.val();
@@ -232,7 +225,6 @@ impl Logic for BinBank {
         self.goes.i[0].next = self.i_go.val() | !self.i_half.val();
         self.goes.i[1].next = self.i_go.val() | self.i_half.val();
         for h in 0..2 {
-            dff_setup!(self, i_clk, held[h]);
             self.memory[h].read.next = self.goes.o.val().get_bit(h);
             if self.goes.o.val().get_bit(h) {
                 self.held[h].d.next = self.memory[h].q.val();

@@ -19,10 +19,6 @@ use crate::rtl::front::prelude::*;
 /// holding the generator.
 #[block(HistoryPlan)]
 pub struct ChipHistory {
-    /// one chip per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// next chip of the reference
     pub i_chip: Input<bool>,
     /// last chip of a phase step
@@ -115,7 +111,6 @@ fn describe(geometry: PhaseGeometry) -> About {
 #[kernel]
 impl Logic for ChipHistory {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, chips);
         if self.i_last_chip.is_present() {
             self.advance();
             self.grow();
@@ -140,7 +135,6 @@ impl Logic for ChipHistory {
     /// When the generator goes on, and the chip that comes next.
     fn advance(&mut self) {
         if self.plan.replays() {
-            dff_setup!(self, i_clk, saved, replays);
             let top = self.plan.replayed().saturating_sub(1);
             self.hold.next = self.i_last_chip.val() | self.replays.q.val().get_bit(top);
             if self.replays.q.val().get_bit(top) {

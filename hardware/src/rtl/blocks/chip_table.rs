@@ -71,7 +71,6 @@ fn describe(plan: &TablePlan) -> About {
 #[kernel]
 impl Logic for ChipTableGenerator {
     fn update(&mut self) {
-        dff_setup!(self, io.i_clk, index);
         self.chips.address.next = self.index.q.val();
         self.io.o_chip.next = self.chips.data.val();
         self.io.o_epoch.next = self.index.q.val() == self.index_load.val();

@@ -5,10 +5,6 @@ use crate::rtl::front::prelude::*;
 /// Ports of a source of chips.
 #[derive(Debug, Clone)]
 pub struct CodePorts {
-    /// Clock.
-    pub i_clk: Input<bool>,
-    /// Synchronous reset.
-    pub i_rst: Input<bool>,
     /// Go on to the next chip.
     pub i_advance: Input<bool>,
     /// Start again from the chip that reset gives; wins over `i_advance`.
@@ -23,8 +19,6 @@ impl CodePorts {
     /// Ports, with `i_load` if `reloads`.
     pub fn new(reloads: bool) -> CodePorts {
         CodePorts {
-            i_clk: Input::bit("one chip per cycle at most"),
-            i_rst: Input::bit("synchronous, active high"),
             i_advance: Input::bit("go on to the next chip"),
             i_load: Optional::new(
                 reloads,
@@ -47,8 +41,6 @@ impl Block for CodePorts {
     }
 
     fn update_all(&mut self) {
-        self.i_clk.update_all();
-        self.i_rst.update_all();
         self.i_advance.update_all();
         self.i_load.update_all();
         self.o_chip.update_all();
@@ -56,9 +48,7 @@ impl Block for CodePorts {
     }
 
     fn has_changed(&self) -> bool {
-        self.i_clk.has_changed()
-            || self.i_rst.has_changed()
-            || self.i_advance.has_changed()
+        self.i_advance.has_changed()
             || self.i_load.has_changed()
             || self.o_chip.has_changed()
             || self.o_epoch.has_changed()
@@ -66,8 +56,6 @@ impl Block for CodePorts {
 
     fn accept(&self, name: &str, probe: &mut dyn probe::Probe) {
         probe.visit_start_namespace(name, self);
-        self.i_clk.accept("i_clk", probe);
-        self.i_rst.accept("i_rst", probe);
         self.i_advance.accept("i_advance", probe);
         self.i_load.accept("i_load", probe);
         self.o_chip.accept("o_chip", probe);

@@ -19,10 +19,6 @@ use crate::sensor::interface::CountSegments;
 /// Correlates one detector's hits with several delays of its reference.
 #[block(BankPlan)]
 pub struct CorrelatorBank {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// pairs of samples with a hit
     #[width(plan.lanes.div_ceil(2))]
     pub i_hits: Input<Word>,
@@ -84,8 +80,6 @@ impl Logic for CorrelatorBank {
             for l in 0..self.plan.lanes {
                 self.reference[q].i[l].next = self.i_window.val().get_bit(l + last - q);
             }
-            self.correlator[q].i_clk.next = self.i_clk.val();
-            self.correlator[q].i_rst.next = self.i_rst.val();
             self.correlator[q].i_hits.next = self.i_hits.val();
             if self.i_early.is_present() {
                 self.correlator[q].i_early.next = self.i_early.val();

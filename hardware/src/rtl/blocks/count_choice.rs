@@ -15,10 +15,6 @@ use crate::rtl::front::prelude::*;
 /// Keeps the count whose turn it is.
 #[block(ChoicePlan)]
 pub struct CountChoice {
-    /// one choice per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// at most one bit: which count's turn it is
     #[width(plan.counts)]
     pub i_turn: Input<Word>,
@@ -65,7 +61,6 @@ fn describe(plan: &ChoicePlan) -> About {
 #[kernel]
 impl Logic for CountChoice {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, chosen);
         self.present.next = self.i_count[0].val() & signed_cast(self.i_turn.val().get_bit(0));
         for c in 1..self.plan.counts {
             self.present.next = self.present.val()

@@ -16,10 +16,6 @@ use crate::sensor::peak::PeakPlan;
 /// still for a clock per piece.
 #[block(ComparisonPlan)]
 pub struct CountComparison {
-    /// one piece per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// a count, signed
     #[width(plan.count_bits)]
     pub i_count: Input<Word>,
@@ -103,8 +99,6 @@ impl Logic for CountComparison {
             self.i_other.val().replace_bit(sign, self.i_count.val().get_bit(sign));
         self.cut();
         for p in 0..self.piece.len() {
-            self.piece[p].i_clk.next = self.i_clk.val();
-            self.piece[p].i_rst.next = self.i_rst.val();
             self.piece[p].i_count.next = self.count_bits[p].o.val();
             self.piece[p].i_other.next = self.other_bits[p].o.val();
         }

@@ -14,10 +14,6 @@ use crate::rtl::front::prelude::*;
 /// are equal by those below.
 #[block(PiecePlan)]
 pub struct CountPiece {
-    /// one comparison per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// bits of a count
     #[width(plan.bits)]
     pub i_count: Input<Word>,
@@ -61,7 +57,6 @@ fn describe(bits: usize) -> About {
 #[kernel]
 impl Logic for CountPiece {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, greater);
         let bits = self.plan.bits + 1;
         self.greater.d.next = (bit_cast(self.i_other.val(), bits) << 1)
             < (bit_cast(self.i_count.val(), bits) << 1).replace_bit(0, self.i_below.val());

@@ -25,10 +25,6 @@ use crate::sensor::interface::{CountSegments, Interface, TotalCount};
 /// One detector's hits, its reference, and the counts of its phase steps.
 #[block(ChannelPlan)]
 pub struct DetectorChannel {
-    /// one chip per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// level of the SPAD, bit 0 earliest
     #[width(plan.lanes)]
     pub i_samples: Input<Word>,
@@ -289,11 +285,7 @@ fn reference_start(interface: &Interface, code: &Code, kept_chips: u32) -> (Refe
 #[kernel]
 impl Logic for DetectorChannel {
     fn update(&mut self) {
-        self.reference.i_clk.next = self.i_clk.val();
-        self.reference.i_rst.next = self.i_rst.val();
         self.reference.i_advance.next = self.stepper.o_advance.val();
-        self.stepper.i_clk.next = self.i_clk.val();
-        self.stepper.i_rst.next = self.i_rst.val();
         self.stepper.i_chip.next = self.reference.o_chip.val();
         self.stepper.i_last_chip.next = self.i_last_chip.val();
         if self.i_pre_last_chip.is_present() {
@@ -303,8 +295,6 @@ impl Logic for DetectorChannel {
             self.reference.i_load.next = self.i_start.val();
             self.stepper.i_start.next = self.i_start.val();
         }
-        self.edges.i_clk.next = self.i_clk.val();
-        self.edges.i_rst.next = self.i_rst.val();
         self.edges.i_samples.next = self.i_samples.val();
         self.edges.i_run.next = self.i_run.val();
         if self.correlator.is_present() {
@@ -315,8 +305,6 @@ impl Logic for DetectorChannel {
         }
         self.clamp_counts();
         for t in 0..self.total.len() {
-            self.total[t].i_clk.next = self.i_clk.val();
-            self.total[t].i_rst.next = self.i_rst.val();
             self.total[t].i_hits.next = self.edges.o_hits.val();
             self.total[t].i_dump.next = self.i_dump.val();
             self.o_total.next = self.total[t].o_total.val();
@@ -325,8 +313,6 @@ impl Logic for DetectorChannel {
 
     /// One step at a time.
     fn correlate(&mut self) {
-        self.correlator.i_clk.next = self.i_clk.val();
-        self.correlator.i_rst.next = self.i_rst.val();
         self.correlator.i_hits.next = self.edges.o_hits.val();
         if self.edges.o_early.is_present() {
             self.correlator.i_early.next = self.edges.o_early.val();
@@ -340,12 +326,6 @@ impl Logic for DetectorChannel {
     /// correlators within a clock.
     fn feed_banks(&mut self) {
         let size = self.plan.bank_steps;
-        for b in 0..self.window.len() {
-            dff_setup!(self, i_clk, hits[b], window[b], dump[b]);
-        }
-        for b in 0..self.early.len() {
-            dff_setup!(self, i_clk, early[b]);
-        }
         if self.plan.delays() > 0 {
             self.hits[0].d.next = self.edges.o_hits.val();
             self.window[0].d.next = bit_cast(self.stepper.o_window.val(), self.plan.later_bits());
@@ -393,8 +373,6 @@ impl Logic for DetectorChannel {
             self.bank[b].i_dump.next = self.dump[b - 1].q.val();
         }
         for b in 0..self.bank.len() {
-            self.bank[b].i_clk.next = self.i_clk.val();
-            self.bank[b].i_rst.next = self.i_rst.val();
             self.bank[b].i_window.next = self.bank_window[b].o.val();
         }
         if self.last_bank.is_present() {
@@ -410,8 +388,6 @@ impl Logic for DetectorChannel {
         for l in 0..self.plan.bits_of(rest.max(1)) {
             self.last_window.i[l].next = self.window[last].q.val().get_bit(l + below);
         }
-        self.last_bank.i_clk.next = self.i_clk.val();
-        self.last_bank.i_rst.next = self.i_rst.val();
         self.last_bank.i_hits.next = self.hits[last].q.val();
         if self.edges.o_early.is_present() {
             self.last_bank.i_early.next = self.early[last].q.val();

@@ -16,10 +16,6 @@ use crate::scene::Polarity;
 /// Marks every pair of samples that holds a rising edge, and says which.
 #[block(EdgePlan)]
 pub struct EdgeDetector {
-    /// one sample word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// level of the SPAD, bit 0 earliest
     #[width(plan.lanes)]
     pub i_samples: Input<Word>,
@@ -102,7 +98,6 @@ fn describe() -> About {
 #[kernel]
 impl Logic for EdgeDetector {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, last_sample, hits);
         if self.plan.inverts {
             self.inverted.next = !self.i_samples.val();
             for l in 0..self.plan.lanes {
@@ -129,7 +124,6 @@ impl Logic for EdgeDetector {
         self.hits.d.next = self.pairs.o.val();
         self.o_hits.next = self.hits.q.val();
         if self.early.is_present() {
-            dff_setup!(self, i_clk, early);
             self.early.d.next = self.earlier.o.val();
             self.o_early.next = self.early.q.val();
         }

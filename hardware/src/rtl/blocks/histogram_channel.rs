@@ -18,10 +18,6 @@ use crate::sensor::histogram::HistogramPlan;
 /// Edge detector and adders.
 #[block(HistogramPlan)]
 pub struct HistogramChannel {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// level of the SPAD, bit 0 earliest
     #[width(plan.row_bins)]
     pub i_samples: Input<Word>,
@@ -144,14 +140,10 @@ fn describe(plan: &HistogramPlan) -> About {
 #[kernel]
 impl Logic for HistogramChannel {
     fn update(&mut self) {
-        self.edges.i_clk.next = self.i_clk.val();
-        self.edges.i_rst.next = self.i_rst.val();
         self.edges.i_samples.next = self.i_samples.val();
         self.edges.i_run.next = self.i_run.val();
         self.hand_hits();
         for a in 0..self.adder.len() {
-            self.adder[a].i_clk.next = self.i_clk.val();
-            self.adder[a].i_rst.next = self.i_rst.val();
             self.adder[a].i_row.next = self.i_row.val();
             self.adder[a].i_held_first.next = self.i_held_first.val();
             self.adder[a].i_added_first.next = self.i_added_first.val();

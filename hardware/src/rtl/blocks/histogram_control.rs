@@ -35,10 +35,6 @@ const READER: &str = "Reader";
 /// Counts rows and code periods, and reads the frames.
 #[block(ControlPlan)]
 pub struct HistogramControl {
-    /// one row per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// the receiver takes a row
     pub i_ready: Input<bool>,
     /// words count from now on
@@ -308,8 +304,6 @@ fn describe(plan: &ControlPlan) -> About {
 #[kernel]
 impl Logic for HistogramControl {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, runs, ahead, ahead_is_last);
-        dff_setup!(self, i_clk, row, row_is_last, first);
         self.runs.d.next = true;
         self.o_run.next = self.runs.q.val();
         self.ahead_is_last.d.next = self.ahead.q.val() == self.last_row_but_one.val();
@@ -340,7 +334,6 @@ impl Logic for HistogramControl {
     }
 
     fn count_periods(&mut self) {
-        dff_setup!(self, i_clk, period, period_is_last);
         self.ends.next = self.row_is_last.q.val() & self.period_is_last.q.val();
         let bits = self.plan.period_bits() as usize;
         self.next_period.next = bit_cast(self.period.q.val(), bits + 1) + 1;
@@ -356,10 +349,6 @@ impl Logic for HistogramControl {
 
     /// Row and first code period of the words on their way to the memories.
     fn follow_words(&mut self) {
-        dff_setup!(self, i_clk, first_before, valid, room, last, overrun);
-        for c in 0..6 {
-            dff_setup!(self, i_clk, row_before[c]);
-        }
         self.row_before[0].d.next = self.row.q.val();
         for c in 1..6 {
             self.row_before[c].d.next = self.row_before[c - 1].q.val();
@@ -374,7 +363,6 @@ impl Logic for HistogramControl {
 
     /// Their memory.
     fn follow_memories(&mut self) {
-        dff_setup!(self, i_clk, half, half_before);
         self.half_before.d.next = (self.half_before.q.val() << 1) | bit_cast(self.half.q.val(), 6);
         self.o_half.next = self.half.q.val();
         self.o_come_half.next = self.half_before.q.val().get_bit(1);
@@ -384,7 +372,6 @@ impl Logic for HistogramControl {
 
     /// Offers the rows that the next frame's first code period finds.
     fn send_rows(&mut self) {
-        dff_setup!(self, i_clk, follows, whole_before, last_before);
         if self.ends.val() {
             self.follows.d.next = true;
         }
@@ -417,7 +404,6 @@ impl Logic for HistogramControl {
 
     /// Reads the rows of a frame, and offers them.
     fn read_frames(&mut self) {
-        dff_setup!(self, i_clk, reads, read_row, read_is_last, out, last_out);
         self.goes.next = self.room.q.val() | self.i_ready.val();
         self.busy.next = self.reads.q.val() | self.out.q.val().any() | !self.goes.val();
         if self.plan.detectors > 1 {
@@ -456,10 +442,6 @@ impl Logic for HistogramControl {
 
     /// The detectors take turns, and each row has its detector beside it.
     fn name_detectors(&mut self) {
-        dff_setup!(self, i_clk, detector);
-        for c in 0..3 {
-            dff_setup!(self, i_clk, detector_out[c]);
-        }
         let detectors = self.plan.detectors;
         self.read_ends.next =
             self.read_is_last.q.val() & self.detector.q.val().get_bit(detectors - 1);

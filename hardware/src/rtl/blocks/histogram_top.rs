@@ -26,10 +26,6 @@ const FLAGS: &str = "Flags, high until reset";
 /// Transmit generators, a histogram for each detector, and what reads them.
 #[block(TopPlan)]
 pub struct HistogramTop {
-    /// one cycle per chip
-    pub i_clk: Input<bool>,
-    /// synchronous, active high; pulse it after power-up
-    pub i_rst: Input<bool>,
     /// chip of each source, bit m for source m
     #[under("Lasers")]
     #[width(plan.source_codes.len())]
@@ -220,10 +216,7 @@ fn with_sizes(about: About, plan: &TopPlan) -> About {
 #[kernel]
 impl Logic for HistogramTop {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, laser, epoch, row);
         self.transmit_codes();
-        self.control.i_clk.next = self.i_clk.val();
-        self.control.i_rst.next = self.i_rst.val();
         self.control.i_ready.next = self.m_axis_tready.val();
         self.run_channels();
         self.offer_rows();
@@ -234,8 +227,6 @@ impl Logic for HistogramTop {
 
     fn transmit_codes(&mut self) {
         for g in 0..self.transmit.len() {
-            self.transmit[g].i_clk.next = self.i_clk.val();
-            self.transmit[g].i_rst.next = self.i_rst.val();
             self.transmit[g].i_advance.next = true;
             self.chips.i[g].next = self.transmit[g].o_chip.val();
         }
@@ -257,8 +248,6 @@ impl Logic for HistogramTop {
             self.channel[d].i_samples.next = self.samples[d].o.val();
         }
         for d in 0..self.channel.len() {
-            self.channel[d].i_clk.next = self.i_clk.val();
-            self.channel[d].i_rst.next = self.i_rst.val();
             self.channel[d].i_run.next = self.control.o_run.val();
             self.channel[d].i_row.next = self.control.o_row.val();
             self.channel[d].i_held_first.next = self.control.o_held_first.val();
@@ -308,7 +297,6 @@ impl Logic for HistogramTop {
     }
 
     fn flag_clamped(&mut self) {
-        dff_setup!(self, i_clk, saturated);
         for d in 0..self.channel.len() {
             self.clamped.i[d].next = self.channel[d].o_clamped.val();
         }

@@ -19,10 +19,6 @@ use crate::sensor::interface::{CountSegments, TotalCount};
 /// Total counts of one phase step after another: hits up and down together.
 #[block(HitPlan)]
 pub struct HitCounter {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// pairs of samples with a hit
     #[width(plan.pairs())]
     pub i_hits: Input<Word>,
@@ -131,19 +127,14 @@ fn describe(plan: &HitPlan) -> About {
 #[kernel]
 impl Logic for HitCounter {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, hit);
         self.hit.d.next = self.i_hits.val();
         self.count_word();
         if self.total.is_present() {
-            self.total.i_clk.next = self.i_clk.val();
-            self.total.i_rst.next = self.i_rst.val();
             self.total.i_addend.next = self.addend.val();
             self.total.i_dump.next = self.i_dump.val().get_bit(0);
             self.exact.next = self.total.o_count.val();
         }
         for t in 0..self.segmented.len() {
-            self.segmented[t].i_clk.next = self.i_clk.val();
-            self.segmented[t].i_rst.next = self.i_rst.val();
             self.segmented[t].i_addend.next = self.addend.val();
             self.segmented[t].i_dump.next = self.i_dump.val();
             self.exact.next = self.segmented[t].o_count.val();
@@ -163,8 +154,6 @@ impl Logic for HitCounter {
     /// The hits of a word.
     fn count_word(&mut self) {
         for q in 0..self.plan.quads() {
-            self.quad[q].i_clk.next = self.i_clk.val();
-            self.quad[q].i_rst.next = self.i_rst.val();
             for j in 0..4 {
                 self.hit_of_quad[q].i[j].next = self.hit.q.val().get_bit(4 * q + j);
             }
@@ -174,13 +163,11 @@ impl Logic for HitCounter {
         if self.plan.quads() == 1 {
             self.addend.next = self.quad[0].o_sum.val();
         } else if self.plan.quads() == 2 {
-            dff_setup!(self, i_clk, sum);
             self.sum.d.next = (signed_cast(self.quad[0].o_sum.val())
                 + signed_cast(self.quad[1].o_sum.val()))
             .into();
             self.addend.next = self.sum.q.val();
         } else if self.plan.pairs() == 2 {
-            dff_setup!(self, i_clk, sum);
             self.sum.d.next = bit_cast(self.hit.q.val().get_bit(0), self.plan.addend_bits())
                 + bit_cast(self.hit.q.val().get_bit(1), self.plan.addend_bits());
             self.addend.next = self.sum.q.val();

@@ -17,10 +17,6 @@ use crate::rtl::front::prelude::*;
 /// Takes each sample of the reference from the chip that the delay gives it.
 #[block(DelayPlan)]
 pub struct LaneDelay {
-    /// one chip per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// reference chips, the present one in bit 0
     #[width(plan.chips())]
     pub i_chips: Input<Word>,
@@ -177,7 +173,6 @@ fn describe(geometry: PhaseGeometry) -> About {
 #[kernel]
 impl Logic for LaneDelay {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, window);
         for c in 0..self.plan.chips() {
             self.present.i[c].next = self.i_chips.val().get_bit(c);
         }
@@ -193,7 +188,6 @@ impl Logic for LaneDelay {
 
     /// Each lane's chip: the present one, or the one before it.
     fn choose(&mut self) {
-        dff_setup!(self, i_clk, delayed);
         for c in 0..self.plan.chips() {
             self.previous.i[c].next = self.i_chips.val().get_bit(c);
         }
@@ -212,7 +206,6 @@ impl Logic for LaneDelay {
     fn grow(&mut self) {
         let full = self.plan.lanes() - 1 - self.plan.step_samples();
         if self.wraps.is_present() {
-            dff_setup!(self, i_clk, wraps);
             self.wraps.d.next = self.i_pre_last_chip.val() & self.delayed.q.val().get_bit(full);
             self.wrap.next = self.wraps.q.val();
         } else {

@@ -140,9 +140,7 @@ fn load_about(width: u32) -> String {
 #[kernel]
 impl Logic for LfsrGenerator {
     fn update(&mut self) {
-        dff_setup!(self, io.i_clk, u, epoch);
         if self.v.is_present() {
-            dff_setup!(self, io.i_clk, v);
             self.io.o_chip.next = self.u.q.val().get_bit(0) ^ self.v.q.val().get_bit(0);
         } else {
             self.io.o_chip.next = self.u.q.val().get_bit(0);

@@ -19,10 +19,6 @@ use crate::sensor::peak::PeakPlan;
 /// Running argmax over the scan (eq. 15), for every detector.
 #[block(DetectorsPlan)]
 pub struct PeakDetector {
-    /// at most one group of counts per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// Counts, detector by detector.
     #[each(count in 0..plan.detectors * plan.parallel())]
     #[about(first_of(count, counts_about(plan.detectors, plan.parallel())))]
@@ -193,7 +189,6 @@ fn describe(plan: &PeakPlan) -> About {
 #[kernel]
 impl Logic for PeakDetector {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, compares, kept, last_group, ends, first, step, done, valid);
         if self.i_counted.val() {
             self.last_group.d.next = self.i_last.val();
         }
@@ -216,7 +211,6 @@ impl Logic for PeakDetector {
 
     /// The counts of a group, one after another.
     fn take_turns(&mut self) {
-        dff_setup!(self, i_clk, turn, group_ends, scan_ends);
         self.next_turn.next = self.compares.q.val().get_bit(self.plan.clocks_per_count() - 1)
             & !self.group_ends.q.val();
         self.compares.d.next = (self.compares.q.val() << 1)
@@ -248,7 +242,6 @@ impl Logic for PeakDetector {
             self.step.d.next = self.step.q.val() + 1;
         }
         if self.at_top.is_present() {
-            dff_setup!(self, i_clk, at_top);
             if self.kept.q.val() {
                 self.at_top.d.next = self.step.q.val() == self.one_before_top.val();
                 if self.at_top.q.val() {
@@ -271,8 +264,6 @@ impl Logic for PeakDetector {
     fn compare(&mut self) {
         let parallel = self.plan.parallel();
         for d in 0..self.plan.detectors {
-            self.maximum[d].i_clk.next = self.i_clk.val();
-            self.maximum[d].i_rst.next = self.i_rst.val();
             for p in 0..parallel {
                 self.maximum[d].i_count[p].next = self.i_count[d * parallel + p].val();
             }

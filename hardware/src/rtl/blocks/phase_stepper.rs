@@ -18,10 +18,6 @@ use crate::rtl::front::prelude::*;
 /// lane.
 #[block(StepperPlan)]
 pub struct PhaseStepper {
-    /// one chip per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// next chip of the reference
     pub i_chip: Input<bool>,
     /// the present chip is the last but one of a phase step
@@ -87,14 +83,10 @@ fn describe(geometry: PhaseGeometry) -> About {
 #[kernel]
 impl Logic for PhaseStepper {
     fn update(&mut self) {
-        self.chips.i_clk.next = self.i_clk.val();
-        self.chips.i_rst.next = self.i_rst.val();
         self.chips.i_chip.next = self.i_chip.val();
         if self.chips.i_last_chip.is_present() {
             self.chips.i_last_chip.next = self.i_last_chip.val();
         }
-        self.lanes.i_clk.next = self.i_clk.val();
-        self.lanes.i_rst.next = self.i_rst.val();
         self.lanes.i_chips.next = self.chips.o_chips.val();
         if self.lanes.i_last_chip.is_present() {
             self.lanes.i_last_chip.next = self.i_last_chip.val();

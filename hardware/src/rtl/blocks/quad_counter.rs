@@ -15,10 +15,6 @@ use crate::rtl::front::prelude::*;
 /// The signed count of four pairs.
 #[block(())]
 pub struct QuadCounter {
-    /// four pairs per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// pairs with a hit
     #[width(4)]
     pub i_hit: Input<Word>,
@@ -67,7 +63,6 @@ fn describe() -> About {
 #[kernel]
 impl Logic for QuadCounter {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, hits, downs, sum);
         self.two_hits.next = (self.i_hit.val().get_bit(0) & self.i_hit.val().get_bit(1))
             ^ (self.i_hit.val().get_bit(2) & self.i_hit.val().get_bit(3))
             ^ ((self.i_hit.val().get_bit(0) ^ self.i_hit.val().get_bit(1))

@@ -17,10 +17,6 @@ use crate::sensor::peak::PeakPlan;
 /// the next.
 #[block(MaximumPlan)]
 pub struct RunningMaximum {
-    /// at most one count per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// Counts of the group's steps.
     #[each(step in 0..plan.peak.parallel)]
     #[about(first_of(step as usize, count_about(plan.peak.parallel)))]
@@ -165,13 +161,10 @@ fn describe(plan: &PeakPlan) -> About {
 #[kernel]
 impl Logic for RunningMaximum {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, replaces, largest, best_step, step, count);
         if self.plan.has_turns() {
             self.choose();
         }
         self.take_present();
-        self.comparison.i_clk.next = self.i_clk.val();
-        self.comparison.i_rst.next = self.i_rst.val();
         self.comparison.i_count.next = self.present.val();
         self.comparison.i_other.next = self.largest.q.val();
         self.replaces.d.next =
@@ -197,8 +190,6 @@ impl Logic for RunningMaximum {
                 self.turns[c].i[t].next = self.i_turn.val().get_bit(size * c + t);
                 self.choice[c].i_count[t].next = self.i_count[size * c + t].val();
             }
-            self.choice[c].i_clk.next = self.i_clk.val();
-            self.choice[c].i_rst.next = self.i_rst.val();
             self.choice[c].i_turn.next = self.turns[c].o.val();
         }
         if self.last_choice.is_present() {
@@ -206,8 +197,6 @@ impl Logic for RunningMaximum {
                 self.last_turns.i[t].next = self.i_turn.val().get_bit(size * even + t);
                 self.last_choice.i_count[t].next = self.i_count[size * even + t].val();
             }
-            self.last_choice.i_clk.next = self.i_clk.val();
-            self.last_choice.i_rst.next = self.i_rst.val();
             self.last_choice.i_turn.next = self.last_turns.o.val();
         }
         if self.chosen.is_present() {
@@ -224,7 +213,6 @@ impl Logic for RunningMaximum {
     /// The count to be compared.
     fn take_present(&mut self) {
         if self.plan.keeps() {
-            dff_setup!(self, i_clk, kept);
             if self.plan.waits() {
                 self.kept.d.next = self.i_count[0].val();
             } else {

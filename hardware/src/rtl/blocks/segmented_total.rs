@@ -15,10 +15,6 @@ use crate::sensor::interface::CountSegments;
 /// Segments, each a clock behind the one below it.
 #[block(SegmentsPlan)]
 pub struct SegmentedTotal {
-    /// one addend per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// what to add, signed
     #[width(plan.addend_bits)]
     pub i_addend: Input<Word>,
@@ -85,17 +81,11 @@ impl Logic for SegmentedTotal {
     fn update(&mut self) {
         let above = self.plan.middle();
         let bits = self.plan.lower_bits();
-        self.lowest.i_clk.next = self.i_clk.val();
-        self.lowest.i_rst.next = self.i_rst.val();
         self.lowest.i_addend.next = self.i_addend.val();
         self.lowest.i_dump.next = self.i_dump.val().get_bit(0);
         for s in 0..self.middle.len() {
-            self.middle[s].i_clk.next = self.i_clk.val();
-            self.middle[s].i_rst.next = self.i_rst.val();
             self.middle[s].i_dump.next = self.i_dump.val().get_bit(s + 1);
         }
-        self.highest.i_clk.next = self.i_clk.val();
-        self.highest.i_rst.next = self.i_rst.val();
         self.highest.i_dump.next = self.i_dump.val().get_bit(above + 1);
         if above > 0 {
             self.middle[0].i_addend.next = self.lowest.o_carry.val();

@@ -25,10 +25,6 @@ use crate::sensor::port::Direction;
 /// Transmit generators, the scan, a channel for each detector, and the results.
 #[block(TopPlan)]
 pub struct SensorTop {
-    /// one cycle per chip
-    pub i_clk: Input<bool>,
-    /// synchronous, active high; pulse it after power-up
-    pub i_rst: Input<bool>,
     /// chip of each source, bit m for source m
     #[under("Lasers")]
     #[width(plan.sources())]
@@ -301,10 +297,7 @@ pub(super) fn distinct_codes(
 #[kernel]
 impl Logic for SensorTop {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, laser, epoch);
         self.transmit_codes();
-        self.controller.i_clk.next = self.i_clk.val();
-        self.controller.i_rst.next = self.i_rst.val();
         self.run_channels();
         self.hand_counts();
         if self.plan.realigns() {
@@ -318,8 +311,6 @@ impl Logic for SensorTop {
 
     fn transmit_codes(&mut self) {
         for g in 0..self.transmit.len() {
-            self.transmit[g].i_clk.next = self.i_clk.val();
-            self.transmit[g].i_rst.next = self.i_rst.val();
             self.transmit[g].i_advance.next = true;
             self.chips.i[g].next = self.transmit[g].o_chip.val();
         }
@@ -332,8 +323,6 @@ impl Logic for SensorTop {
     fn run_channels(&mut self) {
         let lanes = self.plan.lanes();
         for d in 0..self.channel.len() {
-            self.channel[d].i_clk.next = self.i_clk.val();
-            self.channel[d].i_rst.next = self.i_rst.val();
             self.channel[d].i_run.next = self.controller.o_run.val();
             if self.channel[0].i_pre_last_chip.is_present() {
                 self.channel[d].i_pre_last_chip.next = self.controller.o_pre_last_chip.val();
@@ -383,8 +372,6 @@ impl Logic for SensorTop {
     }
 
     fn stream_results(&mut self) {
-        self.results.i_clk.next = self.i_clk.val();
-        self.results.i_rst.next = self.i_rst.val();
         if self.results.i_pre_counted.is_present() {
             self.results.i_pre_counted.next = self.controller.o_pre_counted.val();
         }
@@ -401,8 +388,6 @@ impl Logic for SensorTop {
     }
 
     fn find_peaks(&mut self) {
-        self.peak[0].i_clk.next = self.i_clk.val();
-        self.peak[0].i_rst.next = self.i_rst.val();
         self.peak[0].i_counted.next = self.controller.o_counted.val();
         self.peak[0].i_last.next = self.controller.o_scan_counted.val();
         self.o_peak_step.next = self.peak[0].o_step.val();

@@ -50,7 +50,6 @@ fn describe() -> About {
 #[kernel]
 impl Logic for SquareGenerator {
     fn update(&mut self) {
-        dff_setup!(self, io.i_clk, chip);
         self.io.o_chip.next = self.chip.q.val().get_bit(0);
         self.io.o_epoch.next = self.chip.q.val() == self.chip_load.val();
         if self.io.i_advance.val() {

@@ -17,10 +17,6 @@ const PIECE_BITS: usize = 8;
 /// Compares a state with the one that is waited for.
 #[block(MatchPlan)]
 pub struct StateMatch {
-    /// one state per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// state of a counter
     #[width(plan.width)]
     pub i_state: Input<Word>,
@@ -83,7 +79,6 @@ fn describe(plan: &MatchPlan) -> About {
 #[kernel]
 impl Logic for StateMatch {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, matched);
         self.equal.next = !(self.i_state.val() ^ self.i_wanted.val());
         for p in 0..self.plan.whole_pieces() {
             for b in 0..PIECE_BITS {

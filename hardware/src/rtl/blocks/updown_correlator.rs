@@ -20,10 +20,6 @@ use crate::sensor::interface::CountSegments;
 /// Counts of one phase step after another, with the sign of the reference.
 #[block(CorrelatorPlan)]
 pub struct UpdownCorrelator {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// pairs of samples with a hit
     #[width(plan.pairs())]
     pub i_hits: Input<Word>,
@@ -139,7 +135,6 @@ fn describe(plan: &CorrelatorPlan) -> About {
 #[kernel]
 impl Logic for UpdownCorrelator {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, hit, down);
         if self.i_early.is_present() {
             for j in 0..(self.plan.lanes / 2) {
                 self.early_reference.i[j].next = self.i_reference.val().get_bit(2 * j);
@@ -154,15 +149,11 @@ impl Logic for UpdownCorrelator {
         self.hit.d.next = self.i_hits.val();
         self.count_word();
         if self.total.is_present() {
-            self.total.i_clk.next = self.i_clk.val();
-            self.total.i_rst.next = self.i_rst.val();
             self.total.i_addend.next = self.addend.val();
             self.total.i_dump.next = self.i_dump.val().get_bit(0);
             self.o_count.next = self.total.o_count.val();
         }
         for t in 0..self.segmented.len() {
-            self.segmented[t].i_clk.next = self.i_clk.val();
-            self.segmented[t].i_rst.next = self.i_rst.val();
             self.segmented[t].i_addend.next = self.addend.val();
             self.segmented[t].i_dump.next = self.i_dump.val();
             self.o_count.next = self.segmented[t].o_count.val();
@@ -172,8 +163,6 @@ impl Logic for UpdownCorrelator {
     /// The signed count of a word: hits that count up less hits that count down.
     fn count_word(&mut self) {
         for q in 0..self.plan.quads() {
-            self.quad[q].i_clk.next = self.i_clk.val();
-            self.quad[q].i_rst.next = self.i_rst.val();
             for j in 0..4 {
                 self.hit_of_quad[q].i[j].next = self.hit.q.val().get_bit(4 * q + j);
                 self.down_of_quad[q].i[j].next = self.down.q.val().get_bit(4 * q + j);
@@ -184,13 +173,11 @@ impl Logic for UpdownCorrelator {
         if self.plan.quads() == 1 {
             self.addend.next = self.quad[0].o_sum.val();
         } else if self.plan.quads() == 2 {
-            dff_setup!(self, i_clk, sum);
             self.sum.d.next = (signed_cast(self.quad[0].o_sum.val())
                 + signed_cast(self.quad[1].o_sum.val()))
             .into();
             self.addend.next = self.sum.q.val();
         } else if self.plan.pairs() == 2 {
-            dff_setup!(self, i_clk, sum);
             self.sum.d.next = bit_cast(false, 3)
                 .replace_bit(0, self.hit.q.val().get_bit(0))
                 .replace_bit(1, self.down.q.val().get_bit(0))

@@ -24,7 +24,7 @@ thread_local! {
 pub enum Marker {
     /// The scope is the description of the block that holds it, and its sizes.
     About(Description, Vec<Size>),
-    /// The scope is a register with pins `clock`, `d` and `q`.
+    /// The scope is a register with pins `d` and `q`.
     Register {
         /// Name in the Verilog, in place of the field's.
         name: Option<String>,
@@ -42,7 +42,7 @@ pub enum Marker {
         /// What it holds.
         about: String,
     },
-    /// The scope is a memory with pins `clock`, `write`, `write_address`, `data`,
+    /// The scope is a memory with pins `write`, `write_address`, `data`,
     /// `read`, `address` and `q`.
     Memory {
         /// Number of words.

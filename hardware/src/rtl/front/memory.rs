@@ -5,6 +5,7 @@ use rust_hdl_core::logic::Logic;
 use rust_hdl_core::prelude::LogicBlock;
 use rust_hdl_core::{block, probe};
 
+use super::clock::edge;
 use super::marker::Marker;
 use super::net::{Input, Net, Output};
 use super::word::Word;
@@ -14,8 +15,6 @@ use super::word::Word;
 /// word that is read while it is written is not to be relied on.
 #[derive(Debug, Clone, LogicBlock)]
 pub struct Memory {
-    /// Clock of both ports.
-    pub clock: Input<bool>,
     /// Whether a word is written.
     pub write: Input<bool>,
     /// Where.
@@ -39,7 +38,6 @@ impl Memory {
         let last = words.saturating_sub(1);
         let address_bits = (u64::BITS - last.leading_zeros()).max(1);
         Memory {
-            clock: Net::bit(""),
             write: Net::bit(""),
             write_address: Net::word(address_bits, ""),
             data: Net::word(width, ""),
@@ -55,7 +53,7 @@ impl Memory {
 
 impl Logic for Memory {
     fn update(&mut self) {
-        if !self.clock.pos_edge() {
+        if edge().is_none() {
             return;
         }
         let word = |address: Word| address.value() as usize;

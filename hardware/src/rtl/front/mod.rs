@@ -10,6 +10,9 @@
 //! over `impl Logic` is rust-hdl's `#[hdl_gen]` with `if` and `let` at elaboration. The crate
 //! `goldtof-macros` documents both.
 //!
+//! Every register and memory has the one clock and its reset, which no kernel names; a register
+//! that is not driven holds.
+//!
 //! Rules for kernels beyond those of the macro and of rust-hdl:
 //! - what reads no signal by `.val()` is elaboration: `if self.part.is_present()` leaves no gate;
 //! - a bare literal, and `signed_cast(x)`, take the width of what they meet;
@@ -19,6 +22,7 @@
 //! - numbers are evaluated in branches that are not taken, too: subtract with saturation;
 //! - `a & b == c` binds as in Rust; the back end prints the parentheses.
 
+mod clock;
 mod constant;
 mod inline;
 mod marker;
@@ -29,6 +33,7 @@ mod plan;
 mod register;
 mod word;
 
+pub use clock::tick;
 pub use constant::Constant;
 pub use inline::{BitTable, Wiring};
 pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
@@ -51,22 +56,4 @@ pub mod prelude {
         About, BitTable, Constant, Input, Local, Memory, Optional, Output, Plan, Register,
         StateCheck, Wiring, Word, bit_cast, signed_cast,
     };
-    pub(crate) use crate::rtl::front::dff_setup;
 }
-
-/// Connects registers to the clock and to `i_rst`, and lets them hold.
-///
-/// The name is rust-hdl's, whose `#[hdl_gen]` recognises it.
-macro_rules! dff_setup {
-    ($me:ident, i_clk, $($register:ident $([$($index:tt)+])?),+ $(,)?) => {$(
-        $me.$register$([$($index)+])?.clock.next = $me.i_clk.val();
-        $me.$register$([$($index)+])?.reset.next = $me.i_rst.val();
-        $me.$register$([$($index)+])?.d.next = $me.$register$([$($index)+])?.q.val();
-    )+};
-    ($me:ident, io.i_clk, $($register:ident $([$($index:tt)+])?),+ $(,)?) => {$(
-        $me.$register$([$($index)+])?.clock.next = $me.io.i_clk.val();
-        $me.$register$([$($index)+])?.reset.next = $me.io.i_rst.val();
-        $me.$register$([$($index)+])?.d.next = $me.$register$([$($index)+])?.q.val();
-    )+};
-}
-pub(crate) use dff_setup;

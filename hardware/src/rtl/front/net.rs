@@ -56,7 +56,6 @@ pub struct Net<D: Direction, V: Value> {
     /// What the kernel drives it with.
     pub next: V,
     val: V,
-    prev: V,
     changed: bool,
     connected: bool,
     width: u32,
@@ -78,7 +77,6 @@ impl<D: Direction, V: Value> Net<D, V> {
         Net {
             next: V::zero(width),
             val: V::zero(width),
-            prev: V::zero(width),
             changed: false,
             connected: false,
             width,
@@ -87,6 +85,12 @@ impl<D: Direction, V: Value> Net<D, V> {
             id: get_signal_id(),
             direction: PhantomData,
         }
+    }
+
+    /// Starts with `value` in place of zero.
+    pub(super) fn initially(mut self, value: V) -> Self {
+        self.next = value;
+        self
     }
 
     /// Puts a port under `heading` in the module's port list.
@@ -117,23 +121,10 @@ impl<V: Value> Net<direction::In, V> {
     }
 }
 
-impl Net<direction::In, bool> {
-    /// Whether the value went from 0 to 1 in this pass of `update_all`.
-    pub fn pos_edge(&self) -> bool {
-        self.changed && self.val && !self.prev
-    }
-}
-
 impl<V: Value> Net<direction::Out, V> {
     /// The value driven so far.
     pub fn val(&self) -> V {
         self.next.fit(self.width)
-    }
-
-    /// Starts with `value` in place of zero.
-    pub(super) fn initially(mut self, value: V) -> Self {
-        self.next = value;
-        self
     }
 }
 
@@ -204,10 +195,7 @@ impl<D: Direction, V: Value> Block for Net<D, V> {
     fn update_all(&mut self) {
         let next = self.next.fit(self.width);
         self.changed = self.val != next;
-        if self.changed {
-            self.prev = self.val;
-            self.val = next;
-        }
+        self.val = next;
     }
 
     fn has_changed(&self) -> bool {

@@ -66,9 +66,6 @@ fn describe(depth: u32) -> About {
 #[kernel]
 impl Logic for Interleaver {
     fn update(&mut self) {
-        dff_setup!(self, io.i_clk, subchip);
-        self.generator.i_clk.next = self.io.i_clk.val();
-        self.generator.i_rst.next = self.io.i_rst.val();
         self.generator.i_advance.next = self.io.i_advance.val() & self.subchip.q.val().all();
         self.io.o_chip.next = self.generator.o_chip.val() ^ self.subchip.q.val().get_bit(0);
         self.io.o_epoch.next =

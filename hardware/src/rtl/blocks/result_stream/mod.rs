@@ -24,10 +24,6 @@ use crate::rtl::front::prelude::*;
 /// the first detector's steps, then the next detector's.
 #[block(StreamPlan)]
 pub struct ResultStream {
-    /// at most one group of counts per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// Counts, detector by detector.
     #[each(count in 0..plan.counts())]
     #[about(first_of(count, counts_about(plan.detectors, plan.steps)))]
@@ -143,10 +139,6 @@ impl ResultStream {
 #[kernel]
 impl Logic for ResultStream {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, valid, last, overrun);
-        for c in 0..self.count.len() {
-            dff_setup!(self, i_clk, count[c]);
-        }
         self.o_valid.next = self.valid.q.val();
         self.o_overrun.next = self.overrun.q.val();
         if self.total.is_present() {
@@ -178,22 +170,10 @@ impl Logic for ResultStream {
         self.offer();
     }
 
-    fn hold_totals(&mut self) {
-        dff_setup!(self, i_clk, total);
-        for d in 0..self.waiting_total.len() {
-            dff_setup!(self, i_clk, waiting_total[d]);
-        }
-        for c in 0..self.detector.len() {
-            dff_setup!(self, i_clk, detector[c]);
-        }
-    }
+    fn hold_totals(&mut self) {}
 
     /// Several counts: the first is offered, the others wait behind it.
     fn queue(&mut self) {
-        dff_setup!(self, i_clk, ends, more, changes);
-        for c in 0..self.next_ends.len() {
-            dff_setup!(self, i_clk, next_ends[c]);
-        }
         self.o_last.next = self.last.q.val() & self.ends.q.val();
         self.blocked.next = self.more.q.val() | (self.valid.q.val() & !self.i_ready.val());
         self.load.next = self.i_counted.val() & !self.blocked.val();
@@ -223,7 +203,6 @@ impl Logic for ResultStream {
     /// What comes next: the second result, or the third if they have yet to move up.
     fn find_next(&mut self) {
         if self.moves_up.is_present() {
-            dff_setup!(self, i_clk, moves_up);
             self.moves_up.d.next = self.more.q.val() & self.i_ready.val();
             if self.moves_up.q.val() {
                 self.next.next = self.count[2].q.val();
@@ -374,7 +353,6 @@ impl Logic for ResultStream {
     }
 
     fn flag_clamped(&mut self) {
-        dff_setup!(self, i_clk, saturated);
         for c in 0..self.count.len() {
             self.clamped.i[c].next = self.i_clamped[c].val();
         }
