@@ -51,7 +51,7 @@ fn keeps(interface: &Interface, cycles: usize, seed: u64) {
         stimulus::inputs(interface.lanes() * interface.reference_codes.len() as u32, cycles, seed);
     let expected = naive_sensor::outputs(interface, &inputs, &[]);
     assert!(expected.iter().any(|o| o.valid), "the run is too short");
-    let mut sensor = SensorTop::new(interface);
+    let mut sensor = SensorTop::new(interface.clone());
     for (cycle, (input, expected)) in inputs.iter().zip(&expected).enumerate() {
         let got = clock(&mut sensor, input);
         assert_eq!(got, *expected, "cycle {cycle}, seed {seed}");

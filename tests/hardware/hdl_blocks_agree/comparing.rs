@@ -109,7 +109,7 @@ pub fn count_comparison(noise: &mut Noise) -> Case {
     });
     let expected = expected.collect();
     Case::clocked(
-        CountComparison::new(&peak_plan(BITS, 3, 1)),
+        CountComparison::new(peak_plan(BITS, 3, 1)),
         Ports::new(&[("i_count", BITS), ("i_other", BITS)], &[("o_greater", 1)]),
         inputs,
         expected,
@@ -172,7 +172,7 @@ pub fn peak_detector(noise: &mut Noise, parallel: u32) -> Case {
     let mut ports = vec![("i_counted", 1), ("i_last", 1)];
     ports.extend(names.iter().map(|name| (name.as_str(), BITS)));
     Case::clocked(
-        PeakDetector::new(&plan, 1),
+        PeakDetector::new(plan, 1),
         Ports::new(&ports, &[("o_step", 5), ("o_count", BITS), ("o_valid", 1)]),
         inputs,
         expected,

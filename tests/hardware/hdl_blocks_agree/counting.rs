@@ -93,7 +93,7 @@ pub fn accumulator(noise: &mut Noise) -> Case {
     });
     let expected = expected.collect();
     Case::clocked(
-        Accumulator::new(9, 4),
+        Accumulator::new(9, 4, false, false),
         Ports::new(&[("i_addend", 4), ("i_dump", 1)], &[("o_count", 9)]),
         inputs,
         expected,
@@ -215,7 +215,7 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
     outputs.extend(saturates.then_some(("o_clamped", 1)));
     let count = segments.count;
     Case::clocked(
-        HitCounter::new(lanes, plan, segments),
+        HitCounter::new(lanes as usize, plan, segments),
         Ports::new(&[("i_hits", pairs), ("i_dump", count)], &outputs),
         inputs,
         expected,

@@ -440,8 +440,12 @@ fn connected(
             Some(slope) if is_even => terms[0].along(slope, index, 0),
             _ => {
                 let width = each[0][number].1.width();
-                let short = port.strip_prefix("i_").unwrap_or(port);
                 let mut signals = packing.signals.clone();
+                let short = port.strip_prefix("i_").unwrap_or(port);
+                // What comes out of them by that name has it already.
+                let output = format!("o_{short}");
+                let is_taken = each[0].iter().any(|(port, _)| *port == output);
+                let short = if is_taken { port } else { short };
                 let id = signals.len();
                 signals.push(Signal {
                     name: format!("{name}_{short}"),

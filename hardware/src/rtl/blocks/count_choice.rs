@@ -13,47 +13,32 @@ use super::first_of;
 use crate::rtl::front::prelude::*;
 
 /// Keeps the count whose turn it is.
-#[block(ChoicePlan)]
+#[block(describe(bits, counts))]
 pub struct CountChoice {
-    /// at most one bit: which count's turn it is
-    #[width(plan.counts)]
-    pub i_turn: Input<Word>,
-    /// The counts.
-    #[each(count in 0..plan.counts)]
-    #[about(first_of(count, "counts, count 0 lowest"))]
-    #[width(plan.bits)]
-    pub i_count: Vec<Input<Word>>,
-    /// the count whose turn it was, or 0
-    #[width(plan.bits)]
-    pub o_count: Output<Word>,
-    #[is(describe(plan))]
-    about: About,
-    /// the count whose turn it is, or 0
-    #[width(plan.bits)]
-    present: Local<Word>,
-    #[width(plan.bits)]
-    chosen: Register<Word>,
-    plan: Plan<ChoicePlan>,
-}
-
-#[derive(Debug, Clone)]
-struct ChoicePlan {
     bits: u32,
     counts: usize,
+    /// at most one bit: which count's turn it is
+    #[width(counts)]
+    pub i_turn: Input<Word>,
+    /// The counts.
+    #[each(count in 0..counts)]
+    #[about(first_of(count, "counts, count 0 lowest"))]
+    #[width(bits)]
+    pub i_count: Vec<Input<Word>>,
+    /// the count whose turn it was, or 0
+    #[width(bits)]
+    pub o_count: Output<Word>,
+    /// the count whose turn it is, or 0
+    #[width(bits)]
+    present: Local<Word>,
+    #[width(bits)]
+    chosen: Register<Word>,
 }
 
-impl CountChoice {
-    /// Out of `counts` counts of `bits` bits.
-    pub fn new(bits: u32, counts: u32) -> CountChoice {
-        CountChoice::build(&ChoicePlan { bits, counts: counts as usize })
-    }
-}
-
-fn describe(plan: &ChoicePlan) -> About {
-    let bits = plan.bits;
+fn describe(bits: u32, counts: usize) -> About {
     About::new("count_choice", "one of several counts")
-        .size(("COUNTS", "counts"), plan.counts, 1..=usize::MAX, move |counts| {
-            CountChoice::build(&ChoicePlan { bits, counts })
+        .size(("COUNTS", "counts"), counts, 1..=usize::MAX, move |counts| {
+            CountChoice::new(bits, counts)
         })
         .fact("Latency", "1 clock")
 }
@@ -62,7 +47,7 @@ fn describe(plan: &ChoicePlan) -> About {
 impl Logic for CountChoice {
     fn update(&mut self) {
         self.present.next = self.i_count[0].val() & signed_cast(self.i_turn.val().get_bit(0));
-        for c in 1..self.plan.counts {
+        for c in 1..self.counts {
             self.present.next = self.present.val()
                 | (self.i_count[c].val() & signed_cast(self.i_turn.val().get_bit(c)));
         }

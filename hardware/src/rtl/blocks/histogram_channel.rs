@@ -16,8 +16,9 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
 /// Edge detector and adders.
-#[block(HistogramPlan)]
+#[block(describe(&plan))]
 pub struct HistogramChannel {
+    plan: HistogramPlan,
     /// level of the SPAD, bit 0 earliest
     #[width(plan.row_bins)]
     pub i_samples: Input<Word>,
@@ -62,25 +63,22 @@ pub struct HistogramChannel {
     /// a hit found its bin full
     #[when(plan.saturates())]
     pub o_clamped: Optional<Output<bool>>,
-    #[is(describe(plan))]
-    about: About,
-    #[is(EdgeDetector::new(plan.row_bins, plan.polarity))]
+    #[is(EdgeDetector::new(plan.row_bins as usize, plan.polarity))]
     edges: EdgeDetector,
-    #[each(_adder in 0..shared(plan))]
-    #[width(pairs(plan))]
+    #[each(_adder in 0..shared(&plan))]
+    #[width(pairs(&plan))]
     hits: Vec<Wiring>,
-    #[each(_adder in 0..shared(plan))]
-    #[width(pairs(plan))]
+    #[each(_adder in 0..shared(&plan))]
+    #[width(pairs(&plan))]
     early: Vec<Wiring>,
     #[each(_adder in 0..plan.adders())]
     #[is(BinAdder::new(plan))]
     adder: Vec<BinAdder>,
-    #[sources(places_in_row(plan), plan.row_bins * plan.bin_bits + 1)]
+    #[sources(places_in_row(&plan), plan.row_bins * plan.bin_bits + 1)]
     row: Wiring,
     #[when(plan.saturates())]
     #[width(plan.adders())]
     clamped: Optional<Wiring>,
-    plan: Plan<HistogramPlan>,
 }
 
 /// Pairs of samples that an adder has.
@@ -107,13 +105,6 @@ fn places_in_row(plan: &HistogramPlan) -> Vec<usize> {
         })
     };
     (0..plan.row_bins).flat_map(of_bin).collect()
-}
-
-impl HistogramChannel {
-    /// For a detector of this histogram.
-    pub fn new(histogram: &HistogramPlan) -> HistogramChannel {
-        HistogramChannel::build(histogram)
-    }
 }
 
 fn describe(plan: &HistogramPlan) -> About {

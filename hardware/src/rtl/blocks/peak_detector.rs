@@ -17,65 +17,87 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 
 /// Running argmax over the scan (eq. 15), for every detector.
-#[block(DetectorsPlan)]
+#[block(describe(&plan))]
 pub struct PeakDetector {
+    plan: PeakPlan,
+    detectors: usize,
+    #[set(plan.parallel as usize)]
+    parallel: usize,
+    #[set(plan.step_bits as usize)]
+    step_bits: usize,
+    #[set(plan.count_bits as usize)]
+    count_bits: usize,
+    /// Whether the counts of a group have turns.
+    #[set(plan.parallel > 1)]
+    has_turns: bool,
+    #[set(plan.wraps_after.is_some())]
+    wraps: bool,
+    #[set(plan.wraps_after == Some(plan.first_step))]
+    starts_at_top: bool,
+    #[set(plan.clocks_to_compare() as usize)]
+    compared: usize,
+    #[set(compared - 1)]
+    last_compared: usize,
+    #[set(plan.clocks_per_count() as usize)]
+    clocks_per_count: usize,
+    /// Counts of a scan's last group.
+    #[set(plan.last_steps as usize)]
+    last_steps: usize,
     /// Counts, detector by detector.
-    #[each(count in 0..plan.detectors * plan.parallel())]
-    #[about(first_of(count, counts_about(plan.detectors, plan.parallel())))]
-    #[width(plan.peak.count_bits)]
+    #[each(count in 0..detectors * parallel)]
+    #[about(first_of(count, counts_about(detectors, parallel)))]
+    #[width(plan.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// new counts are there
     pub i_counted: Input<bool>,
     /// they are the scan's last
     pub i_last: Input<bool>,
     /// phase step of the last scan's peak
-    #[width(plan.detectors * plan.step_bits())]
+    #[width(detectors * step_bits)]
     pub o_step: Output<Word>,
     /// its count, signed
-    #[width(plan.detectors * plan.count_bits())]
+    #[width(detectors * count_bits)]
     pub o_count: Output<Word>,
     /// they have just changed
     pub o_valid: Output<bool>,
-    #[is(describe(&plan.peak))]
-    about: About,
     /// of a scan
-    #[width(plan.peak.step_bits)]
-    #[value(u128::from(plan.peak.first_step))]
+    #[width(plan.step_bits)]
+    #[value(u128::from(plan.first_step))]
     #[number]
     first_step: Constant,
     /// the step before the code period's last
-    #[when(plan.wraps())]
-    #[width(plan.peak.step_bits)]
-    #[value(u128::from(plan.peak.wraps_after.unwrap_or(1)).saturating_sub(1))]
+    #[when(wraps)]
+    #[width(plan.step_bits)]
+    #[value(u128::from(plan.wraps_after.unwrap_or(1)).saturating_sub(1))]
     #[number]
     one_before_top: Optional<Constant>,
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     #[about("")]
-    #[width(plan.peak.parallel)]
+    #[width(plan.parallel)]
     #[value(1)]
     first_turn: Optional<Constant>,
     /// a count's turn on its way through the comparison
-    #[width(plan.compared())]
+    #[width(compared)]
     compares: Register<Word>,
     /// the count that was compared is kept or dropped
     kept: Register<bool>,
     /// the counts are the scan's last
     last_group: Register<bool>,
     /// one bit: which count's turn it is
-    #[when(plan.has_turns())]
-    #[width(plan.peak.parallel)]
+    #[when(has_turns)]
+    #[width(plan.parallel)]
     turn: Optional<Register<Word>>,
     /// the group's last count has its turn
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     last_turn: Optional<Local<bool>>,
     /// the count is its group's last
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     group_ends: Optional<Register<bool>>,
     /// the count is its scan's last
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     scan_ends: Optional<Register<bool>>,
     /// the next count's turn
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     next_turn: Optional<Local<bool>>,
     /// the next count is a scan's first
     #[reset(true)]
@@ -83,84 +105,26 @@ pub struct PeakDetector {
     /// it is the scan's last
     ends: Register<bool>,
     /// phase step of the count that was compared
-    #[width(plan.peak.step_bits)]
-    #[reset(u128::from(plan.peak.first_step), first_step)]
+    #[width(plan.step_bits)]
+    #[reset(u128::from(plan.first_step), first_step)]
     step: Register<Word>,
     /// this phase step is the code period's last
-    #[when(plan.wraps())]
-    #[reset(plan.starts_at_top())]
+    #[when(wraps)]
+    #[reset(starts_at_top)]
     at_top: Optional<Register<bool>>,
     /// the scan's last count has been compared
     done: Register<bool>,
     /// o_step and o_count have just changed
     valid: Register<bool>,
-    #[each(_detector in 0..plan.detectors)]
-    #[is(RunningMaximum::new(&plan.peak))]
+    #[each(_detector in 0..detectors)]
+    #[is(RunningMaximum::new(plan))]
     maximum: Vec<RunningMaximum>,
-    #[when(plan.detectors > 1)]
-    #[width(plan.detectors * plan.step_bits())]
+    #[when(detectors > 1)]
+    #[width(detectors * step_bits)]
     steps: Optional<Wiring>,
-    #[when(plan.detectors > 1)]
-    #[width(plan.detectors * plan.count_bits())]
+    #[when(detectors > 1)]
+    #[width(detectors * count_bits)]
     counts: Optional<Wiring>,
-    plan: Plan<DetectorsPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct DetectorsPlan {
-    peak: PeakPlan,
-    detectors: usize,
-}
-
-impl DetectorsPlan {
-    fn parallel(&self) -> usize {
-        self.peak.parallel as usize
-    }
-
-    fn step_bits(&self) -> usize {
-        self.peak.step_bits as usize
-    }
-
-    fn count_bits(&self) -> usize {
-        self.peak.count_bits as usize
-    }
-
-    /// Whether the counts of a group have turns.
-    fn has_turns(&self) -> bool {
-        self.peak.parallel > 1
-    }
-
-    fn wraps(&self) -> bool {
-        self.peak.wraps_after.is_some()
-    }
-
-    fn starts_at_top(&self) -> bool {
-        self.peak.wraps_after == Some(self.peak.first_step)
-    }
-
-    fn compared(&self) -> usize {
-        self.peak.clocks_to_compare() as usize
-    }
-
-    fn last_compared(&self) -> usize {
-        self.compared() - 1
-    }
-
-    fn clocks_per_count(&self) -> usize {
-        self.peak.clocks_per_count() as usize
-    }
-
-    /// Counts of a scan's last group.
-    fn last_steps(&self) -> usize {
-        self.peak.last_steps as usize
-    }
-}
-
-impl PeakDetector {
-    /// For `detectors` detectors.
-    pub fn new(plan: &PeakPlan, detectors: u32) -> PeakDetector {
-        PeakDetector::build(&DetectorsPlan { peak: *plan, detectors: detectors as usize })
-    }
 }
 
 fn describe(plan: &PeakPlan) -> About {
@@ -192,14 +156,14 @@ impl Logic for PeakDetector {
         if self.i_counted.val() {
             self.last_group.d.next = self.i_last.val();
         }
-        self.kept.d.next = self.compares.q.val().get_bit(self.plan.last_compared());
-        if self.plan.has_turns() {
+        self.kept.d.next = self.compares.q.val().get_bit(self.last_compared);
+        if self.has_turns {
             self.take_turns();
         } else {
             self.compares.d.next =
                 (self.compares.q.val() << 1).replace_bit(0, self.i_counted.val());
             self.ends.d.next =
-                self.compares.q.val().get_bit(self.plan.last_compared()) & self.last_group.q.val();
+                self.compares.q.val().get_bit(self.last_compared) & self.last_group.q.val();
         }
         self.count_steps();
         self.done.d.next = self.ends.q.val();
@@ -211,8 +175,8 @@ impl Logic for PeakDetector {
 
     /// The counts of a group, one after another.
     fn take_turns(&mut self) {
-        self.next_turn.next = self.compares.q.val().get_bit(self.plan.clocks_per_count() - 1)
-            & !self.group_ends.q.val();
+        self.next_turn.next =
+            self.compares.q.val().get_bit(self.clocks_per_count - 1) & !self.group_ends.q.val();
         self.compares.d.next = (self.compares.q.val() << 1)
             .replace_bit(0, self.i_counted.val() | self.next_turn.val());
         if self.i_counted.val() {
@@ -220,8 +184,8 @@ impl Logic for PeakDetector {
         } else if self.next_turn.val() {
             self.turn.d.next = self.turn.q.val() << 1;
         }
-        let whole = self.plan.parallel() - 1;
-        let short = self.plan.last_steps() - 1;
+        let whole = self.parallel - 1;
+        let short = self.last_steps - 1;
         if whole == short {
             self.last_turn.next = self.turn.q.val().get_bit(whole);
         } else if self.last_group.q.val() {
@@ -232,7 +196,7 @@ impl Logic for PeakDetector {
         self.group_ends.d.next = self.last_turn.val();
         self.scan_ends.d.next = self.last_turn.val() & self.last_group.q.val();
         self.ends.d.next =
-            self.compares.q.val().get_bit(self.plan.last_compared()) & self.scan_ends.q.val();
+            self.compares.q.val().get_bit(self.last_compared) & self.scan_ends.q.val();
     }
 
     /// The phase step of the count that was compared.
@@ -249,7 +213,7 @@ impl Logic for PeakDetector {
                 }
             }
             if self.ends.q.val() {
-                if self.plan.starts_at_top() {
+                if self.starts_at_top {
                     self.at_top.d.next = true;
                 } else {
                     self.at_top.d.next = false;
@@ -262,16 +226,15 @@ impl Logic for PeakDetector {
     }
 
     fn compare(&mut self) {
-        let parallel = self.plan.parallel();
-        for d in 0..self.plan.detectors {
+        let parallel = self.parallel;
+        for d in 0..self.detectors {
             for p in 0..parallel {
                 self.maximum[d].i_count[p].next = self.i_count[d * parallel + p].val();
             }
-            if self.plan.has_turns() {
+            if self.has_turns {
                 self.maximum[d].i_turn.next = self.turn.q.val();
             }
-            self.maximum[d].i_compared.next =
-                self.compares.q.val().get_bit(self.plan.last_compared());
+            self.maximum[d].i_compared.next = self.compares.q.val().get_bit(self.last_compared);
             self.maximum[d].i_first.next = self.first.q.val();
             self.maximum[d].i_step.next = self.step.q.val();
             self.maximum[d].i_done.next = self.done.q.val();
@@ -281,9 +244,9 @@ impl Logic for PeakDetector {
     /// The peaks of all detectors, the first one's lowest.
     fn show(&mut self) {
         if self.steps.is_present() {
-            let step_bits = self.plan.step_bits();
-            let count_bits = self.plan.count_bits();
-            for d in 0..self.plan.detectors {
+            let step_bits = self.step_bits;
+            let count_bits = self.count_bits;
+            for d in 0..self.detectors {
                 for b in 0..step_bits {
                     self.steps.i[step_bits * d + b].next = self.maximum[d].o_step.val().get_bit(b);
                 }

@@ -13,7 +13,12 @@
 use crate::rtl::front::prelude::*;
 
 /// The signed count of four pairs.
-#[block(())]
+#[block(About::new("quad_counter", "signed count of four pairs of samples")
+        .note(
+            "A hit adds 1, and a hit that counts down takes 2 off again. Four ones are counted \
+             by two half adders whose sums and carries meet in one gate each.",
+        )
+        .fact("Latency", "2 clocks"))]
 pub struct QuadCounter {
     /// pairs with a hit
     #[width(4)]
@@ -24,8 +29,6 @@ pub struct QuadCounter {
     /// hits that count up less hits that count down, signed
     #[width(4)]
     pub o_sum: Output<Word>,
-    #[is(describe())]
-    about: About,
     /// or three
     two_hits: Local<bool>,
     /// or three
@@ -36,28 +39,6 @@ pub struct QuadCounter {
     downs: Register<Word>,
     #[width(4)]
     sum: Register<Word>,
-}
-
-impl QuadCounter {
-    /// The counter.
-    pub fn new() -> QuadCounter {
-        QuadCounter::build(&())
-    }
-}
-
-impl Default for QuadCounter {
-    fn default() -> QuadCounter {
-        QuadCounter::new()
-    }
-}
-
-fn describe() -> About {
-    About::new("quad_counter", "signed count of four pairs of samples")
-        .note(
-            "A hit adds 1, and a hit that counts down takes 2 off again. Four ones are counted \
-             by two half adders whose sums and carries meet in one gate each.",
-        )
-        .fact("Latency", "2 clocks")
 }
 
 #[kernel]

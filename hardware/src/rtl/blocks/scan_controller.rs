@@ -20,8 +20,9 @@ use crate::sensor::interface::Interface;
 
 /// Says when a phase step, and when a scan, ends. With several steps at once
 /// a step here is a group of them.
-#[block(ScanPlan)]
+#[block(describe(plan))]
 pub struct ScanController {
+    plan: ScanPlan,
     /// the next clock is the first of a code period
     #[when(plan.realigns)]
     pub i_epoch: Optional<Input<bool>>,
@@ -45,8 +46,6 @@ pub struct ScanController {
     pub o_counted: Output<bool>,
     /// the count of the scan's last step is there
     pub o_scan_counted: Output<bool>,
-    #[is(describe(*plan))]
-    about: About,
     #[when(plan.counts_chips())]
     #[under(plan.chip_counter().heading("Chip counter"))]
     #[about("")]
@@ -112,10 +111,10 @@ pub struct ScanController {
     #[reset(true)]
     may_start: Optional<Register<bool>>,
     #[when(plan.chip_count_in_pieces())]
-    #[is(StateMatch::new(plan.chip_counter().width()))]
+    #[is(StateMatch::new(plan.chip_counter().width() as usize))]
     chip_count_match: Optional<StateMatch>,
     #[when(plan.step_count_in_pieces())]
-    #[is(StateMatch::new(plan.step_counter().width()))]
+    #[is(StateMatch::new(plan.step_counter().width() as usize))]
     step_count_match: Optional<StateMatch>,
     /// bit n: a step's last chip was n + 1 clocks ago
     #[width(plan.to_counted())]
@@ -131,7 +130,6 @@ pub struct ScanController {
     step_count_matched: Optional<Local<bool>>,
     #[width(plan.segments)]
     dumps: Wiring,
-    plan: Plan<ScanPlan>,
 }
 
 /// What a scan controller counts.
@@ -289,13 +287,6 @@ pub(super) fn dump_about(segments: u32) -> &'static str {
     match segments {
         1 => "the total has just taken in a step's last hits",
         _ => "bit s: segment s has just taken in a step's last hits",
-    }
-}
-
-impl ScanController {
-    /// A controller.
-    pub fn new(plan: ScanPlan) -> ScanController {
-        ScanController::build(&plan)
     }
 }
 

@@ -13,63 +13,40 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
 /// Segments, each a clock behind the one below it.
-#[block(SegmentsPlan)]
+#[block(describe(segments, addend_bits))]
 pub struct SegmentedTotal {
-    /// what to add, signed
-    #[width(plan.addend_bits)]
-    pub i_addend: Input<Word>,
-    /// bit s: segment s holds the last addend of a phase step
-    #[width(plan.segments.count)]
-    pub i_dump: Input<Word>,
-    /// growth within the last phase step
-    #[width(plan.segments.bits())]
-    pub o_count: Output<Word>,
-    #[is(describe(*plan))]
-    about: About,
-    #[is(Accumulator::segment(plan.segments.lower_bits, plan.addend_bits, false, true))]
-    lowest: Accumulator,
-    #[each(_segment in 0..plan.middle())]
-    #[is(Accumulator::segment(plan.segments.lower_bits, 2, true, true))]
-    middle: Vec<Accumulator>,
-    #[is(Accumulator::segment(plan.segments.top_bits, 2, true, false))]
-    highest: Accumulator,
-    #[width(plan.segments.bits())]
-    counts: Wiring,
-    plan: Plan<SegmentsPlan>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct SegmentsPlan {
     segments: CountSegments,
     addend_bits: usize,
+    #[set(segments.count as usize - 2)]
+    middle_count: usize,
+    #[set(segments.lower_bits as usize)]
+    lower_bits: usize,
+    #[set(segments.top_bits as usize)]
+    top_bits: usize,
+    /// what to add, signed
+    #[width(addend_bits)]
+    pub i_addend: Input<Word>,
+    /// bit s: segment s holds the last addend of a phase step
+    #[width(segments.count)]
+    pub i_dump: Input<Word>,
+    /// growth within the last phase step
+    #[width(segments.bits())]
+    pub o_count: Output<Word>,
+    #[is(Accumulator::new(lower_bits, addend_bits, false, true))]
+    lowest: Accumulator,
+    #[each(_segment in 0..middle_count)]
+    #[is(Accumulator::new(lower_bits, 2, true, true))]
+    middle: Vec<Accumulator>,
+    #[is(Accumulator::new(top_bits, 2, true, false))]
+    highest: Accumulator,
+    #[width(segments.bits())]
+    counts: Wiring,
 }
 
-impl SegmentsPlan {
-    fn middle(&self) -> usize {
-        self.segments.count as usize - 2
-    }
-
-    fn lower_bits(&self) -> usize {
-        self.segments.lower_bits as usize
-    }
-
-    fn top_bits(&self) -> usize {
-        self.segments.top_bits as usize
-    }
-}
-
-impl SegmentedTotal {
-    /// A total of two segments or more that adds `addend_bits` signed bits a clock.
-    pub fn new(segments: CountSegments, addend_bits: usize) -> SegmentedTotal {
-        SegmentedTotal::build(&SegmentsPlan { segments, addend_bits })
-    }
-}
-
-fn describe(plan: SegmentsPlan) -> About {
-    let SegmentsPlan { segments, addend_bits } = plan;
+fn describe(segments: CountSegments, addend_bits: usize) -> About {
     let size = ("HIGHEST_BITS", "bits of the highest segment");
     About::new("segmented_total", "a running total in segments, and its growth per phase step")
-        .size(size, plan.top_bits(), 2..=usize::MAX, move |bits| {
+        .size(size, segments.top_bits as usize, 2..=usize::MAX, move |bits| {
             let segments = CountSegments { top_bits: bits as u32, ..segments };
             SegmentedTotal::new(segments, addend_bits)
         })
@@ -79,8 +56,8 @@ fn describe(plan: SegmentsPlan) -> About {
 #[kernel]
 impl Logic for SegmentedTotal {
     fn update(&mut self) {
-        let above = self.plan.middle();
-        let bits = self.plan.lower_bits();
+        let above = self.middle_count;
+        let bits = self.lower_bits;
         self.lowest.i_addend.next = self.i_addend.val();
         self.lowest.i_dump.next = self.i_dump.val().get_bit(0);
         for s in 0..self.middle.len() {
@@ -108,7 +85,7 @@ impl Logic for SegmentedTotal {
                 self.counts.i[bits * s + bits + b].next = self.middle[s].o_count.val().get_bit(b);
             }
         }
-        for b in 0..self.plan.top_bits() {
+        for b in 0..self.top_bits {
             self.counts.i[bits * above + bits + b].next = self.highest.o_count.val().get_bit(b);
         }
         self.o_count.next = self.counts.o.val();

@@ -29,7 +29,6 @@ mod marker;
 mod memory;
 mod net;
 mod optional;
-mod plan;
 mod register;
 mod word;
 
@@ -40,7 +39,6 @@ pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
 pub use memory::Memory;
 pub use net::{Input, Local, Net, Output, Value};
 pub use optional::Optional;
-pub use plan::Plan;
 pub use register::Register;
 pub use word::{SignedWord, Word, bit_cast, signed_cast};
 
@@ -53,7 +51,7 @@ pub mod prelude {
     pub use rust_hdl_core::{ast, block, logic, probe};
 
     pub use super::{
-        About, BitTable, Constant, Input, Local, Memory, Optional, Output, Plan, Register,
-        StateCheck, Wiring, Word, bit_cast, signed_cast,
+        About, BitTable, Constant, Input, Local, Memory, Optional, Output, Register, StateCheck,
+        Wiring, Word, bit_cast, signed_cast,
     };
 }

@@ -14,43 +14,25 @@ use crate::rtl::blocks::CodePorts;
 use crate::rtl::front::prelude::*;
 
 /// A code interleaved with its inverse (eq. 23).
-#[block(InterleaverPlan)]
+#[block(describe(depth))]
 pub struct Interleaver {
+    depth: u32,
+    /// Of the generator's first chip.
+    first_subchip: u64,
+    reloads: bool,
     /// ports
-    #[is(CodePorts::new(plan.reloads))]
+    #[is(CodePorts::new(reloads))]
     pub io: CodePorts,
-    #[is(describe(plan.depth))]
-    about: About,
     /// that reset gives
-    #[width(plan.depth)]
-    #[value(plan.load)]
+    #[width(depth)]
+    #[value(u128::from(first_subchip))]
     subchip_load: Constant,
     /// repetition of the generator's chip
-    #[width(plan.depth)]
-    #[reset(plan.load, subchip_load)]
+    #[width(depth)]
+    #[reset(u128::from(first_subchip), subchip_load)]
     subchip: Register<Word>,
-    #[is(plan.generator.clone())]
+    #[given]
     generator: CodeSource,
-}
-
-struct InterleaverPlan {
-    generator: CodeSource,
-    depth: u32,
-    load: u128,
-    reloads: bool,
-}
-
-impl Interleaver {
-    /// `generator` interleaved to depth `depth`, starting at sub-chip
-    /// `subchip` of its present chip.
-    pub fn new(generator: CodeSource, depth: u32, subchip: u64, reloads: bool) -> Interleaver {
-        Interleaver::build(&InterleaverPlan {
-            generator,
-            depth,
-            load: u128::from(subchip),
-            reloads,
-        })
-    }
 }
 
 fn describe(depth: u32) -> About {

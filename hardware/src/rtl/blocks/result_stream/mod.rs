@@ -22,8 +22,9 @@ use crate::rtl::front::prelude::*;
 
 /// Offers the counts of a group of phase steps as a stream, one per beat:
 /// the first detector's steps, then the next detector's.
-#[block(StreamPlan)]
+#[block(describe(&plan))]
 pub struct ResultStream {
+    plan: StreamPlan,
     /// Counts, detector by detector.
     #[each(count in 0..plan.counts())]
     #[about(first_of(count, counts_about(plan.detectors, plan.steps)))]
@@ -60,8 +61,6 @@ pub struct ResultStream {
     /// a count was clamped since reset
     #[when(plan.saturates)]
     pub o_saturated: Optional<Output<bool>>,
-    #[is(describe(plan))]
-    about: About,
     #[each(count in 0..plan.counts())]
     #[about(match plan.counts() {
         1 => "the result",
@@ -126,14 +125,6 @@ pub struct ResultStream {
     signed_count: Optional<Local<Word>>,
     blocked: Local<bool>,
     load: Local<bool>,
-    plan: Plan<StreamPlan>,
-}
-
-impl ResultStream {
-    /// A stream.
-    pub fn new(plan: StreamPlan) -> ResultStream {
-        ResultStream::build(&plan)
-    }
 }
 
 #[kernel]
