@@ -9,9 +9,9 @@ use syn::{
     PathArguments, PathSegment, Result, Token, Type, parse_quote,
 };
 
-/// The struct under `#[block(about)]`, with its constructor.
-pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> {
-    let about: Expr = syn::parse2(arguments)?;
+/// The struct under `#[block(about)]`, or a bundle of ports under `#[block]`, with its constructor.
+pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
+    let is_bundle = about.is_empty();
     let mut item: ItemStruct = syn::parse2(item)?;
     let Fields::Named(fields) = &mut item.fields else {
         return Err(Error::new_spanned(&item, "a block's fields have names"));
@@ -39,11 +39,21 @@ pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> 
         // The constructor may be all that asks for it.
         field.attrs.push(parse_quote!(#[allow(dead_code)]));
     }
-    fields.named.push(parse_quote!(about: About));
-    parts.push(parse_quote!(about));
+    if !is_bundle {
+        fields.named.push(parse_quote!(about: About));
+        parts.push(parse_quote!(about));
+        values.push(quote!(let about = #about;));
+    }
     let names: Vec<_> = fields.named.iter().filter_map(|field| field.ident.clone()).collect();
     let block = &item.ident;
     let visibility = &item.vis;
+    let (start, end, logic) = match is_bundle {
+        false => (quote!(visit_start_scope), quote!(visit_end_scope), None),
+        true => {
+            let logic = quote!(impl Logic for #block { fn update(&mut self) {} });
+            (quote!(visit_start_namespace), quote!(visit_end_namespace), Some(logic))
+        }
+    };
     Ok(quote! {
         #[derive(Debug, Clone)]
         #item
@@ -52,10 +62,11 @@ pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> 
             /// The block of these numbers.
             #visibility fn new(#(#parameters),*) -> #block {
                 #(#values)*
-                let about = #about;
                 #block { #(#names),* }
             }
         }
+
+        #logic
 
         impl Block for #block {
             fn connect_all(&mut self) {}
@@ -70,9 +81,9 @@ pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> 
             }
 
             fn accept(&self, name: &str, probe: &mut dyn probe::Probe) {
-                probe.visit_start_scope(name, self);
+                probe.#start(name, self);
                 #(self.#parts.accept(stringify!(#parts), probe);)*
-                probe.visit_end_scope(name, self);
+                probe.#end(name, self);
             }
         }
     })

@@ -52,7 +52,8 @@
 //! `#[block(about)]` makes the constructor `new` and rust-hdl's `Block`. `new` takes the
 //! parameters, which are the fields of which nothing says how they are made, and parts that are `#[given]`;
 //! `#[set(expression)]` follows from those above it, and every part is as its field says, in which all fields
-//! above it have their names. `about` describes the module. The doc comment is the comment
+//! above it have their names. `about` describes the module; without it the block is
+//! a bundle of ports. The doc comment is the comment
 //! in the Verilog. Beside it:
 //! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
 //! of the block; `#[value(number)]` of a constant, and `#[number]` if it is no pattern of bits; `#[sources(places, inputs)]` of a wiring that is

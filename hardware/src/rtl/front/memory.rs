@@ -69,10 +69,6 @@ impl Logic for Memory {
         }
     }
 
-    fn connect(&mut self) {
-        self.q.connect();
-    }
-
     fn hdl(&self) -> Verilog {
         Marker::Memory { words: self._words.len() as u64, about: self._about.clone() }.into_hdl()
     }

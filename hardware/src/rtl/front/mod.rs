@@ -23,7 +23,6 @@
 //! - `a & b == c` binds as in Rust; the back end prints the parentheses.
 
 mod clock;
-mod constant;
 mod inline;
 mod marker;
 mod memory;
@@ -33,11 +32,10 @@ mod register;
 mod word;
 
 pub use clock::tick;
-pub use constant::Constant;
 pub use inline::{BitTable, Wiring};
 pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
 pub use memory::Memory;
-pub use net::{Input, Local, Net, Output, Value};
+pub use net::{Constant, Input, Local, Net, Output, Value};
 pub use optional::Optional;
 pub use register::Register;
 pub use word::{SignedWord, Word, bit_cast, signed_cast};

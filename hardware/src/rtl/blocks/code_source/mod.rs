@@ -98,19 +98,13 @@ impl Logic for CodeSource {
         self.block_mut().update();
     }
 
-    fn connect(&mut self) {
-        self.block_mut().connect();
-    }
-
     fn hdl(&self) -> Verilog {
         self.block().hdl()
     }
 }
 
 impl Block for CodeSource {
-    fn connect_all(&mut self) {
-        self.block_mut().connect_all();
-    }
+    fn connect_all(&mut self) {}
 
     fn update_all(&mut self) {
         self.block_mut().update_all();
