@@ -62,8 +62,6 @@ fn check_targets(kernel: &[Statement], names: &Names) -> Result<(), Fault> {
                     | Role::Table
                     | Role::RegisterQ(_)
                     | Role::TableData(_)
-                    | Role::Memory
-                    | Role::MemoryQ(_)
                     | Role::WiringOut(_)
                     | Role::InstanceOutput(_) => {
                         return Err(Fault::MultipleDrivers { signal: name });
@@ -95,7 +93,7 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
                 return;
             }
             read[id] = true;
-            if matches!(names.signals[id].role, Role::RegisterD(_) | Role::MemoryIn(_)) {
+            if matches!(names.signals[id].role, Role::RegisterD(_)) {
                 fault = Some(Fault::Unsupported {
                     construct: format!("reading `{}`", names.signals[id].name),
                 });
@@ -108,7 +106,7 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
             Statement::Assign { target, .. } => {
                 // What shows the new value without a clock.
                 let shown = match names.signals[*target].role {
-                    Role::RegisterD(_) | Role::MemoryIn(_) => None,
+                    Role::RegisterD(_) => None,
                     Role::TableAddress(table) => Some(names.tables[table].data),
                     Role::WiringIn(wiring) => Some(names.wirings[wiring].output),
                     _ => Some(*target),
@@ -213,7 +211,6 @@ fn check_driven(
             Role::Output
             | Role::Local
             | Role::TableAddress(_)
-            | Role::MemoryIn(_)
             | Role::WiringIn(_)
             | Role::InstanceInput(_) => combinational.contains_key(&id),
             Role::RegisterD(_) => assigns(kernel, id),
@@ -300,7 +297,6 @@ fn check_reads(
             | Role::Constant
             | Role::RegisterQ(_)
             | Role::TableData(_)
-            | Role::MemoryQ(_)
             | Role::WiringOut(_) => true,
             _ => false,
         };

@@ -53,6 +53,8 @@ impl Parameter {
 pub struct ModuleType {
     /// The module.
     pub module: Module,
+    /// Its text, if that is given.
+    pub given: Option<&'static str>,
     /// How it is printed.
     pub sheet: Sheet,
     /// Its name, made unique.

@@ -62,13 +62,8 @@ pub enum End {
 pub type Connections = BTreeMap<(End, End), BTreeSet<String>>;
 
 impl Netlist {
-    /// A module of which nothing but the name is known.
-    pub(super) fn unknown(name: &str) -> Netlist {
-        Netlist { name: name.to_owned(), ..Netlist::default() }
-    }
-
-    /// That of a module of a design; its memories are instances of the module `memory`.
-    pub(super) fn of(types: &[ModuleType], index: usize, memory: &str) -> Netlist {
+    /// That of a module of a design.
+    pub(super) fn of(types: &[ModuleType], index: usize) -> Netlist {
         let this = &types[index];
         let module = &this.module;
         let port = |role: Role| {
@@ -99,12 +94,6 @@ impl Netlist {
                 outputs: side(Role::Output),
             });
         }
-        netlist.instances.extend(module.memories.iter().map(|pins| Part {
-            name: module.signals[pins.contents].name.clone(),
-            module: memory.to_owned(),
-            inputs: nets(module, pins.write.iter().chain(&pins.read)),
-            outputs: vec![module.signals[pins.q].name.clone()],
-        }));
         netlist.driven.extend(module.assigns.iter().map(|assign| Driven {
             net: module.signals[assign.target].name.clone(),
             from: nets(module, [&assign.value]),

@@ -7,7 +7,7 @@ use super::module_type::{ModuleType, Parameter};
 use super::number::Num;
 use super::prefix::Prefix;
 use super::scope::{CLOCK, RESET};
-use super::sheet::{Declaration, GENERATED, Group, INDICES, Memory, Sheet};
+use super::sheet::{Declaration, GENERATED, Group, INDICES, Sheet};
 use super::text::{
     LINE_WIDTH, clocked_block, commented, expression, loop_head, operand_of, push_broken, symbol,
     wrapped,
@@ -19,9 +19,18 @@ pub const LFSR_CHECK: &str = "lfsr_check";
 /// The module that memories are instances of.
 pub const BLOCK_MEMORY: &str = "block_memory";
 
+/// A module that others have instances of, which stands here as it is.
+pub fn given_text(prefix: &Prefix, made_by: &str, name: &str, text: &str) -> String {
+    let text = text.replace(name, &prefix.of(name));
+    text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1)
+}
+
 /// The whole file of one module.
 pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by: &str) -> String {
     let this = &types[index];
+    if let Some(text) = this.given {
+        return given_text(prefix, made_by, &this.module.description.module, text);
+    }
     let mut out = header(this, made_by);
     out.push_str("`default_nettype none\n\n");
     out.push_str(&format!("module {}", this.name));
@@ -37,9 +46,6 @@ pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by:
     body.push_str(&assignments(&this.sheet.assigns));
     for (group, head) in this.sheet.groups.iter().zip(&heads) {
         body.push_str(&instance(group, &head.text));
-    }
-    for memory in &this.sheet.memories {
-        body.push_str(&memory_instance(memory, &prefix.of(BLOCK_MEMORY)));
     }
     body.push_str(&clocked_block(&this.sheet));
     out.push('\n');
@@ -317,8 +323,9 @@ fn instance_head(
     let below = &types[child];
     let mut tables = Vec::new();
     let mut overrides = Vec::new();
-    for Size { name, .. } in below.varying_sizes() {
-        if let Some((_, size)) = group.sizes.iter().find(|(own, _)| own == name) {
+    let varying = below.varying_sizes();
+    for (name, size) in &group.sizes {
+        if below.given.is_some() || varying.iter().any(|size| size.name == *name) {
             overrides.push(format!("        .{name}({})", size.text()));
         }
     }
@@ -358,7 +365,11 @@ fn instance_head(
 
 /// An instance, or a loop of them.
 fn instance(group: &Group, head: &str) -> String {
-    let mut out = format!("    {head}(\n");
+    let mut out = match group.about.as_str() {
+        "" => String::new(),
+        about => format!("    // {about}\n"),
+    };
+    let _ = writeln!(out, "    {head}(");
     connections(&mut out, &group.connections);
     if group.is_family() {
         let head = loop_head(&group.count, GENERATED[0]);
@@ -380,19 +391,6 @@ fn connections(out: &mut String, connections: &[(String, super::term::Term)]) {
         push_broken(out, 8, &format!(".{port:port_width$}"), &value);
     }
     out.push_str("    );\n");
-}
-
-/// A memory: an instance of the module `kind`.
-fn memory_instance(memory: &Memory, kind: &str) -> String {
-    let Memory { name, about, words, address_bits, bits, connections: pins } = memory;
-    let mut out = format!(
-        "\n    // {about}\n    {kind} #(\n        .WORDS({words}), .ADDRESS_BITS({}), .BITS({})\n    ) \
-         {name} (\n",
-        address_bits.text(),
-        bits.text(),
-    );
-    connections(&mut out, pins);
-    out
 }
 
 fn declarations(sheet: &Sheet) -> String {
@@ -446,7 +444,8 @@ fn push_assignment(out: &mut String, line: &Line, indent: usize) {
         Line::Fold { target, op, index, trips, operand, zero } => {
             let inner = indent + 4;
             let target = expression(target);
-            let name = target.split('[').next().unwrap_or_default();
+            // Parts of a signal have blocks of their own.
+            let name = target.trim_end_matches(']').replace(['[', ':'], "_");
             let _ = writeln!(
                 out,
                 "{:indent$}always @* begin : make_{name}\n{:inner$}integer {index};\n{:inner$}{target} = \

@@ -41,6 +41,14 @@ impl Scope {
         self.about().map_or("", |(description, _)| &description.module)
     }
 
+    /// What its instances have as parameters, where they differ or the module is given.
+    pub fn size_values(&self) -> Vec<(String, u32)> {
+        match &self.content {
+            Content::Marker(Marker::Given { sizes, .. }) => sizes.clone(),
+            _ => self.sizes().iter().map(|size| (size.name.clone(), size.value)).collect(),
+        }
+    }
+
     /// What instances of it may differ in.
     pub fn sizes(&self) -> &[Size] {
         self.about().map_or(&[], |(_, sizes)| sizes)
@@ -51,7 +59,7 @@ impl Scope {
         let is_clock = |atom: &AtomInfo| atom.outer_key == CLOCK.0;
         self.children.iter().any(|child| match &child.content {
             Content::Marker(marker) => {
-                matches!(marker, Marker::Register { .. } | Marker::Memory { .. })
+                matches!(marker, Marker::Register { .. } | Marker::Given { .. })
             }
             Content::Kernel(_) => child.atoms.first().is_some_and(is_clock),
         })
@@ -197,6 +205,9 @@ impl Probe for Collector {
         let Some(mut scope) = self.open.pop() else {
             return;
         };
+        if matches!(scope.content, Content::Marker(Marker::Given { .. })) {
+            scope.atoms.insert(0, port(CLOCK.0, CLOCK.1));
+        }
         if scope.is_clocked() {
             scope.atoms.splice(0..0, [CLOCK, RESET].map(|(name, about)| port(name, about)));
         }

@@ -10,10 +10,11 @@ use super::module::{Instance, Module};
 use super::module_type::{ModuleType, Parameter};
 use super::netlist::Netlist;
 use super::prefix::Prefix;
-use super::print::{BLOCK_MEMORY, LFSR_CHECK, module_text};
+use super::print::{LFSR_CHECK, given_text, module_text};
 use super::scope::{AtomInfo, Content, Scope};
 use super::sheet::{Sheet, families};
 use super::variants::sheet_of_all;
+use crate::rtl::front::Marker;
 use rust_hdl_core::atom::AtomKind;
 
 /// A printed module.
@@ -36,26 +37,18 @@ pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<Mod
         module.name = prefix.of(&module.name);
     }
     let checks = types.iter().any(|t| !t.module.description.checks.is_empty());
-    let memories = types.iter().any(|t| !t.module.memories.is_empty());
-    let given = |name, text| given(prefix, made_by, name, text);
-    let lfsr_check = checks.then(|| given(LFSR_CHECK, include_str!("lfsr_check.v")));
-    let memory = memories.then(|| given(BLOCK_MEMORY, include_str!("block_memory.v")));
-    let memory =
-        memory.map(|text| ModuleText { netlist: Some(Netlist::unknown(&text.name)), ..text });
-    let own = (0..types.len()).map(|index| ModuleText {
+    let lfsr_check = checks.then(|| ModuleText {
+        name: prefix.of(LFSR_CHECK),
+        text: given_text(prefix, made_by, LFSR_CHECK, include_str!("lfsr_check.v")),
+        netlist: None,
+    });
+    let (given, own): (Vec<usize>, _) = (0..types.len()).partition(|i| types[*i].given.is_some());
+    let module = |index: usize| ModuleText {
         name: types[index].name.clone(),
         text: module_text(&types, index, prefix, made_by),
-        netlist: Some(Netlist::of(&types, index, &prefix.of(BLOCK_MEMORY))),
-    });
-    Ok(lfsr_check.into_iter().chain(memory).chain(own).collect())
-}
-
-/// A module that others have instances of, which stands here as it is.
-fn given(prefix: &Prefix, made_by: &str, name: &str, text: &str) -> ModuleText {
-    let text = text.replace(name, &prefix.of(name));
-    let name = prefix.of(name);
-    let text = text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1);
-    ModuleText { name, text, netlist: None }
+        netlist: Some(Netlist::of(&types, index)),
+    };
+    Ok(lfsr_check.into_iter().chain(given.into_iter().chain(own).map(module)).collect())
 }
 
 /// Adds `scope` as an instance of a module, old or new; returns the module
@@ -64,6 +57,9 @@ fn register(
     scope: &Scope,
     types: &mut Vec<ModuleType>,
 ) -> Result<(usize, Vec<Parameter>), Refusal> {
+    if let Content::Marker(Marker::Given { module, text, .. }) = &scope.content {
+        return Ok((given(scope, module, text, types), Vec::new()));
+    }
     let module = Module::of(scope)?;
     let own = scope.atoms.iter().filter(|a| a.kind == AtomKind::Constant);
     let mut parameters: Vec<Parameter> = own
@@ -73,9 +69,6 @@ fn register(
     let mut children = Vec::new();
     for instance in &module.instances {
         let child = &scope.children[instance.child];
-        if !matches!(child.content, Content::Kernel(_)) {
-            continue;
-        }
         let (index, below) = register(child, types)?;
         children.push((index, parameters.len()));
         parameters.extend(below.into_iter().map(|p| Parameter {
@@ -114,6 +107,7 @@ fn register(
     types.push(ModuleType {
         name: module.description.module.clone(),
         module,
+        given: None,
         sheet: variant.1.clone(),
         parameters: parameters.clone(),
         children,
@@ -127,11 +121,28 @@ fn register(
 
 /// Sizes of a module's instances.
 pub(super) fn sizes_below(scope: &Scope, module: &Module) -> Vec<Vec<(String, u32)>> {
-    let sizes = |instance: &Instance| {
-        let sizes = scope.children[instance.child].sizes().iter();
-        sizes.map(|size| (size.name.clone(), size.value)).collect()
-    };
+    let sizes = |instance: &Instance| scope.children[instance.child].size_values();
     module.instances.iter().map(sizes).collect()
+}
+
+/// The module `name` that is given, new or old.
+fn given(scope: &Scope, name: &str, text: &'static str, types: &mut Vec<ModuleType>) -> usize {
+    let known = types.iter().position(|known| known.given == Some(text));
+    known.unwrap_or_else(|| {
+        types.push(ModuleType {
+            name: name.to_owned(),
+            module: Module::given(scope, name),
+            given: Some(text),
+            sheet: Sheet::default(),
+            parameters: Vec::new(),
+            children: Vec::new(),
+            families: Vec::new(),
+            sizes: Vec::new(),
+            variants: Vec::new(),
+            key: String::new(),
+        });
+        types.len() - 1
+    })
 }
 
 /// What an instance's parameter is called in the module that hands it on.

@@ -8,7 +8,6 @@ use super::lines::{Line, Step, folded, joined, lines, loops_joined};
 use super::lower::Statement;
 use super::module::{Assign, Instance, Module};
 use super::number::Num;
-use super::scope::CLOCK;
 use super::signals::{Element, Reset, Role, Signal, vectors};
 use super::term::{Numbers, Says, Term};
 
@@ -18,7 +17,7 @@ pub const INDICES: [&str; 3] = ["i", "j", "k"];
 pub const GENERATED: [&str; 2] = ["g", "h"];
 
 /// A module's text, without its header and constants.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Sheet {
     /// Ports in the order of declaration.
     pub ports: Vec<Declaration>,
@@ -28,8 +27,6 @@ pub struct Sheet {
     pub assigns: Vec<Line>,
     /// Instances of other modules.
     pub groups: Vec<Group>,
-    /// Memories.
-    pub memories: Vec<Memory>,
     /// Registers and their values after reset.
     pub resets: Vec<Line>,
     /// Statements of the clocked block.
@@ -58,6 +55,8 @@ pub struct Group {
     pub name: String,
     /// How many there are.
     pub count: Num,
+    /// Description; empty where their module has one.
+    pub about: String,
     /// Sizes of each.
     pub sizes: Vec<(String, Num)>,
     /// What an instance's ports are connected to.
@@ -71,23 +70,6 @@ impl Group {
     }
 }
 
-/// A memory.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Memory {
-    /// Its name.
-    pub name: String,
-    /// Description.
-    pub about: String,
-    /// Number of words.
-    pub words: u64,
-    /// Bits of an address.
-    pub address_bits: Num,
-    /// Bits of a word.
-    pub bits: Num,
-    /// What its ports are connected to.
-    pub connections: Vec<(String, Term)>,
-}
-
 impl Numbers for Sheet {
     fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num)) {
         for declaration in self.ports.iter_mut().chain(&mut self.declarations) {
@@ -98,11 +80,6 @@ impl Numbers for Sheet {
             see(Says::Size, &mut group.count);
             group.sizes.iter_mut().for_each(|(_, size)| see(Says::Size, size));
             group.connections.iter_mut().for_each(|(_, term)| term.each(see));
-        }
-        for memory in &mut self.memories {
-            see(Says::Size, &mut memory.address_bits);
-            see(Says::Size, &mut memory.bits);
-            memory.connections.iter_mut().for_each(|(_, term)| term.each(see));
         }
         self.resets.each(see);
         self.clocked.each(see);
@@ -115,9 +92,6 @@ impl Numbers for Sheet {
         self.assigns.each_name(see);
         for group in &mut self.groups {
             group.connections.iter_mut().for_each(|(_, term)| term.each_name(see));
-        }
-        for memory in &mut self.memories {
-            memory.connections.iter_mut().for_each(|(_, term)| term.each_name(see));
         }
         self.resets.each_name(see);
         self.clocked.each_name(see);
@@ -138,6 +112,7 @@ impl Sheet {
             groups.push(Group {
                 name,
                 count: (members.len() as u32).into(),
+                about: module.instances[members[0]].about.clone(),
                 sizes: sizes.map(|(name, size)| (name.clone(), (*size).into())).collect(),
                 connections,
             });
@@ -153,7 +128,6 @@ impl Sheet {
             declarations,
             assigns: loops_joined(folded(all)),
             groups,
-            memories: memories(module, &packing),
             resets: packing.resets(module),
             clocked: lines(packing.steps(module, &module.clocked), &packing.signals, &INDICES),
         };
@@ -302,10 +276,6 @@ impl Packing {
         expr.replaced(&value_of).expect("parts of signals are signals' parts")
     }
 
-    fn term(&self, expr: &Expr) -> Term {
-        Term::of(&self.expr(expr), &self.signals)
-    }
-
     fn step(&self, target: SignalId, value: &Expr) -> Step {
         let (id, low) = self.place(target);
         Step::Store { id, low, value: self.expr(value) }
@@ -364,9 +334,8 @@ impl Packing {
     fn declarations(&self, module: &Module) -> Vec<Declaration> {
         let ports = self.ports(module);
         let registers = module.registers.iter().map(|(id, _)| ("reg ", *id));
-        let read = module.memories.iter().map(|memory| ("wire", memory.q));
         let wires = module.wires.iter().map(|id| ("wire", *id));
-        let all = self.declared(registers.chain(read).chain(wires));
+        let all = self.declared(registers.chain(wires));
         let is_port = |name: &str| ports.iter().any(|port| port.name == name);
         all.into_iter().filter(|declaration| !is_port(&declaration.name)).collect()
     }
@@ -492,28 +461,4 @@ fn connections(instance: &Instance, packing: &Packing) -> Vec<(String, Expr)> {
         (name, super::concat::concat(parts.into_iter().rev().collect()))
     };
     out.into_iter().map(one).collect()
-}
-
-fn memories(module: &Module, packing: &Packing) -> Vec<Memory> {
-    let memory = |pins: &super::module::Memory| {
-        let contents = &module.signals[pins.contents];
-        let inputs = pins.write.iter().chain(&pins.read).map(|value| packing.term(value));
-        let q = packing.term(&Expr::Signal { id: pins.q, width: contents.width });
-        let clock = Term::Name(CLOCK.0.to_owned());
-        let ports =
-            ["i_clk", "i_write", "i_write_address", "i_data", "i_read", "i_address", "o_word"];
-        Memory {
-            name: contents.name.clone(),
-            about: contents.about.clone(),
-            words: pins.words,
-            address_bits: pins.write[1].width().into(),
-            bits: contents.width.into(),
-            connections: ports
-                .map(str::to_owned)
-                .into_iter()
-                .zip([clock].into_iter().chain(inputs).chain([q]))
-                .collect(),
-        }
-    };
-    module.memories.iter().map(memory).collect()
 }

@@ -41,7 +41,7 @@ pub struct Element {
 }
 
 /// What a signal is in its module; numbers index the registers, tables,
-/// memories, wirings or instances of [`Names`].
+/// wirings or instances of [`Names`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Port driven from outside.
@@ -62,12 +62,6 @@ pub enum Role {
     TableAddress(usize),
     /// A table's entry.
     TableData(usize),
-    /// The contents of a memory.
-    Memory,
-    /// An input of a memory.
-    MemoryIn(usize),
-    /// What was read from a memory.
-    MemoryQ(usize),
     /// An input of a wiring.
     WiringIn(usize),
     /// The output of a wiring.
@@ -109,21 +103,6 @@ pub struct TablePins {
     pub data: SignalId,
 }
 
-/// A memory in the module.
-#[derive(Debug, Clone)]
-pub struct MemoryPins {
-    /// The contents; as wide as a word.
-    pub contents: SignalId,
-    /// Number of words.
-    pub words: u64,
-    /// Whether a word is written, where, and what.
-    pub write: [SignalId; 3],
-    /// Whether a word is read, and which.
-    pub read: [SignalId; 2],
-    /// The word that was read, two clocks later.
-    pub q: SignalId,
-}
-
 /// Fixed wiring in the module.
 #[derive(Debug, Clone)]
 pub struct WiringPins {
@@ -142,6 +121,8 @@ pub struct InstancePins {
     pub name: String,
     /// Index in the scope's children.
     pub child: usize,
+    /// Description; empty where its module has one.
+    pub about: String,
     /// Its vector of instances, and its place there.
     pub element: Option<Element>,
     /// Ports as (name in the child, signal here).
@@ -159,8 +140,6 @@ pub struct Names {
     pub registers: Vec<RegisterPins>,
     /// Tables.
     pub tables: Vec<TablePins>,
-    /// Memories.
-    pub memories: Vec<MemoryPins>,
     /// Wirings.
     pub wirings: Vec<WiringPins>,
     /// Instances, in the order of declaration.
@@ -196,6 +175,12 @@ impl Names {
             match &child.content {
                 Content::Marker(Marker::About(description, _)) => {
                     names.description = Some(description.clone());
+                }
+                Content::Marker(Marker::Given { about, .. }) => {
+                    let are_alike = are_alike(&scope.children, &name);
+                    names.add_instance(child, &name, are_alike, index);
+                    let instance = names.instances.last_mut();
+                    instance.into_iter().for_each(|one| one.about.clone_from(about));
                 }
                 Content::Marker(marker) => names.add_inline(child, name, marker)?,
                 Content::Kernel(_) => {
@@ -255,9 +240,8 @@ impl Names {
                 self.add_register(child, &name, reset, about)?;
             }
             Marker::BitTable { bits, about } => self.add_table(child, &name.name, bits, about),
-            Marker::Memory { words, about } => self.add_memory(child, &name.name, *words, about),
             Marker::Wiring { sources, about } => self.add_wiring(child, name, sources, about),
-            Marker::About(..) => {}
+            Marker::About(..) | Marker::Given { .. } => {}
         }
         Ok(())
     }
@@ -302,22 +286,6 @@ impl Names {
         let address = pin("address", address_name, width, Role::TableAddress(index), "");
         let data = pin("data", format!("{name}_entry"), 1, Role::TableData(index), about);
         self.tables.push(TablePins { contents, bits: bits.to_vec(), address, data });
-    }
-
-    fn add_memory(&mut self, child: &Scope, name: &str, words: u64, about: &str) {
-        let index = self.memories.len();
-        let width = child.width_of("data");
-        let contents = self.add(&child.pin(""), Named::alone(name), width, Role::Memory, about);
-        let mut input = |pin: &str| {
-            let name = Named::alone(format!("{name}.{pin}"));
-            let width = child.width_of(pin);
-            self.add(&child.pin(pin), name, width, Role::MemoryIn(index), "")
-        };
-        let write = ["write", "write_address", "data"].map(&mut input);
-        let read = ["read", "address"].map(&mut input);
-        let q_name = Named::alone(format!("{name}_q"));
-        let q = self.add(&child.pin("q"), q_name, width, Role::MemoryQ(index), "");
-        self.memories.push(MemoryPins { contents, words, write, read, q });
     }
 
     fn add_wiring(&mut self, child: &Scope, name: Named, sources: &[usize], about: &str) {
@@ -380,6 +348,7 @@ impl Names {
         self.instances.push(InstancePins {
             name: name.name.clone(),
             child: index,
+            about: String::new(),
             element,
             ports: pins,
         });

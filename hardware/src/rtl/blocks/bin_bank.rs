@@ -107,8 +107,8 @@ pub struct BinBank {
     #[when(takes_turns)]
     #[width(2)]
     goes: Optional<Wiring>,
-    #[each(half in 0..memories)]
-    #[is(Memory::new(rows, bits, &about_memory(takes_turns, half)))]
+    #[each(_half in 0..memories)]
+    #[is(Memory::new(rows, bits, "bins, one for each row"))]
     memory: Vec<Memory>,
     #[each(half in 0..memories)]
     #[about(match takes_turns {
@@ -124,13 +124,6 @@ pub struct BinBank {
     /// what is written
     #[width(bits)]
     written: Wiring,
-}
-
-fn about_memory(takes_turns: bool, half: usize) -> String {
-    match takes_turns {
-        true => format!("Bins of memory {half}, one for each row"),
-        false => "Bins, one for each row".to_owned(),
-    }
 }
 
 /// Bits of the number of one of so many rows.
@@ -177,8 +170,8 @@ impl Logic for BinBank {
             self.written.i[b].next = self.i_above.val().get_bit(b - 1);
         }
         for h in 0..self.memory.len() {
-            self.memory[h].data.next = self.written.o.val();
-            self.memory[h].write_address.next = self.i_write_row.val();
+            self.memory[h].i_data.next = self.written.o.val();
+            self.memory[h].i_write_address.next = self.i_write_row.val();
         }
         if self.takes_turns {
             self.take_turns();
@@ -189,10 +182,10 @@ impl Logic for BinBank {
 
     /// One memory, whose bins are read where they count.
     fn count(&mut self) {
-        self.memory[0].read.next = true;
-        self.memory[0].write.next = self.writes.q.val();
-        self.memory[0].address.next = self.i_row.val();
-        self.held[0].d.next = self.memory[0].q.val();
+        self.memory[0].i_read.next = true;
+        self.memory[0].i_write.next = self.writes.q.val();
+        self.memory[0].i_address.next = self.i_row.val();
+        self.held[0].d.next = self.memory[0].o_word.val();
         if !self.i_come_hit.val() & !self.i_come_first.val() {
             self.held[0].d.next = bit_cast(false, self.bits as usize);
         }
@@ -204,9 +197,9 @@ impl Logic for BinBank {
         self.goes.i[0].next = self.i_go.val() | !self.i_half.val();
         self.goes.i[1].next = self.i_go.val() | self.i_half.val();
         for h in 0..2 {
-            self.memory[h].read.next = self.goes.o.val().get_bit(h);
+            self.memory[h].i_read.next = self.goes.o.val().get_bit(h);
             if self.goes.o.val().get_bit(h) {
-                self.held[h].d.next = self.memory[h].q.val();
+                self.held[h].d.next = self.memory[h].o_word.val();
             }
         }
         // One condition each: of one within another Yosys makes three LUTs for each bit in
@@ -217,14 +210,14 @@ impl Logic for BinBank {
         if !self.i_come_hit.val() & self.i_come_half.val() {
             self.held[1].d.next = bit_cast(false, self.bits as usize);
         }
-        self.memory[0].write.next = self.writes.q.val() & !self.i_write_half.val();
-        self.memory[1].write.next = self.writes.q.val() & self.i_write_half.val();
+        self.memory[0].i_write.next = self.writes.q.val() & !self.i_write_half.val();
+        self.memory[1].i_write.next = self.writes.q.val() & self.i_write_half.val();
         if self.i_half.val() {
-            self.memory[0].address.next = self.i_read_row.val();
-            self.memory[1].address.next = self.i_row.val();
+            self.memory[0].i_address.next = self.i_read_row.val();
+            self.memory[1].i_address.next = self.i_row.val();
         } else {
-            self.memory[0].address.next = self.i_row.val();
-            self.memory[1].address.next = self.i_read_row.val();
+            self.memory[0].i_address.next = self.i_row.val();
+            self.memory[1].i_address.next = self.i_read_row.val();
         }
         self.o_bin.next = self.held[0].q.val();
         self.o_other.next = self.held[1].q.val();

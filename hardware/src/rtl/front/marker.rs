@@ -1,7 +1,7 @@
 //! What a block tells the back end beside its kernel.
 //!
 //! rust-hdl asks every block for its Verilog ([`Logic::hdl`]), and its trees have no place
-//! for a register's comment or a memory's size. A block that is more than a kernel leaves a
+//! for a register's comment or a module that is written by hand. A block that is more than a kernel leaves a
 //! [`Marker`] when it is asked, and [`told_by`], which asks, takes it: plain data all the way.
 
 use std::cell::Cell;
@@ -42,12 +42,15 @@ pub enum Marker {
         /// What it holds.
         about: String,
     },
-    /// The scope is a memory with pins `write`, `write_address`, `data`,
-    /// `read`, `address` and `q`.
-    Memory {
-        /// Number of words.
-        words: u64,
-        /// What it holds.
+    /// The scope is an instance of a module that is given as text and has a clock.
+    Given {
+        /// Its module.
+        module: &'static str,
+        /// The module's file.
+        text: &'static str,
+        /// Parameters of the instance.
+        sizes: Vec<(String, u32)>,
+        /// What it is.
         about: String,
     },
     /// The scope is a wiring with pins `i` (a vector of bits) and `o`.
@@ -60,7 +63,7 @@ pub enum Marker {
 }
 
 /// A module's name and header.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Description {
     /// Module name.
     pub module: String,
@@ -149,13 +152,8 @@ pub struct About(Description, Vec<Size>);
 impl About {
     /// A module `module` that is what `title` says.
     pub fn new(module: &str, title: &str) -> About {
-        let description = Description {
-            module: module.to_owned(),
-            title: title.to_owned(),
-            notes: Vec::new(),
-            facts: Vec::new(),
-            checks: Vec::new(),
-        };
+        let (module, title) = (module.to_owned(), title.to_owned());
+        let description = Description { module, title, ..Description::default() };
         About(description, Vec::new())
     }
 
