@@ -19,7 +19,17 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
 /// Banks that share an adder.
-#[block(describe(samples, saturates))]
+#[block(About::new("bin_adder", "a histogram's bins of neighbouring samples, and the adder that they share")
+    .note_if(samples == 2, "A rising edge needs a low sample, so of two neighbours one has a hit at most.")
+    .note_if(
+        samples > 2,
+        format!(
+            "The detectors' dead time lets at most one of {samples} neighbouring samples be a hit. Of \
+             several, which no such detector makes, the earliest counts."
+        ),
+    )
+    .note_if(saturates, "A full bin stays as it is, and o_clamped says that a hit was lost in it.")
+    .fact("Latency", "5 clocks from i_hits to the bin with its hit, 7 until it is written"))]
 pub struct BinAdder {
     histogram: HistogramPlan,
     #[set(histogram.adder_samples as usize)]
@@ -153,26 +163,6 @@ pub struct BinAdder {
     /// a hit found its bin full
     #[when(saturates)]
     clamped: Optional<Register<bool>>,
-}
-
-fn describe(samples: usize, saturates: bool) -> About {
-    let title = "a histogram's bins of neighbouring samples, and the adder that they share";
-    let about = About::new("bin_adder", title);
-    let about = match samples {
-        1 => about,
-        2 => about.note("A rising edge needs a low sample, so of two neighbours one has a hit at most."),
-        samples => about.note(format!(
-            "The detectors' dead time lets at most one of {samples} neighbouring samples be a hit. Of \
-             several, which no such detector makes, the earliest counts."
-        )),
-    };
-    let about = match saturates {
-        false => about,
-        true => {
-            about.note("A full bin stays as it is, and o_clamped says that a hit was lost in it.")
-        }
-    };
-    about.fact("Latency", "5 clocks from i_hits to the bin with its hit, 7 until it is written")
 }
 
 #[kernel]

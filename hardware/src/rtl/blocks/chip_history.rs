@@ -17,7 +17,9 @@ use crate::rtl::front::prelude::*;
 
 /// Keeps the reference's present chip and those before it, and delays them by
 /// holding the generator.
-#[block(describe(geometry))]
+#[block(About::new("chip_history", "the reference's last chips, delayed by holding its generator")
+.note_if(geometry.most_chips() > 1, "When the delay grows by several chips, the reference goes back by all but one of \
+             them; those come again from a register while the generator waits.").fact("Latency", "1 clock from i_chip to o_chips"))]
 pub struct ChipHistory {
     geometry: PhaseGeometry,
     start: ReferenceStart,
@@ -68,18 +70,6 @@ pub struct ChipHistory {
     hold: Optional<Local<bool>>,
     #[when(has_replays)]
     chip: Optional<Local<bool>>,
-}
-
-fn describe(geometry: PhaseGeometry) -> About {
-    let mut about =
-        About::new("chip_history", "the reference's last chips, delayed by holding its generator");
-    if geometry.most_chips() > 1 {
-        about = about.note(
-            "When the delay grows by several chips, the reference goes back by all but one of \
-             them; those come again from a register while the generator waits.",
-        );
-    }
-    about.fact("Latency", "1 clock from i_chip to o_chips")
 }
 
 #[kernel]

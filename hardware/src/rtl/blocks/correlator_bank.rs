@@ -17,7 +17,11 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
 /// Correlates one detector's hits with several delays of its reference.
-#[block(describe(lanes, segments, steps))]
+#[block(About::new("correlator_bank", "correlators of some phase steps that share their light")
+        .size(("STEPS", "phase steps"), steps, 1..=usize::MAX, move |steps| {
+            CorrelatorBank::new(lanes, segments, steps)
+        })
+        .note("Each step takes the reference a sample later than the step before it."))]
 pub struct CorrelatorBank {
     lanes: usize,
     segments: CountSegments,
@@ -47,14 +51,6 @@ pub struct CorrelatorBank {
     #[each(_step in 0..steps)]
     #[is(UpdownCorrelator::new(lanes, segments))]
     correlator: Vec<UpdownCorrelator>,
-}
-
-fn describe(lanes: usize, segments: CountSegments, steps: usize) -> About {
-    About::new("correlator_bank", "correlators of some phase steps that share their light")
-        .size(("STEPS", "phase steps"), steps, 1..=usize::MAX, move |steps| {
-            CorrelatorBank::new(lanes, segments, steps)
-        })
-        .note("Each step takes the reference a sample later than the step before it.")
 }
 
 #[kernel]

@@ -13,7 +13,11 @@ use super::first_of;
 use crate::rtl::front::prelude::*;
 
 /// Keeps the count whose turn it is.
-#[block(describe(bits, counts))]
+#[block(About::new("count_choice", "one of several counts")
+        .size(("COUNTS", "counts"), counts, 1..=usize::MAX, move |counts| {
+            CountChoice::new(bits, counts)
+        })
+        .fact("Latency", "1 clock"))]
 pub struct CountChoice {
     bits: u32,
     counts: usize,
@@ -33,14 +37,6 @@ pub struct CountChoice {
     present: Local<Word>,
     #[width(bits)]
     chosen: Register<Word>,
-}
-
-fn describe(bits: u32, counts: usize) -> About {
-    About::new("count_choice", "one of several counts")
-        .size(("COUNTS", "counts"), counts, 1..=usize::MAX, move |counts| {
-            CountChoice::new(bits, counts)
-        })
-        .fact("Latency", "1 clock")
 }
 
 #[kernel]

@@ -14,7 +14,13 @@ use crate::rtl::front::prelude::*;
 
 /// Whether a count is greater than another by some of its bits, or where they
 /// are equal by those below.
-#[block(describe(bits))]
+#[block(About::new("count_piece", "whether some bits of a count are greater")
+        .size(("BITS", "bits of a piece"), bits, 1..=usize::MAX, CountPiece::new)
+        .note(
+            "What the bits below say joins the difference as a bit under its lowest, which decides \
+             where all others are equal.",
+        )
+        .fact("Latency", "1 clock"))]
 pub struct CountPiece {
     bits: usize,
     /// bits of a count
@@ -33,16 +39,6 @@ pub struct CountPiece {
     /// only its sign counts; linters know by the name
     unused: Local<bool>,
     greater: Register<bool>,
-}
-
-fn describe(bits: usize) -> About {
-    About::new("count_piece", "whether some bits of a count are greater")
-        .size(("BITS", "bits of a piece"), bits, 1..=usize::MAX, CountPiece::new)
-        .note(
-            "What the bits below say joins the difference as a bit under its lowest, which decides \
-             where all others are equal.",
-        )
-        .fact("Latency", "1 clock")
 }
 
 #[kernel]

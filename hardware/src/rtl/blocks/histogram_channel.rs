@@ -16,7 +16,24 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
 /// Edge detector and adders.
-#[block(describe(&plan))]
+#[block(About::new("histogram_channel", "histogram of one detector's arrival times")
+        .fact(
+            "Bins",
+            format!(
+                "{} rows of {}, {} bits each{}",
+                plan.rows,
+                plan.row_bins,
+                plan.bin_bits,
+                match plan.saturates() {
+                    true => ", clamped",
+                    false => "; no stimulus can overflow them",
+                }
+            ),
+        )
+        .fact(
+            "Adders",
+            format!("{}, each for {} neighbouring samples", plan.adders(), plan.adder_samples),
+        ))]
 pub struct HistogramChannel {
     plan: HistogramPlan,
     /// level of the SPAD, bit 0 earliest
@@ -105,27 +122,6 @@ fn places_in_row(plan: &HistogramPlan) -> Vec<usize> {
         })
     };
     (0..plan.row_bins).flat_map(of_bin).collect()
-}
-
-fn describe(plan: &HistogramPlan) -> About {
-    About::new("histogram_channel", "histogram of one detector's arrival times")
-        .fact(
-            "Bins",
-            format!(
-                "{} rows of {}, {} bits each{}",
-                plan.rows,
-                plan.row_bins,
-                plan.bin_bits,
-                match plan.saturates() {
-                    true => ", clamped",
-                    false => "; no stimulus can overflow them",
-                }
-            ),
-        )
-        .fact(
-            "Adders",
-            format!("{}, each for {} neighbouring samples", plan.adders(), plan.adder_samples),
-        )
 }
 
 #[kernel]

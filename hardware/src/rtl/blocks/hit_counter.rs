@@ -17,7 +17,14 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{CountSegments, TotalCount};
 
 /// Total counts of one phase step after another: hits up and down together.
-#[block(describe(levels, segments, sent))]
+#[block(About::new("hit_counter", "hits of a phase step, up and down together")
+    .note(
+        "All steps of a group see the same light, so one counter serves them all. It keeps \
+         time with their correlators and takes the same i_dump; its first registers hold what \
+         theirs do, and a synthesizer that looks across modules makes one of both.",
+    )
+    .note_if(sent.saturates(), "A total of more bits than o_total has shows as all ones.")
+    .fact("Latency", format!("{} clocks from i_hits to o_total", levels + 2 + segments.clocks() as usize)))]
 pub struct HitCounter {
     lanes: usize,
     sent: TotalCount,
@@ -77,22 +84,6 @@ pub struct HitCounter {
     /// hits of the last step, all of them
     #[width(exact_bits)]
     exact: Local<Word>,
-}
-
-fn describe(levels: usize, segments: CountSegments, sent: TotalCount) -> About {
-    let clocks = levels + 2 + segments.clocks() as usize;
-    let about = About::new("hit_counter", "hits of a phase step, up and down together")
-        .note(
-            "All steps of a group see the same light, so one counter serves them all. It keeps \
-             time with their correlators and takes the same i_dump; its first registers hold what \
-             theirs do, and a synthesizer that looks across modules makes one of both.",
-        )
-        .fact("Latency", format!("{clocks} clocks from i_hits to o_total"));
-    if sent.saturates() {
-        about.note("A total of more bits than o_total has shows as all ones.")
-    } else {
-        about
-    }
 }
 
 #[kernel]

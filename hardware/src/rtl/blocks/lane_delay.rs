@@ -15,7 +15,13 @@ use super::phase_geometry::PhaseGeometry;
 use crate::rtl::front::prelude::*;
 
 /// Takes each sample of the reference from the chip that the delay gives it.
-#[block(describe(geometry))]
+#[block(About::new(
+        "lane_delay",
+        "the reference of each sample, from the chip that the delay gives it",
+    )
+.note_if(geometry.grows_by_samples(), "Lanes below the delay take the previous chip, the others the present one. The mask \
+             of delayed lanes is a thermometer, so that no lane needs a comparator. When it is \
+             full, the next step delays by one chip more.").fact("Latency", "1 clock from i_chips to o_window"))]
 pub struct LaneDelay {
     geometry: PhaseGeometry,
     looks_ahead: bool,
@@ -118,21 +124,6 @@ pub(super) fn window_about(parallel: u32) -> &'static str {
         1 => "reference of each sample, bit 0 earliest",
         _ => "reference of each sample, bit 0 earliest; the last step's lowest",
     }
-}
-
-fn describe(geometry: PhaseGeometry) -> About {
-    let mut about = About::new(
-        "lane_delay",
-        "the reference of each sample, from the chip that the delay gives it",
-    );
-    if geometry.grows_by_samples() {
-        about = about.note(
-            "Lanes below the delay take the previous chip, the others the present one. The mask \
-             of delayed lanes is a thermometer, so that no lane needs a comparator. When it is \
-             full, the next step delays by one chip more.",
-        );
-    }
-    about.fact("Latency", "1 clock from i_chips to o_window")
 }
 
 #[kernel]

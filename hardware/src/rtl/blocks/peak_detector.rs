@@ -17,7 +17,20 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 
 /// Running argmax over the scan (eq. 15), for every detector.
-#[block(describe(&plan))]
+#[block(About::new(
+        "peak_detector",
+        "phase step and count of every scan's largest count",
+    )
+    .note(
+        "The running argmax of the scan (eq. 15); the first of equal counts is the peak. It sits \
+         before the result stream: counts that the stream loses take part.",
+    )
+.note_if(plan.parallel > 1, "The counts of a group stand still until the next group's, and have their turns one \
+             after another.").fact(
+            "Latency",
+            format!("{} clocks from a scan's last i_counted to o_valid", plan.clocks_to_peak()),
+        )
+        .fact("Rate", format!("a count of each detector every {} clocks", plan.clocks_per_count())))]
 pub struct PeakDetector {
     plan: PeakPlan,
     detectors: usize,
@@ -125,29 +138,6 @@ pub struct PeakDetector {
     #[when(detectors > 1)]
     #[width(detectors * count_bits)]
     counts: Optional<Wiring>,
-}
-
-fn describe(plan: &PeakPlan) -> About {
-    let mut about = About::new(
-        "peak_detector",
-        "phase step and count of every scan's largest count",
-    )
-    .note(
-        "The running argmax of the scan (eq. 15); the first of equal counts is the peak. It sits \
-         before the result stream: counts that the stream loses take part.",
-    );
-    if plan.parallel > 1 {
-        about = about.note(
-            "The counts of a group stand still until the next group's, and have their turns one \
-             after another.",
-        );
-    }
-    about
-        .fact(
-            "Latency",
-            format!("{} clocks from a scan's last i_counted to o_valid", plan.clocks_to_peak()),
-        )
-        .fact("Rate", format!("a count of each detector every {} clocks", plan.clocks_per_count()))
 }
 
 #[kernel]

@@ -15,7 +15,18 @@ use crate::sensor::peak::PeakPlan;
 
 /// Running argmax of one detector's counts (eq. 15), kept from a scan's end to
 /// the next.
-#[block(describe(&plan))]
+#[block(About::new("running_maximum", "a detector's largest count in a scan, and its phase step")
+    .note(
+        "A count that is greater than the largest so far replaces it; of equal ones the first \
+         stays (eq. 15). The scan's largest stands at the outputs until the next scan's.",
+    )
+    .fact(
+        "Latency",
+        format!(
+            "{} clocks from a count's turn to i_compared, 2 more until it is the largest",
+            plan.clocks_to_compare()
+        ),
+    ))]
 pub struct RunningMaximum {
     plan: PeakPlan,
     /// Counts in each choice; none where a group has a single count.
@@ -105,24 +116,6 @@ fn count_about(parallel: u32) -> &'static str {
         1 => "count of a phase step, signed",
         _ => "counts of the group's steps, signed, step 0 lowest",
     }
-}
-
-fn describe(plan: &PeakPlan) -> About {
-    let about = About::new(
-        "running_maximum",
-        "a detector's largest count in a scan, and its phase step",
-    )
-    .note(
-        "A count that is greater than the largest so far replaces it; of equal ones the first \
-         stays (eq. 15). The scan's largest stands at the outputs until the next scan's.",
-    );
-    about.fact(
-        "Latency",
-        format!(
-            "{} clocks from a count's turn to i_compared, 2 more until it is the largest",
-            plan.clocks_to_compare()
-        ),
-    )
 }
 
 #[kernel]

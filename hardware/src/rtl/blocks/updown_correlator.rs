@@ -18,7 +18,12 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
 /// Counts of one phase step after another, with the sign of the reference.
-#[block(describe(levels, segments))]
+#[block(About::new("updown_correlator", "hits counted up or down as the reference says")
+    .note(
+        "A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum \
+         over a word is the number of hits less twice the number of those that count down.",
+    )
+    .fact("Latency", format!("{} clocks from i_hits to o_count", levels + 2 + segments.clocks() as usize)))]
 pub struct UpdownCorrelator {
     lanes: usize,
     segments: CountSegments,
@@ -89,19 +94,6 @@ pub struct UpdownCorrelator {
     #[each(_total in 0..usize::from(segments.count > 1))]
     #[is(SegmentedTotal::new(segments, addend_bits))]
     segmented: Vec<SegmentedTotal>,
-}
-
-fn describe(levels: usize, segments: CountSegments) -> About {
-    let clocks = levels + 2 + segments.clocks() as usize;
-    About::new(
-        "updown_correlator",
-        "hits counted up or down as the reference says",
-    )
-    .note(
-        "A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum \
-         over a word is the number of hits less twice the number of those that count down.",
-    )
-    .fact("Latency", format!("{clocks} clocks from i_hits to o_count"))
 }
 
 #[kernel]

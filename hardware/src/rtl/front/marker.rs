@@ -182,6 +182,11 @@ impl About {
         self
     }
 
+    /// Adds a paragraph where it holds.
+    pub fn note_if(self, holds: bool, text: impl Into<String>) -> About {
+        if holds { self.note(text) } else { self }
+    }
+
     /// Adds a labelled fact.
     pub fn fact(mut self, label: &str, text: impl Into<String>) -> About {
         self.0.facts.push((label.to_owned(), text.into()));

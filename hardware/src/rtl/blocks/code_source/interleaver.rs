@@ -14,7 +14,13 @@ use crate::rtl::blocks::CodePorts;
 use crate::rtl::front::prelude::*;
 
 /// A code interleaved with its inverse (eq. 23).
-#[block(describe(depth))]
+#[block(About::new("interleaver", "a code with every chip repeated and every other repetition inverted")
+        .note(
+            "The code and its inverse take turns chip by chip, which removes the side lobes' mean \
+         from the correlation near the peak.",
+        )
+        .fact("Depth", format!("{depth}: each chip of the generator {} times", 1 << depth))
+        .fact("Latency", "0 clocks from register to o_chip"))]
 pub struct Interleaver {
     depth: u32,
     /// Of the generator's first chip.
@@ -33,16 +39,6 @@ pub struct Interleaver {
     subchip: Register<Word>,
     #[given]
     generator: CodeSource,
-}
-
-fn describe(depth: u32) -> About {
-    About::new("interleaver", "a code with every chip repeated and every other repetition inverted")
-        .note(
-            "The code and its inverse take turns chip by chip, which removes the side lobes' mean \
-         from the correlation near the peak.",
-        )
-        .fact("Depth", format!("{depth}: each chip of the generator {} times", 1 << depth))
-        .fact("Latency", "0 clocks from register to o_chip")
 }
 
 #[kernel]
