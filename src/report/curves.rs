@@ -1,12 +1,10 @@
 //! What longer integration gains, and what longer simulation does.
 
-use rayon::prelude::*;
-
 use super::chart::{Axis, Mark, Panel};
 use super::figure::Figure;
 use crate::cosim;
 use crate::estimate::coverage::bound_m;
-use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
+use crate::estimate::{CountingTier, TheoryEffort, Work, theory_of_integrations};
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 use crate::simulate::{Tier, forecast};
@@ -77,23 +75,17 @@ impl Points {
         let chips = POWERS
             .map(|power| (chips as f64 * 4f64.powi(power)).round())
             .filter(|chips| (1.0..1e12).contains(chips));
-        let theories: Vec<_> = chips
-            .collect::<Vec<f64>>()
-            .into_par_iter()
-            .map(|chips| {
-                let at = sensor.with(|scene| scene.scan.integration_chips = chips as u64);
-                let theory = theory(&at, detector, &[path], CountingTier::Sampled);
-                let bound = bound_m(&at, path, CountingTier::Sampled, &theory.bound);
-                (at.timing().integration_ps() * 1e-6, theory, bound)
-            })
-            .collect();
+        let chips: Vec<u64> = chips.map(|chips| chips as u64).collect();
+        let tier = CountingTier::Sampled;
         let mut points = Points::default();
-        for (x, theory, bound) in theories {
+        for (at, theory) in theory_of_integrations(sensor, detector, &[path], tier, &chips) {
+            let x = at.timing().integration_ps() * 1e-6;
             if let Some(Ok(phase)) = theory.predictions.first() {
                 let rms_m = phase.bias_m.hypot(phase.std_m);
                 points.rms.push((x, rms_m * 1e3));
                 points.scatter.push((x, phase.std_m * 1e3));
             }
+            let bound = bound_m(&at, path, tier, &theory.bound);
             points.bound.extend(bound.ok().map(|bound_m| (x, bound_m * 1e3)));
         }
         match points.rms.is_empty() && points.bound.is_empty() {

@@ -8,7 +8,7 @@ use super::fit::error::FitError;
 use super::fit::moments::Moments;
 use super::fit::moving;
 use super::fit::parameters::Parameters;
-use super::fit::problem::{Problem, Reading, Sides, window};
+use super::fit::problem::{Beside, Problem, Reading, Sides, window};
 use super::fit::template::Axis;
 use super::fit::weights::Weights;
 pub use super::path_bound::{Bound, PathBound};
@@ -54,6 +54,19 @@ pub fn bound(
     bound_of(sensor, detector, tier, &ExpectedCounts::new(&response, &second))
 }
 
+/// Responses on both sides of each unknown of a detector's light, to tell bounds at several
+/// integration times from. None where there is no bound.
+pub(super) fn beside<'m>(
+    response: &MeanResponse<'m>,
+    tier: CountingTier,
+) -> Option<Vec<Beside<'m>>> {
+    let light = Light::of(response.model());
+    let parameters = Parameters::of(&light);
+    let problem = Problem::of_scan(response.model(), tier);
+    let of_unknown = |unknown| problem.beside(&parameters, response, unknown).ok();
+    (!light.paths.is_empty()).then(|| (0..parameters.len()).map(of_unknown).collect())?
+}
+
 /// The bound of the scene's own counts.
 pub(super) fn bound_of(
     sensor: &Sensor,
@@ -88,14 +101,21 @@ fn bound_of_moving(
     bound_of_problem(sensor, detector, &problem, &parameters, &counts)
 }
 
-fn bound_of_problem(
+fn bound_of_problem<'m>(
     sensor: &Sensor,
     detector: DetectorIndex,
-    problem: &Problem,
+    problem: &Problem<'m>,
     parameters: &Parameters,
-    counts: &ExpectedCounts,
+    counts: &ExpectedCounts<'_, 'm>,
 ) -> Result<Bound, FitError> {
-    let jacobian = problem.jacobian(parameters, counts.response, Reading::Exact, Sides::Both)?;
+    let jacobian = match &counts.beside {
+        None => problem.jacobian(parameters, counts.response, Reading::Exact, Sides::Both)?,
+        Some(beside) => {
+            let columns = beside.iter();
+            let column = |side| problem.slope_between(parameters, side, Reading::Exact);
+            columns.map(column).collect::<Result<_, _>>()?
+        }
+    };
     let axis = Axis::new(sensor, detector, problem.tier, &problem.steps);
     let means = counts.of_steps(&problem.steps);
     let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));

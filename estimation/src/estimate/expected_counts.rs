@@ -1,5 +1,6 @@
 //! What a scan is expected to count.
 
+use super::fit::problem::Beside;
 use crate::photons::DetectorModel;
 use crate::response::{MeanCount, MeanResponse, SecondMoments};
 use crate::scan::Step;
@@ -10,6 +11,8 @@ pub(super) struct ExpectedCounts<'r, 'm> {
     pub second: &'r SecondMoments<'r, 'm>,
     /// Of every step.
     pub means: Vec<MeanCount>,
+    /// Responses on both sides of each of the light's unknowns, where they are known already.
+    pub beside: Option<Vec<Beside<'m>>>,
 }
 
 impl<'r, 'm> ExpectedCounts<'r, 'm> {
@@ -17,7 +20,7 @@ impl<'r, 'm> ExpectedCounts<'r, 'm> {
         response: &'r MeanResponse<'m>,
         second: &'r SecondMoments<'r, 'm>,
     ) -> ExpectedCounts<'r, 'm> {
-        ExpectedCounts { response, second, means: response.mean_counts() }
+        ExpectedCounts { response, second, means: response.mean_counts(), beside: None }
     }
 
     pub fn model(&self) -> &'m DetectorModel {

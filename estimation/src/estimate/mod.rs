@@ -50,7 +50,7 @@ pub use phase::{CoarseOnly, Estimate, NoEstimate, estimate, estimate_values};
 pub use possible::ImpossibleScan;
 pub use possible::{check_modulated, possible_count, possible_scan};
 pub use prediction::{Prediction, PredictionError};
-pub use theory::{Theory, predict, theory};
+pub use theory::{Theory, predict, theory, theory_of_integrations};
 pub use truth::{TrueDelay, calibration_offset_ps, true_delay};
 
 use crate::scene::PathIndex;

@@ -1,6 +1,8 @@
 //! What theory says of a detector's scans, from one solution of its state.
 
-use super::bound::{Bound, bound, bound_of};
+use rayon::prelude::*;
+
+use super::bound::{Bound, beside, bound, bound_of};
 use super::expected_counts::ExpectedCounts;
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
@@ -87,27 +89,74 @@ pub fn theory(
     paths: &[PathIndex],
     counting: CountingTier,
 ) -> Theory {
+    match follows_steps(sensor, detector) {
+        true => of_each_step(sensor, detector, paths, counting),
+        false => of_still(&[sensor], detector, paths, counting).swap_remove(0),
+    }
+}
+
+/// [`theory`] at other integration times, in chips, from one solution of the detector's state;
+/// with the sensor that has each of them.
+///
+/// # Panics
+/// As [`theory`].
+pub fn theory_of_integrations(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    paths: &[PathIndex],
+    counting: CountingTier,
+    chips: &[u64],
+) -> Vec<(Sensor, Theory)> {
+    let of = |&chips: &u64| sensor.with(|scene| scene.scan.integration_chips = chips);
+    let sensors: Vec<Sensor> = chips.iter().map(of).collect();
+    let theories = match follows_steps(sensor, detector) {
+        true => {
+            let of_sensor = |sensor| of_each_step(sensor, detector, paths, counting);
+            sensors.par_iter().map(of_sensor).collect()
+        }
+        false => of_still(&sensors.iter().collect::<Vec<_>>(), detector, paths, counting),
+    };
+    sensors.into_iter().zip(theories).collect()
+}
+
+/// Whether one solution of a detector's state is not enough: for histograms, and for paths that
+/// move.
+fn follows_steps(sensor: &Sensor, detector: DetectorIndex) -> bool {
+    sensor.scene().hardware.architecture == Architecture::Histogram || moves(sensor, detector)
+}
+
+/// Theory of histograms, and of paths that move.
+fn of_each_step(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    paths: &[PathIndex],
+    counting: CountingTier,
+) -> Theory {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
         return of_histograms(sensor, detector, paths);
     }
-    if moves(sensor, detector) {
-        // Each phase step has a response of its own.
-        if let Err(reason) = checked_effort(sensor, detector, paths.len()) {
-            return Theory::refused(reason, paths.len());
-        }
-        let predict = |&path: &PathIndex| predict(sensor, detector, path, counting);
-        let predictions: Vec<_> = paths.iter().map(predict).collect();
-        return Theory {
-            missed: predictions.iter().map(|p| p.ok()?.missed_fraction).collect(),
-            predictions,
-            bound: bound(sensor, detector, counting),
-        };
+    // Each phase step has a response of its own.
+    if let Err(reason) = checked_effort(sensor, detector, paths.len()) {
+        return Theory::refused(reason, paths.len());
     }
-    let effort = match checked_effort(sensor, detector, paths.len()) {
-        Ok(effort) => effort,
-        Err(reason) => return Theory::refused(reason, paths.len()),
-    };
-    let of_counts = |counts: &ExpectedCounts| {
+    let predict = |&path: &PathIndex| predict(sensor, detector, path, counting);
+    let predictions: Vec<_> = paths.iter().map(predict).collect();
+    Theory {
+        missed: predictions.iter().map(|p| p.ok()?.missed_fraction).collect(),
+        predictions,
+        bound: bound(sensor, detector, counting),
+    }
+}
+
+/// Theory of paths that stand still, for sensors that differ in their integration times alone.
+fn of_still(
+    sensors: &[&Sensor],
+    detector: DetectorIndex,
+    paths: &[PathIndex],
+    counting: CountingTier,
+) -> Vec<Theory> {
+    let refused = |reason: MeanResponseError| Theory::refused(reason, paths.len());
+    let of_counts = |sensor: &Sensor, effort: TheoryEffort, counts: &ExpectedCounts| {
         let predict = |&path: &PathIndex| {
             let predicted = still::predict_from(counts, sensor, detector, path, counting);
             let missed = missed(&predicted).or_else(|| match predicted {
@@ -128,12 +177,37 @@ pub fn theory(
             },
         }
     };
-    let model = DetectorModel::new(sensor, detector);
+    let effort = |sensor: &&Sensor| checked_effort(sensor, detector, paths.len());
+    let efforts: Vec<_> = sensors.iter().map(effort).collect();
+    let Some(first) = efforts.iter().position(Result::is_ok) else {
+        return efforts.into_iter().filter_map(Result::err).map(refused).collect();
+    };
+    let model = DetectorModel::new(sensors[first], detector);
     let solved = MeanResponse::of_tier(&model, counting).and_then(|response| {
         let second = SecondMoments::new(&response)?;
-        Ok(of_counts(&ExpectedCounts::new(&response, &second)))
+        let has_bound = |effort: &TheoryEffort| effort.check(Work::Bound).is_ok();
+        let sides = match sensors.len() > 1 && efforts.iter().flatten().any(has_bound) {
+            true => beside(&response, counting),
+            false => None,
+        };
+        let second = if sensors.len() > 1 { second.shared() } else { second };
+        let of_sensor = |(sensor, effort): (&&Sensor, &Result<TheoryEffort, _>)| {
+            let effort = effort.map_err(refused)?;
+            let model = DetectorModel::new(sensor, detector);
+            let response = response.counted_by(&model);
+            let second = second.counted_by(&response);
+            let counts = ExpectedCounts {
+                beside: sides
+                    .as_ref()
+                    .map(|sides| sides.iter().map(|unknown| unknown.counted_by(&model)).collect()),
+                ..ExpectedCounts::new(&response, &second)
+            };
+            Ok(of_counts(sensor, effort, &counts))
+        };
+        let theories = sensors.iter().zip(&efforts).map(of_sensor);
+        Ok(theories.map(|theory| theory.unwrap_or_else(|refused| refused)).collect())
     });
-    solved.unwrap_or_else(|reason: MeanResponseError| Theory::refused(reason, paths.len()))
+    solved.unwrap_or_else(|reason| sensors.iter().map(|_| refused(reason)).collect())
 }
 
 /// Predictions and bound of a detector's histograms.
@@ -200,4 +274,34 @@ fn checked_effort(
     let effort = TheoryEffort::of(sensor, detector)?;
     effort.check(Work::Predictions(paths))?;
     Ok(effort)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::load_with;
+
+    /// One solution for all integration times, against one for each: bit for bit. Ends of the
+    /// shortest steps divide pairs of detections; steps of 31 chips are whole code periods.
+    #[test]
+    fn integration_times_share_their_solution() {
+        for settings in [&[][..], &["path.distance=1.3 m", "detector.pulse_width=0.7 ns"]] {
+            let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("sound")).collect();
+            let scene = load_with(Path::new("../scenes/quick.toml"), &settings).expect("sound");
+            let (sensor, first, paths) = (Sensor::new(&scene), DetectorIndex(0), [PathIndex(0)]);
+            for tier in [CountingTier::Sampled, CountingTier::Events] {
+                let chips = [20, 31, 1000, 12_500, 200_000];
+                let told = theory_of_integrations(&sensor, first, &paths, tier, &chips);
+                assert!(told.iter().any(|(_, theory)| theory.bound.is_ok()));
+                assert!(told.iter().any(|(_, theory)| theory.predictions[0].is_ok()));
+                for ((at, theory_of_all), chips) in told.into_iter().zip(chips) {
+                    assert_eq!(at.timing().scan.integration_chips, chips);
+                    let alone = theory(&at, first, &paths, tier);
+                    assert_eq!(format!("{theory_of_all:?}"), format!("{alone:?}"), "{chips} chips");
+                }
+            }
+        }
+    }
 }

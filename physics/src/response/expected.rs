@@ -142,6 +142,21 @@ impl<'m> MeanResponse<'m> {
         })
     }
 
+    /// The response to the same light, counted for another integration time: of a `model` that
+    /// differs in nothing else.
+    pub fn counted_by<'n>(&self, model: &'n DetectorModel) -> MeanResponse<'n> {
+        MeanResponse {
+            model,
+            light: self.light.clone(),
+            timing: self.timing,
+            grid: Arc::clone(&self.grid),
+            sampling: self.sampling,
+            detections: Arc::clone(&self.detections),
+            correlator: self.correlator.clone(),
+            delay_chips: self.delay_chips,
+        }
+    }
+
     /// Whether the tier leaves out pulses that begin too long before a sample.
     pub fn misses_pulses(&self) -> bool {
         self.sampling.is_some_and(|sampling| !sampling.sees_all())

@@ -78,9 +78,11 @@ pub(super) const ENDS: usize = 4;
 /// Second moments of the counts around a mean response. Signs are taken without jitter.
 pub struct SecondMoments<'r, 'm> {
     pub(super) response: &'r MeanResponse<'m>,
-    pub(super) pairs: DetectorPairs,
+    pub(super) pairs: Arc<DetectorPairs>,
     /// Variance of N that the chips before each chip add.
-    total_variance: Vec<f64>,
+    total_variance: Arc<Vec<f64>>,
+    /// Of the phase steps that were asked for so far, where other integration times ask, too.
+    shared: Option<Shared>,
     /// How far pairs of detections reach across the end of a step; none if steps are so long
     /// that it does not matter.
     reach: Option<Reach>,
@@ -91,6 +93,16 @@ pub struct SecondMoments<'r, 'm> {
     /// Moments of the steps that were asked for so far.
     known: Mutex<BTreeMap<Step, CountMoments>>,
 }
+
+/// What the chips before each chip of the code period add to the moments of a phase step,
+/// whatever its length.
+struct BeforeChips {
+    signed_variance: Vec<f64>,
+    covariance: Vec<f64>,
+}
+
+/// The same of some phase steps.
+type Shared = Arc<Mutex<BTreeMap<u64, Arc<BeforeChips>>>>;
 
 /// What an end of steps divides of the pairs of all detections.
 struct AcrossEnd {
@@ -123,13 +135,38 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let per_cell = per_cell
             .zip(pairs.seen_of_period())
             .map(|((hits, excess), seen)| seen * (hits + 2.0 * excess));
-        let total_variance = before_chips(&pairs.grid, per_cell);
+        let total_variance = Arc::new(before_chips(&pairs.grid, per_cell));
+        Ok(SecondMoments::of_pairs(response, Arc::new(pairs), total_variance, None))
+    }
+
+    /// Keeps what does not depend on the integration time, for
+    /// [`SecondMoments::counted_by`]: of each phase step two numbers for every chip of the code
+    /// period.
+    #[must_use]
+    pub fn shared(self) -> SecondMoments<'r, 'm> {
+        SecondMoments { shared: Some(Arc::default()), ..self }
+    }
+
+    /// Those round a response that is [counted](MeanResponse::counted_by) for another
+    /// integration time. Nothing is solved again.
+    pub fn counted_by<'s, 'n>(&self, response: &'s MeanResponse<'n>) -> SecondMoments<'s, 'n> {
+        let (pairs, total_variance) = (Arc::clone(&self.pairs), Arc::clone(&self.total_variance));
+        SecondMoments::of_pairs(response, pairs, total_variance, self.shared.clone())
+    }
+
+    fn of_pairs(
+        response: &'r MeanResponse<'m>,
+        pairs: Arc<DetectorPairs>,
+        total_variance: Arc<Vec<f64>>,
+        shared: Option<Shared>,
+    ) -> SecondMoments<'r, 'm> {
         let brightest = response.light.brightest_per_chip();
         let reach = reach_across_ends(response.model, brightest, pairs.grid.memory_chips);
         let mut second = SecondMoments {
             response,
             pairs,
             total_variance,
+            shared,
             reach,
             ends: Vec::new(),
             known_across: Mutex::default(),
@@ -139,24 +176,61 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let groups = (0..timing.groups().min(ENDS as u64)).map(Group);
         let first_steps = groups.flat_map(|group| timing.grouping().steps_of(group).take(1));
         second.ends = first_steps.map(|step| second.end(step)).collect();
-        Ok(second)
+        second
     }
 
     /// Moments of a step of the first scan.
     pub fn of_step(&self, step: Step) -> CountMoments {
         let mean = self.response.mean_count(step);
-        let signs = self.signs(self.response.model.timing.scan.phase_step(step));
-        let (excess, across) = self.later(step, &signs);
-        let signed = Weighted { weights: &signs, excess: &excess, across: &across };
-        let (seen, across_of_all) = (self.seen(), self.across_of_all(step));
-        let total = self.total(&seen, &across_of_all.of_all);
-        CountMoments {
+        let phase_step = self.response.model.timing.scan.phase_step(step);
+        let before = self.of_phase_step(phase_step);
+        let mut moments = CountMoments {
             signed_mean: mean.signed,
             total_mean: mean.total,
-            signed_variance: self.covariance(step, [&signed; 2], |cell| seen[cell]),
+            signed_variance: self.over_step(step, &before.signed_variance),
             total_variance: self.total_variance(step),
-            covariance: self.covariance(step, [&signed, &total], |cell| signs[cell]),
+            covariance: self.over_step(step, &before.covariance),
+        };
+        if self.reach.is_some() {
+            let (signs, seen, end) = (self.signs(phase_step), self.seen(), self.end(step));
+            let (across, of_all) = (self.across(&signs, end), self.across_of_all(step));
+            let divided = self.beyond(&signs, &across, end);
+            moments.signed_variance = moments.signed_variance - divided - divided;
+            moments.covariance -= self.beyond(&signs, &of_all.of_all, end);
+            moments.covariance -= self.beyond(&seen, &across, end);
         }
+        moments
+    }
+
+    /// What a phase step's moments add up from.
+    fn of_phase_step(&self, phase_step: u64) -> Arc<BeforeChips> {
+        let kept = || Some(self.shared.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner));
+        if let Some(known) = kept().and_then(|kept| kept.get(&phase_step).cloned()) {
+            return known;
+        }
+        let (signs, seen) = (self.signs(phase_step), self.seen());
+        let excess = self.pairs.excess(&signs);
+        let signed = Weighted { weights: &signs, excess: &excess, across: &[] };
+        let total = self.total(&seen, &[]);
+        let before = Arc::new(BeforeChips {
+            signed_variance: self.before([&signed; 2], |cell| seen[cell]),
+            covariance: self.before([&signed, &total], |cell| signs[cell]),
+        });
+        if let Some(mut kept) = kept() {
+            kept.insert(phase_step, Arc::clone(&before));
+        }
+        before
+    }
+
+    /// What the chips before each chip of the code period add to the covariance of two counts,
+    /// whose weights have `product` as the mean of their product in each cell.
+    fn before(&self, [a, b]: [&Weighted; 2], product: impl Fn(usize) -> f64) -> Vec<f64> {
+        let per_cell = self.pairs.hits.iter().enumerate().map(|(cell, hits)| {
+            hits * product(cell)
+                + a.weights[cell] * b.excess[cell]
+                + b.weights[cell] * a.excess[cell]
+        });
+        before_chips(&self.pairs.grid, per_cell)
     }
 
     /// Covariance of two counts of a step, whose weights have `product` as the mean of their
@@ -170,12 +244,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         [a, b]: [&Weighted; 2],
         product: impl Fn(usize) -> f64,
     ) -> f64 {
-        let per_cell = self.pairs.hits.iter().enumerate().map(|(cell, hits)| {
-            hits * product(cell)
-                + a.weights[cell] * b.excess[cell]
-                + b.weights[cell] * a.excess[cell]
-        });
-        let over_step = self.over_step(step, &before_chips(&self.pairs.grid, per_cell));
+        let over_step = self.over_step(step, &self.before([a, b], product));
         let end = self.end(step);
         over_step - self.beyond(a.weights, b.across, end) - self.beyond(b.weights, a.across, end)
     }

@@ -32,6 +32,22 @@ pub enum Reading {
     OnAverage,
 }
 
+/// Responses to light of which one unknown is a little less, and a little more.
+pub struct Beside<'m> {
+    below: MeanResponse<'m>,
+    above: MeanResponse<'m>,
+    /// How far apart the two are.
+    apart: f64,
+}
+
+impl Beside<'_> {
+    /// The same for another integration time.
+    pub fn counted_by<'n>(&self, model: &'n DetectorModel) -> Beside<'n> {
+        let [below, above] = [&self.below, &self.above].map(|side| side.counted_by(model));
+        Beside { below, above, apart: self.apart }
+    }
+}
+
 /// Sides from which derivatives are taken. Those by delays are from both in any case, or a fit
 /// that stands on the tip of a peak would not see the other side of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,35 +164,60 @@ impl<'m> Problem<'m> {
     pub fn jacobian(
         &self,
         parameters: &Parameters,
-        response: &MeanResponse,
+        response: &MeanResponse<'m>,
         reading: Reading,
         sides: Sides,
     ) -> Result<Vec<Column>, MeanResponseError> {
         let of = |response: &MeanResponse| self.means_read(parameters, response, reading);
-        let at = |there: &Parameters| self.means_read(there, &self.response(there)?, reading);
         let here = (sides == Sides::One).then(|| of(response)).transpose()?;
         let mut columns: Vec<Column> = Vec::with_capacity(parameters.len());
         for index in 0..parameters.len() {
             let column = if parameters.walk_index() == Some(index) {
                 self.slope_by_walk(&columns[0])
-            } else if parameters.paths.len() == 1 && parameters.is_delay(index) {
-                // All light earlier or later at once: the same solution, read off there.
-                let delayed = |by: f64| of(&response.delayed(self.clock().ps(by))?);
-                let (below, above) = (delayed(-DELAY_STEP_CHIPS)?, delayed(DELAY_STEP_CHIPS)?);
-                slope(&below, &above, 2.0 * DELAY_STEP_CHIPS)
             } else {
-                let (above, up) = parameters.nudged(index, 1.0);
                 match &here {
-                    Some(here) if !parameters.is_delay(index) => slope(here, &at(&above)?, up),
+                    Some(here) if !parameters.is_delay(index) => {
+                        let (above, up) = parameters.nudged(index, 1.0);
+                        slope(here, &of(&self.response(&above)?)?, up)
+                    }
                     _ => {
-                        let (below, down) = parameters.nudged(index, -1.0);
-                        slope(&at(&below)?, &at(&above)?, up - down)
+                        let beside = self.beside(parameters, response, index)?;
+                        self.slope_between(parameters, &beside, reading)?
                     }
                 }
             };
             columns.push(column);
         }
         Ok(columns)
+    }
+
+    /// Responses on both sides of an unknown that is no walk; `response` is that at `parameters`.
+    pub fn beside(
+        &self,
+        parameters: &Parameters,
+        response: &MeanResponse<'m>,
+        index: usize,
+    ) -> Result<Beside<'m>, MeanResponseError> {
+        if parameters.paths.len() == 1 && parameters.is_delay(index) {
+            // All light earlier or later at once: the same solution, read off there.
+            let delayed = |by: f64| response.delayed(self.clock().ps(by));
+            let (below, above) = (delayed(-DELAY_STEP_CHIPS)?, delayed(DELAY_STEP_CHIPS)?);
+            return Ok(Beside { below, above, apart: 2.0 * DELAY_STEP_CHIPS });
+        }
+        let [(below, down), (above, up)] = [-1.0, 1.0].map(|by| parameters.nudged(index, by));
+        let (below, above) = (self.response(&below)?, self.response(&above)?);
+        Ok(Beside { below, above, apart: up - down })
+    }
+
+    /// Derivatives of the expected counts by an unknown, from the responses on both its sides.
+    pub fn slope_between(
+        &self,
+        parameters: &Parameters,
+        beside: &Beside,
+        reading: Reading,
+    ) -> Result<Column, MeanResponseError> {
+        let of = |response: &MeanResponse| self.means_read(parameters, response, reading);
+        Ok(slope(&of(&beside.below)?, &of(&beside.above)?, beside.apart))
     }
 
     /// The place of a step of the scan on the axis.
