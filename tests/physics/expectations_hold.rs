@@ -141,15 +141,27 @@ fn scatter_of_a_fit_over_the_ends_of_bins_is_expected() {
     for delay_ps in [77_300.0, 77_800.0, 78_175.0] {
         let found = found("14.88 us", delay_ps, 1_000);
         let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
-        // Standard errors: 2.5 % and 0.03 standard deviations. The inverse of the information,
+        // Standard errors: 2.5 to 4 % and 0.03 standard deviations. The inverse of the information,
         // averaged over the estimates, was a third too small at 78.175 ns.
-        assert!((0.92..1.08).contains(&(std_m / expected_m)), "{delay_ps} ps: {found:?}");
+        assert!((0.88..1.1).contains(&(std_m / expected_m)), "{delay_ps} ps: {found:?}");
         let [bias_m, expected_bias_m] = [found.bias_m, found.expected_bias_m].map(Option::unwrap);
         assert!((bias_m - expected_bias_m).abs() < 0.2 * std_m, "{delay_ps} ps: {found:?}");
     }
     let few = found("7.44 us", 77_800.0, 20);
     assert_eq!(few.expected_std_m, None);
     assert!(few.remark.is_some_and(|why| why.contains("how often the detector was ready")));
+    // Ninety photons: of 300 scans 37 missed the path, the others scattered by 68 mm for 88.
+    let settings = [
+        "hardware.architecture=histogram",
+        "estimate.estimator=model",
+        "source.mean_power=0.5 pW",
+        "scan.integration=114.632 us",
+    ];
+    let settings = settings.map(|s| s.parse().expect("a setting"));
+    let scene = load_with(Path::new("scenes/paper-single.toml"), &settings).expect("it is sound");
+    let few = of_first_path(&scene, Tier::Events, 3);
+    assert_eq!(few.expected_std_m, None);
+    assert!(few.remark.is_some_and(|why| why.contains("enough photons")));
 }
 
 /// The fit to a histogram takes one path: of two it says nothing, and nothing is missed as

@@ -16,7 +16,7 @@ use super::start;
 use crate::estimate::dead_time::{dead_time, periods};
 use crate::estimate::path_bound::{Bound, PathBound};
 use crate::estimate::phase::estimate_at;
-use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
+use crate::estimate::{CountingTier, calibration_offset_ps, coverage, distance_m};
 use crate::histogram::Histogram;
 use crate::histogram::correction::{DeadTime, PrimaryLight};
 use crate::histogram::correlation::Correlator;
@@ -335,7 +335,8 @@ impl<'s> BinFitter<'s> {
     /// estimates, and this is the standard deviation of the likeliest.
     ///
     /// # Errors
-    /// When the mean response cannot be had, or the bins do not determine all unknowns.
+    /// When the mean response cannot be had, or the bins do not determine all unknowns, or few
+    /// photons do.
     pub fn bound(&self) -> Result<Bound, FitError> {
         Ok(Bound {
             paths: vec![PathBound {
@@ -348,7 +349,7 @@ impl<'s> BinFitter<'s> {
     }
 
     /// How the likeliest delays scatter round the true one, from bins whose roots have normal
-    /// errors ([`likeliest`]).
+    /// errors ([`likeliest`]), where enough photons tell the delay.
     fn scatter_chips(&self) -> Result<NormalLaw, FitError> {
         let truth = Parameters::of(&Light::of(&self.model));
         let counts = self.counts(&[]);
@@ -356,6 +357,7 @@ impl<'s> BinFitter<'s> {
         let mut counts = self.counts(&means);
         let here = counts.bins(truth)?;
         let slopes = counts.slopes(&here, true)?;
+        coverage::enough_photons(&slopes.columns[0], &here.expected).check()?;
         let law = likeliest(slopes.columns, |chips| counts.told_apart(&here, chips))?;
         law.ok_or_else(|| counts.undetermined(&here))
     }

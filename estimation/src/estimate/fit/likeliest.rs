@@ -18,8 +18,10 @@ use crate::math::{NormalLaw, correlating};
 
 /// Delays at which the likelihood is looked at: to so many standard deviations on either side, so many
 /// to each.
-const REACH: f64 = 9.0;
-const DELAYS_PER_STD: f64 = 3.0;
+const REACH: i32 = 9;
+const DELAYS_PER_STD: i32 = 3;
+/// All of them, about: of one round.
+pub const DELAYS: i32 = 2 * REACH * DELAYS_PER_STD + 1;
 /// Delays are chosen anew if the estimates scatter so many times as far as was thought.
 const WIDER: f64 = 1.3;
 /// So often, at most.
@@ -54,9 +56,9 @@ pub fn likeliest(
     }
     for _ in 0..ROUNDS {
         let scale = law.std;
-        let most = (REACH * DELAYS_PER_STD) as i32;
-        let delays: Vec<f64> =
-            (-most..=most).map(|at| f64::from(at) * scale / DELAYS_PER_STD).collect();
+        let delays: Vec<f64> = (-DELAYS / 2..=DELAYS / 2)
+            .map(|at| f64::from(at) * scale / f64::from(DELAYS_PER_STD))
+            .collect();
         let mut places = vec![slope.clone()];
         for &delay in &delays {
             places.push(own(DVector::from_vec(apart(delay)?)));
