@@ -48,7 +48,7 @@ pub use self::model_estimate::{ALARM_SIGMAS, FittedPath, ModelEstimate, Untold, 
 use self::parameters::share_of_ones;
 use super::CountingTier;
 use crate::photons::{DetectorModel, StepCount};
-use crate::response::{Light, MeanCount};
+use crate::response::Light;
 use crate::scene::DetectorIndex;
 pub use crate::scene::OtherLight;
 use crate::sensor::Sensor;
@@ -71,23 +71,6 @@ pub fn fit(
     Fitter::new(sensor, detector, tier, other).fit(counts)
 }
 
-/// The same for counts that need not be whole, one per step of the scan.
-///
-/// # Errors
-/// As [`fit`].
-///
-/// # Panics
-/// If the scene has no such detector.
-pub fn fit_means(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    tier: CountingTier,
-    counts: &[MeanCount],
-    other: OtherLight,
-) -> Result<ModelEstimate, FitError> {
-    Fitter::new(sensor, detector, tier, other).fit_means(counts)
-}
-
 /// Steps that count the same light and differ by fewer detections than this differ by no normal
 /// number.
 const FEW_BETWEEN_STEPS: f64 = 50.0;
@@ -98,8 +81,9 @@ pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> 
     if parallel <= 1 {
         return None;
     }
-    if air::is_one_path(sensor, detector, sensor.scene().other_light) {
-        let between = detections_between_steps(sensor, detector);
+    let model = DetectorModel::new(sensor, detector);
+    if air::is_one_path(sensor, &model, sensor.scene().other_light) {
+        let between = detections_between_steps(&model);
         return (between < FEW_BETWEEN_STEPS).then(|| {
             format!(
                 "with parallel = {parallel} the phase steps of a group see the same light, and \
@@ -116,15 +100,14 @@ pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> 
 
 /// Detections of a step that its neighbour counts with the other sign, about: those within a
 /// phase step of the reference's edges.
-fn detections_between_steps(sensor: &Sensor, detector: DetectorIndex) -> f64 {
-    let model = DetectorModel::new(sensor, detector);
-    let light = Light::of(&model);
+fn detections_between_steps(model: &DetectorModel) -> f64 {
+    let light = Light::of(model);
     let lit = light.paths.iter().map(|path| path.rate_per_chip * share_of_ones(&path.code));
     let primary = light.constant_per_chip + lit.sum::<f64>();
     let detected = model.dead_time().detected(primary);
     let chips = &model.reference.chips;
     let next = chips.iter().cycle().skip(1);
     let edges = chips.iter().zip(next).filter(|(chip, next)| chip != next).count() as f64;
-    let edges = edges / chips.len() as f64 * sensor.timing().scan.integration_chips as f64;
-    detected * edges / f64::from(sensor.clock().samples_per_chip)
+    let edges = edges / chips.len() as f64 * model.timing.scan.integration_chips as f64;
+    detected * edges / f64::from(model.timing.clock.samples_per_chip)
 }

@@ -8,7 +8,7 @@ use super::error::FitError;
 use super::known_moments::KnownMoments;
 use super::parameters::{Parameters, PathParameters};
 use super::problem::{Problem, Reading};
-use super::template::{Axis, Template};
+use super::template::Template;
 use crate::response::MeanCount;
 
 /// A scan, and what may be in it.
@@ -104,10 +104,5 @@ impl<'a, 'm> Search<'a, 'm> {
     /// Standard deviation of a signed count.
     pub fn sigma(&self) -> f64 {
         self.descent.weights.signed_sigma(self.air.axis.samples_per_chip)
-    }
-
-    /// Where the scan's steps are.
-    pub fn axis(&self) -> &Axis {
-        &self.air.axis
     }
 }
