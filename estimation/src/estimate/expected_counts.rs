@@ -1,8 +1,11 @@
 //! What a scan is expected to count.
 
+use super::CountingTier;
 use crate::photons::DetectorModel;
-use crate::response::{MeanCount, MeanResponse, SecondMoments};
+use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
+use crate::scene::DetectorIndex;
+use crate::sensor::Sensor;
 
 /// The expected counts of a scan, and what their second moments follow from.
 pub(super) struct ExpectedCounts<'r, 'm> {
@@ -12,25 +15,31 @@ pub(super) struct ExpectedCounts<'r, 'm> {
     pub means: Vec<MeanCount>,
 }
 
-impl<'r, 'm> ExpectedCounts<'r, 'm> {
-    pub fn new(
-        response: &'r MeanResponse<'m>,
-        second: &'r SecondMoments<'r, 'm>,
-    ) -> ExpectedCounts<'r, 'm> {
-        ExpectedCounts { response, second, means: response.mean_counts() }
-    }
+/// What `then` makes of the counts that a scene lets one expect of a detector.
+pub(super) fn with_counts<T, E: From<MeanResponseError>>(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: CountingTier,
+    then: impl FnOnce(&ExpectedCounts) -> Result<T, E>,
+) -> Result<T, E> {
+    let model = DetectorModel::new(sensor, detector);
+    let response = MeanResponse::of_tier(&model, tier)?;
+    let second = SecondMoments::new(&response)?;
+    then(&ExpectedCounts { response: &response, second: &second, means: response.mean_counts() })
+}
 
+impl<'m> ExpectedCounts<'_, 'm> {
     pub fn model(&self) -> &'m DetectorModel {
         self.response.model()
-    }
-
-    /// Of some steps.
-    pub fn of_steps(&self, steps: &[Step]) -> Vec<MeanCount> {
-        steps.iter().map(|step| self.means[step.index()]).collect()
     }
 
     /// Expected signed counts.
     pub fn signed(&self) -> Vec<f64> {
         self.means.iter().map(|mean| mean.signed).collect()
+    }
+
+    /// Variance of a step's signed count.
+    pub fn signed_variance(&self, step: usize) -> f64 {
+        self.second.of_steps(&[Step::at(step)])[0].signed_variance
     }
 }

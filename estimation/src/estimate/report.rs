@@ -8,6 +8,7 @@ use super::bound::bound;
 use super::coverage;
 use super::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use super::histogram::{self, PhaseOfHistogram};
+use super::prediction::Asked;
 use super::theory::covered;
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
@@ -456,8 +457,8 @@ fn expectation(
     if sensor.scene().estimator == EstimatorKind::Fft {
         let expected = match of_steps && is_histogram {
             true => {
-                let predicted = histogram::predict(sensor, detector, path, true);
-                covered(sensor, detector, path, tier, predicted)
+                let asked = Asked { sensor, detector, path, tier };
+                covered(&asked, histogram::predict(&asked, true))
             }
             false => predict(sensor, detector, path, tier),
         };

@@ -1,13 +1,12 @@
 //! What theory says of a detector's scans, from one solution of its state.
 
 use super::bound::{Bound, bound, bound_of};
-use super::expected_counts::ExpectedCounts;
+use super::expected_counts::with_counts;
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
-use super::prediction::{Prediction, PredictionError, moves};
+use super::prediction::{Asked, Prediction, PredictionError, moves};
 use super::{CountingTier, TheoryEffort, Work, coverage, histogram, moving, still};
-use crate::photons::DetectorModel;
-use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
+use crate::response::MeanResponseError;
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
@@ -41,37 +40,34 @@ pub fn predict(
     path: PathIndex,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
+    let asked = Asked { sensor, detector, path, tier: counting };
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        let predicted = histogram::predict(sensor, detector, path, false);
-        return covered(sensor, detector, path, counting, predicted);
+        return covered(&asked, histogram::predict(&asked, false));
     }
     if moves(sensor, detector) {
         moving::check_speed(sensor, detector)?;
     }
     TheoryEffort::of(sensor, detector)?.check(Work::Predictions(1))?;
     let predicted = match moves(sensor, detector) {
-        true => moving::predict(sensor, detector, path, counting),
-        false => still::predict(sensor, detector, path, counting),
+        true => moving::predict(&asked),
+        false => still::predict(&asked),
     };
-    covered(sensor, detector, path, counting, predicted)
+    covered(&asked, predicted)
 }
 
 /// A prediction, where its approximations hold.
 pub(super) fn covered(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
+    asked: &Asked,
     predicted: Result<Prediction, PredictionError>,
 ) -> Result<Prediction, PredictionError> {
-    coverage::check_scene(sensor, detector, path, counting)?;
+    coverage::check_scene(asked)?;
     let predicted = predicted?;
-    coverage::check_phase(sensor, path, &predicted)?;
+    coverage::check_phase(asked, &predicted)?;
     // Drawn scans are those that find the path already.
     if predicted.is_drawn {
         return Ok(predicted);
     }
-    let (counted, share) = predicted.counted(sensor, path, counting);
+    let (counted, share) = predicted.counted(asked);
     coverage::check_counted(share)?;
     Ok(counted)
 }
@@ -87,72 +83,70 @@ pub fn theory(
     paths: &[PathIndex],
     counting: CountingTier,
 ) -> Theory {
-    if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return of_histograms(sensor, detector, paths);
-    }
+    let solved = match sensor.scene().hardware.architecture {
+        Architecture::Histogram => of_histograms(sensor, detector, paths),
+        Architecture::UpDown => of_steps(sensor, detector, paths, counting),
+    };
+    solved.unwrap_or_else(|reason| Theory {
+        predictions: vec![Err(reason.into()); paths.len()],
+        missed: vec![None; paths.len()],
+        bound: Err(reason.into()),
+    })
+}
+
+/// Predictions and bound of a detector's counts of phase steps, if they do not take too long.
+fn of_steps(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    paths: &[PathIndex],
+    tier: CountingTier,
+) -> Result<Theory, MeanResponseError> {
+    let effort = TheoryEffort::of(sensor, detector)?;
+    effort.check(Work::Predictions(paths.len()))?;
     if moves(sensor, detector) {
         // Each phase step has a response of its own.
-        if let Err(reason) = checked_effort(sensor, detector, paths.len()) {
-            return Theory::refused(reason, paths.len());
-        }
-        let predict = |&path: &PathIndex| predict(sensor, detector, path, counting);
+        let predict = |&path: &PathIndex| predict(sensor, detector, path, tier);
         let predictions: Vec<_> = paths.iter().map(predict).collect();
-        return Theory {
+        return Ok(Theory {
             missed: predictions.iter().map(|p| p.ok()?.missed_fraction).collect(),
             predictions,
-            bound: bound(sensor, detector, counting),
-        };
+            bound: bound(sensor, detector, tier),
+        });
     }
-    let effort = match checked_effort(sensor, detector, paths.len()) {
-        Ok(effort) => effort,
-        Err(reason) => return Theory::refused(reason, paths.len()),
-    };
-    let of_counts = |counts: &ExpectedCounts| {
+    with_counts(sensor, detector, tier, |counts| {
         let predict = |&path: &PathIndex| {
-            let predicted = still::predict_from(counts, sensor, detector, path, counting);
+            let asked = Asked { sensor, detector, path, tier };
+            let predicted = still::predict_from(counts, &asked);
             let missed = missed(&predicted).or_else(|| match predicted {
-                Err(PredictionError::CoarseOnly(_)) => {
-                    still::missed_from(counts, sensor, detector, path, counting)
-                }
+                Err(PredictionError::CoarseOnly(_)) => still::missed_from(counts, &asked),
                 _ => None,
             });
-            (covered(sensor, detector, path, counting, predicted), missed)
+            (covered(&asked, predicted), missed)
         };
         let (predictions, missed) = told(paths.iter().map(predict));
-        Theory {
-            missed,
-            predictions,
-            bound: match effort.check(Work::Bound) {
-                Ok(()) => bound_of(sensor, detector, counting, counts),
-                Err(reason) => Err(reason.into()),
-            },
-        }
-    };
-    let model = DetectorModel::new(sensor, detector);
-    let solved = MeanResponse::of_tier(&model, counting).and_then(|response| {
-        let second = SecondMoments::new(&response)?;
-        Ok(of_counts(&ExpectedCounts::new(&response, &second)))
-    });
-    solved.unwrap_or_else(|reason: MeanResponseError| Theory::refused(reason, paths.len()))
+        let bound = match effort.check(Work::Bound) {
+            Ok(()) => bound_of(sensor, detector, tier, counts),
+            Err(reason) => Err(reason.into()),
+        };
+        Ok(Theory { predictions, missed, bound })
+    })
 }
 
 /// Predictions and bound of a detector's histograms.
-fn of_histograms(sensor: &Sensor, detector: DetectorIndex, paths: &[PathIndex]) -> Theory {
-    let predictions = match histogram::predictions(sensor, detector, paths, false) {
-        Ok(predictions) => predictions,
-        Err(reason) => return Theory::refused(reason, paths.len()),
+fn of_histograms(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    paths: &[PathIndex],
+) -> Result<Theory, MeanResponseError> {
+    let predictions = histogram::predictions(sensor, detector, paths, false)?;
+    let predict = |(predicted, &path): (Result<Prediction, PredictionError>, &PathIndex)| {
+        let missed = missed(&predicted);
+        let asked = Asked { sensor, detector, path, tier: CountingTier::Sampled };
+        (covered(&asked, predicted), missed)
     };
-    let counting = CountingTier::Sampled;
-    let (predictions, missed) =
-        told(predictions.into_iter().zip(paths).map(|(predicted, &path)| {
-            let missed = missed(&predicted);
-            (covered(sensor, detector, path, counting, predicted), missed)
-        }));
-    Theory {
-        missed,
-        predictions,
-        bound: BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound()),
-    }
+    let (predictions, missed) = told(predictions.into_iter().zip(paths).map(predict));
+    let bound = BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound());
+    Ok(Theory { predictions, missed, bound })
 }
 
 /// The share of scans that miss a path, where its prediction has it.
@@ -179,25 +173,4 @@ fn told(
             (predicted, missed.filter(|_| is_told))
         })
         .unzip()
-}
-
-impl Theory {
-    fn refused(reason: MeanResponseError, paths: usize) -> Theory {
-        Theory {
-            predictions: vec![Err(reason.into()); paths],
-            missed: vec![None; paths],
-            bound: Err(reason.into()),
-        }
-    }
-}
-
-/// What theory takes, if predictions of so many paths do not take too long.
-fn checked_effort(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    paths: usize,
-) -> Result<TheoryEffort, MeanResponseError> {
-    let effort = TheoryEffort::of(sensor, detector)?;
-    effort.check(Work::Predictions(paths))?;
-    Ok(effort)
 }

@@ -140,7 +140,8 @@ fn known(sensor: &Sensor, model: &DetectorModel, other: OtherLight) -> Vec<(Arc<
         OtherLight::Given => {
             let mut known: Vec<(Arc<Code>, usize)> = vec![(own_code, 0)];
             let scene = sensor.scene();
-            let sources = model.modulated_paths().map(|path| &scene.sources[scene.paths[path].source]);
+            let sources =
+                model.modulated_paths().map(|path| &scene.sources[scene.paths[path].source]);
             // The code of another clock is at no delay for a whole scan.
             for source in sources.filter(|source| source.clock.is_shared()) {
                 match known.iter_mut().find(|(code, _)| code.chips == source.code.chips) {

@@ -181,10 +181,16 @@ pub(super) fn errors_ps(
     let chip = i64::from(timing.clock.samples_per_chip);
     let near = around(&timing.scan, peak, 2 * chip);
     let leading = around(&timing.scan, peak, chip);
-    let group = group_of_steps(counts, target, &near, peak)?;
+    let groups = groups_of_steps(counts, target, &near, peak)?;
     let error_ps = |values: &mut Vec<f64>, scan: u64| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED_FOR_ERRORS + scan);
-        near.iter().zip(group.draw(&mut rng)).for_each(|(&step, value)| values[step] = value);
+        let mut steps = near.iter();
+        for group in &groups {
+            group
+                .draw(&mut rng)
+                .zip(steps.by_ref())
+                .for_each(|(value, &step)| values[step] = value);
+        }
         let largest = leading
             .iter()
             .copied()
@@ -204,48 +210,36 @@ pub(super) fn errors_ps(
     (errors_ps.len() >= LEAST_FOUND).then(|| (mean, (squares / (count - 1.0)).sqrt()))
 }
 
-/// Counts of some steps near a peak.
+/// Counts of some steps near a peak, in the scan's order: those of a group go together.
 ///
 /// Of steps that count light of their own those of the peak's window, whose variances are
 /// known already, stand for the ones beside it.
-fn group_of_steps(
+fn groups_of_steps(
     counts: &ExpectedCounts,
     target: &Target,
     near: &[usize],
     peak: usize,
-) -> Option<DrawnTogether> {
+) -> Option<Vec<DrawnTogether>> {
     let timing = &counts.model().timing;
-    let chip = i64::from(timing.clock.samples_per_chip);
-    let n = near.len();
-    let mut covariance = vec![vec![0.0; n]; n];
-    if timing.parallel == 1 {
-        let nearest: Vec<Step> =
-            near.iter().map(|&step| nearest_within(&timing.scan, peak, step, chip)).collect();
-        for (place, moments) in counts.second.of_steps(&nearest).iter().enumerate() {
-            covariance[place][place] = moments.signed_variance;
-        }
-    }
-    if timing.parallel > 1 {
-        let group = |place: usize| timing.grouping().group_of(Step::at(near[place]));
-        let mut left: Vec<usize> = (0..n).collect();
-        while let Some(&first) = left.first() {
-            let (own, others) = left.into_iter().partition(|&p| group(p) == group(first));
-            left = others;
-            let own: Vec<usize> = own;
-            let steps: Vec<Step> = own.iter().map(|&place| Step::at(near[place])).collect();
-            let moments = counts.second.of_steps_together(&steps);
-            for (i, &a) in own.iter().enumerate() {
-                for (j, &b) in own.iter().enumerate() {
-                    covariance[a][b] = moments.covariance[i][j];
-                }
-            }
-        }
-    }
-    let law = |(place, &step): (usize, &usize)| {
-        CountLaw::of(target.spad(), &counts.means[step], covariance[place][place].max(0.0))
+    let law = |step: usize, variance: f64| {
+        CountLaw::of(target.spad(), &counts.means[step], variance.max(0.0))
     };
-    let laws: Vec<CountLaw> = near.iter().enumerate().map(law).collect();
-    DrawnTogether::of(&laws, &covariance)
+    if timing.parallel == 1 {
+        let chip = i64::from(timing.clock.samples_per_chip);
+        let nearest = near.iter().map(|&step| nearest_within(&timing.scan, peak, step, chip));
+        let moments = counts.second.of_steps(&nearest.collect::<Vec<_>>());
+        let laws = near.iter().zip(moments).map(|(&step, of)| law(step, of.signed_variance));
+        return Some(laws.map(|law| DrawnTogether::alone(&law)).collect());
+    }
+    let group = |step: usize| timing.grouping().group_of(Step::at(step));
+    let groups = near.chunk_by(|&a, &b| group(a) == group(b));
+    let drawn = groups.map(|own| {
+        let steps: Vec<Step> = own.iter().map(|&step| Step::at(step)).collect();
+        let covariance = counts.second.of_steps_together(&steps).covariance;
+        let laws = own.iter().enumerate().map(|(lane, &step)| law(step, covariance[lane][lane]));
+        DrawnTogether::of(&laws.collect::<Vec<_>>(), &covariance)
+    });
+    drawn.collect()
 }
 
 /// Steps of a scan at most so far from one of them, each once, in the scan's order.

@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 
 use super::law::CountLaw;
 use super::wedge::Planar;
+use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::phase::{estimate_at, window_indices};
-use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, true_delay};
+use crate::estimate::prediction::Asked;
 use crate::math::{NormalLaw, PartOfNormal};
 use crate::scan::Step;
 use crate::scene::{Detector, DetectorIndex, PathIndex};
@@ -37,17 +38,18 @@ pub(super) struct Accepted {
 
 impl Accepted {
     /// The tolerance, up to half-way to the next path of the same source.
-    fn of(sensor: &Sensor, path: PathIndex, counting: CountingTier) -> Accepted {
+    fn of(asked: &Asked) -> Accepted {
+        let Asked { sensor, path, .. } = *asked;
         let own = &sensor.scene().paths[path];
-        let code_period_ps = sensor.code_period_of_path_ps(path);
+        let code_period_ps = asked.code_period_ps();
         let tolerance_ps = tolerance_ps(sensor.clock().chip_period_ps, code_period_ps);
         let mut accepted = Accepted { low_ps: -tolerance_ps, high_ps: tolerance_ps };
-        let truth_ps = true_delay(sensor, path, counting).delay_ps;
+        let truth_ps = asked.truth().delay_ps;
         for (index, other) in PathIndex::of(&sensor.scene().paths).zip(&sensor.scene().paths) {
             if index == path || (other.source, other.detector) != (own.source, own.detector) {
                 continue;
             }
-            let other_ps = true_delay(sensor, index, counting).delay_ps;
+            let other_ps = Asked { path: index, ..*asked }.truth().delay_ps;
             let later_ps = (other_ps - truth_ps).rem_euclid(code_period_ps);
             if later_ps == 0.0 && index < path {
                 // The first of equals takes every estimate.
@@ -63,17 +65,12 @@ impl Accepted {
 
 /// Normal errors of a path, in ps, that count for it: none beyond the tolerance, or nearer to
 /// another path. Of errors that wrap all count but those nearer to another path.
-pub(crate) fn counted_errors_ps(
-    sensor: &Sensor,
-    path: PathIndex,
-    counting: CountingTier,
-    errors_ps: NormalLaw,
-) -> PartOfNormal {
-    let accepted = Accepted::of(sensor, path, counting);
-    let tolerance_ps =
-        tolerance_ps(sensor.clock().chip_period_ps, sensor.code_period_of_path_ps(path));
+pub(in crate::estimate) fn counted_errors_ps(asked: &Asked, errors_ps: NormalLaw) -> PartOfNormal {
+    let accepted = Accepted::of(asked);
+    let chip_period_ps = asked.sensor.clock().chip_period_ps;
+    let tolerance_ps = tolerance_ps(chip_period_ps, asked.code_period_ps());
     let is_alone = accepted == Accepted { low_ps: -tolerance_ps, high_ps: tolerance_ps };
-    match is_alone && errors_wrap(sensor, path) {
+    match is_alone && errors_wrap(asked.sensor, asked.path) {
         true => PartOfNormal { share: 1.0, part: errors_ps },
         false => errors_ps.within(accepted.low_ps, accepted.high_ps),
     }
@@ -91,20 +88,14 @@ pub(super) struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    /// What it depends on for path `path`.
-    pub(super) fn new(
-        sensor: &'a Sensor,
-        detector: DetectorIndex,
-        path: PathIndex,
-        counting: CountingTier,
-    ) -> Target<'a> {
-        let truth_ps = true_delay(sensor, path, counting).delay_ps;
+    /// What it depends on for a path.
+    pub(super) fn new(asked: &Asked<'a>) -> Target<'a> {
         Target {
-            sensor,
-            detector,
-            measured_ps: truth_ps + calibration_offset_ps(sensor, detector, counting),
-            code_period_ps: sensor.code_period_of_path_ps(path),
-            accepted: Accepted::of(sensor, path, counting),
+            sensor: asked.sensor,
+            detector: asked.detector,
+            measured_ps: asked.truth().delay_ps + asked.offset_ps(),
+            code_period_ps: asked.code_period_ps(),
+            accepted: Accepted::of(asked),
         }
     }
 
