@@ -16,6 +16,7 @@ use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::fit::start::PeakShape;
 use crate::estimate::phase::{estimate_at, first_maximum};
+use crate::estimate::prediction::Asked;
 use crate::math::correlating;
 use crate::scan::{self, Scan, Step};
 use crate::scene::{DetectorIndex, EstimatorKind};
@@ -91,10 +92,10 @@ impl Bent {
 /// sqrt(p (1 - p) / scans); none where the moments are no finite numbers.
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
     let groups = groups_of_scan(counts, target)?;
-    let scans = scans(target.sensor, target.detector);
-    let reference = target.sensor.reference(target.detector);
-    let is_model = target.sensor.scene().estimator == EstimatorKind::Model;
-    let shape = is_model.then(|| PeakShape::of(target.sensor, reference));
+    let Asked { sensor, detector, .. } = target.asked;
+    let scans = scans(sensor, detector);
+    let is_model = sensor.scene().estimator == EstimatorKind::Model;
+    let shape = is_model.then(|| PeakShape::of(sensor, sensor.reference(detector)));
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let mut values = Vec::with_capacity(counts.means.len());
@@ -133,7 +134,7 @@ impl Target<'_> {
             let step_ps = self.step_error_ps(shape.best_match(values));
             return self.accepts(self.measured_ps + step_ps, 1.0);
         }
-        let timing = self.sensor.timing();
+        let timing = self.asked.sensor.timing();
         let estimate = estimate_at(values, first_maximum(values), timing, 0.0);
         self.accepts(estimate.delay_ps, 1.0)
     }
@@ -145,7 +146,7 @@ fn groups_of_scan(counts: &ExpectedCounts, target: &Target) -> Option<Vec<DrawnT
     if model.timing.parallel == 1 {
         return Some(laws.iter().map(DrawnTogether::alone).collect());
     }
-    let reach_ps = target.sensor.clock().ps(NEAR_CHIPS);
+    let reach_ps = target.asked.sensor.clock().ps(NEAR_CHIPS);
     let is_near = |group: scan::Group| {
         let mut steps = model.timing.grouping().steps_of(group);
         steps.any(|step| target.step_error_ps(step.index()).abs() < reach_ps)
@@ -177,7 +178,7 @@ pub(super) fn errors_ps(
     target: &Target,
     peak: usize,
 ) -> Option<(f64, f64)> {
-    let timing = target.sensor.timing();
+    let timing = target.asked.sensor.timing();
     let chip = i64::from(timing.clock.samples_per_chip);
     let near = around(&timing.scan, peak, 2 * chip);
     let leading = around(&timing.scan, peak, chip);

@@ -11,7 +11,7 @@ use crate::estimate::phase::{estimate_at, window_indices};
 use crate::estimate::prediction::Asked;
 use crate::math::{NormalLaw, PartOfNormal};
 use crate::scan::Step;
-use crate::scene::{Detector, DetectorIndex, PathIndex};
+use crate::scene::{Detector, PathIndex};
 use crate::sensor::Sensor;
 
 /// How far an estimate may be off for its scan to have found the peak, in ps: a chip,
@@ -78,8 +78,7 @@ pub(in crate::estimate) fn counted_errors_ps(asked: &Asked, errors_ps: NormalLaw
 
 /// What the chance of a miss depends on, beside the counts.
 pub(super) struct Target<'a> {
-    pub(super) sensor: &'a Sensor,
-    pub(super) detector: DetectorIndex,
+    pub(super) asked: Asked<'a>,
     /// Delay that the estimate is held against, with everything constant that is
     /// measured with it.
     pub(super) measured_ps: f64,
@@ -91,8 +90,7 @@ impl<'a> Target<'a> {
     /// What it depends on for a path.
     pub(super) fn new(asked: &Asked<'a>) -> Target<'a> {
         Target {
-            sensor: asked.sensor,
-            detector: asked.detector,
+            asked: *asked,
             measured_ps: asked.truth().delay_ps + asked.offset_ps(),
             code_period_ps: asked.code_period_ps(),
             accepted: Accepted::of(asked),
@@ -100,12 +98,12 @@ impl<'a> Target<'a> {
     }
 
     pub(super) fn spad(&self) -> &Detector {
-        &self.sensor.scene().detectors[self.detector]
+        &self.asked.sensor.scene().detectors[self.asked.detector]
     }
 
     /// How much later than the path a phase step is, in ps, the shorter way round.
     pub(super) fn step_error_ps(&self, measurement: usize) -> f64 {
-        let at_ps = self.sensor.timing().reference_delay_ps(Step::at(measurement));
+        let at_ps = self.asked.sensor.timing().reference_delay_ps(Step::at(measurement));
         delay_error_ps(at_ps, self.measured_ps, self.code_period_ps)
     }
 }
@@ -118,7 +116,7 @@ impl Target<'_> {
     /// Whether the estimate that `values` give round step `peak` is well within what
     /// is accepted.
     pub(super) fn finds_from(&self, values: &[f64], peak: usize) -> bool {
-        let timing = self.sensor.timing();
+        let timing = self.asked.sensor.timing();
         let estimate = estimate_at(values, peak, timing, 0.0);
         self.accepts(estimate.delay_ps, INSIDE)
     }
@@ -135,7 +133,7 @@ impl Target<'_> {
     /// The other counts of the window are then below `x`. The estimate is e chips off
     /// where the phase is pi (d - e), with d the step's own distance.
     pub(super) fn found_from(&self, laws: &[CountLaw], peak: usize, x: f64) -> f64 {
-        let timing = self.sensor.timing();
+        let timing = self.asked.sensor.timing();
         let Ok(window) = window_indices(peak, timing) else {
             let at_ps = self.measured_ps + self.step_error_ps(peak);
             return f64::from(self.accepts(at_ps, 1.0));
@@ -151,7 +149,7 @@ impl Target<'_> {
 
     /// The fundamental of counts with an offset from the coarse step, mean, variance.
     fn fundamental(&self, counts: impl Iterator<Item = (i64, f64, f64)>) -> Planar {
-        let samples_per_chip = f64::from(self.sensor.clock().samples_per_chip);
+        let samples_per_chip = f64::from(self.asked.sensor.clock().samples_per_chip);
         let mut sum = Planar::default();
         for (offset, mean, variance) in counts {
             let (sin, cos) = (-PI * offset as f64 / samples_per_chip).sin_cos();
@@ -166,7 +164,7 @@ impl Target<'_> {
 
     /// Chance that a coarse step and a phase together are accepted.
     fn accepted_angle(&self, fundamental: &Planar, step_error_ps: f64) -> f64 {
-        let chip_ps = self.sensor.clock().chip_period_ps;
+        let chip_ps = self.asked.sensor.clock().chip_period_ps;
         let turns = [-1.0, 0.0, 1.0].map(|turn| {
             let at_ps = step_error_ps + turn * self.code_period_ps;
             let from = (PI * (at_ps - self.accepted.high_ps) / chip_ps).max(-PI);
@@ -184,7 +182,7 @@ impl Target<'_> {
 /// counts most, the phase leads to the same place.
 pub(super) fn of_whole_period(counts: &ExpectedCounts, target: &Target) -> f64 {
     let moments = counts.second.of_scan();
-    let half = i64::from(target.sensor.clock().samples_per_chip);
+    let half = i64::from(target.asked.sensor.clock().samples_per_chip);
     let offset = |index: usize| (index as i64 + half) % (2 * half) - half;
     let counted = counts.means.iter().zip(&moments).enumerate();
     let counted = counted.map(|(i, (mean, m))| (offset(i), mean.signed, m.signed_variance));
