@@ -48,7 +48,7 @@ pub use self::model_estimate::{ALARM_SIGMAS, FittedPath, ModelEstimate, Untold, 
 use self::parameters::share_of_ones;
 use super::CountingTier;
 use crate::photons::{DetectorModel, StepCount};
-use crate::response::Light;
+use crate::response::{Light, MeanCount};
 use crate::scene::DetectorIndex;
 pub use crate::scene::OtherLight;
 use crate::sensor::Sensor;
@@ -69,6 +69,23 @@ pub fn fit(
     other: OtherLight,
 ) -> Result<ModelEstimate, FitError> {
     Fitter::new(sensor, detector, tier, other).fit(counts)
+}
+
+/// The same for counts that need not be whole, one per step of the scan.
+///
+/// # Errors
+/// As [`fit`].
+///
+/// # Panics
+/// If the scene has no such detector.
+pub fn fit_means(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: CountingTier,
+    counts: &[MeanCount],
+    other: OtherLight,
+) -> Result<ModelEstimate, FitError> {
+    Fitter::new(sensor, detector, tier, other).fit_means(counts)
 }
 
 /// Steps that count the same light and differ by fewer detections than this differ by no normal
