@@ -23,9 +23,10 @@ const MOST_EXACT_WORK: u64 = 1 << 20;
 /// Candidates: others in a set may stand as high as the right one, by chance.
 const MOST_CANDIDATES: usize = 5;
 
-/// What light and reference may carry in place of the scene's code.
+/// What light and reference may carry in place of the scene's code, and where that fits the counts
+/// best.
 #[derive(Debug, Clone)]
-pub(super) struct Variation {
+pub(super) struct Candidate {
     /// It, in words that follow "if".
     pub words: String,
     /// What is wrong then.
@@ -34,12 +35,6 @@ pub(super) struct Variation {
     pub light: Arc<Code>,
     /// Code by which counts go up and down.
     pub reference: Arc<Code>,
-}
-
-/// A variation, and where it fits the counts best.
-#[derive(Debug, Clone)]
-pub(super) struct Candidate {
-    pub variation: Variation,
     /// Delay of the light's peak, in phase steps.
     pub at_step: u64,
     /// Height of the peak over the noise.
@@ -176,14 +171,14 @@ impl<'c> Comparison<'c> {
         let highest = heights.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
         let (at, height) = highest.unwrap_or((0, 0.0));
         let std = root(&self.spectrum) / length.sqrt();
-        let variation = Variation {
+        Candidate {
             words: words.into(),
             cause,
             light: Arc::clone(&light.0),
             reference: Arc::clone(&reference.0),
-        };
-        let sigmas = height / (root(&shape) * std).max(f64::MIN_POSITIVE);
-        Candidate { variation, at_step: at as u64, sigmas }
+            at_step: at as u64,
+            sigmas: height / (root(&shape) * std).max(f64::MIN_POSITIVE),
+        }
     }
 
     /// Another code of the light alone, of the reference alone and of both. A histogram is kept

@@ -63,7 +63,7 @@ impl<'m> Fitted<'m> {
         (start, source): (Parameters, Derivatives),
         measured: &[MeanCount],
     ) -> Result<Fitted<'m>, FitError> {
-        let start = Hypothesis::of(problem, start, Reading::Exact)?;
+        let start = Hypothesis::of(problem, start, Reading::Exact, None)?;
         let (weights, weighed_at) = match source {
             Derivatives::Nodes(..) => {
                 (start.weights(problem, known, axis)?, Some(start.parameters.clone()))
