@@ -14,8 +14,6 @@ mod diagnosis;
 mod histogram;
 mod noise;
 mod noiseless;
-#[path = "../../tests/physics/optics_support/mod.rs"]
-mod optics_support;
 mod random;
 mod shared;
 mod timing;

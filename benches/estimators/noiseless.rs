@@ -10,8 +10,8 @@ use goldtof::response::MeanCount;
 use goldtof::scene::{DetectorIndex, Path as LightPath, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
 
-use crate::optics_support::stepped::Stepped;
 use crate::{Outcome, TIER, cut_scan, error_mm, phase_error_mm, set_detection_rate};
+use optics_support::stepped::Stepped;
 
 /// Length of a time step: biases change by less than a micrometre with half of it.
 const STEP_PS: f64 = 25.0;

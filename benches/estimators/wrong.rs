@@ -5,8 +5,8 @@ use goldtof::estimate::fit::{OtherLight, fit_means};
 use goldtof::scene::{DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 
-use crate::optics_support::stepped::Stepped;
 use crate::{Outcome, TIER, cut_scan, error_mm, set_detection_rate};
+use optics_support::stepped::Stepped;
 
 /// What the true detector has, and what the fit believes.
 struct Mistake {

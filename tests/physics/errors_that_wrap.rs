@@ -1,6 +1,5 @@
 //! Estimates of a code so short that errors come round its period.
 
-use crate::optics_support::{code, table_i_scene};
 use goldtof::estimate::distance_m;
 use goldtof::estimate::report::estimate_scan;
 use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex};
@@ -9,6 +8,7 @@ use goldtof::simulate::path_statistics::PathStatistics;
 use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::scans;
 use goldtof::simulate::{SimulateOptions, Tier};
+use optics_support::{code, table_i_scene};
 
 const RANGE_PS: f64 = 16_000.0;
 

@@ -1,9 +1,5 @@
 //! Estimates of simulated photons against the truth and the prediction.
 
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, sampled_counts,
-    table_i_scene,
-};
 use goldtof::estimate::{
     CountingTier, PredictionError, calibration_offset_ps, delay_error_ps, distance_m, estimate,
     predict,
@@ -12,6 +8,10 @@ use goldtof::photons::{DetectorModel, count_step};
 use goldtof::scan::Step;
 use goldtof::scene::{DetectorIndex, PathIndex, Scene};
 use goldtof::sensor::Sensor;
+use optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, sampled_counts,
+    table_i_scene,
+};
 
 /// Cuts the scan down to the steps round the first path.
 fn scan_around(scene: &mut Scene, steps: u64) {

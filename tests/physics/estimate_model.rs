@@ -2,10 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, m_sequence,
-    table_i_scene,
-};
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
 use goldtof::estimate::fit::{FitError, ModelEstimate, OtherLight, fit};
@@ -16,6 +12,10 @@ use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
 use goldtof::scene::{DetectorIndex, Path, PathIndex, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
+use optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, m_sequence,
+    table_i_scene,
+};
 
 const TIER: CountingTier = CountingTier::Events;
 

@@ -3,8 +3,6 @@
 
 use std::sync::Arc;
 
-use crate::optics_support::stepped::Stepped;
-use crate::optics_support::{gold_11, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::fit::{Fitter, ModelEstimate, OtherLight, fit_means};
 use goldtof::estimate::{
@@ -15,6 +13,8 @@ use goldtof::response::MeanCount;
 use goldtof::scan::Step;
 use goldtof::scene::{DetectorIndex, Path, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
+use optics_support::stepped::Stepped;
+use optics_support::{gold_11, table_i_scene};
 
 const TIER: CountingTier = CountingTier::Events;
 const STEP_PS: f64 = 25.0;

@@ -1,6 +1,5 @@
 //! Counts as sparse and scenes as odd as may be: a fit gives finite numbers, or a reason.
 
-use crate::optics_support::{code, full_scan, ideal_scene, table_i_scene};
 use goldtof::estimate::CountingTier;
 use goldtof::estimate::fit::{Fitter, OtherLight};
 use goldtof::estimate::report::estimate_scan;
@@ -9,6 +8,7 @@ use goldtof::report::estimates::{BothEstimates, texts};
 use goldtof::response::MeanResponse;
 use goldtof::scene::{DetectorIndex, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
+use optics_support::{code, full_scan, ideal_scene, table_i_scene};
 
 /// The weight-3 code of the issue: a largest count of 1 in 2 means no light of the
 /// path's at all, and used to divide by zero.

@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
-use crate::optics_support::{gold_5, table_i_scene};
 use goldtof::scene::{Scene, load_with};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::path_statistics::PathStatistics;
 use goldtof::simulate::repeat::{Simulation, simulate};
 use goldtof::simulate::{SimulateOptions, Tier};
+use optics_support::{gold_5, table_i_scene};
 
 fn simulated(scene: &Scene, tier: Tier, scans: u64) -> Simulation {
     simulate(&Sensor::new(scene), &SimulateOptions::of(tier, 5, scans), None)

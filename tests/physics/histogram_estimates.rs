@@ -1,10 +1,6 @@
 //! Estimates from histograms against expected ones of a detector stepped through time, and
 //! against photons.
 
-use crate::optics_support::stepped::Stepped;
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, gold_5, gold_11, table_i_scene,
-};
 use goldtof::estimate::fit::{BinFitter, FitError};
 use goldtof::estimate::histogram::{Uncorrected, dead_time};
 use goldtof::estimate::report::{estimate_histogram, estimate_scan};
@@ -19,6 +15,8 @@ use goldtof::sensor::Sensor;
 use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::histograms;
 use goldtof::simulate::{SimulateOptions, Tier};
+use optics_support::stepped::Stepped;
+use optics_support::{Moments, assert_within_standard_errors, gold_5, gold_11, table_i_scene};
 
 const STEP_PS: f64 = 25.0;
 const DELAY_PS: f64 = 21_350.0;

@@ -10,8 +10,8 @@ use goldtof::scan::Step;
 use goldtof::scene::{Curve, DetectorIndex, JitterTail, LaserResponse, Scene};
 use goldtof::sensor::Sensor;
 
-use crate::optics_support::stepped::Stepped;
-use crate::optics_support::{Moments, assert_within_standard_errors, gold_5, table_i_scene};
+use optics_support::stepped::Stepped;
+use optics_support::{Moments, assert_within_standard_errors, gold_5, table_i_scene};
 
 const TIER: CountingTier = CountingTier::Events;
 /// Time of flight in whole steps of 25 ps.

@@ -5,7 +5,6 @@
 
 use std::sync::Arc;
 
-use crate::optics_support::{Moments, assert_within_standard_errors, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
 use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight, shared_light};
@@ -14,6 +13,7 @@ use goldtof::photons::DetectorModel;
 use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
 use goldtof::scene::{DetectorIndex, Path, PathIndex, Scene, Source, SourceIndex};
 use goldtof::sensor::Sensor;
+use optics_support::{Moments, assert_within_standard_errors, table_i_scene};
 
 const TIER: CountingTier = CountingTier::Events;
 const PERIOD_PS: f64 = 127.0 * 8000.0;

@@ -27,7 +27,6 @@ mod optics_moving_paths;
 mod optics_pulses_agree_with_the_plain_loop;
 mod optics_sampled_pulses;
 mod optics_streams;
-mod optics_support;
 mod own_light_under_other_clocks;
 mod parallel_steps_share_their_light;
 mod parts_left_out_change_nothing;

@@ -1,12 +1,12 @@
 //! The share of scans that miss the peak, as theory has it, against photons: two-sided,
 //! with the binomial's standard error.
 
-use crate::optics_support::{code, gold, gold_5, gold_11, table_i_scene};
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::scene::{EstimatorKind, Path, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::{SimulateOptions, Tier};
+use optics_support::{code, gold, gold_5, gold_11, table_i_scene};
 use std::sync::Arc;
 
 /// Gold code 0 of a degree, interleaved.

@@ -1,7 +1,6 @@
 //! A path at a constant speed, fitted with its speed unknown: against counts of exact
 //! moments, against photons, and against the bound.
 
-use crate::optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
 use goldtof::estimate::bound::{PathBound, bound};
 use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight, fit_means};
 use goldtof::estimate::{CountingTier, distance_m, true_delay};
@@ -12,6 +11,7 @@ use goldtof::scene::{DetectorIndex, Fluctuation, Movement, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
+use optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
 
 const SPAD: DetectorIndex = DetectorIndex(0);
 const TIER: CountingTier = CountingTier::Events;

@@ -1,17 +1,14 @@
 //! Detections against closed forms and against a naive simulator.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, code, gold_5, ideal_scene, table_i_scene,
-};
 use goldtof::photons::{Detection, DetectorModel};
 use goldtof::scan::Group;
 use goldtof::scene::{DetectorIndex, Recharge, Scene};
 use goldtof::sensor::Sensor;
+use optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, ideal_scene, naive, table_i_scene,
+};
+use rand::SeedableRng;
 use rand::rngs::StdRng;
-use rand::{RngExt, SeedableRng};
 
 fn counts_per_step(scene: &Scene, seed: u64, steps: u64) -> Moments {
     let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
@@ -80,76 +77,6 @@ fn without_dead_time_counts_follow_the_delayed_code_as_a_poisson_process() {
     assert_within_standard_errors(z, 5.0, "chi-square over the code period");
 }
 
-/// Registered times, in chips from 0, by another construction: a list of all
-/// photons by thinning, a heap of afterpulses, one comparison per candidate.
-fn naive_detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Vec<f64> {
-    let spad = &scene.detectors[0];
-    let source = &scene.sources[0];
-    let chips = &source.code.chips;
-    let chip_s = scene.chip_period_ps * 1e-12;
-    let ones = chips.iter().filter(|&&c| c == 1).count() as f64;
-    let length = chips.len() as f64;
-    let energy = 6.626_070_15e-34 * 299_792_458.0 / (source.wavelength_nm * 1e-9);
-    let mean_photons = source.mean_power_w / energy * chip_s;
-    let on = mean_photons * length / (ones + (length - ones) / source.extinction_ratio);
-    let off = on / source.extinction_ratio;
-    let constant = (spad.background_rate_cps
-        + spad.dark_count_rate_cps / spad.photon_detection_probability)
-        * chip_s;
-    let exponential = |rng: &mut StdRng| -(1.0 - rng.random::<f64>()).ln();
-
-    // Keyed by integer attoseconds of a chip, because floats have no order.
-    let key = |chips: f64| (chips * 1e12) as i64;
-    let mut candidates = BinaryHeap::new();
-    let mut time = -warm_up;
-    loop {
-        time += exponential(rng) / (on + constant);
-        if time > end + 10.0 {
-            break;
-        }
-        let sent = (time - scene.paths[0].delay_ps / scene.chip_period_ps).floor();
-        let light = if chips[(sent as i64).rem_euclid(chips.len() as i64) as usize] == 1 {
-            on
-        } else {
-            off
-        };
-        let keep = (light + constant) / (on + constant) * spad.photon_detection_probability;
-        if rng.random::<f64>() < keep {
-            candidates.push(Reverse(key(time)));
-        }
-    }
-    let dead_time = key(spad.dead_time_ps / scene.chip_period_ps);
-    let time_constant = spad.afterpulsing_time_constant_ps / scene.chip_period_ps;
-    let mut ready = i64::MIN;
-    let mut has_traps = false;
-    let mut registered = Vec::new();
-    while let Some(Reverse(time)) = candidates.pop() {
-        if time < ready {
-            if spad.recharge == Recharge::Passive {
-                ready = time + dead_time;
-            }
-            continue;
-        }
-        if std::mem::take(&mut has_traps) {
-            // A unit-rate Poisson process up to the mean number, from the dead time's end on.
-            let mean = -(1.0 - spad.afterpulsing_probability).ln();
-            let mut passed = exponential(rng);
-            while passed < mean {
-                candidates.push(Reverse(ready + key(exponential(rng) * time_constant)));
-                passed += exponential(rng);
-            }
-            // One of them may come before this one.
-            candidates.push(Reverse(time));
-            continue;
-        }
-        ready = time + dead_time;
-        has_traps = true;
-        registered.push(time as f64 * 1e-12 + spad.delay_ps / scene.chip_period_ps);
-    }
-    registered.retain(|&time| (0.0..end).contains(&time));
-    registered
-}
-
 #[test]
 fn modulated_light_with_dead_time_and_afterpulses_agrees_with_a_naive_simulator() {
     agrees_with_a_naive_simulator(Recharge::Active);
@@ -187,7 +114,7 @@ fn agrees_with_a_naive_simulator(recharge: Recharge) {
     let mut rng = StdRng::seed_from_u64(22);
     let naive: Vec<Vec<f64>> = (0..steps)
         .map(|_| {
-            let times = naive_detections(&scene, &mut rng, length as f64, 100.0);
+            let times = naive::detections(&scene, &mut rng, length as f64, 100.0);
             histogram(&mut times.into_iter())
         })
         .collect();

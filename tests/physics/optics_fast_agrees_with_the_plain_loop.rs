@@ -1,9 +1,6 @@
 //! The fast engine against the plain loop: two constructions of one
 //! distribution.
 
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, table_i_scene,
-};
 use goldtof::code::Code;
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
@@ -12,6 +9,9 @@ use goldtof::scene::{
     Curve, DetectorIndex, JitterTail, LaserResponse, Path, Recharge, Scan, Scene, SourceIndex,
 };
 use goldtof::sensor::Sensor;
+use optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, table_i_scene,
+};
 
 /// Counts of both, by step and scan.
 struct Comparison {

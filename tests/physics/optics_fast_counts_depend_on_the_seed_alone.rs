@@ -2,7 +2,6 @@
 
 use std::num::NonZero;
 
-use crate::optics_support::{code, gold_5, gold_11, table_i_scene};
 use goldtof::photons::fast::{
     InstructionSet, OutsideDomain, Recorder, StepCounter, count_steps, count_steps_on_all_cores,
 };
@@ -10,6 +9,7 @@ use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::{Group, Step};
 use goldtof::scene::{DetectorIndex, JitterTail, LaserResponse, Recharge, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
+use optics_support::{code, gold_5, gold_11, table_i_scene};
 
 fn scene() -> Scene {
     table_i_scene(gold_11(), 12e6, 3_000)

@@ -3,14 +3,12 @@
 use std::num::NonZero;
 use std::thread::available_parallelism;
 
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, code, ideal_scene, table_i_scene,
-};
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::response::MeanResponse;
 use goldtof::scene::{DetectorIndex, Scan, Scene};
 use goldtof::sensor::Sensor;
+use optics_support::{Moments, assert_within_standard_errors, code, ideal_scene, table_i_scene};
 
 const STEP_CHIPS: u64 = 13_100;
 const STEP_S: f64 = STEP_CHIPS as f64 * 8e-9;

@@ -3,16 +3,16 @@
 use std::num::NonZero;
 use std::thread::available_parallelism;
 
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, sampled_counts,
-    table_i_scene,
-};
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::{CountingTier, Light, MeanResponse, MeanResponseError, SecondMoments};
 use goldtof::scan::Step;
 use goldtof::scene::{DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
+use optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, sampled_counts,
+    stepped, table_i_scene,
+};
 
 /// A one-chip code that is always on: background, counted upwards.
 fn constant_light(rate_cps: f64, dead_time_ps: f64) -> Scene {
@@ -257,80 +257,6 @@ fn the_continuous_time_counter_counts_as_the_mean_response_says() {
     }
 }
 
-/// The detector's probabilities, stepped through time: exit and return of each
-/// state, by the trapezoidal rule, with a delay line for the dead time. Up to eight
-/// afterpulses pending, `steps_per_chip` steps a chip, light that is on with
-/// chips of `lit`.
-fn stepped_hits(lit: &[f64], steps_per_chip: usize, dead_steps: usize, chips: usize) -> Vec<f64> {
-    const M: usize = 9;
-    let dt = 1.0 / steps_per_chip as f64;
-    let release = 8.0 / 5.0;
-    let mean = -(0.863_f64.ln());
-    let survival = (-14.0_f64 / 5.0).exp();
-    let choose = |n: usize, k: usize| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
-    let kernel = |j: usize, m: usize| -> f64 {
-        (0..=j.min(m))
-            .map(|kept| {
-                let new = m - kept;
-                let factorial: f64 = (1..=new).map(|n| n as f64).product();
-                let poisson = (-mean).exp() * mean.powi(new as i32) / factorial;
-                let binomial = choose(j, kept)
-                    * survival.powi(kept as i32)
-                    * (1.0 - survival).powi((j - kept) as i32);
-                poisson * binomial
-            })
-            .sum()
-    };
-    let kernel: Vec<Vec<f64>> = (0..M).map(|j| (0..M).map(|m| kernel(j, m)).collect()).collect();
-    let avalanches = |p: &[f64; M], light: f64| -> [f64; M] {
-        std::array::from_fn(|j| {
-            light * p[j] + p.get(j + 1).map_or(0.0, |next| release * (j + 1) as f64 * next)
-        })
-    };
-    let slope = |p: &[f64; M], light: f64, back: &[f64; M]| -> [f64; M] {
-        std::array::from_fn(|m| {
-            let returned: f64 = (0..M).map(|j| kernel[j][m] * back[j]).sum();
-            returned - (light + m as f64 * release) * p[m]
-        })
-    };
-    let mut p = [0.0; M];
-    p[0] = 1.0;
-    // Avalanche rates at both ends of each step of one dead time, since the light
-    // may jump between steps.
-    let mut line = vec![[[0.0; M]; 2]; dead_steps];
-    let mut hits = vec![0.0; lit.len() * 8];
-    let warm_up = chips - lit.len();
-    for step in 0..chips * steps_per_chip {
-        let light = lit[(step / steps_per_chip + 31 * 8 - warm_up) % lit.len()];
-        let [back_start, back_end] = line[step % dead_steps];
-        // The implicit trapezoidal rule, which loses no probability, by iteration.
-        let first = slope(&p, light, &back_start);
-        let mut next = p;
-        for _ in 0..7 {
-            let second = slope(&next, light, &back_end);
-            next = std::array::from_fn(|m| p[m] + 0.5 * dt * (first[m] + second[m]));
-        }
-        let ends = [avalanches(&p, light), avalanches(&next, light)];
-        line[step % dead_steps] = ends;
-        if let Some(counted) = step.checked_sub(warm_up * steps_per_chip) {
-            let rate: f64 = ends.iter().flatten().sum();
-            hits[counted * 8 / steps_per_chip] += 0.5 * dt * rate;
-        }
-        p = next;
-    }
-    hits
-}
-
-/// The same without the error of the steps: the rule's error goes with the square
-/// of the step, and two step sizes take it out (Richardson). At 90 Mcps and steps
-/// of 40 ps it is 10^-5 of the largest value.
-fn stepped_hits_without_steps(lit: &[f64], chips: usize) -> Vec<f64> {
-    // The dead time of 14 ns is 1.75 chips.
-    let [coarse, fine] = [200, 400].map(|steps| stepped_hits(lit, steps, steps * 7 / 4, chips));
-    let pairs = coarse.iter().zip(&fine);
-    pairs.map(|(c, f)| (4.0 * f - c) / 3.0).collect()
-}
-
 #[test]
 fn means_agree_with_a_time_stepped_detector_to_a_hundred_thousandth_of_the_peak() {
     for rate in [2e6, 25e6, 90e6, 200e6] {
@@ -347,7 +273,7 @@ fn means_agree_with_a_time_stepped_detector_to_a_hundred_thousandth_of_the_peak(
             .iter()
             .map(|&chip| light.constant_per_chip + light.paths[0].rate_per_chip * f64::from(chip))
             .collect();
-        let stepped = stepped_hits_without_steps(&lit, 31 * 9);
+        let stepped = stepped::hits_without_steps(&lit, 31 * 9);
         // The stepped detector's light has no delay.
         let response = MeanResponse::new(&model)
             .expect("it can be solved")

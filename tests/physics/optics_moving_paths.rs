@@ -1,8 +1,5 @@
 //! Paths that move: photons and estimates against closed forms.
 
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, gold_5, ideal_scene, table_i_scene,
-};
 use goldtof::estimate::{
     CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate, predict, true_delay,
 };
@@ -12,6 +9,7 @@ use goldtof::response::{MeanResponse, MeanResponseError};
 use goldtof::scan::{Group, Step};
 use goldtof::scene::{DetectorIndex, Fluctuation, Movement, PathIndex, Scene};
 use goldtof::sensor::Sensor;
+use optics_support::{Moments, assert_within_standard_errors, gold_5, ideal_scene, table_i_scene};
 
 const LIGHT_M_PER_S: f64 = 299_792_458.0;
 

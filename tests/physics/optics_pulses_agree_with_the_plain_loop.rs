@@ -3,14 +3,12 @@
 
 use std::sync::Arc;
 
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, gold_5, gold_11, table_i_scene,
-};
 use goldtof::photons::fast::Recorder;
 use goldtof::photons::{Detection, DetectorModel, Pulse, PulseStream};
 use goldtof::scan::{Group, Sample};
 use goldtof::scene::{DetectorIndex, JitterTail, LaserResponse, Recharge, Scene};
 use goldtof::sensor::Sensor;
+use optics_support::{Moments, assert_within_standard_errors, gold_5, gold_11, table_i_scene};
 
 const STEPS: u64 = 24;
 

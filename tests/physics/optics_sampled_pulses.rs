@@ -2,58 +2,20 @@
 //! and those without a low sample between them are one rising edge. Means, variances
 //! and covariance of the counts against simulated photons, painted sample by sample.
 
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, full_scan, gold_5, table_i_scene,
-};
 use goldtof::estimate::fit::{Fitter, OtherLight, expected_fit};
 use goldtof::estimate::{bound::bound, calibration_offset_ps, distance_m, estimate, predict};
-use goldtof::photons::{DetectorModel, Pulse, PulseStream, StepCount};
+use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::response::{
     CountMoments, CountingTier, MeanResponse, MeanResponseError, SecondMoments,
 };
-use goldtof::scan::{Sample, Step};
+use goldtof::scan::Step;
 use goldtof::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::{SimulateOptions, Tier};
-
-/// Signed and total counts of the steps of one scan: the level is painted sample by
-/// sample, and a high sample after a low one counts with the reference's sign there.
-/// Hits are added up by their sample in `hits`, modulo its length.
-fn painted_counts(
-    scene: &Scene,
-    model: &DetectorModel,
-    seed: u64,
-    hits: &mut [f64],
-) -> Vec<[f64; 2]> {
-    let per_chip = u64::from(scene.samples_per_chip);
-    let steps = scene.scan.steps;
-    let step_samples = scene.scan.integration_chips * per_chip;
-    let mut pulses = Vec::new();
-    PulseStream::new(model, seed, 0).advance(Sample(steps * step_samples), &mut pulses);
-    let mut level = vec![false; (steps * step_samples) as usize];
-    for Pulse { first, end } in pulses {
-        let end = level.len().min(end.0 as usize);
-        level[first.0 as usize..end].fill(true);
-    }
-    let chips = &scene.sources[0].code.chips;
-    let mut counts = vec![[0.0; 2]; steps as usize];
-    let mut before = false;
-    for (sample, &high) in (0_u64..).zip(&level) {
-        if high && !before {
-            let step = sample / step_samples;
-            let late = sample as i64 - scene.scan.phase_step(Step(step)) as i64;
-            let chip = late.div_euclid(per_chip as i64);
-            let chip = chip.rem_euclid(chips.len() as i64) as usize;
-            counts[step as usize][0] += 2.0 * f64::from(chips[chip]) - 1.0;
-            counts[step as usize][1] += 1.0;
-            let place = sample % hits.len() as u64;
-            hits[place as usize] += 1.0;
-        }
-        before = high;
-    }
-    counts
-}
+use optics_support::{
+    Moments, assert_within_standard_errors, full_scan, gold_5, painted_counts, table_i_scene,
+};
 
 /// Holds what the mean response of the sampled hardware says against photons.
 fn compare(name: &str, scene: &Scene, scans: u64) {

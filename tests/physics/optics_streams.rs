@@ -1,8 +1,5 @@
 //! Streams depend on their numbers alone; pulses and counts follow from them.
 
-use crate::optics_support::{
-    Moments, assert_within_standard_errors, code, gold_5, ideal_scene, power_w, table_i_scene,
-};
 use goldtof::photons::fast::Recorder;
 use goldtof::photons::{Detection, DetectorModel, Pulse, PulseStream, count_step};
 use goldtof::scan::{Chip, Group, Sample, Step};
@@ -10,6 +7,9 @@ use goldtof::scene::{
     CounterTiming, DetectorIndex, LaserResponse, Path, Scene, Source, SourceClock, SourceIndex,
 };
 use goldtof::sensor::Sensor;
+use optics_support::{
+    Moments, assert_within_standard_errors, code, gold_5, ideal_scene, power_w, table_i_scene,
+};
 use proptest::prelude::*;
 
 fn detections(scene: &Scene, seed: u64, repetition: u64, step: u64) -> Vec<Detection> {

@@ -8,7 +8,7 @@ use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
 
-use crate::optics_support::{
+use optics_support::{
     Moments, assert_within_standard_errors, code, gold, m_sequence, table_i_scene,
 };
 

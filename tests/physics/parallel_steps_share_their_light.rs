@@ -1,7 +1,6 @@
 //! With `parallel` phase steps at once, the steps of a group count the same
 //! detections: in every tier, and in what theory expects.
 
-use crate::optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
 use goldtof::estimate::bound::bound;
 use goldtof::estimate::fit::{Fitter, ModelEstimate, OtherLight};
 use goldtof::estimate::predict;
@@ -15,6 +14,7 @@ use goldtof::simulate::path_statistics::PathStatistics;
 use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::scans;
 use goldtof::simulate::{SimulateOptions, Tier};
+use optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
 
 const PARALLEL: u32 = 4;
 

@@ -1,12 +1,12 @@
 //! A part of the simulation that a scene does without, put back with its neutral
 //! parameter, changes no bit of any result for the same seed.
 
-use crate::optics_support::{code, gold_5, m_sequence, table_i_scene};
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, OptionalPart, Pulse, PulseStream, StepCount, count_step};
 use goldtof::scan::{Sample, Step};
 use goldtof::scene::{DetectorIndex, Path, Scene};
 use goldtof::sensor::Sensor;
+use optics_support::{code, gold_5, m_sequence, table_i_scene};
 use proptest::prelude::*;
 
 /// What a random scene has of everything that may be left out.

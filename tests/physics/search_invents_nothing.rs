@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use crate::optics_support::table_i_scene;
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::CountingTier;
 use goldtof::estimate::fit::{Fitter, OtherLight};
@@ -11,6 +10,7 @@ use goldtof::photons::DetectorModel;
 use goldtof::response::{CountSampler, MeanResponse, SecondMoments};
 use goldtof::scene::DetectorIndex;
 use goldtof::sensor::Sensor;
+use optics_support::table_i_scene;
 
 fn gold(degree: u32, index: i64) -> Arc<Code> {
     let spec = CodeSpec { degree: Some(degree), index: Some(index), ..CodeSpec::new(Family::Gold) };

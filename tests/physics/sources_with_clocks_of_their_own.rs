@@ -6,7 +6,7 @@ use goldtof::scan::Group;
 use goldtof::scene::{DetectorIndex, Path, Scene, SourceClock, SourceIndex};
 use goldtof::sensor::Sensor;
 
-use crate::optics_support::{code, gold, gold_5, ideal_scene, table_i_scene};
+use optics_support::{code, gold, gold_5, ideal_scene, table_i_scene};
 
 /// The own source is dark; the other one has one on-chip in seven.
 fn flashes(clock: SourceClock, delay_chips: f64) -> Scene {
@@ -61,7 +61,7 @@ fn two_sensors(rate_cps: f64) -> Scene {
     // The second sequence shifted by one chip: another code of the set.
     other.code = {
         let u = gold(5, &[5, 2], &[5, 4, 3, 2]).chips.clone();
-        let v = crate::optics_support::m_sequence(5, &[5, 4, 3, 2]);
+        let v = optics_support::m_sequence(5, &[5, 4, 3, 2]);
         let chips: Vec<u8> = (0..31).map(|i| u[i] ^ v[i] ^ v[(i + 1) % 31]).collect();
         code(&chips)
     };

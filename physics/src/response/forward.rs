@@ -1,5 +1,8 @@
 //! The state of the detector through one code period.
 
+// States are looped over by number: iterators are not always inlined.
+#![allow(clippy::needless_range_loop)]
+
 use super::chain::{Chain, State};
 use super::grid::{Grid, Rearming};
 use super::history::History;
@@ -250,15 +253,18 @@ fn solve_forwards<const M: usize>(
         // Steps of finite length lose or gain some 10^-8 of probability at a time,
         // and nothing would ever bring it back: what is not dead is ready.
         let ready = (1.0 - dead.probability(grid)) / start.iter().sum::<f64>();
-        start = start.map(|probability| probability * ready);
+        for m in 0..M {
+            start[m] *= ready;
+        }
         grid.fill_rates(chip as i64 - warm_up as i64, &mut lambdas);
         for (index, cell) in grid.cells.iter().enumerate() {
             let step = steps.get(index, cell.width, lambdas[index]);
             let mut inflow = [[0.0; M]; 3];
-            for (inflow, place) in inflow.iter_mut().zip(&cell.before) {
+            for node in 0..3 {
+                let place = &cell.before[node];
                 // The detector starts ready: before, nothing is dead yet.
                 if let Ok(past) = usize::try_from(chip as i64 + place.chips) {
-                    *inflow = history.read(past, place);
+                    inflow[node] = history.read(past, place);
                 }
             }
             let end = step.advance(&start, &inflow);
@@ -308,9 +314,9 @@ fn pass<const M: usize>(step: &CellStep<M>, borders: &[State<M>; 4]) -> [State<M
 #[inline(always)]
 fn rates_of<const M: usize>(passing: &[State<M>; 4], width: f64) -> [f64; 4] {
     let mut rate = [0.0; 4];
-    for (rate, passing) in rate.iter_mut().zip(passing) {
-        for passing in passing {
-            *rate += passing;
+    for of in 0..4 {
+        for m in 0..M {
+            rate[of] += passing[of][m];
         }
     }
     rate[2] *= width;
@@ -326,9 +332,9 @@ fn armed<const M: usize>(
     width: f64,
 ) -> [State<M>; 3] {
     let mut borders = [[0.0; M]; 4];
-    for (border, (ready, waiting)) in borders.iter_mut().zip(ready.iter().zip(waiting)) {
+    for of in 0..4 {
         for m in 0..M {
-            border[m] = ready[m] - waiting[m];
+            borders[of][m] = ready[of][m] - waiting[of][m];
         }
     }
     let [start, end, start_slope, end_slope] = borders;

@@ -1,5 +1,8 @@
 //! y' = -rate y + g(t) over one cell, exactly for a parabola g.
 
+// States are looped over by number: iterators are not always inlined.
+#![allow(clippy::needless_range_loop)]
+
 use super::chain::{Chain, State};
 
 /// What one cell does to the states at one brightness.
@@ -68,9 +71,9 @@ impl<const M: usize> CellStep<M> {
     #[inline(always)]
     pub fn pass_forwards(&self, ready: &State<M>) -> State<M> {
         let mut into = [0.0; M];
-        for (row, &probability) in self.passage.iter().zip(ready) {
+        for from in 0..M {
             for m in 0..M {
-                into[m] += probability * row[m];
+                into[m] += ready[from] * self.passage[from][m];
             }
         }
         into
@@ -81,9 +84,9 @@ impl<const M: usize> CellStep<M> {
     #[inline(always)]
     pub fn pass_backwards(&self, later: &State<M>) -> State<M> {
         let mut value = [0.0; M];
-        for (rates, &later) in self.passage_to.iter().zip(later) {
+        for to in 0..M {
             for i in 0..M {
-                value[i] += rates[i] * later;
+                value[i] += self.passage_to[to][i] * later[to];
             }
         }
         value

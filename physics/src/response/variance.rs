@@ -16,6 +16,9 @@
 //! that is ready again but must wait for some sample instants until its next pulse
 //! counts; and only detections that count begin a pair.
 
+// States are looped over by number: iterators are not always inlined.
+#![allow(clippy::needless_range_loop)]
+
 use super::chain::Chain;
 use super::forward::{Detections, ReadyStates};
 use super::grid::{Grid, Place, Rearming};
@@ -185,7 +188,10 @@ impl<'g, const M: usize> Losses<'g, M> {
     /// z' = exit (z - sign), from nothing at the instant that ends the wait.
     #[inline(always)]
     fn take_off(&mut self, index: usize, step: &CellStep<M>, sign: f64, value: &mut [[f64; M]; 4]) {
-        let gain = step.exit.map(|exit| sign * exit);
+        let mut gain = [0.0; M];
+        for m in 0..M {
+            gain[m] = sign * step.exit[m];
+        }
         let waits = self.rearming.waits[index];
         for (level, end) in self.levels.iter_mut().enumerate() {
             let start = step.advance(end, &[gain; 3]);

@@ -2,7 +2,7 @@
 
 use super::{ComparisonError, Plan, Point, Way};
 use crate::estimate::fit::{FitError, expected_fit};
-use crate::estimate::{CountingTier, delay_error_ps, distance_m, predict};
+use crate::estimate::{CountingTier, Prediction, delay_error_ps, distance_m, predict};
 use crate::photons::DetectorModel;
 use crate::response::Light;
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
@@ -51,38 +51,87 @@ pub fn points(
     path: PathIndex,
     times: &[u64],
 ) -> (Vec<Point>, Vec<String>) {
-    let mut points = Vec::new();
-    let mut remarks: Vec<String> = Vec::new();
+    let [mut phases, mut fits] = [EstimatorKind::Fft, EstimatorKind::Model].map(Points::of);
     let groups = Sensor::new(scene).timing().groups();
-    for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
-        let mut too_short = 0;
-        for &chips in times {
-            let mut at = scene.clone();
-            at.estimator = estimator;
-            at.scan.integration_chips = chips / groups;
-            if is_too_short(&at) {
-                too_short += 1;
-                continue;
+    let mut too_short = 0;
+    for &chips in times {
+        let mut at = scene.clone();
+        at.estimator = EstimatorKind::Fft;
+        at.scan.integration_chips = chips / groups;
+        if is_too_short(&at) {
+            too_short += 1;
+            continue;
+        }
+        let sensor = Sensor::new(&at);
+        // The fit starts where the phase finds the peak: of both how often that is.
+        let phase = predict(&sensor, DetectorIndex(0), path, CountingTier::Sampled);
+        let phase = phase.map_err(|reason| reason.to_string());
+        let of_phase = phase.as_ref().map_err(String::clone);
+        phases.add(plan, &sensor, of_phase.map(|p| (p, (p.bias_m, p.std_m))));
+        // With total counts, unless the scene says otherwise.
+        at.estimator = EstimatorKind::Model;
+        let of_fit = phase.as_ref().map_err(String::clone).and_then(|phase| {
+            let errors = fitted(&Sensor::new(&at), path).map_err(|reason| reason.to_string())?;
+            Ok((phase, errors))
+        });
+        fits.add(plan, &sensor, of_fit);
+    }
+    if too_short > 0 {
+        phases.remarks.push(format!(
+            "{too_short} of {} measuring times are left out: their phase steps are not long \
+             beside the detector's memory",
+            times.len()
+        ));
+    }
+    phases.points.append(&mut fits.points);
+    phases.remarks.append(&mut fits.remarks);
+    (phases.points, phases.remarks)
+}
+
+/// The points of one estimator, time by time.
+struct Points {
+    estimator: EstimatorKind,
+    points: Vec<Point>,
+    remarks: Vec<String>,
+}
+
+impl Points {
+    fn of(estimator: EstimatorKind) -> Points {
+        Points { estimator, points: Vec::new(), remarks: Vec::new() }
+    }
+
+    /// Takes what the phase of a sensor is expected to be, and the estimator's bias and standard
+    /// deviation; or why nothing is expected.
+    fn add(
+        &mut self,
+        plan: &Plan,
+        sensor: &Sensor,
+        expected: Result<(&Prediction, (f64, f64)), String>,
+    ) {
+        let estimator = self.estimator;
+        match expected {
+            Ok((phase, (bias_m, std_m))) => {
+                let missed_bound = phase.coarse_failure_bound_fraction;
+                let measuring_time_s = sensor.timing().scan_duration_ps() * 1e-12;
+                self.points.push(Point {
+                    estimator,
+                    measuring_time_s,
+                    frame_rate_hz: 1.0 / measuring_time_s,
+                    bias_m,
+                    std_m,
+                    rms_error_m: bias_m.hypot(std_m),
+                    coarse_failure_bound_fraction: (!plan.near).then_some(missed_bound),
+                    pareto: false,
+                });
             }
-            match point(plan, &Sensor::new(&at), path, estimator) {
-                Ok(point) => points.push(point),
-                Err(reason) => {
-                    let remark = format!("no expectation of {estimator}: {reason}");
-                    if !remarks.contains(&remark) {
-                        remarks.push(remark);
-                    }
+            Err(reason) => {
+                let remark = format!("no expectation of {estimator}: {reason}");
+                if !self.remarks.contains(&remark) {
+                    self.remarks.push(remark);
                 }
             }
         }
-        if too_short > 0 && estimator == EstimatorKind::Fft {
-            remarks.push(format!(
-                "{too_short} of {} measuring times are left out: their phase steps are not long \
-                 beside the detector's memory",
-                times.len()
-            ));
-        }
     }
-    (points, remarks)
 }
 
 /// Whether steps are not long beside the detector's memory, or no chip at all.
@@ -94,35 +143,6 @@ fn is_too_short(scene: &Scene) -> bool {
     let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let memory = model.memory_under(Light::of(&model).brightest_per_chip()).scale_chips();
     (chips as f64) < STEP_IN_MEMORIES * memory
-}
-
-/// What one estimator is expected to say, or why nothing is expected of it.
-fn point(
-    plan: &Plan,
-    sensor: &Sensor,
-    path: PathIndex,
-    estimator: EstimatorKind,
-) -> Result<Point, String> {
-    let detector = DetectorIndex(0);
-    let counting = CountingTier::Sampled;
-    let phase = predict(sensor, detector, path, counting).map_err(|reason| reason.to_string())?;
-    let (bias_m, std_m) = match estimator {
-        EstimatorKind::Fft => (phase.bias_m, phase.std_m),
-        EstimatorKind::Model => {
-            fitted(sensor, path).map_err(|reason: FitError| reason.to_string())?
-        }
-    };
-    let measuring_time_s = sensor.timing().scan_duration_ps() * 1e-12;
-    Ok(Point {
-        estimator,
-        measuring_time_s,
-        frame_rate_hz: 1.0 / measuring_time_s,
-        bias_m,
-        std_m,
-        rms_error_m: bias_m.hypot(std_m),
-        coarse_failure_bound_fraction: (!plan.near).then_some(phase.coarse_failure_bound_fraction),
-        pareto: false,
-    })
 }
 
 /// Bias and standard deviation of the fit's strongest path.

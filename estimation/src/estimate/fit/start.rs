@@ -101,36 +101,76 @@ impl PeakShape {
     /// it where the largest single count misses: a triangle of 2 S steps has the
     /// signal-to-noise ratio of sqrt(2 S / 3) times the largest of them.
     pub fn best_match(&self, signed: &[f64]) -> usize {
-        let steps = signed.len() as i64;
-        let middle = self.values.len() as i64 / 2;
+        let steps = signed.len();
+        let middle = self.values.len() / 2;
         // A short period has room for one turn.
-        let half = if self.is_full { middle.min((steps - 1) / 2) } else { middle };
+        let half = if self.is_full { middle.min(steps.saturating_sub(1) / 2) } else { middle };
+        let shape = &self.values[middle - half..=middle + half];
+        // The counts round all steps; outside of a scan of a part there are none.
+        let wrapped = |place: usize| signed[(place + steps - half % steps) % steps];
+        let around: Vec<f64> = match self.is_full {
+            true => (0..steps + 2 * half).map(wrapped).collect(),
+            false => [&vec![0.0; half], signed, &vec![0.0; half]].concat(),
+        };
         let mut best = (0, f64::NEG_INFINITY);
-        for peak in 0..steps {
-            let [mut number, mut t, mut tt, mut r, mut rt] = [0.0; 5];
-            for offset in -half..=half {
-                let step = peak + offset;
-                let step = if self.is_full {
-                    step.rem_euclid(steps)
-                } else if (0..steps).contains(&step) {
-                    step
-                } else {
-                    continue;
+        let mut sums = vec![Sums::default(); PEAKS_AT_ONCE];
+        for first in (0..steps).step_by(PEAKS_AT_ONCE) {
+            let peaks = PEAKS_AT_ONCE.min(steps - first);
+            sums.fill(Sums::default());
+            for (offset, &shape) in shape.iter().enumerate() {
+                // Peaks at which this offset is a step of the scan.
+                let inside = match self.is_full {
+                    true => 0..peaks,
+                    false => {
+                        let [from, to] = [half, half + steps]
+                            .map(|end| end.saturating_sub(first + offset).min(peaks));
+                        from..to
+                    }
                 };
-                let (shape, count) =
-                    (self.values[(middle + offset) as usize], signed[step as usize]);
-                number += 1.0;
-                t += shape;
-                tt += shape * shape;
-                r += count;
-                rt += shape * count;
+                let counts = &around[first + offset..];
+                for (sums, &count) in sums[inside.clone()].iter_mut().zip(&counts[inside]) {
+                    sums.add(shape, count);
+                }
             }
-            let score = (rt - r * t / number) / (tt - t * t / number).sqrt();
-            if score > best.1 {
-                best = (peak as usize, score);
+            for (place, sums) in sums[..peaks].iter().enumerate() {
+                let score = sums.score();
+                if score > best.1 {
+                    best = (first + place, score);
+                }
             }
         }
         best.0
+    }
+}
+
+/// Peaks whose sums are added up side by side: one after another each addition would wait for the
+/// one before.
+const PEAKS_AT_ONCE: usize = 64;
+
+/// Sums over the steps of a peak.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    number: f64,
+    shape: f64,
+    shape_squared: f64,
+    count: f64,
+    shape_count: f64,
+}
+
+impl Sums {
+    #[inline(always)]
+    fn add(&mut self, shape: f64, count: f64) {
+        self.number += 1.0;
+        self.shape += shape;
+        self.shape_squared += shape * shape;
+        self.count += count;
+        self.shape_count += shape * count;
+    }
+
+    /// Standard deviations of the height above zero, but for the scale of the counts' scatter.
+    fn score(&self) -> f64 {
+        let covariance = self.shape_count - self.count * self.shape / self.number;
+        covariance / (self.shape_squared - self.shape * self.shape / self.number).sqrt()
     }
 }
 

@@ -241,7 +241,7 @@ fn check_lengths(model: &DetectorModel) -> Result<(), OutsideDomain> {
         return Err(OutsideDomain::TooMuchJitter { jitter_chips, limit_chips });
     }
     // What is added to it keeps within 64 bits.
-    debug_assert!(ticks_of_chips(model.warm_up_chips) >= 0);
+    assert!(ticks_of_chips(model.warm_up_chips) >= 0);
     Ok(())
 }
 

@@ -1,14 +1,16 @@
-//! Scenes and statistics for the tests of optics and estimators.
-#![allow(dead_code)] // The benches of the estimators use a part of this.
+//! Scenes and statistics for the tests of optics and estimators, and detectors stepped through time.
+//!
+//! A package of its own, since it computes: it is optimised, which the tests are not.
 
+pub mod naive;
 pub mod stepped;
 
 use std::sync::Arc;
 
-use goldtof::code::{Code, Generator};
-use goldtof::photons::{DetectorModel, Pulse, PulseStream};
-use goldtof::scan::{Sample, Step};
-use goldtof::scene::{
+use goldtof_physics::photons::{DetectorModel, Pulse, PulseStream};
+use goldtof_sensor::code::{Code, Generator};
+use goldtof_sensor::scan::{Sample, Step};
+use goldtof_sensor::scene::{
     CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, LaserResponse, OtherLight,
     Path, Scan, Scene, Source, SourceClock, SourceIndex, Target,
 };
@@ -97,8 +99,8 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             parallel: 1,
             counter_width: None,
             total_counts: None,
-            architecture: goldtof::scene::Architecture::UpDown,
-            polarity: goldtof::scene::Polarity::High,
+            architecture: goldtof_sensor::scene::Architecture::UpDown,
+            polarity: goldtof_sensor::scene::Polarity::High,
             peak_detector: false,
             buffers: 2,
         },
@@ -147,6 +149,44 @@ pub fn sampled_counts(
         counts[step as usize] += 2.0 * f64::from(chips[chip as usize]) - 1.0;
         let samples = hits.len() as u64;
         hits[(first % samples) as usize] += 1.0;
+    }
+    counts
+}
+
+/// Signed and total counts of the steps of one scan: the level is painted sample by
+/// sample, and a high sample after a low one counts with the reference's sign there.
+/// Hits are added up by their sample in `hits`, modulo its length.
+pub fn painted_counts(
+    scene: &Scene,
+    model: &DetectorModel,
+    seed: u64,
+    hits: &mut [f64],
+) -> Vec<[f64; 2]> {
+    let per_chip = u64::from(scene.samples_per_chip);
+    let steps = scene.scan.steps;
+    let step_samples = scene.scan.integration_chips * per_chip;
+    let mut pulses = Vec::new();
+    PulseStream::new(model, seed, 0).advance(Sample(steps * step_samples), &mut pulses);
+    let mut level = vec![false; (steps * step_samples) as usize];
+    for Pulse { first, end } in pulses {
+        let end = level.len().min(end.0 as usize);
+        level[first.0 as usize..end].fill(true);
+    }
+    let chips = &scene.sources[0].code.chips;
+    let mut counts = vec![[0.0; 2]; steps as usize];
+    let mut before = false;
+    for (sample, &high) in (0_u64..).zip(&level) {
+        if high && !before {
+            let step = sample / step_samples;
+            let late = sample as i64 - scene.scan.phase_step(Step(step)) as i64;
+            let chip = late.div_euclid(per_chip as i64);
+            let chip = chip.rem_euclid(chips.len() as i64) as usize;
+            counts[step as usize][0] += 2.0 * f64::from(chips[chip]) - 1.0;
+            counts[step as usize][1] += 1.0;
+            let place = sample % hits.len() as u64;
+            hits[place as usize] += 1.0;
+        }
+        before = high;
     }
     counts
 }
