@@ -35,7 +35,8 @@ pub(super) fn check_scene(asked: &Asked) -> Result<(), Approximation> {
 }
 
 /// Whether anything can be expected of a path's estimates by the fit, whose answer to the
-/// expected counts is `fitted`: as [`check_scene`], and all light is told apart.
+/// expected counts is `fitted`: the scan comes by the path, counts are not clamped, and all light
+/// is told apart.
 ///
 /// # Errors
 /// What does not hold.
