@@ -27,9 +27,7 @@ module detector_channel (
     wire [3:0] edges_hits;
     wire [3:0] edges_early;
 
-    gold_generator #(
-        .V_LOAD(11'h7ff)
-    ) reference (
+    gold_generator #(.V_LOAD(11'h7ff)) reference (
         .i_clk     (i_clk),
         .i_rst     (i_rst),
         .i_advance (stepper_advance),

@@ -38,7 +38,8 @@ module sensor_top (
     localparam [21:0] TRANSMIT_V_LOAD = {11'h1ff, 11'h7ff};
 
     wire [1:0]  chips;
-    wire [1:0]  transmit_epoch_some_unused;
+    wire        unused_transmit_epoch;    // not every bit has another use; linters know by the name
+    wire [1:0]  transmit_epoch;
     wire        controller_run;
     wire        controller_pre_last_chip;
     wire        controller_last_chip;
@@ -48,15 +49,15 @@ module sensor_top (
     wire [16:0] channel_count;
     genvar g;
 
+    assign unused_transmit_epoch = &transmit_epoch;
+
     for (g = 0; g < 2; g = g + 1) begin : gen_transmit
-        gold_generator #(
-            .V_LOAD(TRANSMIT_V_LOAD[11*g +: 11])
-        ) transmit (
+        gold_generator #(.V_LOAD(TRANSMIT_V_LOAD[11*g +: 11])) transmit (
             .i_clk     (i_clk),
             .i_rst     (i_rst),
             .i_advance (1'b1),
             .o_chip    (chips[g]),
-            .o_epoch   (transmit_epoch_some_unused[g])
+            .o_epoch   (transmit_epoch[g])
         );
     end
 
@@ -101,7 +102,7 @@ module sensor_top (
             o_epoch <= 1'b0;
         end else begin
             o_laser <= chips;
-            o_epoch <= transmit_epoch_some_unused[0];
+            o_epoch <= transmit_epoch[0];
         end
     end
 

@@ -30,40 +30,39 @@ module bin_adder (
     output wire [23:0] o_bins         // bins of the row that was read, the first sample's lowest
 );
 
-    reg  [39:0] hit_r;           // sample with the hit of the words 1 to 5 clocks ago
+    reg  [39:0] hit_r;      // sample with the hit of the words 1 to 5 clocks ago
     // bin with a hit, if it is in the first half of the samples; then in the second
     reg  [5:0]  chosen_r;
-    reg  [2:0]  sum_r;           // the same with the hit
-    reg  [1:0]  above_r;         // its bits above the lowest, a clock later
-    wire        hit_before_0;    // a pair or one before it has a hit
-    wire        hit_before_1;    // a pair or one before it has a hit
-    wire        hit_before_2;    // a pair or one before it has a hit
-    wire [5:0]  choice;          // bin with the hit, of the samples of a half
-    wire [5:0]  other;           // the same, out of memory 1
-    // both, and the 1; below them a 0 that is not used, as linters know by the name
-    wire [3:0]  both_and_unused;
+    reg  [2:0]  sum_r;      // the same with the hit
+    reg  [1:0]  above_r;    // its bits above the lowest, a clock later
+    wire [5:0]  choice;     // bin with the hit, of the samples of a half
+    wire [5:0]  other;      // the same, out of memory 1
+    wire [3:0]  both;       // both, and the 1; below them a 0
+    wire        unused;     // the 0 has no use; linters know by the name
+    wire [3:0]  earliest;   // the earliest pair that has a hit
     wire [7:0]  place;
-    wire [7:0]  addend;          // below either a 1: the carry makes the sum one more
+    wire [7:0]  addend;     // below either a 1: the carry makes the sum one more
     wire [23:0] bank_bin;
     wire [23:0] bank_other;
     genvar g;
 
-    assign hit_before_0 = i_hits[0];
-    assign hit_before_1 = hit_before_0 | i_hits[1];
-    assign hit_before_2 = hit_before_1 | i_hits[2];
     assign choice[2:0] = bank_bin[2:0] | bank_bin[5:3] | bank_bin[8:6] | bank_bin[11:9];
     assign choice[5:3] = bank_bin[14:12] | bank_bin[17:15] | bank_bin[20:18] | bank_bin[23:21];
     assign other[2:0] = bank_other[2:0] | bank_other[5:3] | bank_other[8:6] | bank_other[11:9];
     assign other[5:3] =
         bank_other[14:12] | bank_other[17:15] | bank_other[20:18] | bank_other[23:21];
-    assign both_and_unused = addend[3:0] + addend[7:4];
-    assign place =
-        {i_hits[3] & ~i_early[3] & ~hit_before_2, i_hits[3] & i_early[3] & ~hit_before_2,
-        i_hits[2] & ~i_early[2] & ~hit_before_1, i_hits[2] & i_early[2] & ~hit_before_1,
-        i_hits[1] & ~i_early[1] & ~hit_before_0, i_hits[1] & i_early[1] & ~hit_before_0,
-        i_hits[0] & ~i_early[0], i_hits[0] & i_early[0]};
+    assign both = addend[3:0] + addend[7:4];
+    assign unused = both[0];
+    assign earliest =
+        {i_hits[3] & ~(|i_hits[2:0]), i_hits[2] & ~(|i_hits[1:0]), i_hits[1] & ~i_hits[0],
+        i_hits[0]};
     assign addend[3:0] = {chosen_r[2:0], 1'b1};
     assign addend[7:4] = {chosen_r[5:3], 1'b1};
+
+    for (g = 0; g < 4; g = g + 1) begin : gen_place
+        assign place[2*g] = earliest[g] & i_early[g];
+        assign place[2*g + 1] = earliest[g] & ~i_early[g];
+    end
 
     for (g = 0; g < 8; g = g + 1) begin : gen_bank
         bin_bank bank (
@@ -102,7 +101,7 @@ module bin_adder (
             if (i_held_first) begin
                 chosen_r <= 6'd0;
             end
-            sum_r <= both_and_unused[3:1];
+            sum_r <= both[3:1];
             above_r <= sum_r[2:1];
         end
     end

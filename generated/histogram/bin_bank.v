@@ -36,43 +36,40 @@ module bin_bank (
     output wire [2:0]  o_read        // bin of the row that was read
 );
 
-    reg        writes_r;   // to be written
-    reg        lowest_r;   // lowest bit of what is written
-    wire [2:0] memory_0_q;
-    wire [2:0] memory_1_q;
+    reg         writes_r;         // to be written
+    reg         lowest_r;         // lowest bit of what is written
+    wire [1:0]  memory_i_write;
+    wire [21:0] memory_i_address;
     // memories that go on: the one that counts, and the other with its reader
-    wire [1:0] goes;
-    wire [2:0] written;    // what is written
+    wire [1:0]  goes;
+    wire [2:0]  written;          // what is written
+    wire [5:0]  memory_word;
+    genvar g;
 
+    assign memory_i_write[0] = writes_r & ~i_write_half;
+    assign memory_i_write[1] = writes_r & i_write_half;
+    assign memory_i_address[10:0] = i_half ? i_read_row : i_row;
+    assign memory_i_address[21:11] = i_half ? i_row : i_read_row;
     assign o_read = i_half ? o_bin : o_other;
     assign goes = {i_go | i_half, i_go | ~i_half};
     assign written = {i_above, lowest_r};
 
-    // Bins of memory 0, one for each row
-    block_memory #(
-        .WORDS(2047), .ADDRESS_BITS(11), .BITS(3)
-    ) memory_0 (
-        .i_clk           (i_clk),
-        .i_write         (writes_r & ~i_write_half),
-        .i_write_address (i_write_row),
-        .i_data          (written),
-        .i_read          (goes[0]),
-        .i_address       (i_half ? i_read_row : i_row),
-        .o_word          (memory_0_q)
-    );
-
-    // Bins of memory 1, one for each row
-    block_memory #(
-        .WORDS(2047), .ADDRESS_BITS(11), .BITS(3)
-    ) memory_1 (
-        .i_clk           (i_clk),
-        .i_write         (writes_r & i_write_half),
-        .i_write_address (i_write_row),
-        .i_data          (written),
-        .i_read          (goes[1]),
-        .i_address       (i_half ? i_row : i_read_row),
-        .o_word          (memory_1_q)
-    );
+    for (g = 0; g < 2; g = g + 1) begin : gen_memory
+        // bins, one for each row
+        block_memory #(
+            .WORDS(2047),
+            .ADDRESS_BITS(11),
+            .BITS(3)
+        ) memory (
+            .i_clk           (i_clk),
+            .i_write         (memory_i_write[g]),
+            .i_write_address (i_write_row),
+            .i_data          (written),
+            .i_read          (goes[g]),
+            .i_address       (memory_i_address[11*g +: 11]),
+            .o_word          (memory_word[3*g +: 3])
+        );
+    end
 
     always @(posedge i_clk) begin
         if (i_rst) begin
@@ -87,10 +84,10 @@ module bin_bank (
                 lowest_r <= 1'b0;
             end
             if (goes[0]) begin
-                o_bin <= memory_0_q;
+                o_bin <= memory_word[2:0];
             end
             if (goes[1]) begin
-                o_other <= memory_1_q;
+                o_other <= memory_word[5:3];
             end
             if (~i_come_hit & ~i_come_half) begin
                 o_bin <= 3'd0;

@@ -44,22 +44,22 @@ module histogram_control (
 
     localparam [10:0] LAST_ROW_BUT_ONE = 11'd2045; // the row before the last
     // the first code period of a frame, so that the last is all ones
-    localparam [2:0] FIRST_PERIOD     = 3'd1;
+    localparam [2:0]  FIRST_PERIOD     = 3'd1;
 
     reg  [10:0] ahead_r;          // row of the next word
-    reg         ahead_is_last_r;  // it is the last
-    reg         row_is_last_r;    // it is the last
+    reg         ahead_is_last_r;  // the next word's row is the last
+    reg         row_is_last_r;    // the present word's row is the last
     reg  [2:0]  period_r;         // code period of the frame
-    reg         period_is_last_r; // the present one is the last
+    reg         period_is_last_r; // the present code period is the frame's last
     reg         first_r;          // the first code period of a frame
     reg  [65:0] row_before_r;     // rows of the words 1 to 6 clocks ago
     reg  [5:0]  half_before_r;    // memory of the words 1 to 6 clocks ago
     reg  [4:0]  first_before_r;   // whether the words 1 to 5 clocks ago are of a first code period
     reg         reads_r;          // rows are read
-    reg         read_is_last_r;   // it is the last
+    reg         read_is_last_r;   // the row that is read is the last
     // a row is in the memories, comes out of them, and is in the register behind them
     reg  [2:0]  out_r;
-    reg  [2:0]  last_out_r;       // the last of a frame is
+    reg  [2:0]  last_out_r;       // it is a frame's last
     reg         room_r;           // none waits
     wire        ends;             // the last row of a frame
     wire [3:0]  next_period;      // the next one, and above it whether the present one is all ones

@@ -50,7 +50,7 @@ module scan_controller (
     assign o_scan_counted = scan_done_r[5];
     assign o_dump = step_done_r[4];
 
-    state_match chip_count_match (
+    state_match #(.WIDTH(14)) chip_count_match (
         .i_clk     (i_clk),
         .i_rst     (i_rst),
         .i_state   (chip_count_r),
@@ -58,7 +58,7 @@ module scan_controller (
         .o_matched (chip_count_matched)
     );
 
-    state_match_2 step_count_match (
+    state_match #(.WIDTH(15)) step_count_match (
         .i_clk     (i_clk),
         .i_rst     (i_rst),
         .i_state   (step_count_r),

@@ -4,7 +4,6 @@ lfsr_check.v
 gold_generator.v
 interleaver.v
 state_match.v
-state_match_2.v
 scan_controller.v
 chip_history.v
 lane_delay.v

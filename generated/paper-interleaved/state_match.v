@@ -7,23 +7,30 @@
 
 `default_nettype none
 
-module state_match (
-    input  wire        i_clk,
-    input  wire        i_rst,
+module state_match #(
+    parameter WIDTH = 14 // bits of a state, 9 to 16
+) (
+    input  wire               i_clk,
+    input  wire               i_rst,
 
-    input  wire [13:0] i_state,  // state of a counter
-    input  wire [13:0] i_wanted, // the state that is waited for
+    input  wire [WIDTH - 1:0] i_state,  // state of a counter
+    input  wire [WIDTH - 1:0] i_wanted, // the state that is waited for
 
-    output wire        o_matched // they were equal one clock ago
+    output wire               o_matched // they were equal one clock ago
 );
 
-    reg  [1:0]  matched_r; // one bit for each piece
-    wire [13:0] equal;
-    wire [1:0]  all_equal;
+    // Elaboration ends here: there is no module of this name.
+    if (WIDTH < 9 || WIDTH > 16) begin : gen_refused
+        state_match_takes_WIDTH_of_9_to_16 refused ();
+    end
+
+    reg  [1:0]         matched_r; // one bit for each piece
+    wire [WIDTH - 1:0] equal;
+    wire [1:0]         all_equal;
 
     assign equal = ~(i_state ^ i_wanted);
     assign o_matched = &matched_r;
-    assign all_equal = {&equal[13:8], &equal[7:0]};
+    assign all_equal = {&equal[WIDTH - 1:8], &equal[7:0]};
 
     always @(posedge i_clk) begin
         if (i_rst) begin

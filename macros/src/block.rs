@@ -6,31 +6,84 @@ use syn::parse::{Parse, ParseStream};
 use syn::spanned::Spanned;
 use syn::{
     Attribute, Error, Expr, Field, Fields, GenericArgument, Ident, ItemStruct, Lit, Meta,
-    PathArguments, PathSegment, Result, Token, Type,
+    PathArguments, PathSegment, Result, Token, Type, parse_quote,
 };
 
-/// The struct under `#[block(Plan)]`, with its constructor.
-pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> {
-    let plan: Type = syn::parse2(arguments)?;
+/// The struct under `#[block(about)]`, or a bundle of ports under `#[block]`, with its constructor.
+pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
+    let is_bundle = about.is_empty();
     let mut item: ItemStruct = syn::parse2(item)?;
     let Fields::Named(fields) = &mut item.fields else {
         return Err(Error::new_spanned(&item, "a block's fields have names"));
     };
-    let mut parts = Vec::new();
+    let (mut parameters, mut values, mut parts) = (Vec::new(), Vec::new(), Vec::new());
     for field in &mut fields.named {
         let name = field.ident.clone().expect("named fields");
-        let part = Words::taken_from(field)?.part(&field.ty)?;
-        parts.push(quote!(#name: #part));
+        let ty = &field.ty.clone();
+        let words = Words::taken_from(field)?;
+        if words.given {
+            parameters.push(quote!(#name: #ty));
+            parts.push(name);
+            continue;
+        }
+        if words.is_of_parameter(ty) {
+            parameters.push(quote!(#name: #ty));
+        } else if let Some(value) = words.set {
+            values.push(quote!(let #name: #ty = #value;));
+        } else {
+            let part = words.part(ty)?;
+            values.push(quote!(let #name = #part;));
+            parts.push(name);
+            continue;
+        }
+        // The constructor may be all that asks for it.
+        field.attrs.push(parse_quote!(#[allow(dead_code)]));
     }
+    if !is_bundle {
+        fields.named.push(parse_quote!(about: About));
+        parts.push(parse_quote!(about));
+        values.push(quote!(let about = #about;));
+    }
+    let names: Vec<_> = fields.named.iter().filter_map(|field| field.ident.clone()).collect();
     let block = &item.ident;
+    let visibility = &item.vis;
+    let (start, end, logic) = match is_bundle {
+        false => (quote!(visit_start_scope), quote!(visit_end_scope), None),
+        true => {
+            let logic = quote!(impl Logic for #block { fn update(&mut self) {} });
+            (quote!(visit_start_namespace), quote!(visit_end_namespace), Some(logic))
+        }
+    };
     Ok(quote! {
-        #[derive(Debug, Clone, LogicBlock)]
+        #[derive(Debug, Clone)]
         #item
 
         impl #block {
-            /// Every part as its field says.
-            fn build(plan: &#plan) -> #block {
-                #block { #(#parts),* }
+            /// The block of these numbers.
+            #visibility fn new(#(#parameters),*) -> #block {
+                #(#values)*
+                #block { #(#names),* }
+            }
+        }
+
+        #logic
+
+        impl Block for #block {
+            fn connect_all(&mut self) {}
+
+            fn update_all(&mut self) {
+                self.update();
+                #(self.#parts.update_all();)*
+            }
+
+            fn has_changed(&self) -> bool {
+                #(self.#parts.has_changed())||*
+            }
+
+            fn accept(&self, name: &str, probe: &mut dyn probe::Probe) {
+                probe.#start(name, self);
+                #(self.#parts.accept(stringify!(#parts), probe);)*
+                probe.#end(name, self);
             }
         }
     })
@@ -51,6 +104,8 @@ struct Words {
     each: Option<Each>,
     is: Option<Expr>,
     number: bool,
+    given: bool,
+    set: Option<Expr>,
 }
 
 /// `#[reset(value)]` or `#[reset(value, constant)]`.
@@ -123,11 +178,21 @@ impl Words {
                 "each" => words.each = Some(attribute.parse_args()?),
                 "is" => words.is = Some(attribute.parse_args()?),
                 "number" => words.number = true,
+                "given" => words.given = true,
+                "set" => words.set = Some(attribute.parse_args()?),
                 _ => others.push(attribute),
             }
         }
         field.attrs = others;
         Ok(words)
+    }
+
+    /// Whether nothing says how the field is made, and its type is none of a part.
+    fn is_of_parameter(&self, ty: &Type) -> bool {
+        const PARTS: [&str; 8] =
+            ["Input", "Output", "Local", "Register", "Constant", "Wiring", "Optional", "Memory"];
+        let is_part = PARTS.iter().any(|part| last_segment(ty).is_ok_and(|s| s.ident == part));
+        !is_part && self.is.is_none() && self.set.is_none() && self.each.is_none()
     }
 
     fn add_doc(&mut self, attribute: &Attribute) {
@@ -149,7 +214,6 @@ impl Words {
     fn part(mut self, ty: &Type) -> Result<TokenStream> {
         let segment = last_segment(ty)?;
         let part = match segment.ident.to_string().as_str() {
-            "Plan" => quote!(plan.clone().into()),
             _ if self.is.is_some() && self.when.is_none() && self.each.is_none() => {
                 self.is.take().into_token_stream()
             }

@@ -91,9 +91,6 @@ impl Kernel {
             match statement {
                 Stmt::Local(local) => self.name(local)?,
                 Stmt::Expr(expression, _) => statements.extend(self.statement(expression)?),
-                Stmt::Macro(call) if call.mac.path.is_ident("dff_setup") => {
-                    statements.push(statement.clone());
-                }
                 _ => return refuse(statement, "no statement of a kernel"),
             }
         }

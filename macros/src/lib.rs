@@ -6,22 +6,24 @@
 //! apart: **what reads no signal by `.val()` is elaboration**, and leaves no gate.
 //!
 //! ```ignore
-//! #[block(EdgePlan)]
+//! #[block(About::new("edge_detector", "one hit per rising edge"))]
 //! pub struct EdgeDetector {
+//!     lanes: usize,
+//!     #[set(lanes.div_ceil(2))]
+//!     pairs: usize,
 //!     /// samples that are high after a low one
-//!     #[width(plan.lanes)]
+//!     #[width(lanes)]
 //!     rising: Local<Word>,
 //!     /// the hit is the earlier sample of its pair
-//!     #[when(plan.lanes > 1)]
-//!     #[width(plan.lanes / 2)]
+//!     #[when(lanes > 1)]
+//!     #[width(pairs)]
 //!     early: Optional<Register<Word>>,
-//!     plan: Plan<EdgePlan>,
 //! }
 //!
 //! #[kernel]
 //! impl Logic for EdgeDetector {
 //!     fn update(&mut self) {
-//!         self.last_sample.d.next = self.i_samples.val().get_bit(self.plan.lanes - 1);
+//!         self.last_sample.d.next = self.i_samples.val().get_bit(self.lanes - 1);
 //!         if self.early.is_present() {                 // a generate-if
 //!             self.find_early();
 //!         } else if self.i_run.val() {                 // a multiplexer
@@ -47,13 +49,17 @@
 //! loop; and every construct of Rust that rust-hdl does not translate.
 //!
 //! # Blocks
-//! `#[block(P)]` derives rust-hdl's `LogicBlock` and makes `fn build(plan: &P)`, in which every
-//! part is as its field says. The doc comment is the comment in the Verilog. Beside it:
+//! `#[block(about)]` makes the constructor `new` and rust-hdl's `Block`. `new` takes the
+//! parameters, which are the fields of which nothing says how they are made, and parts that are `#[given]`;
+//! `#[set(expression)]` follows from those above it, and every part is as its field says, in which all fields
+//! above it have their names. `about` describes the module; without it the block is
+//! a bundle of ports. The doc comment is the comment
+//! in the Verilog. Beside it:
 //! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
 //! of the block; `#[value(number)]` of a constant, and `#[number]` if it is no pattern of bits; `#[sources(places, inputs)]` of a wiring that is
 //! not straight; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
-//! `#[under("heading")]` among the ports or constants; `#[about(text)]` for a comment that depends on the
-//! plan; `#[is(expression)]` for any other part.
+//! `#[under("heading")]` among the ports or constants; `#[about(text)]` for a comment that depends on
+//! parameters; `#[is(expression)]` for any other part.
 
 use proc_macro::TokenStream;
 

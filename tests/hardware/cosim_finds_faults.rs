@@ -134,9 +134,9 @@ const PEAK: &[Fault] = &[
         "unsigned_count = {i_other[10], i_count[9:0]}",
         "unsigned_count = i_count",
     ),
-    ("count_piece.v", "{1'b0, i_other} - {1'b0, i_count}", "{1'b0, i_count} - {1'b0, i_other}"),
-    ("count_piece_2.v", "i_count, i_below}", "i_count, 1'b0}"),
-    ("count_piece_2.v", "i_count, i_below}", "i_count, 1'b1}"),
+    ("count_piece.v", "i_other, 1'b0} - {1'b0, i_count,", "i_count, 1'b0} - {1'b0, i_other,"),
+    ("count_piece.v", "i_count, i_below}", "i_count, 1'b0}"),
+    ("count_piece.v", "i_count, i_below}", "i_count, 1'b1}"),
     // Keeping: a scan's first count, a step, another count.
     ("running_maximum.v", "i_first | comparison_greater", "comparison_greater"),
     ("running_maximum.v", "best_step_r <= i_step", "best_step_r <= best_step_r"),

@@ -37,6 +37,56 @@ fn no_line_of_a_module_is_longer_than_a_hundred_columns() {
     assert!((0.15..0.33).contains(&share), "{share:.3} of all lines");
 }
 
+/// Modules that differ in a width or a count are one, with parameters. A number is left where codes
+/// differ, or the pieces of a comparison, which have a register each.
+#[test]
+fn no_module_is_there_twice_for_a_size() {
+    (0..100).into_par_iter().for_each(|scene| {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(scene);
+        for EmittedFile { name, .. } in &draw::modules(&mut rng, Extent::WHOLE).1 {
+            let module = name.trim_end_matches(".v");
+            let kind = module.trim_end_matches(|c: char| c.is_ascii_digit());
+            let is_numbered = kind.ends_with('_') && kind.len() < module.len();
+            let others = ["_generator_", "interleaver_", "detector_channel_", "state_match_"];
+            assert!(!is_numbered || others.iter().any(|end| kind.ends_with(end)), "{name}");
+        }
+    });
+}
+
+#[test]
+fn a_size_that_a_module_does_not_take_is_refused_by_each_tool() {
+    let codes = [code(Family::Gold(5), 0, 2)];
+    let mut scene = scene(&codes, 0, 8, 0, None, 300, None);
+    scene.hardware.parallel = 6;
+    let emission = emit(&Sensor::new(&scene), "goldtof emit test.toml").expect("it is sound");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write_files(&emission.files, folder.path());
+    let channel = folder.path().join("detector_channel.v");
+    let sound = fs::read_to_string(&channel).expect("the module is there");
+    let names: Vec<&str> = emission.files.iter().map(|file| file.name.as_str()).collect();
+    let read = format!("read_verilog {}; hierarchy -check -top sensor_top", names.join(" "));
+    for (steps, is_taken) in [(1, true), (2, true), (0, false)] {
+        fs::write(&channel, sound.replace(".STEPS(2)", &format!(".STEPS({steps})")))
+            .expect("it can be written");
+        for (tool, arguments) in [
+            ("verilator", &["--lint-only", "--top-module", "sensor_top"][..]),
+            ("iverilog", &["-g2005", "-s", "sensor_top", "-o", "sensor.vvp"]),
+            ("yosys", &["-q", "-p", &read]),
+        ] {
+            let mut command = std::process::Command::new(tool);
+            command.args(arguments).current_dir(folder.path());
+            if tool != "yosys" {
+                command.args(&names);
+            }
+            let said = command.output().expect("the tool is there");
+            let said = [said.stdout, said.stderr].concat();
+            let said = String::from_utf8_lossy(&said);
+            let is_refused = said.contains("correlator_bank_takes_STEPS_of_1_or_more");
+            assert_eq!(is_refused, !is_taken, "{tool}, {steps} steps: {said}");
+        }
+    }
+}
+
 fn write_files(files: &[EmittedFile], folder: &Path) {
     for file in files {
         fs::write(folder.join(&file.name), &file.text).expect("it can be written");

@@ -4,7 +4,7 @@
 use crate::hdl_support::naive_sensor::{Inputs, Outputs};
 use crate::hdl_support::{Family, code, naive_sensor, random_scene, scene, stimulus};
 use goldtof::rtl::blocks::{CodeSource, SensorTop};
-use goldtof::rtl::front::Word;
+use goldtof::rtl::front::{Word, tick};
 use goldtof::scene::Scene;
 use goldtof::sensor::interface::{CountSegments, Interface, TotalCount};
 use rust_hdl_core::block::Block;
@@ -17,14 +17,13 @@ fn settle<B: Block>(block: &mut B) {
 }
 
 fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
-    sensor.i_rst.next = input.reset;
     sensor.m_axis_tready.next = input.ready;
     sensor.i_samples.next = Word::new(input.samples, 128);
     settle(sensor);
-    sensor.i_clk.next = true;
+    tick(sensor, input.reset);
     settle(sensor);
     let saturates = sensor.o_saturated.is_present();
-    let outputs = Outputs {
+    Outputs {
         laser: sensor.o_laser.val().value() as u64,
         epoch: sensor.o_epoch.val(),
         data: sensor.m_axis_tdata.val().value(),
@@ -35,10 +34,7 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
         peak_step: if_peak(sensor, sensor.o_peak_step.val().value()),
         peak_count: if_peak(sensor, sensor.o_peak_count.val().value()),
         peak_valid: if_peak(sensor, u128::from(sensor.o_peak_valid.val())) == 1,
-    };
-    sensor.i_clk.next = false;
-    settle(sensor);
-    outputs
+    }
 }
 
 /// A stand-in's value is not looked at.
@@ -55,8 +51,7 @@ fn keeps(interface: &Interface, cycles: usize, seed: u64) {
         stimulus::inputs(interface.lanes() * interface.reference_codes.len() as u32, cycles, seed);
     let expected = naive_sensor::outputs(interface, &inputs, &[]);
     assert!(expected.iter().any(|o| o.valid), "the run is too short");
-    let mut sensor = SensorTop::new(interface);
-    sensor.connect_all();
+    let mut sensor = SensorTop::new(interface.clone());
     for (cycle, (input, expected)) in inputs.iter().zip(&expected).enumerate() {
         let got = clock(&mut sensor, input);
         assert_eq!(got, *expected, "cycle {cycle}, seed {seed}");
@@ -140,16 +135,14 @@ fn a_code_source_gives_its_table_from_any_start_and_waits_without_advance() {
             let code = code(family, interleave, 9);
             let start = noise.below(code.len());
             let mut source = CodeSource::new(&code, start, true);
-            source.connect_all();
             let mut position = start;
             for cycle in 0..3 * code.len() {
                 let (reset, load) = (cycle == 0, noise.below(50) == 0);
                 let advance = noise.below(4) != 0;
-                source.i_rst.next = reset;
                 source.i_load.next = load;
                 source.i_advance.next = advance;
                 settle(&mut source);
-                source.i_clk.next = true;
+                tick(&mut source, reset);
                 settle(&mut source);
                 position = if reset || load {
                     start
@@ -159,8 +152,6 @@ fn a_code_source_gives_its_table_from_any_start_and_waits_without_advance() {
                 let chip = code.chips[position as usize] == 1;
                 assert_eq!(source.o_chip.val(), chip, "{family:?}, cycle {cycle}");
                 assert_eq!(source.o_epoch.val(), position == start);
-                source.i_clk.next = false;
-                settle(&mut source);
             }
         }
     }

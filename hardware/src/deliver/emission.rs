@@ -220,8 +220,8 @@ fn modules(
     let interface = sensor.interface();
     check_limits(sensor, interface)?;
     let top: Box<dyn Block> = match &interface.histogram {
-        None => Box::new(SensorTop::new(interface)),
-        Some(plan) => Box::new(HistogramTop::new(interface, plan)),
+        None => Box::new(SensorTop::new(interface.clone())),
+        Some(plan) => Box::new(HistogramTop::new(interface.clone(), *plan)),
     };
     let modules = verilog_of(&*top, prefix, &made_by(&printable_ascii(command)))?;
     let netlists = modules.iter().filter_map(|module| module.netlist.clone()).collect();

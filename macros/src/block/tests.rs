@@ -4,7 +4,7 @@ use quote::quote;
 use syn::parse::Parser;
 use syn::{Expr, Field};
 
-use super::{TokenStream, Words};
+use super::{TokenStream, Words, expand};
 
 fn made(field: TokenStream) -> Result<String, String> {
     let mut field = Field::parse_named.parse2(field).unwrap();
@@ -88,7 +88,6 @@ fn optional_and_repeated_parts_are_made_of_their_part() {
         )),
     );
     makes(quote!(#[is(Child::new(plan.bits))] child: Child), quote!(Child::new(plan.bits)));
-    makes(quote!(plan: Plan<P>), quote!(plan.clone().into()));
 }
 
 #[test]
@@ -113,4 +112,34 @@ fn what_is_missing_or_of_no_use_is_refused() {
     is_refused(quote!(#[when(true)] a: Input<bool>), "no use for `#[when]`");
     is_refused(quote!(#[reset(3)] a: Wiring), "needs `#[width(bits)]`");
     is_refused(quote!(a: Input<u8>), "a `bool` or a `Word`");
+}
+
+#[test]
+fn the_constructor_takes_parameters_and_given_parts_in_their_order() {
+    let block = quote! {
+        pub struct Edge {
+            lanes: usize,
+            #[set(lanes / 2)]
+            pairs: usize,
+            #[width(pairs)]
+            o_hits: Output<Word>,
+            #[given]
+            child: Child,
+        }
+    };
+    let made = expand(quote!(about_of(lanes)), block).unwrap().to_string();
+    let constructor = quote! {
+        pub fn new(lanes: usize, child: Child) -> Edge {
+            let pairs: usize = lanes / 2;
+            let o_hits = Output::word((pairs) as u32, "");
+            let about = about_of(lanes);
+            Edge { lanes, pairs, o_hits, child, about }
+        }
+    };
+    assert!(made.contains(&constructor.to_string()), "{made}");
+    // What is no part is not probed, and the description comes last.
+    for (part, is_probed) in [("lanes", false), ("o_hits", true), ("child", true), ("about", true)]
+    {
+        assert_eq!(made.contains(&format!("self . {part} . accept")), is_probed, "{part}");
+    }
 }

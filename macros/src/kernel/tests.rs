@@ -34,7 +34,6 @@ fn is_refused(kernel: TokenStream, message: &str) {
 #[test]
 fn signals_stay_as_they_are() {
     let kernel = quote! {
-        dff_setup!(self, i_clk, a);
         self.a.d.next = (self.b.val() << 1).replace_bit(0, !self.c.val());
         if self.c.val() & (self.a.q.val() == 3) {
             self.d.next = bit_cast(self.b.val(), 4) + signed_cast(self.c.val());

@@ -32,7 +32,6 @@ pub fn count_choice(noise: &mut Noise) -> Case {
         ),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_turn.next = Word::new(input[0], 3);
             for count in 0..3 {
@@ -54,11 +53,10 @@ pub fn count_piece(noise: &mut Noise) -> Case {
     });
     let expected = expected.collect();
     Case::clocked(
-        CountPiece::new(3, true),
+        CountPiece::new(3),
         Ports::new(&[("i_count", 3), ("i_other", 3), ("i_below", 1)], &[("o_greater", 1)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_count.next = Word::new(input[0], 3);
             block.i_other.next = Word::new(input[1], 3);
@@ -111,11 +109,10 @@ pub fn count_comparison(noise: &mut Noise) -> Case {
     });
     let expected = expected.collect();
     Case::clocked(
-        CountComparison::new(&peak_plan(BITS, 3, 1)),
+        CountComparison::new(peak_plan(BITS, 3, 1)),
         Ports::new(&[("i_count", BITS), ("i_other", BITS)], &[("o_greater", 1)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_count.next = Word::new(input[0], BITS);
             block.i_other.next = Word::new(input[1], BITS);
@@ -175,11 +172,10 @@ pub fn peak_detector(noise: &mut Noise, parallel: u32) -> Case {
     let mut ports = vec![("i_counted", 1), ("i_last", 1)];
     ports.extend(names.iter().map(|name| (name.as_str(), BITS)));
     Case::clocked(
-        PeakDetector::new(&plan, 1),
+        PeakDetector::new(plan, 1),
         Ports::new(&ports, &[("o_step", 5), ("o_count", BITS), ("o_valid", 1)]),
         inputs,
         expected,
-        clock_and_reset!(),
         move |block, input| {
             block.i_counted.next = input[0] == 1;
             block.i_last.next = input[1] == 1;

@@ -38,7 +38,6 @@ pub fn edge_detector(noise: &mut Noise) -> Case {
         Ports::new(&[("i_samples", 8), ("i_run", 1)], &[("o_hits", 4), ("o_early", 4)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_samples.next = Word::new(input[0], 8);
             block.i_run.next = input[1] == 1;
@@ -69,7 +68,6 @@ pub fn quad_counter(noise: &mut Noise) -> Case {
         Ports::new(&[("i_hit", 4), ("i_down", 4)], &[("o_sum", 4)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_hit.next = Word::new(input[0], 4);
             block.i_down.next = Word::new(input[1], 4);
@@ -94,16 +92,14 @@ pub fn accumulator(noise: &mut Noise) -> Case {
         Some(vec![wrapped(count, 9)])
     });
     let expected = expected.collect();
-    let segments = CountSegments { count: 1, lower_bits: 9, top_bits: 9 };
     Case::clocked(
-        Accumulator::new(segments, 4),
+        Accumulator::new(9, 4, false, false),
         Ports::new(&[("i_addend", 4), ("i_dump", 1)], &[("o_count", 9)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_addend.next = Word::new(input[0], 4);
-            block.i_dump.next = Word::new(input[1], 1);
+            block.i_dump.next = input[1] == 1;
         },
         |block| vec![block.o_count.val().value()],
     )
@@ -158,7 +154,6 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
         ),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_hits.next = Word::new(input[0], 4);
             block.i_early.next = Word::new(input[1], 4);
@@ -220,11 +215,10 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
     outputs.extend(saturates.then_some(("o_clamped", 1)));
     let count = segments.count;
     Case::clocked(
-        HitCounter::new(lanes, plan, segments),
+        HitCounter::new(lanes as usize, plan, segments),
         Ports::new(&[("i_hits", pairs), ("i_dump", count)], &outputs),
         inputs,
         expected,
-        clock_and_reset!(),
         move |block, input| {
             block.i_hits.next = Word::new(input[0], pairs);
             block.i_dump.next = Word::new(input[1], count);

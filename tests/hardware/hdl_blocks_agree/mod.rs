@@ -2,16 +2,6 @@
 //! a description of what the block is for agree at every clock under random
 //! inputs.
 
-/// Clocks and resets a block that has the usual names for both.
-macro_rules! clock_and_reset {
-    () => {
-        |block, clock, reset| {
-            block.i_clk.next = clock;
-            block.i_rst.next = reset;
-        }
-    };
-}
-
 mod comparing;
 mod counting;
 mod sequence;

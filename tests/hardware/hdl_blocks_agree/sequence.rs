@@ -40,10 +40,6 @@ pub fn code_sources(noise: &mut Noise) -> Vec<Case> {
             Ports::new(&[("i_load", 1), ("i_advance", 1)], &[("o_chip", 1), ("o_epoch", 1)]),
             inputs,
             expected,
-            |block, clock, reset| {
-                block.i_clk.next = clock;
-                block.i_rst.next = reset;
-            },
             |block, input| {
                 block.i_load.next = input[0] == 1;
                 block.i_advance.next = input[1] == 1;
@@ -74,7 +70,6 @@ pub fn state_match(noise: &mut Noise) -> Case {
         Ports::new(&[("i_state", 20), ("i_wanted", 20)], &[("o_matched", 1)]),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_state.next = Word::new(input[0], 20);
             block.i_wanted.next = Word::new(input[1], 20);
@@ -146,7 +141,6 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
         Ports::new(&[("i_epoch", 1)], &outputs),
         inputs,
         expected,
-        clock_and_reset!(),
         |block, input| block.i_epoch.next = input[0] == 1,
         |block| {
             vec![
@@ -232,11 +226,10 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
     ];
     let ports = Ports::new(&inputs_of_block, &outputs);
     Case::clocked(
-        DetectorChannel::new(&interface, &code),
+        DetectorChannel::new(interface, code.into()),
         ports,
         inputs.clone(),
         expected,
-        clock_and_reset!(),
         |block, input| {
             block.i_samples.next = Word::new(input[0], 4);
             block.i_run.next = input[1] == 1;

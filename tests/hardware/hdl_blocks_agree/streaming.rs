@@ -126,7 +126,6 @@ pub fn result_stream(
         ),
         inputs,
         expected,
-        clock_and_reset!(),
         move |block, input| {
             let input = match input {
                 [early, rest @ ..] if several => {

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 
 use goldtof::rtl::back::{ModuleText, Prefix, verilog_of};
+use goldtof::rtl::front::tick;
 use rust_hdl_core::block::Block;
 use rust_hdl_core::simulate::simulate;
 
@@ -41,28 +42,28 @@ impl Case {
     /// Clocks of reset at the start.
     pub const RESET_CLOCKS: usize = 2;
 
-    /// A block with a clock. `clock` sets its clock and reset, `set` its other
-    /// inputs, and `get` reads its outputs, in the order of `ports`.
+    /// A block with a clock. `set` sets its inputs, and `get` reads its outputs, in the order of
+    /// `ports`.
     pub fn clocked<B: Block>(
         mut block: B,
         ports: Ports,
         inputs: Vec<Vec<u128>>,
         expected: Vec<Option<Vec<u128>>>,
-        clock: impl Fn(&mut B, bool, bool),
         set: impl Fn(&mut B, &[u128]),
         get: impl Fn(&B) -> Vec<u128>,
     ) -> Case {
-        block.connect_all();
         let modules = verilog_of(&block, &Prefix::default(), "a test").expect("the block is sound");
         let simulated = inputs
             .iter()
             .enumerate()
             .map(|(number, input)| {
                 set(&mut block, input);
-                for level in [false, true] {
-                    clock(&mut block, level, number < Self::RESET_CLOCKS);
-                    assert!(simulate(&mut block, 50), "the block does not settle");
-                }
+                let settle = |block: &mut B| {
+                    assert!(simulate(block, 50), "the block does not settle");
+                };
+                settle(&mut block);
+                tick(&mut block, number < Self::RESET_CLOCKS);
+                settle(&mut block);
                 get(&block)
             })
             .collect();
@@ -78,10 +79,7 @@ impl Case {
         set: impl Fn(&mut B, &[u128]),
         get: impl Fn(&B) -> Vec<u128>,
     ) -> Case {
-        Case {
-            is_clocked: false,
-            ..Case::clocked(block, ports, inputs, expected, |_, _, _| (), set, get)
-        }
+        Case { is_clocked: false, ..Case::clocked(block, ports, inputs, expected, set, get) }
     }
 
     /// Name of the block's module.

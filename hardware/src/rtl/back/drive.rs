@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use super::expr::{Expr, SignalId};
 use super::fault::Fault;
 use super::lower::Statement;
+use super::scope::{CLOCK, RESET};
 use super::signals::{Names, Reset, Role};
 
 /// A kernel, taken apart.
@@ -61,8 +62,6 @@ fn check_targets(kernel: &[Statement], names: &Names) -> Result<(), Fault> {
                     | Role::Table
                     | Role::RegisterQ(_)
                     | Role::TableData(_)
-                    | Role::Memory
-                    | Role::MemoryQ(_)
                     | Role::WiringOut(_)
                     | Role::InstanceOutput(_) => {
                         return Err(Fault::MultipleDrivers { signal: name });
@@ -94,10 +93,7 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
                 return;
             }
             read[id] = true;
-            if matches!(
-                names.signals[id].role,
-                Role::RegisterD(_) | Role::RegisterClock(_) | Role::MemoryIn(_)
-            ) {
+            if matches!(names.signals[id].role, Role::RegisterD(_)) {
                 fault = Some(Fault::Unsupported {
                     construct: format!("reading `{}`", names.signals[id].name),
                 });
@@ -110,7 +106,7 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
             Statement::Assign { target, .. } => {
                 // What shows the new value without a clock.
                 let shown = match names.signals[*target].role {
-                    Role::RegisterD(_) | Role::MemoryIn(_) => None,
+                    Role::RegisterD(_) => None,
                     Role::TableAddress(table) => Some(names.tables[table].data),
                     Role::WiringIn(wiring) => Some(names.wirings[wiring].output),
                     _ => Some(*target),
@@ -215,7 +211,6 @@ fn check_driven(
             Role::Output
             | Role::Local
             | Role::TableAddress(_)
-            | Role::MemoryIn(_)
             | Role::WiringIn(_)
             | Role::InstanceInput(_) => combinational.contains_key(&id),
             Role::RegisterD(_) => assigns(kernel, id),
@@ -225,35 +220,7 @@ fn check_driven(
             return Err(undriven(&signal.name));
         }
     }
-    for memory in &names.memories {
-        let is_clocked = combinational
-            .get(&memory.clock)
-            .is_some_and(|value| is_input_named(value, names, "i_clk"));
-        if !is_clocked {
-            return Err(Fault::ClockOrReset {
-                register: names.signals[memory.contents].name.clone(),
-            });
-        }
-    }
-    for register in &names.registers {
-        let is_clocked = combinational
-            .get(&register.clock)
-            .is_some_and(|value| is_input_named(value, names, "i_clk"));
-        let has_reset = names.signals.iter().any(|s| s.role == Role::Input && s.name == "i_rst");
-        if !is_clocked || !has_reset {
-            return Err(Fault::ClockOrReset { register: names.signals[register.q].name.clone() });
-        }
-    }
     Ok(())
-}
-
-fn is_input_named(value: &Expr, names: &Names, name: &str) -> bool {
-    match value {
-        Expr::Signal { id, .. } => {
-            names.signals[*id].role == Role::Input && names.signals[*id].name == name
-        }
-        _ => false,
-    }
 }
 
 /// The statements that assign registers, without the default hold.
@@ -325,16 +292,16 @@ fn check_reads(
     }
     for (id, signal) in names.signals.iter().enumerate() {
         let must_be_read = match signal.role {
-            Role::Input => names.registers.is_empty() || signal.name != "i_rst",
+            Role::Input => ![CLOCK.0, RESET.0].contains(&signal.name.as_str()),
             Role::Local
             | Role::Constant
             | Role::RegisterQ(_)
             | Role::TableData(_)
-            | Role::MemoryQ(_)
             | Role::WiringOut(_) => true,
             _ => false,
         };
-        if must_be_read && !is_read[id] {
+        // Linters know by this name that it is meant.
+        if must_be_read && !is_read[id] && !signal.name.contains("unused") {
             return Err(Fault::Unread { signal: signal.name.clone() });
         }
     }

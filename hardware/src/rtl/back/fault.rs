@@ -98,12 +98,6 @@ pub enum Fault {
         /// Bits there are.
         width: u32,
     },
-    /// A register without `i_clk`, or a module without `i_rst`.
-    #[error("register `{register}` needs `i_clk` as its clock and `i_rst` as the module's reset")]
-    ClockOrReset {
-        /// The register.
-        register: String,
-    },
     /// A name that Verilog reserves or does not allow, or that is taken.
     #[error("`{name}` cannot be a Verilog name: {reason}")]
     BadName {

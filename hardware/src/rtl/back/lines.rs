@@ -148,11 +148,16 @@ fn spread(line: Line) -> Vec<Line> {
     let Line::Store { target, value: Term::Concat(parts) } = &line else {
         return vec![line];
     };
-    let slopes: Vec<_> = parts.windows(2).map(|pair| pair[1].slope_to(&pair[0])).collect();
-    let is_even = slopes
-        .iter()
-        .all(|slope| slope.as_deref().is_some_and(is_of_places) && *slope == slopes[0]);
-    if parts.len() < LEAST_TRIPS + 1 || !is_even {
+    let is_even = |period: usize| {
+        let slopes: Vec<_> =
+            parts.windows(period + 1).map(|run| run[period].slope_to(&run[0])).collect();
+        let is_same = |at: usize, slope: &Option<Vec<_>>| {
+            slope.as_deref().is_some_and(is_of_places) && *slope == slopes[at % period]
+        };
+        parts.len() > LEAST_TRIPS * period
+            && slopes.iter().enumerate().all(|(at, slope)| is_same(at, slope))
+    };
+    if !is_even(1) && !is_even(2) {
         return vec![line];
     }
     let (name, mut low) = match target {

@@ -6,7 +6,7 @@ use rust_hdl_core::ast::{
     VerilogOpUnary, VerilogStatement,
 };
 
-use super::concat::{binary, not};
+use super::concat::{binary, concat, not};
 use super::expr::{BinaryOp, Expr, SignalId, UnaryOp};
 use super::fault::Fault;
 use super::scope::{literal_value, literal_width};
@@ -240,7 +240,14 @@ impl Lowering<'_> {
             VerilogOpUnary::Xor => UnaryOp::Parity,
             VerilogOpUnary::Neg => return unsupported("unary minus"),
         };
-        let operand = self.expression(operand, None)?;
+        let operand = match (op, self.expression(operand, None)?) {
+            // Zeros change neither.
+            (UnaryOp::Any | UnaryOp::Parity, Expr::Concat(mut parts)) => {
+                parts.retain(|part| !part.is_zero());
+                concat(parts)
+            }
+            (_, operand) => operand,
+        };
         Ok(if operand.width() == 1 { operand } else { Expr::Unary(op, Box::new(operand)) })
     }
 

@@ -30,6 +30,7 @@ mod sheet;
 mod signals;
 mod term;
 mod text;
+mod variants;
 
 use rust_hdl_core::block::Block;
 

@@ -2,16 +2,17 @@
 
 use super::alias::resolve;
 use super::drive::{Drives, drives_of};
-use super::expr::{Expr, SignalId};
+use super::expr::{Expr, SignalId, UnaryOp};
 use super::fault::{Fault, Refusal};
 use super::lower::{Statement, lower};
-use super::scope::{Content, Scope};
-use super::signals::{Element, MemoryPins, Named, Names, Reset, Role, Signal, TablePins};
+use super::scope::{AtomInfo, Content, Scope};
+use super::signals::{Element, Named, Names, Reset, Role, Signal, TablePins};
 use crate::rtl::front::Description;
+use rust_hdl_core::atom::AtomKind;
 
 /// A module without its constants' values, so that instances that differ in
 /// nothing else share it.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Module {
     /// Name and header.
     pub description: Description,
@@ -23,8 +24,6 @@ pub struct Module {
     pub constants: Vec<SignalId>,
     /// Tables of single bits.
     pub tables: Vec<TablePins>,
-    /// Memories.
-    pub memories: Vec<Memory>,
     /// Wires that are not ports.
     pub wires: Vec<SignalId>,
     /// Registers and their values after reset.
@@ -35,34 +34,6 @@ pub struct Module {
     pub clocked: Vec<Statement>,
     /// Instances of other modules.
     pub instances: Vec<Instance>,
-}
-
-/// A memory, and what its pins are connected to.
-#[derive(Debug)]
-pub struct Memory {
-    /// The contents; as wide as a word.
-    pub contents: SignalId,
-    /// Number of words.
-    pub words: u64,
-    /// Whether a word is written, where, and what.
-    pub write: [Expr; 3],
-    /// Whether a word is read, and which.
-    pub read: [Expr; 2],
-    /// The word that was read, two clocks later.
-    pub q: SignalId,
-}
-
-impl Memory {
-    fn of(pins: &MemoryPins, drives: &Drives) -> Memory {
-        let value = |id: SignalId| drives.combinational[&id].clone();
-        Memory {
-            contents: pins.contents,
-            words: pins.words,
-            write: pins.write.map(value),
-            read: pins.read.map(value),
-            q: pins.q,
-        }
-    }
 }
 
 /// A continuous assignment.
@@ -83,6 +54,8 @@ pub struct Instance {
     pub element: Option<Element>,
     /// Index in the scope's children.
     pub child: usize,
+    /// Description; empty where its module has one.
+    pub about: String,
     /// Ports as (name in the child, what is connected).
     pub connections: Vec<(Named, Expr)>,
 }
@@ -92,6 +65,28 @@ impl Module {
     pub fn of(scope: &Scope) -> Result<Module, Refusal> {
         let mut named = scope.name.clone();
         translate(scope, &mut named).map_err(|fault| Refusal { module: named, fault })
+    }
+
+    /// A module that is given, of which its ports are known.
+    pub fn given(scope: &Scope, name: &str) -> Module {
+        let signal = |atom: &AtomInfo| Signal {
+            name: atom.outer_key.clone(),
+            width: atom.width,
+            role: match atom.kind {
+                AtomKind::InputParameter => Role::Input,
+                _ => Role::Output,
+            },
+            about: String::new(),
+            heading: None,
+            value: 0,
+            element: None,
+        };
+        Module {
+            description: Description { module: name.to_owned(), ..Description::default() },
+            signals: scope.atoms.iter().map(signal).collect(),
+            ports: (0..scope.atoms.len()).collect(),
+            ..Module::default()
+        }
     }
 
     /// What a clocked statement assigns: the register behind its input pin.
@@ -113,7 +108,9 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         .clone()
         .ok_or(Fault::Unsupported { construct: "a block without an `About`".to_owned() })?;
     named.clone_from(&description.module);
-    let mut drives = drives_of(&lower(kernel, &names)?, &names)?;
+    let mut statements = lower(kernel, &names)?;
+    statements.extend(names.clocking());
+    let mut drives = drives_of(&statements, &names)?;
     let wirings = resolve(&mut drives, &names)?;
     let mut wires = Wires {
         signals: names.signals.clone(),
@@ -142,7 +139,6 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         ports: with_role(&[Role::Input, Role::Output]),
         constants: with_role(&[Role::Constant]),
         tables: names.tables.clone(),
-        memories: names.memories.iter().map(|pins| Memory::of(pins, &drives)).collect(),
         wires: wires.declared,
         registers: names.registers.iter().map(|r| (r.q, r.reset)).collect(),
         assigns: wires.assigns,
@@ -166,10 +162,7 @@ impl Wires {
     fn drive(&mut self, id: SignalId, value: &Expr, drives: &Drives, names: &Names) {
         let role = names.signals[id].role;
         match role {
-            Role::RegisterClock(_)
-            | Role::TableAddress(_)
-            | Role::MemoryIn(_)
-            | Role::WiringIn(_) => return,
+            Role::TableAddress(_) | Role::WiringIn(_) => return,
             Role::InstanceInput(_) if is_simple(value) => return,
             _ => {}
         }
@@ -193,7 +186,7 @@ impl Wires {
     }
 
     fn assign(&mut self, target: SignalId, value: Expr) {
-        if !self.merged[target] {
+        if !self.merged.get(target).is_some_and(|merged| *merged) {
             self.declared.push(target);
         }
         self.assigns.push(Assign { target, value });
@@ -207,6 +200,7 @@ impl Wires {
                 name: instance.name.clone(),
                 element: instance.element.clone(),
                 child: instance.child,
+                about: instance.about.clone(),
                 connections: instance
                     .ports
                     .iter()
@@ -214,6 +208,25 @@ impl Wires {
                     .collect(),
             })
             .collect()
+    }
+
+    /// A wire that takes all elements of a vector, some of which have no other use.
+    fn leave_unused(&mut self, vector: &[SignalId]) {
+        let all = vector.iter().rev();
+        let all = all.map(|&id| Expr::Signal { id, width: self.signals[id].width });
+        let value = Expr::Unary(UnaryOp::All, Box::new(Expr::Concat(all.collect())));
+        let first = &self.signals[vector[0]];
+        let name = first.element.as_ref().map_or(&first.name, |element| &element.all);
+        let unused = Signal {
+            name: format!("unused_{name}"),
+            width: 1,
+            role: Role::Local,
+            about: "not every bit has another use; linters know by the name".to_owned(),
+            element: None,
+            ..first.clone()
+        };
+        self.signals.push(unused);
+        self.assign(self.signals.len() - 1, value);
     }
 
     fn connection(&mut self, id: SignalId, drives: &Drives, names: &Names) -> Expr {
@@ -224,14 +237,15 @@ impl Wires {
         }
         let is_read = |id: &SignalId| drives.is_read[*id];
         let siblings = names.siblings(id);
-        if !siblings.iter().all(is_read) {
-            // Verilator knows by this name that it is meant.
-            let end = if siblings.iter().any(is_read) { "_some_unused" } else { "_unused" };
+        if !siblings.iter().any(is_read) {
             let signal = &mut self.signals[id];
-            signal.name.push_str(end);
+            // Linters know by this name that it is meant.
+            signal.name.push_str("_unused");
             if let Some(element) = &mut signal.element {
-                element.all.push_str(end);
+                element.all.push_str("_unused");
             }
+        } else if siblings[0] == id && !siblings.iter().all(is_read) {
+            self.leave_unused(&siblings);
         }
         if !self.merged[id] {
             self.declared.push(id);

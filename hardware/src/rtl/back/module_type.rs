@@ -2,6 +2,7 @@
 
 use super::module::Module;
 use super::sheet::Sheet;
+use crate::rtl::front::Size;
 
 /// A constant of a module, or of one below it.
 #[derive(Debug, Clone)]
@@ -52,6 +53,8 @@ impl Parameter {
 pub struct ModuleType {
     /// The module.
     pub module: Module,
+    /// Its text, if that is given.
+    pub given: Option<&'static str>,
     /// How it is printed.
     pub sheet: Sheet,
     /// Its name, made unique.
@@ -61,6 +64,22 @@ pub struct ModuleType {
     /// For each instance in it: the module, and where its parameters begin in
     /// `parameters`.
     pub children: Vec<(usize, usize)>,
-    /// What makes it the module that it is, apart from constants.
+    /// Instances that are printed together.
+    pub families: Vec<Vec<usize>>,
+    /// What instances may differ in, as the first has it.
+    pub sizes: Vec<Size>,
+    /// Sizes of each kind of instance, and how it would be printed alone.
+    pub(super) variants: Vec<(Vec<u32>, Sheet)>,
+    /// What makes it the module that it is, apart from sizes and constants.
     pub(super) key: String,
+}
+
+impl ModuleType {
+    /// The sizes that instances differ in.
+    pub fn varying_sizes(&self) -> Vec<&Size> {
+        let varies = |index: usize| {
+            self.variants.iter().any(|(sizes, _)| sizes[index] != self.variants[0].0[index])
+        };
+        (0..self.sizes.len()).filter(|i| varies(*i)).map(|i| &self.sizes[i]).collect()
+    }
 }

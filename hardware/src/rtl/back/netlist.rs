@@ -6,6 +6,7 @@ use super::expr::{Expr, SignalId};
 use super::lower::Statement;
 use super::module::Module;
 use super::module_type::ModuleType;
+use super::scope::{CLOCK, RESET};
 use super::signals::{Named, Role};
 
 /// A module, the instances in it, and what drives what.
@@ -61,13 +62,8 @@ pub enum End {
 pub type Connections = BTreeMap<(End, End), BTreeSet<String>>;
 
 impl Netlist {
-    /// A module of which nothing but the name is known.
-    pub(super) fn unknown(name: &str) -> Netlist {
-        Netlist { name: name.to_owned(), ..Netlist::default() }
-    }
-
-    /// That of a module of a design; its memories are instances of the module `memory`.
-    pub(super) fn of(types: &[ModuleType], index: usize, memory: &str) -> Netlist {
+    /// That of a module of a design.
+    pub(super) fn of(types: &[ModuleType], index: usize) -> Netlist {
         let this = &types[index];
         let module = &this.module;
         let port = |role: Role| {
@@ -98,12 +94,6 @@ impl Netlist {
                 outputs: side(Role::Output),
             });
         }
-        netlist.instances.extend(module.memories.iter().map(|pins| Part {
-            name: module.signals[pins.contents].name.clone(),
-            module: memory.to_owned(),
-            inputs: nets(module, pins.write.iter().chain(&pins.read)),
-            outputs: vec![module.signals[pins.q].name.clone()],
-        }));
         netlist.driven.extend(module.assigns.iter().map(|assign| Driven {
             net: module.signals[assign.target].name.clone(),
             from: nets(module, [&assign.value]),
@@ -190,7 +180,7 @@ impl Netlist {
 }
 
 fn is_clock(name: &str) -> bool {
-    matches!(name, "i_clk" | "i_rst")
+    [CLOCK.0, RESET.0].contains(&name)
 }
 
 /// Names of the nets in some expressions, without constants, clock and reset.

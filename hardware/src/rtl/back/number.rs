@@ -58,6 +58,22 @@ impl Num {
         })
     }
 
+    /// The number where names have values.
+    pub fn at(&self, values: &[(&str, u32)]) -> Num {
+        let term = |sum: Num, (names, times): (&Vec<String>, &i128)| {
+            let mut left = Vec::new();
+            let mut times = *times;
+            for name in names {
+                match values.iter().find(|(known, _)| known == name) {
+                    Some((_, value)) => times *= i128::from(*value),
+                    None => left.push(name.clone()),
+                }
+            }
+            sum.plus(&left, times)
+        };
+        self.0.iter().fold(Num::default(), term)
+    }
+
     /// Whether it differs from one trip of a loop to the next: parameters are in capitals.
     pub fn is_of_loop(&self) -> bool {
         self.0.keys().flatten().any(|name| name.chars().any(|c| c.is_ascii_lowercase()))

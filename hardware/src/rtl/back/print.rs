@@ -6,37 +6,46 @@ use super::lines::Line;
 use super::module_type::{ModuleType, Parameter};
 use super::number::Num;
 use super::prefix::Prefix;
-use super::sheet::{Declaration, GENERATED, Group, INDICES, Memory, Sheet};
+use super::scope::{CLOCK, RESET};
+use super::sheet::{Declaration, GENERATED, Group, INDICES, Sheet};
 use super::text::{
     LINE_WIDTH, clocked_block, commented, expression, loop_head, operand_of, push_broken, symbol,
     wrapped,
 };
-use crate::rtl::front::StateCheck;
+use crate::rtl::front::{Size, StateCheck};
 
 /// The module that checks LFSRs' constants.
 pub const LFSR_CHECK: &str = "lfsr_check";
 /// The module that memories are instances of.
 pub const BLOCK_MEMORY: &str = "block_memory";
 
+/// A module that others have instances of, which stands here as it is.
+pub fn given_text(prefix: &Prefix, made_by: &str, name: &str, text: &str) -> String {
+    let text = text.replace(name, &prefix.of(name));
+    text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1)
+}
+
 /// The whole file of one module.
 pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by: &str) -> String {
     let this = &types[index];
+    if let Some(text) = this.given {
+        return given_text(prefix, made_by, &this.module.description.module, text);
+    }
     let mut out = header(this, made_by);
     out.push_str("`default_nettype none\n\n");
     out.push_str(&format!("module {}", this.name));
-    out.push_str(&parameter_list(&this.parameters));
+    out.push_str(&parameter_list(this));
     let is_top = index + 1 == types.len();
     out.push_str(&port_list(&this.sheet, is_top));
+    let groups = this.sheet.groups.iter().zip(&this.families);
     let heads: Vec<Head> =
-        this.sheet.groups.iter().map(|group| instance_head(types, this, group)).collect();
-    let mut body = constants(this, &heads);
+        groups.map(|(group, members)| instance_head(types, this, group, members)).collect();
+    let mut body = requirements(this);
+    body.push_str(&constants(this, &heads));
     body.push_str(&declarations(&this.sheet));
     body.push_str(&assignments(&this.sheet.assigns));
     for (group, head) in this.sheet.groups.iter().zip(&heads) {
         body.push_str(&instance(group, &head.text));
-    }
-    for memory in &this.sheet.memories {
-        body.push_str(&memory_instance(memory, &prefix.of(BLOCK_MEMORY)));
     }
     body.push_str(&clocked_block(&this.sheet));
     out.push('\n');
@@ -80,9 +89,16 @@ fn spaced(range: &str) -> String {
     if range.is_empty() { String::new() } else { format!("{range} ") }
 }
 
-fn parameter_list(parameters: &[Parameter]) -> String {
-    let varying: Vec<_> = parameters.iter().filter(|p| p.varies()).collect();
-    if varying.is_empty() {
+fn parameter_list(this: &ModuleType) -> String {
+    let varying: Vec<_> = this.parameters.iter().filter(|p| p.varies()).collect();
+    let sizes = this.varying_sizes();
+    let size = |size: &Size| {
+        (
+            format!("parameter {} = {}", size.name, size.value),
+            format!("{}, {}", size.about, takes(size)),
+        )
+    };
+    if varying.is_empty() && sizes.is_empty() {
         return " (\n".to_owned();
     }
     let code = |parameter: &Parameter| {
@@ -91,7 +107,42 @@ fn parameter_list(parameters: &[Parameter]) -> String {
         format!("parameter {range}{} = {value}", parameter.name)
     };
     let lines = varying.iter().map(|p| (code(p), p.said()));
+    let lines = sizes.into_iter().map(size).chain(lines);
     format!(" #(\n{}) (\n", listed(lines.collect()))
+}
+
+/// Which sizes the circuit is for.
+fn takes(size: &Size) -> String {
+    let (least, most) = (size.takes.start(), size.takes.end());
+    match *most {
+        u32::MAX => format!("{least} or more"),
+        _ => format!("{least} to {most}"),
+    }
+}
+
+/// What sizes have to be: elaboration finds no module of this name.
+fn requirements(this: &ModuleType) -> String {
+    let sizes = this.varying_sizes();
+    if sizes.is_empty() {
+        return String::new();
+    }
+    let beyond = |size: &&Size| {
+        let Size { name, takes, .. } = size;
+        match *takes.end() {
+            u32::MAX => format!("{name} < {}", takes.start()),
+            most => format!("{name} < {} || {name} > {most}", takes.start()),
+        }
+    };
+    let beyond: Vec<String> = sizes.iter().map(beyond).collect();
+    let needs = |size: &&Size| format!("{}_of_{}", size.name, takes(size).replace(' ', "_"));
+    let needs: Vec<String> = sizes.iter().map(needs).collect();
+    format!(
+        "\n    // Elaboration ends here: there is no module of this name.\n    if ({}) \
+         begin : gen_refused\n        {}_takes_{} refused ();\n    end\n",
+        beyond.join(" || "),
+        this.name,
+        needs.join("_and_")
+    )
 }
 
 /// Lines of a list, each with its comment.
@@ -156,7 +207,7 @@ fn declared(
 }
 
 fn is_clock_or_reset(port: &Declaration) -> bool {
-    matches!(port.name.as_str(), "i_clk" | "i_rst")
+    [CLOCK.0, RESET.0].contains(&port.name.as_str())
 }
 
 /// What stands together in a list of ports.
@@ -177,10 +228,12 @@ fn constants(this: &ModuleType, heads: &[Head]) -> String {
             out.push_str(&commented(4, &format!("// {heading}"), 0, ""));
         }
         let names = group.iter().map(|p| p.name.len()).max().unwrap_or(0);
+        let ranges = group.iter().map(|p| spaced(&range(&p.width.into())).len()).max();
+        let ranges = ranges.unwrap_or(0);
         let line = |p: &&Parameter| {
             let range = spaced(&range(&p.width.into()));
             let value = p.literal(0);
-            let code = format!("localparam {range}{:names$} = {value};", p.name);
+            let code = format!("localparam {range:ranges$}{:names$} = {value};", p.name);
             (code, p.about.clone())
         };
         out.push_str(&aligned(&group.iter().map(line).collect::<Vec<_>>()));
@@ -260,17 +313,28 @@ struct Head {
     tables: Vec<String>,
 }
 
-fn instance_head(types: &[ModuleType], this: &ModuleType, group: &Group) -> Head {
-    let (child, _) = this.children[group.members[0]];
+fn instance_head(
+    types: &[ModuleType],
+    this: &ModuleType,
+    group: &Group,
+    members: &[usize],
+) -> Head {
+    let (child, _) = this.children[members[0]];
     let below = &types[child];
     let mut tables = Vec::new();
     let mut overrides = Vec::new();
+    let varying = below.varying_sizes();
+    for (name, size) in &group.sizes {
+        if below.given.is_some() || varying.iter().any(|size| size.name == *name) {
+            overrides.push(format!("        .{name}({})", size.text()));
+        }
+    }
     for (index, parameter) in below.parameters.iter().enumerate().filter(|(_, p)| p.varies()) {
         let value = |member: &usize| {
             let here = &this.parameters[this.children[*member].1 + index];
             if here.varies() { here.name.clone() } else { here.literal(0) }
         };
-        let mut values: Vec<String> = group.members.iter().map(value).collect();
+        let mut values: Vec<String> = members.iter().map(value).collect();
         let value = match values.iter().all(|value| *value == values[0]) {
             true => values.swap_remove(0),
             false => {
@@ -291,6 +355,9 @@ fn instance_head(types: &[ModuleType], this: &ModuleType, group: &Group) -> Head
     }
     let text = match overrides.is_empty() {
         true => format!("{} {} ", below.name, group.name),
+        false if overrides.len() == 1 => {
+            format!("{} #({}) {} ", below.name, overrides[0].trim_start(), group.name)
+        }
         false => format!("{} #(\n{}\n    ) {} ", below.name, overrides.join(",\n"), group.name),
     };
     Head { text, tables }
@@ -298,10 +365,14 @@ fn instance_head(types: &[ModuleType], this: &ModuleType, group: &Group) -> Head
 
 /// An instance, or a loop of them.
 fn instance(group: &Group, head: &str) -> String {
-    let mut out = format!("    {head}(\n");
+    let mut out = match group.about.as_str() {
+        "" => String::new(),
+        about => format!("    // {about}\n"),
+    };
+    let _ = writeln!(out, "    {head}(");
     connections(&mut out, &group.connections);
-    if group.members.len() > 1 {
-        let head = loop_head(&(group.members.len() as u32).into(), GENERATED[0]);
+    if group.is_family() {
+        let head = loop_head(&group.count, GENERATED[0]);
         out = format!("    {head} begin : gen_{}\n{}    end\n", group.name, indented(&out));
     }
     format!("\n{out}")
@@ -322,19 +393,6 @@ fn connections(out: &mut String, connections: &[(String, super::term::Term)]) {
     out.push_str("    );\n");
 }
 
-/// A memory: an instance of the module `kind`.
-fn memory_instance(memory: &Memory, kind: &str) -> String {
-    let Memory { name, about, words, address_bits, bits, connections: pins } = memory;
-    let mut out = format!(
-        "\n    // {about}\n    {kind} #(\n        .WORDS({words}), .ADDRESS_BITS({}), .BITS({})\n    ) \
-         {name} (\n",
-        address_bits.text(),
-        bits.text(),
-    );
-    connections(&mut out, pins);
-    out
-}
-
 fn declarations(sheet: &Sheet) -> String {
     let mut out = String::new();
     let lines = declared(&sheet.declarations, |_| true, ";");
@@ -343,6 +401,9 @@ fn declarations(sheet: &Sheet) -> String {
     }
     let mut counters = |kind: &str, used: Vec<&str>| {
         if !used.is_empty() {
+            if out.is_empty() {
+                out.push('\n');
+            }
             let _ = writeln!(out, "    {kind} {};", used.join(", "));
         }
     };
@@ -383,7 +444,8 @@ fn push_assignment(out: &mut String, line: &Line, indent: usize) {
         Line::Fold { target, op, index, trips, operand, zero } => {
             let inner = indent + 4;
             let target = expression(target);
-            let name = target.split('[').next().unwrap_or_default();
+            // Parts of a signal have blocks of their own.
+            let name = target.trim_end_matches(']').replace(['[', ':'], "_");
             let _ = writeln!(
                 out,
                 "{:indent$}always @* begin : make_{name}\n{:inner$}integer {index};\n{:inner$}{target} = \

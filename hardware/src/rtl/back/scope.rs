@@ -7,7 +7,7 @@ use rust_hdl_core::probe::Probe;
 use rust_hdl_core::type_descriptor::TypeKind;
 
 use super::fault::{Fault, Refusal};
-use crate::rtl::front::{Marker, told_by};
+use crate::rtl::front::{Description, Marker, Size, told_by};
 
 /// A block with everything in it.
 #[derive(Debug)]
@@ -27,6 +27,42 @@ impl Scope {
     pub fn width_of(&self, pin: &str) -> u32 {
         let atom = self.atoms.iter().find(|a| a.outer_key == pin);
         atom.map_or(0, |atom| atom.width)
+    }
+
+    fn about(&self) -> Option<(&Description, &[Size])> {
+        self.children.iter().find_map(|child| match &child.content {
+            Content::Marker(Marker::About(description, sizes)) => Some((description, &sizes[..])),
+            _ => None,
+        })
+    }
+
+    /// Its module's name; empty without a description.
+    pub fn module_name(&self) -> &str {
+        self.about().map_or("", |(description, _)| &description.module)
+    }
+
+    /// What its instances have as parameters, where they differ or the module is given.
+    pub fn size_values(&self) -> Vec<(String, u32)> {
+        match &self.content {
+            Content::Marker(Marker::Given { sizes, .. }) => sizes.clone(),
+            _ => self.sizes().iter().map(|size| (size.name.clone(), size.value)).collect(),
+        }
+    }
+
+    /// What instances of it may differ in.
+    pub fn sizes(&self) -> &[Size] {
+        self.about().map_or(&[], |(_, sizes)| sizes)
+    }
+
+    /// Whether registers or memories are in it.
+    fn is_clocked(&self) -> bool {
+        let is_clock = |atom: &AtomInfo| atom.outer_key == CLOCK.0;
+        self.children.iter().any(|child| match &child.content {
+            Content::Marker(marker) => {
+                matches!(marker, Marker::Register { .. } | Marker::Given { .. })
+            }
+            Content::Kernel(_) => child.atoms.first().is_some_and(is_clock),
+        })
     }
 
     /// What the parent's kernel calls a port.
@@ -63,6 +99,24 @@ pub struct AtomInfo {
     pub about: String,
     /// Heading in the port list.
     pub heading: Option<String>,
+}
+
+/// Clock and reset of every module that has registers: name and description.
+pub const CLOCK: (&str, &str) = ("i_clk", "one cycle per chip");
+pub const RESET: (&str, &str) = ("i_rst", "synchronous, active high; pulse it after power-up");
+
+/// A port of a single bit that comes from outside.
+fn port(name: &str, about: &str) -> AtomInfo {
+    AtomInfo {
+        inner_key: name.to_owned(),
+        outer_key: name.to_owned(),
+        kind: AtomKind::InputParameter,
+        width: 1,
+        value: 0,
+        is_number: false,
+        about: about.to_owned(),
+        heading: None,
+    }
 }
 
 /// Collects the scopes of `top`.
@@ -148,9 +202,15 @@ impl Probe for Collector {
     }
 
     fn visit_end_scope(&mut self, _name: &str, _node: &dyn Block) {
-        let Some(scope) = self.open.pop() else {
+        let Some(mut scope) = self.open.pop() else {
             return;
         };
+        if matches!(scope.content, Content::Marker(Marker::Given { .. })) {
+            scope.atoms.insert(0, port(CLOCK.0, CLOCK.1));
+        }
+        if scope.is_clocked() {
+            scope.atoms.splice(0..0, [CLOCK, RESET].map(|(name, about)| port(name, about)));
+        }
         match self.open.last_mut() {
             Some(parent) => parent.children.push(scope),
             None => self.done = Some(scope),

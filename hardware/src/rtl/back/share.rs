@@ -6,13 +6,15 @@
 use std::collections::HashSet;
 
 use super::fault::Refusal;
-use super::module::Module;
+use super::module::{Instance, Module};
 use super::module_type::{ModuleType, Parameter};
 use super::netlist::Netlist;
 use super::prefix::Prefix;
-use super::print::{BLOCK_MEMORY, LFSR_CHECK, module_text};
+use super::print::{LFSR_CHECK, given_text, module_text};
 use super::scope::{AtomInfo, Content, Scope};
-use super::sheet::Sheet;
+use super::sheet::{Sheet, families};
+use super::variants::sheet_of_all;
+use crate::rtl::front::Marker;
 use rust_hdl_core::atom::AtomKind;
 
 /// A printed module.
@@ -35,26 +37,18 @@ pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<Mod
         module.name = prefix.of(&module.name);
     }
     let checks = types.iter().any(|t| !t.module.description.checks.is_empty());
-    let memories = types.iter().any(|t| !t.module.memories.is_empty());
-    let given = |name, text| given(prefix, made_by, name, text);
-    let lfsr_check = checks.then(|| given(LFSR_CHECK, include_str!("lfsr_check.v")));
-    let memory = memories.then(|| given(BLOCK_MEMORY, include_str!("block_memory.v")));
-    let memory =
-        memory.map(|text| ModuleText { netlist: Some(Netlist::unknown(&text.name)), ..text });
-    let own = (0..types.len()).map(|index| ModuleText {
+    let lfsr_check = checks.then(|| ModuleText {
+        name: prefix.of(LFSR_CHECK),
+        text: given_text(prefix, made_by, LFSR_CHECK, include_str!("lfsr_check.v")),
+        netlist: None,
+    });
+    let (given, own): (Vec<usize>, _) = (0..types.len()).partition(|i| types[*i].given.is_some());
+    let module = |index: usize| ModuleText {
         name: types[index].name.clone(),
         text: module_text(&types, index, prefix, made_by),
-        netlist: Some(Netlist::of(&types, index, &prefix.of(BLOCK_MEMORY))),
-    });
-    Ok(lfsr_check.into_iter().chain(memory).chain(own).collect())
-}
-
-/// A module that others have instances of, which stands here as it is.
-fn given(prefix: &Prefix, made_by: &str, name: &str, text: &str) -> ModuleText {
-    let text = text.replace(name, &prefix.of(name));
-    let name = prefix.of(name);
-    let text = text.replacen("//\n\n", &format!("//\n// Made by  {made_by}\n\n"), 1);
-    ModuleText { name, text, netlist: None }
+        netlist: Some(Netlist::of(&types, index)),
+    };
+    Ok(lfsr_check.into_iter().chain(given.into_iter().chain(own).map(module)).collect())
 }
 
 /// Adds `scope` as an instance of a module, old or new; returns the module
@@ -63,6 +57,9 @@ fn register(
     scope: &Scope,
     types: &mut Vec<ModuleType>,
 ) -> Result<(usize, Vec<Parameter>), Refusal> {
+    if let Content::Marker(Marker::Given { module, text, .. }) = &scope.content {
+        return Ok((given(scope, module, text, types), Vec::new()));
+    }
     let module = Module::of(scope)?;
     let own = scope.atoms.iter().filter(|a| a.kind == AtomKind::Constant);
     let mut parameters: Vec<Parameter> = own
@@ -72,9 +69,6 @@ fn register(
     let mut children = Vec::new();
     for instance in &module.instances {
         let child = &scope.children[instance.child];
-        if !matches!(child.content, Content::Kernel(_)) {
-            continue;
-        }
         let (index, below) = register(child, types)?;
         children.push((index, parameters.len()));
         parameters.extend(below.into_iter().map(|p| Parameter {
@@ -83,33 +77,72 @@ fn register(
             ..p
         }));
     }
-    let kinds: Vec<usize> = children.iter().map(|(kind, _)| *kind).collect();
-    let sheet = Sheet::of(&module, &kinds);
+    let sizes_below = sizes_below(scope, &module);
+    let kinds: Vec<_> = children.iter().map(|(kind, _)| *kind).zip(&sizes_below).collect();
+    let families = families(&module.instances, &kinds);
+    let sheet = Sheet::of(&module, &families, &sizes_below);
     let key = format!(
-        "{:?}\n{children:?}\n{:?}\n{:?}\n{sheet:?}",
+        "{:?}\n{:?}\n{:?}\n{:?}\n{:?}",
         module.description,
+        families.iter().map(|members| children[members[0]]).collect::<Vec<_>>(),
         parameters.iter().map(|p| (&p.name, p.width, &p.about, &p.heading)).collect::<Vec<_>>(),
         module.tables.iter().map(|table| &table.bits).collect::<Vec<_>>(),
+        scope.sizes(),
     );
-    match types.iter_mut().position(|t| t.key == key) {
-        Some(index) => {
-            for (known, new) in types[index].parameters.iter_mut().zip(&parameters) {
-                known.values.push(new.values[0]);
-            }
-            Ok((index, parameters))
+    let values: Vec<u32> = scope.sizes().iter().map(|size| size.value).collect();
+    let variant = (values, sheet);
+    for (index, known) in types.iter_mut().enumerate().filter(|(_, known)| known.key == key) {
+        if !known.variants.contains(&variant) {
+            let all: Vec<_> = known.variants.iter().chain([&variant]).cloned().collect();
+            let Some(sheet) = sheet_of_all(&all, scope.sizes())? else {
+                continue;
+            };
+            (known.sheet, known.variants) = (sheet, all);
         }
-        None => {
-            types.push(ModuleType {
-                name: module.description.module.clone(),
-                module,
-                sheet,
-                parameters: parameters.clone(),
-                children,
-                key,
-            });
-            Ok((types.len() - 1, parameters))
+        for (known, new) in known.parameters.iter_mut().zip(&parameters) {
+            known.values.push(new.values[0]);
         }
+        return Ok((index, parameters));
     }
+    types.push(ModuleType {
+        name: module.description.module.clone(),
+        module,
+        given: None,
+        sheet: variant.1.clone(),
+        parameters: parameters.clone(),
+        children,
+        families,
+        sizes: scope.sizes().to_vec(),
+        variants: vec![variant],
+        key,
+    });
+    Ok((types.len() - 1, parameters))
+}
+
+/// Sizes of a module's instances.
+pub(super) fn sizes_below(scope: &Scope, module: &Module) -> Vec<Vec<(String, u32)>> {
+    let sizes = |instance: &Instance| scope.children[instance.child].size_values();
+    module.instances.iter().map(sizes).collect()
+}
+
+/// The module `name` that is given, new or old.
+fn given(scope: &Scope, name: &str, text: &'static str, types: &mut Vec<ModuleType>) -> usize {
+    let known = types.iter().position(|known| known.given == Some(text));
+    known.unwrap_or_else(|| {
+        types.push(ModuleType {
+            name: name.to_owned(),
+            module: Module::given(scope, name),
+            given: Some(text),
+            sheet: Sheet::default(),
+            parameters: Vec::new(),
+            children: Vec::new(),
+            families: Vec::new(),
+            sizes: Vec::new(),
+            variants: Vec::new(),
+            key: String::new(),
+        });
+        types.len() - 1
+    })
 }
 
 /// What an instance's parameter is called in the module that hands it on.

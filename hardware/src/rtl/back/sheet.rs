@@ -17,7 +17,7 @@ pub const INDICES: [&str; 3] = ["i", "j", "k"];
 pub const GENERATED: [&str; 2] = ["g", "h"];
 
 /// A module's text, without its header and constants.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Sheet {
     /// Ports in the order of declaration.
     pub ports: Vec<Declaration>,
@@ -27,8 +27,6 @@ pub struct Sheet {
     pub assigns: Vec<Line>,
     /// Instances of other modules.
     pub groups: Vec<Group>,
-    /// Memories.
-    pub memories: Vec<Memory>,
     /// Registers and their values after reset.
     pub resets: Vec<Line>,
     /// Statements of the clocked block.
@@ -55,27 +53,21 @@ pub struct Declaration {
 pub struct Group {
     /// Name of an instance.
     pub name: String,
-    /// Their indices among the module's instances.
-    pub members: Vec<usize>,
+    /// How many there are.
+    pub count: Num,
+    /// Description; empty where their module has one.
+    pub about: String,
+    /// Sizes of each.
+    pub sizes: Vec<(String, Num)>,
     /// What an instance's ports are connected to.
     pub connections: Vec<(String, Term)>,
 }
 
-/// A memory.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Memory {
-    /// Its name.
-    pub name: String,
-    /// Description.
-    pub about: String,
-    /// Number of words.
-    pub words: u64,
-    /// Bits of an address.
-    pub address_bits: Num,
-    /// Bits of a word.
-    pub bits: Num,
-    /// What its ports are connected to.
-    pub connections: Vec<(String, Term)>,
+impl Group {
+    /// Whether it is a vector, and not a single instance.
+    pub fn is_family(&self) -> bool {
+        self.count.constant() != Some(1)
+    }
 }
 
 impl Numbers for Sheet {
@@ -85,12 +77,9 @@ impl Numbers for Sheet {
         }
         self.assigns.each(see);
         for group in &mut self.groups {
+            see(Says::Size, &mut group.count);
+            group.sizes.iter_mut().for_each(|(_, size)| see(Says::Size, size));
             group.connections.iter_mut().for_each(|(_, term)| term.each(see));
-        }
-        for memory in &mut self.memories {
-            see(Says::Size, &mut memory.address_bits);
-            see(Says::Size, &mut memory.bits);
-            memory.connections.iter_mut().for_each(|(_, term)| term.each(see));
         }
         self.resets.each(see);
         self.clocked.each(see);
@@ -104,23 +93,29 @@ impl Numbers for Sheet {
         for group in &mut self.groups {
             group.connections.iter_mut().for_each(|(_, term)| term.each_name(see));
         }
-        for memory in &mut self.memories {
-            memory.connections.iter_mut().for_each(|(_, term)| term.each_name(see));
-        }
         self.resets.each_name(see);
         self.clocked.each_name(see);
     }
 }
 
 impl Sheet {
-    /// How `module` is printed, the kinds of whose instances are `kinds`.
-    pub fn of(module: &Module, kinds: &[usize]) -> Sheet {
+    /// How `module` is printed, the instances of which are `families`; each has `sizes`.
+    pub fn of(module: &Module, families: &[Vec<usize>], sizes: &[Vec<(String, u32)>]) -> Sheet {
         let packing = Packing::of(module);
         let mut assigns = Vec::new();
         let mut extra = Vec::new();
         let mut groups = Vec::new();
-        for members in families(&module.instances, kinds) {
-            groups.push(group(module, &packing, members, &mut assigns, &mut extra));
+        for members in families {
+            let sizes = sizes[members[0]].iter();
+            let (name, connections) =
+                connected(module, &packing, members, &mut assigns, &mut extra);
+            groups.push(Group {
+                name,
+                count: (members.len() as u32).into(),
+                about: module.instances[members[0]].about.clone(),
+                sizes: sizes.map(|(name, size)| (name.clone(), (*size).into())).collect(),
+                connections,
+            });
         }
         let own = module.assigns.iter();
         let own = own.map(|Assign { target, value }| packing.step(*target, value)).collect();
@@ -133,7 +128,6 @@ impl Sheet {
             declarations,
             assigns: loops_joined(folded(all)),
             groups,
-            memories: memories(module, &packing),
             resets: packing.resets(module),
             clocked: lines(packing.steps(module, &module.clocked), &packing.signals, &INDICES),
         };
@@ -202,7 +196,7 @@ impl Sheet {
 
     /// Whether a loop that makes hardware counts with `index`.
     pub fn generates_with(&self, index: &str) -> bool {
-        let has_family = self.groups.iter().any(|group| group.members.len() > 1);
+        let has_family = self.groups.iter().any(Group::is_family);
         (index == GENERATED[0] && has_family) || loops_with(&self.assigns, index)
     }
 
@@ -282,10 +276,6 @@ impl Packing {
         expr.replaced(&value_of).expect("parts of signals are signals' parts")
     }
 
-    fn term(&self, expr: &Expr) -> Term {
-        Term::of(&self.expr(expr), &self.signals)
-    }
-
     fn step(&self, target: SignalId, value: &Expr) -> Step {
         let (id, low) = self.place(target);
         Step::Store { id, low, value: self.expr(value) }
@@ -344,9 +334,8 @@ impl Packing {
     fn declarations(&self, module: &Module) -> Vec<Declaration> {
         let ports = self.ports(module);
         let registers = module.registers.iter().map(|(id, _)| ("reg ", *id));
-        let read = module.memories.iter().map(|memory| ("wire", memory.q));
         let wires = module.wires.iter().map(|id| ("wire", *id));
-        let all = self.declared(registers.chain(read).chain(wires));
+        let all = self.declared(registers.chain(wires));
         let is_port = |name: &str| ports.iter().any(|port| port.name == name);
         all.into_iter().filter(|declaration| !is_port(&declaration.name)).collect()
     }
@@ -365,7 +354,7 @@ impl Packing {
 }
 
 /// Instances that are printed together: those of a vector that are of one kind.
-fn families(instances: &[Instance], kinds: &[usize]) -> Vec<Vec<usize>> {
+pub fn families<K: PartialEq>(instances: &[Instance], kinds: &[K]) -> Vec<Vec<usize>> {
     let vector = |index: usize| instances[index].element.as_ref().map(|element| &element.all);
     let mut out: Vec<Vec<usize>> = Vec::new();
     for index in 0..instances.len() {
@@ -386,15 +375,15 @@ fn families(instances: &[Instance], kinds: &[usize]) -> Vec<Vec<usize>> {
     out.into_iter().flat_map(split).collect()
 }
 
-/// What instances are connected to; adds wires and assignments where that differs in more than
-/// its place.
-fn group(
+/// The name of instances, and what they are connected to; adds wires and assignments where that
+/// differs in more than its place.
+fn connected(
     module: &Module,
     packing: &Packing,
-    members: Vec<usize>,
+    members: &[usize],
     assigns: &mut Vec<Line>,
     extra: &mut Vec<Declaration>,
-) -> Group {
+) -> (String, Vec<(String, Term)>) {
     let first = &module.instances[members[0]];
     let each: Vec<Vec<(String, Expr)>> =
         members.iter().map(|member| connections(&module.instances[*member], packing)).collect();
@@ -402,7 +391,7 @@ fn group(
         let term =
             |(port, value): &(String, Expr)| (port.clone(), Term::of(value, &packing.signals));
         let connections = each[0].iter().map(term).collect();
-        return Group { name: first.name.clone(), members, connections };
+        return (first.name.clone(), connections);
     }
     let name = first.element.as_ref().map_or(&first.name, |element| &element.all).clone();
     let index = GENERATED[0];
@@ -420,8 +409,12 @@ fn group(
             Some(slope) if is_even => terms[0].along(slope, index, 0),
             _ => {
                 let width = each[0][number].1.width();
-                let short = port.strip_prefix("i_").unwrap_or(port);
                 let mut signals = packing.signals.clone();
+                let short = port.strip_prefix("i_").unwrap_or(port);
+                // What comes out of them by that name has it already.
+                let output = format!("o_{short}");
+                let is_taken = each[0].iter().any(|(port, _)| *port == output);
+                let short = if is_taken { port } else { short };
                 let id = signals.len();
                 signals.push(Signal {
                     name: format!("{name}_{short}"),
@@ -451,7 +444,7 @@ fn group(
         };
         connected.push((port.clone(), term));
     }
-    Group { name, members, connections: connected }
+    (name, connected)
 }
 
 /// An instance's ports, and what they are connected to; vectors of ports are one.
@@ -468,28 +461,4 @@ fn connections(instance: &Instance, packing: &Packing) -> Vec<(String, Expr)> {
         (name, super::concat::concat(parts.into_iter().rev().collect()))
     };
     out.into_iter().map(one).collect()
-}
-
-fn memories(module: &Module, packing: &Packing) -> Vec<Memory> {
-    let memory = |pins: &super::module::Memory| {
-        let contents = &module.signals[pins.contents];
-        let inputs = pins.write.iter().chain(&pins.read).map(|value| packing.term(value));
-        let q = packing.term(&Expr::Signal { id: pins.q, width: contents.width });
-        let clock = Term::Name("i_clk".to_owned());
-        let ports =
-            ["i_clk", "i_write", "i_write_address", "i_data", "i_read", "i_address", "o_word"];
-        Memory {
-            name: contents.name.clone(),
-            about: contents.about.clone(),
-            words: pins.words,
-            address_bits: pins.write[1].width().into(),
-            bits: contents.width.into(),
-            connections: ports
-                .map(str::to_owned)
-                .into_iter()
-                .zip([clock].into_iter().chain(inputs).chain([q]))
-                .collect(),
-        }
-    };
-    module.memories.iter().map(memory).collect()
 }

@@ -5,10 +5,11 @@ use std::mem::discriminant;
 
 use rust_hdl_core::atom::AtomKind;
 
-use super::expr::SignalId;
+use super::expr::{Expr, SignalId};
 use super::fault::Fault;
+use super::lower::Statement;
 use super::names::check_name;
-use super::scope::{AtomInfo, Content, Scope};
+use super::scope::{AtomInfo, CLOCK, Content, RESET, Scope};
 use crate::rtl::front::{Description, Marker};
 
 /// Something that a kernel can name.
@@ -40,7 +41,7 @@ pub struct Element {
 }
 
 /// What a signal is in its module; numbers index the registers, tables,
-/// memories, wirings or instances of [`Names`].
+/// wirings or instances of [`Names`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Port driven from outside.
@@ -55,20 +56,12 @@ pub enum Role {
     RegisterD(usize),
     /// A register's content.
     RegisterQ(usize),
-    /// A register's clock.
-    RegisterClock(usize),
     /// The contents of a table.
     Table,
     /// A table's index.
     TableAddress(usize),
     /// A table's entry.
     TableData(usize),
-    /// The contents of a memory.
-    Memory,
-    /// An input of a memory.
-    MemoryIn(usize),
-    /// What was read from a memory.
-    MemoryQ(usize),
     /// An input of a wiring.
     WiringIn(usize),
     /// The output of a wiring.
@@ -84,8 +77,6 @@ pub enum Role {
 pub struct RegisterPins {
     /// The register itself.
     pub q: SignalId,
-    /// Its clock pin.
-    pub clock: SignalId,
     /// Value after reset.
     pub reset: Reset,
 }
@@ -112,23 +103,6 @@ pub struct TablePins {
     pub data: SignalId,
 }
 
-/// A memory in the module.
-#[derive(Debug, Clone)]
-pub struct MemoryPins {
-    /// The contents; as wide as a word.
-    pub contents: SignalId,
-    /// Number of words.
-    pub words: u64,
-    /// Its clock pin.
-    pub clock: SignalId,
-    /// Whether a word is written, where, and what.
-    pub write: [SignalId; 3],
-    /// Whether a word is read, and which.
-    pub read: [SignalId; 2],
-    /// The word that was read, two clocks later.
-    pub q: SignalId,
-}
-
 /// Fixed wiring in the module.
 #[derive(Debug, Clone)]
 pub struct WiringPins {
@@ -147,6 +121,8 @@ pub struct InstancePins {
     pub name: String,
     /// Index in the scope's children.
     pub child: usize,
+    /// Description; empty where its module has one.
+    pub about: String,
     /// Its vector of instances, and its place there.
     pub element: Option<Element>,
     /// Ports as (name in the child, signal here).
@@ -164,8 +140,6 @@ pub struct Names {
     pub registers: Vec<RegisterPins>,
     /// Tables.
     pub tables: Vec<TablePins>,
-    /// Memories.
-    pub memories: Vec<MemoryPins>,
     /// Wirings.
     pub wirings: Vec<WiringPins>,
     /// Instances, in the order of declaration.
@@ -199,8 +173,14 @@ impl Names {
         let child_names = plain_names(scope.children.iter().map(|c| c.name.as_str()));
         for (index, (child, name)) in scope.children.iter().zip(child_names).enumerate() {
             match &child.content {
-                Content::Marker(Marker::About(description)) => {
+                Content::Marker(Marker::About(description, _)) => {
                     names.description = Some(description.clone());
+                }
+                Content::Marker(Marker::Given { about, .. }) => {
+                    let are_alike = are_alike(&scope.children, &name);
+                    names.add_instance(child, &name, are_alike, index);
+                    let instance = names.instances.last_mut();
+                    instance.into_iter().for_each(|one| one.about.clone_from(about));
                 }
                 Content::Marker(marker) => names.add_inline(child, name, marker)?,
                 Content::Kernel(_) => {
@@ -212,6 +192,17 @@ impl Names {
         names.check()?;
         names.vectors = vectors(&names.signals);
         Ok(names)
+    }
+
+    /// Clock and reset go to every instance that has them.
+    pub fn clocking(&self) -> Vec<Statement> {
+        let ports = self.instances.iter().flat_map(|instance| &instance.ports);
+        let clocked = ports.filter_map(|(port, pin)| {
+            let is_clock = [CLOCK.0, RESET.0].contains(&port.name.as_str());
+            let own = self.find(&port.name).filter(|_| is_clock)?;
+            Some(Statement::Assign { target: *pin, value: Expr::Signal { id: own, width: 1 } })
+        });
+        clocked.collect()
     }
 
     /// The elements of the vector that a signal is in, in their order; or the signal alone.
@@ -249,9 +240,8 @@ impl Names {
                 self.add_register(child, &name, reset, about)?;
             }
             Marker::BitTable { bits, about } => self.add_table(child, &name.name, bits, about),
-            Marker::Memory { words, about } => self.add_memory(child, &name.name, *words, about),
             Marker::Wiring { sources, about } => self.add_wiring(child, name, sources, about),
-            Marker::About(_) => {}
+            Marker::About(..) | Marker::Given { .. } => {}
         }
         Ok(())
     }
@@ -279,10 +269,9 @@ impl Names {
             self.add(&child.pin(pin), name, width, role, about)
         };
         let inner = |pin: &str| Named::alone(format!("{}.{pin}", name.name));
-        let clock = pin("clock", inner("clock"), 1, Role::RegisterClock(index), "");
         pin("d", inner("d"), width, Role::RegisterD(index), "");
         let q = pin("q", name.between("", "_r"), width, Role::RegisterQ(index), about);
-        self.registers.push(RegisterPins { q, clock, reset });
+        self.registers.push(RegisterPins { q, reset });
         Ok(())
     }
 
@@ -297,23 +286,6 @@ impl Names {
         let address = pin("address", address_name, width, Role::TableAddress(index), "");
         let data = pin("data", format!("{name}_entry"), 1, Role::TableData(index), about);
         self.tables.push(TablePins { contents, bits: bits.to_vec(), address, data });
-    }
-
-    fn add_memory(&mut self, child: &Scope, name: &str, words: u64, about: &str) {
-        let index = self.memories.len();
-        let width = child.width_of("data");
-        let contents = self.add(&child.pin(""), Named::alone(name), width, Role::Memory, about);
-        let mut input = |pin: &str| {
-            let name = Named::alone(format!("{name}.{pin}"));
-            let width = child.width_of(pin);
-            self.add(&child.pin(pin), name, width, Role::MemoryIn(index), "")
-        };
-        let clock = input("clock");
-        let write = ["write", "write_address", "data"].map(&mut input);
-        let read = ["read", "address"].map(&mut input);
-        let q_name = Named::alone(format!("{name}_q"));
-        let q = self.add(&child.pin("q"), q_name, width, Role::MemoryQ(index), "");
-        self.memories.push(MemoryPins { contents, words, clock, write, read, q });
     }
 
     fn add_wiring(&mut self, child: &Scope, name: Named, sources: &[usize], about: &str) {
@@ -376,6 +348,7 @@ impl Names {
         self.instances.push(InstancePins {
             name: name.name.clone(),
             child: index,
+            about: String::new(),
             element,
             ports: pins,
         });

@@ -134,6 +134,13 @@ pub trait Numbers: Clone + PartialEq {
         other
     }
 
+    /// The same where names have values.
+    fn at(&self, values: &[(&str, u32)]) -> Self {
+        let mut other = self.clone();
+        other.each(&mut |_, number| *number = number.at(values));
+        other
+    }
+
     /// How much greater the numbers of `next` are; `None` if it differs in more.
     fn slope_to(&self, next: &Self) -> Option<Vec<(Says, Num)>> {
         let (here, there) = (self.numbers(), next.numbers());

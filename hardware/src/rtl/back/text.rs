@@ -214,7 +214,11 @@ fn sized(value: u128, width: &Num) -> String {
     match width.constant() {
         Some(width) => literal(value, width as u32),
         None if value == 0 => format!("{{{}{{1'b0}}}}", counted(width)),
-        None => format!("{}'d{value}", width.text()),
+        None => {
+            let bits = u128::BITS - value.leading_zeros();
+            let zeros = width.sub(&bits.into());
+            format!("{{{{{}{{1'b0}}}}, {}}}", counted(&zeros), literal(value, bits))
+        }
     }
 }
 

@@ -19,221 +19,167 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
 /// Banks that share an adder.
-#[block(AdderPlan)]
+#[block(About::new("bin_adder", "a histogram's bins of neighbouring samples, and the adder that they share")
+    .note_if(samples == 2, "A rising edge needs a low sample, so of two neighbours one has a hit at most.")
+    .note_if(
+        samples > 2,
+        format!(
+            "The detectors' dead time lets at most one of {samples} neighbouring samples be a hit. Of \
+             several, which no such detector makes, the earliest counts."
+        ),
+    )
+    .note_if(saturates, "A full bin stays as it is, and o_clamped says that a hit was lost in it.")
+    .fact("Latency", "5 clocks from i_hits to the bin with its hit, 7 until it is written"))]
 pub struct BinAdder {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    histogram: HistogramPlan,
+    #[set(histogram.adder_samples as usize)]
+    samples: usize,
+    #[set(histogram.bin_bits)]
+    bits: u32,
+    #[set(histogram.saturates())]
+    saturates: bool,
+    #[set(histogram.takes_turns())]
+    takes_turns: bool,
+    #[set(samples.div_ceil(2))]
+    pairs: usize,
+    #[set(row_bits(histogram.rows))]
+    row_bits: u32,
+    /// Groups of samples whose bins have an OR of their own: of four inputs if that will do.
+    #[set(1 + usize::from(samples >= 8))]
+    halves: usize,
+    /// Halves whose bins come out of one of two memories.
+    #[set(if takes_turns { halves } else { 0 })]
+    halves_in_turns: usize,
+    /// Inputs of an adder that joins two halves.
+    #[set(if halves > 1 { halves } else { 0 })]
+    addends: usize,
+    #[set(samples / halves)]
+    half: usize,
+    #[set(bits as usize)]
+    bin_bits: usize,
     /// pairs of samples with a hit
-    #[width(plan.pairs())]
+    #[width(pairs)]
     pub i_hits: Input<Word>,
     /// it is the earlier sample of its pair
-    #[when(plan.samples > 1)]
-    #[width(plan.pairs())]
+    #[when(samples > 1)]
+    #[width(pairs)]
     pub i_early: Optional<Input<Word>>,
     /// row of the present word
-    #[width(plan.row_bits())]
+    #[width(row_bits)]
     pub i_row: Input<Word>,
     /// memory that counts the present word
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     pub i_half: Optional<Input<bool>>,
     /// row to be read from the other memory
-    #[when(plan.takes_turns)]
-    #[width(plan.row_bits())]
+    #[when(takes_turns)]
+    #[width(row_bits)]
     pub i_read_row: Optional<Input<Word>>,
     /// the reader goes on
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     pub i_go: Optional<Input<bool>>,
     /// the word two clocks ago is one of a frame's first code period
-    #[when(!plan.takes_turns)]
+    #[when(!takes_turns)]
     pub i_come_first: Optional<Input<bool>>,
     /// memory of the word two clocks ago
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     pub i_come_half: Optional<Input<bool>>,
     /// the word three clocks ago is one of a frame's first code period
     pub i_held_first: Input<bool>,
     /// memory of the word three clocks ago
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     pub i_held_half: Optional<Input<bool>>,
     /// the word five clocks ago is one of a frame's first code period
     pub i_added_first: Input<bool>,
     /// row of the word six clocks ago
-    #[width(plan.row_bits())]
+    #[width(row_bits)]
     pub i_write_row: Input<Word>,
     /// its memory
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     pub i_write_half: Optional<Input<bool>>,
     /// bins of the row that was read, the first sample's lowest
-    #[width(plan.samples * plan.bin_bits())]
+    #[width(samples * bin_bits)]
     pub o_bins: Output<Word>,
     /// a hit found its bin full
-    #[when(plan.saturates)]
+    #[when(saturates)]
     pub o_clamped: Optional<Output<bool>>,
-    #[is(describe(plan))]
-    about: About,
-    /// a pair or one before it has a hit
-    #[each(_pair in 1..plan.pairs())]
-    hit_before: Vec<Local<bool>>,
-    #[width(plan.samples)]
+    /// the earliest pair that has a hit
+    #[width(pairs)]
+    earliest: Wiring,
+    #[width(samples)]
     place: Wiring,
-    #[width(plan.samples * plan.bin_bits())]
+    #[width(samples * bin_bits)]
     bins: Wiring,
     #[each(clocks in 1..6)]
     #[about(first_of(clocks - 1, "sample with the hit of the words 1 to 5 clocks ago"))]
-    #[width(plan.samples)]
+    #[width(samples)]
     hit: Vec<Register<Word>>,
-    #[each(_sample in 0..plan.samples)]
-    #[is(BinBank::new(plan.rows, plan.bits, plan.takes_turns))]
+    #[each(_sample in 0..samples)]
+    #[is(BinBank::new(histogram.rows, bits, takes_turns))]
     bank: Vec<BinBank>,
-    #[each(half in 0..plan.halves())]
+    #[each(half in 0..halves)]
     #[about(first_of(half, "bin with the hit, of the samples of a half"))]
-    #[width(plan.bits)]
+    #[width(bits)]
     choice: Vec<Local<Word>>,
-    #[each(half in 0..plan.halves_in_turns())]
+    #[each(half in 0..halves_in_turns)]
     #[about(first_of(half, "the same, out of memory 1"))]
-    #[width(plan.bits)]
+    #[width(bits)]
     other: Vec<Local<Word>>,
-    #[each(half in 0..plan.halves())]
-    #[about(match (plan.halves(), half) {
+    #[each(half in 0..halves)]
+    #[about(match (halves, half) {
         (1, _) => "bin with a hit",
         (_, 0) => "bin with a hit, if it is in the first half of the samples; then in the second",
         _ => "",
     })]
-    #[width(plan.bits)]
+    #[width(bits)]
     chosen: Vec<Register<Word>>,
     /// bin with a hit
-    #[when(plan.saturates)]
-    #[width(plan.bits)]
+    #[when(saturates)]
+    #[width(bits)]
     found: Optional<Local<Word>>,
-    #[each(half in 0..plan.addends())]
+    #[each(half in 0..addends)]
     #[about(first_of(half, "below either a 1: the carry makes the sum one more"))]
-    #[width(plan.bits + 1)]
+    #[width(bits + 1)]
     addend: Vec<Wiring>,
-    /// both, and the 1; below them a 0 that is not used, as linters know by the name
-    #[when(plan.halves() > 1)]
-    #[width(plan.bits + 1)]
-    both_and_unused: Optional<Local<Word>>,
-    #[when(plan.halves() > 1)]
-    #[width(plan.bits)]
+    /// both, and the 1; below them a 0
+    #[when(halves > 1)]
+    #[width(bits + 1)]
+    both: Optional<Local<Word>>,
+    /// the 0 has no use; linters know by the name
+    #[when(halves > 1)]
+    unused: Optional<Local<bool>>,
+    #[when(halves > 1)]
+    #[width(bits)]
     above_carry: Optional<Wiring>,
     /// the same with the hit
-    #[width(plan.bits)]
+    #[width(bits)]
     sum: Register<Word>,
-    #[when(plan.bits > 1)]
-    #[width(plan.bits - 1)]
+    #[when(bits > 1)]
+    #[width(bits - 1)]
     above_lowest: Optional<Wiring>,
     /// its bits above the lowest, a clock later
-    #[when(plan.bits > 1)]
-    #[width(plan.bits - 1)]
+    #[when(bits > 1)]
+    #[width(bits - 1)]
     above: Optional<Register<Word>>,
     /// a hit found its bin full
-    #[when(plan.saturates)]
+    #[when(saturates)]
     clamped: Optional<Register<bool>>,
-    plan: Plan<AdderPlan>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct AdderPlan {
-    samples: usize,
-    rows: u64,
-    bits: u32,
-    saturates: bool,
-    /// Whether there are two memories.
-    takes_turns: bool,
-}
-
-impl AdderPlan {
-    fn pairs(&self) -> usize {
-        self.samples.div_ceil(2)
-    }
-
-    fn row_bits(&self) -> u32 {
-        row_bits(self.rows)
-    }
-
-    /// Halves whose bins come out of one of two memories.
-    fn halves_in_turns(&self) -> usize {
-        match self.takes_turns {
-            true => self.halves(),
-            false => 0,
-        }
-    }
-
-    /// Groups of samples whose bins have an OR of their own: of four inputs if that will do.
-    fn halves(&self) -> usize {
-        1 + usize::from(self.samples >= 8)
-    }
-
-    /// Inputs of an adder that joins two halves.
-    fn addends(&self) -> usize {
-        match self.halves() {
-            1 => 0,
-            halves => halves,
-        }
-    }
-
-    fn half(&self) -> usize {
-        self.samples / self.halves()
-    }
-
-    fn bin_bits(&self) -> usize {
-        self.bits as usize
-    }
-}
-
-impl BinAdder {
-    /// For the neighbouring samples of a histogram that share an adder.
-    pub fn new(histogram: &HistogramPlan) -> BinAdder {
-        BinAdder::build(&AdderPlan {
-            samples: histogram.adder_samples as usize,
-            rows: histogram.rows,
-            bits: histogram.bin_bits,
-            saturates: histogram.saturates(),
-            takes_turns: histogram.takes_turns(),
-        })
-    }
-}
-
-fn describe(plan: &AdderPlan) -> About {
-    let title = "a histogram's bins of neighbouring samples, and the adder that they share";
-    let about = About::new("bin_adder", title);
-    let about = match plan.samples {
-        1 => about,
-        2 => about.note("A rising edge needs a low sample, so of two neighbours one has a hit at most."),
-        samples => about.note(format!(
-            "The detectors' dead time lets at most one of {samples} neighbouring samples be a hit. Of \
-             several, which no such detector makes, the earliest counts."
-        )),
-    };
-    let about = match plan.saturates {
-        false => about,
-        true => {
-            about.note("A full bin stays as it is, and o_clamped says that a hit was lost in it.")
-        }
-    };
-    about.fact("Latency", "5 clocks from i_hits to the bin with its hit, 7 until it is written")
 }
 
 #[kernel]
 impl Logic for BinAdder {
     fn update(&mut self) {
-        for c in 0..5 {
-            dff_setup!(self, i_clk, hit[c]);
-        }
-        dff_setup!(self, i_clk, sum);
         self.find_hit();
         for c in 1..5 {
             self.hit[c].d.next = self.hit[c - 1].q.val();
         }
         self.run_banks();
         self.choose();
-        if self.plan.halves() > 1 {
+        if self.halves > 1 {
             self.add_halves();
         } else {
             self.sum.d.next = self.chosen[0].q.val() + 1;
         }
-        if self.plan.bits > 1 {
+        if self.bits > 1 {
             self.hand_back();
         }
         if self.o_clamped.is_present() {
@@ -243,47 +189,41 @@ impl Logic for BinAdder {
 
     /// The sample that has the hit: of several the earliest.
     fn find_hit(&mut self) {
-        let samples = self.plan.samples;
-        if samples > 1 {
-            self.place.i[0].next = self.i_hits.val().get_bit(0) & self.i_early.val().get_bit(0);
-            self.place.i[1].next = self.i_hits.val().get_bit(0) & !self.i_early.val().get_bit(0);
+        let pairs = self.pairs;
+        self.earliest.i[0].next = self.i_hits.val().get_bit(0);
+        for p in 1..pairs {
+            self.earliest.i[p].next =
+                self.i_hits.val().get_bit(p) & !(self.i_hits.val() << (pairs - p)).any();
+        }
+        if self.samples > 1 {
+            for p in 0..pairs {
+                self.place.i[2 * p].next =
+                    self.earliest.o.val().get_bit(p) & self.i_early.val().get_bit(p);
+                self.place.i[2 * p + 1].next =
+                    self.earliest.o.val().get_bit(p) & !self.i_early.val().get_bit(p);
+            }
         } else {
-            self.place.i[0].next = self.i_hits.val().get_bit(0);
-        }
-        if samples > 2 {
-            self.hit_before[0].next = self.i_hits.val().get_bit(0);
-        }
-        for p in 1..self.hit_before.len() {
-            self.hit_before[p].next = self.hit_before[p - 1].val() | self.i_hits.val().get_bit(p);
-        }
-        for p in 1..self.plan.pairs() {
-            self.place.i[2 * p].next = self.i_hits.val().get_bit(p)
-                & self.i_early.val().get_bit(p)
-                & !self.hit_before[p - 1].val();
-            self.place.i[2 * p + 1].next = self.i_hits.val().get_bit(p)
-                & !self.i_early.val().get_bit(p)
-                & !self.hit_before[p - 1].val();
+            self.place.i[0].next = self.earliest.o.val().get_bit(0);
         }
         self.hit[0].d.next = self.place.o.val();
     }
 
     /// The bin with the hit: all others are 0. In a first code period it is 0 as well.
     fn choose(&mut self) {
-        let half = self.plan.half();
+        let half = self.half;
         for h in 0..self.chosen.len() {
-            dff_setup!(self, i_clk, chosen[h]);
             self.choice[h].next = self.bank[half * h].o_bin.val();
             for s in 1..half {
                 self.choice[h].next = self.choice[h].val() | self.bank[half * h + s].o_bin.val();
             }
             self.chosen[h].d.next = self.choice[h].val();
         }
-        if self.plan.takes_turns {
+        if self.takes_turns {
             self.choose_from_other();
         }
         for h in 0..self.chosen.len() {
             if self.i_held_first.val() {
-                self.chosen[h].d.next = bit_cast(false, self.plan.bin_bits());
+                self.chosen[h].d.next = bit_cast(false, self.bin_bits);
             }
         }
     }
@@ -292,19 +232,20 @@ impl Logic for BinAdder {
     fn add_halves(&mut self) {
         for h in 0..self.addend.len() {
             self.addend[h].i[0].next = true;
-            for b in 0..self.plan.bin_bits() {
+            for b in 0..self.bin_bits {
                 self.addend[h].i[b + 1].next = self.chosen[h].q.val().get_bit(b);
             }
         }
-        self.both_and_unused.next = self.addend[0].o.val() + self.addend[1].o.val();
-        for b in 0..self.plan.bin_bits() {
-            self.above_carry.i[b].next = self.both_and_unused.val().get_bit(b + 1);
+        self.both.next = self.addend[0].o.val() + self.addend[1].o.val();
+        self.unused.next = self.both.val().get_bit(0);
+        for b in 0..self.bin_bits {
+            self.above_carry.i[b].next = self.both.val().get_bit(b + 1);
         }
         self.sum.d.next = self.above_carry.o.val();
     }
 
     fn choose_from_other(&mut self) {
-        let half = self.plan.half();
+        let half = self.half;
         for h in 0..self.chosen.len() {
             self.other[h].next = self.bank[half * h].o_other.val();
             for s in 1..half {
@@ -317,9 +258,7 @@ impl Logic for BinAdder {
     }
 
     fn run_banks(&mut self) {
-        for s in 0..self.plan.samples {
-            self.bank[s].i_clk.next = self.i_clk.val();
-            self.bank[s].i_rst.next = self.i_rst.val();
+        for s in 0..self.samples {
             self.bank[s].i_row.next = self.i_row.val();
             self.bank[s].i_come_hit.next = self.hit[1].q.val().get_bit(s);
             self.bank[s].i_hit.next = self.hit[4].q.val().get_bit(s);
@@ -327,7 +266,7 @@ impl Logic for BinAdder {
             self.bank[s].i_lowest.next = self.sum.q.val().get_bit(0);
             self.bank[s].i_write_row.next = self.i_write_row.val();
         }
-        if self.plan.takes_turns {
+        if self.takes_turns {
             self.read_other_memory();
         } else {
             self.read_same_memory();
@@ -336,8 +275,8 @@ impl Logic for BinAdder {
     }
 
     fn read_other_memory(&mut self) {
-        let bits = self.plan.bin_bits();
-        for s in 0..self.plan.samples {
+        let bits = self.bin_bits;
+        for s in 0..self.samples {
             self.bank[s].i_half.next = self.i_half.val();
             self.bank[s].i_read_row.next = self.i_read_row.val();
             self.bank[s].i_go.next = self.i_go.val();
@@ -350,8 +289,8 @@ impl Logic for BinAdder {
     }
 
     fn read_same_memory(&mut self) {
-        let bits = self.plan.bin_bits();
-        for s in 0..self.plan.samples {
+        let bits = self.bin_bits;
+        for s in 0..self.samples {
             self.bank[s].i_come_first.next = self.i_come_first.val();
             for b in 0..bits {
                 self.bins.i[bits * s + b].next = self.bank[s].o_bin.val().get_bit(b);
@@ -362,20 +301,18 @@ impl Logic for BinAdder {
     /// The bits that all banks have in common. In a first code period they are 0: the bin with
     /// the hit is 1.
     fn hand_back(&mut self) {
-        dff_setup!(self, i_clk, above);
-        for b in 1..self.plan.bin_bits() {
+        for b in 1..self.bin_bits {
             self.above_lowest.i[b - 1].next = self.sum.q.val().get_bit(b);
         }
         self.above.d.next = self.above_lowest.o.val();
-        for s in 0..self.plan.samples {
+        for s in 0..self.samples {
             self.bank[s].i_above.next = self.above.q.val();
         }
     }
 
     fn clamp(&mut self) {
-        dff_setup!(self, i_clk, clamped);
         self.clamped.d.next = false;
-        if self.plan.halves() > 1 {
+        if self.halves > 1 {
             self.found.next = self.chosen[0].q.val() | self.chosen[1].q.val();
         } else {
             self.found.next = self.chosen[0].q.val();

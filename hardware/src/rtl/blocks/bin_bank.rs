@@ -29,39 +29,43 @@ const ROWS: &str = "Rows";
 const BACK: &str = "What is written";
 
 /// One bin of each row, in two memories.
-#[block(BankPlan)]
+#[block(describe(rows, bits, takes_turns))]
 pub struct BinBank {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    rows: u64,
+    bits: u32,
+    /// Whether there are two memories.
+    takes_turns: bool,
+    #[set(row_bits(rows))]
+    row_bits: u32,
+    #[set(1 + usize::from(takes_turns))]
+    memories: usize,
     /// row of the present word
     #[under(ROWS)]
-    #[width(plan.row_bits())]
+    #[width(row_bits)]
     pub i_row: Input<Word>,
     /// memory that counts the present word
     #[under(ROWS)]
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     pub i_half: Optional<Input<bool>>,
     /// row to be read from the other memory
     #[under(ROWS)]
-    #[when(plan.takes_turns)]
-    #[width(plan.row_bits())]
+    #[when(takes_turns)]
+    #[width(row_bits)]
     pub i_read_row: Optional<Input<Word>>,
     /// the reader goes on
     #[under(ROWS)]
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     pub i_go: Optional<Input<bool>>,
     /// the word two clocks ago has its hit here
     #[under(ROWS)]
     pub i_come_hit: Input<bool>,
     /// it is one of a frame's first code period
     #[under(ROWS)]
-    #[when(!plan.takes_turns)]
+    #[when(!takes_turns)]
     pub i_come_first: Optional<Input<bool>>,
     /// its memory
     #[under(ROWS)]
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     pub i_come_half: Optional<Input<bool>>,
     /// the word has its hit here
     #[under(BACK)]
@@ -74,80 +78,52 @@ pub struct BinBank {
     pub i_lowest: Input<bool>,
     /// the bits above it, a clock later
     #[under(BACK)]
-    #[when(plan.bits > 1)]
-    #[width(plan.bits - 1)]
+    #[when(bits > 1)]
+    #[width(bits - 1)]
     pub i_above: Optional<Input<Word>>,
     /// its row, a clock later
     #[under(BACK)]
-    #[width(plan.row_bits())]
+    #[width(row_bits)]
     pub i_write_row: Input<Word>,
     /// its memory, a clock later
     #[under(BACK)]
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     pub i_write_half: Optional<Input<bool>>,
-    #[about(match plan.takes_turns {
+    #[about(match takes_turns {
         true => "bin out of memory 0; 0 if it counts and has no hit",
         false => "bin out of the memory; 0 without a hit, but for a first code period",
     }.to_owned())]
-    #[width(plan.bits)]
+    #[width(bits)]
     pub o_bin: Output<Word>,
     /// bin out of memory 1, as well
-    #[when(plan.takes_turns)]
-    #[width(plan.bits)]
+    #[when(takes_turns)]
+    #[width(bits)]
     pub o_other: Optional<Output<Word>>,
     /// bin of the row that was read
-    #[when(plan.takes_turns)]
-    #[width(plan.bits)]
+    #[when(takes_turns)]
+    #[width(bits)]
     pub o_read: Optional<Output<Word>>,
-    #[is(describe(plan))]
-    about: About,
     /// memories that go on: the one that counts, and the other with its reader
-    #[when(plan.takes_turns)]
+    #[when(takes_turns)]
     #[width(2)]
     goes: Optional<Wiring>,
-    #[each(half in 0..plan.memories())]
-    #[is(Memory::new(plan.rows, plan.bits, &plan.about_memory(half)))]
+    #[each(_half in 0..memories)]
+    #[is(Memory::new(rows, bits, "bins, one for each row"))]
     memory: Vec<Memory>,
-    #[each(half in 0..plan.memories())]
-    #[about(match plan.takes_turns {
+    #[each(half in 0..memories)]
+    #[about(match takes_turns {
         true => format!("bin out of memory {half}"),
         false => "bin out of the memory".to_owned(),
     })]
-    #[width(plan.bits)]
+    #[width(bits)]
     held: Vec<Register<Word>>,
     /// to be written
     writes: Register<bool>,
     /// lowest bit of what is written
     lowest: Register<bool>,
     /// what is written
-    #[width(plan.bits)]
+    #[width(bits)]
     written: Wiring,
-    plan: Plan<BankPlan>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct BankPlan {
-    rows: u64,
-    bits: u32,
-    /// Whether there are two memories.
-    takes_turns: bool,
-}
-
-impl BankPlan {
-    fn row_bits(&self) -> u32 {
-        row_bits(self.rows)
-    }
-
-    fn memories(&self) -> usize {
-        1 + usize::from(self.takes_turns)
-    }
-
-    fn about_memory(&self, half: usize) -> String {
-        match self.takes_turns {
-            true => format!("Bins of memory {half}, one for each row"),
-            false => "Bins, one for each row".to_owned(),
-        }
-    }
 }
 
 /// Bits of the number of one of so many rows.
@@ -155,23 +131,15 @@ pub(super) fn row_bits(rows: u64) -> u32 {
     u64::BITS - (rows - 1).leading_zeros()
 }
 
-impl BinBank {
-    /// For so many rows of bins of `bits` bits, in two memories if they take turns.
-    pub fn new(rows: u64, bits: u32, takes_turns: bool) -> BinBank {
-        BinBank::build(&BankPlan { rows, bits, takes_turns })
-    }
-}
-
-fn describe(plan: &BankPlan) -> About {
-    let BankPlan { rows, bits, .. } = plan;
+fn describe(rows: u64, bits: u32, takes_turns: bool) -> About {
     let title = "a histogram's bins of one sample of the chip";
     let back = "A word's bin is read, goes to the adder that neighbouring samples share, and is \
                 written when it comes back. In a frame's first code period every bin is written, 0 \
                 where there was no hit, so that counts begin anew.";
-    if !plan.takes_turns {
+    if !takes_turns {
         return About::new("bin_bank", title)
             .note(back)
-            .fact("Memory", format!("{rows} bins of {bits} bit{}", plural(*bits)))
+            .fact("Memory", format!("{rows} bins of {bits} bit{}", plural(bits)))
             .fact("Latency", "3 clocks from i_row to o_bin; written 7 clocks after i_row");
     }
     About::new("bin_bank", &format!("{title}, twice"))
@@ -191,7 +159,6 @@ pub(super) fn plural(number: u32) -> &'static str {
 #[kernel]
 impl Logic for BinBank {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, writes, lowest);
         self.writes.d.next = self.i_hit.val() | self.i_first.val();
         // A bin without a hit is written in a first code period only, in which a hit's is 1.
         self.lowest.d.next = self.i_hit.val();
@@ -199,15 +166,14 @@ impl Logic for BinBank {
             self.lowest.d.next = false;
         }
         self.written.i[0].next = self.lowest.q.val();
-        for b in 1..self.plan.bits as usize {
+        for b in 1..self.bits as usize {
             self.written.i[b].next = self.i_above.val().get_bit(b - 1);
         }
         for h in 0..self.memory.len() {
-            self.memory[h].clock.next = self.i_clk.val();
-            self.memory[h].data.next = self.written.o.val();
-            self.memory[h].write_address.next = self.i_write_row.val();
+            self.memory[h].i_data.next = self.written.o.val();
+            self.memory[h].i_write_address.next = self.i_write_row.val();
         }
-        if self.plan.takes_turns {
+        if self.takes_turns {
             self.take_turns();
         } else {
             self.count();
@@ -216,13 +182,12 @@ impl Logic for BinBank {
 
     /// One memory, whose bins are read where they count.
     fn count(&mut self) {
-        dff_setup!(self, i_clk, held[0]);
-        self.memory[0].read.next = true;
-        self.memory[0].write.next = self.writes.q.val();
-        self.memory[0].address.next = self.i_row.val();
-        self.held[0].d.next = self.memory[0].q.val();
+        self.memory[0].i_read.next = true;
+        self.memory[0].i_write.next = self.writes.q.val();
+        self.memory[0].i_address.next = self.i_row.val();
+        self.held[0].d.next = self.memory[0].o_word.val();
         if !self.i_come_hit.val() & !self.i_come_first.val() {
-            self.held[0].d.next = bit_cast(false, self.plan.bits as usize);
+            self.held[0].d.next = bit_cast(false, self.bits as usize);
         }
         self.o_bin.next = self.held[0].q.val();
     }
@@ -232,28 +197,27 @@ impl Logic for BinBank {
         self.goes.i[0].next = self.i_go.val() | !self.i_half.val();
         self.goes.i[1].next = self.i_go.val() | self.i_half.val();
         for h in 0..2 {
-            dff_setup!(self, i_clk, held[h]);
-            self.memory[h].read.next = self.goes.o.val().get_bit(h);
+            self.memory[h].i_read.next = self.goes.o.val().get_bit(h);
             if self.goes.o.val().get_bit(h) {
-                self.held[h].d.next = self.memory[h].q.val();
+                self.held[h].d.next = self.memory[h].o_word.val();
             }
         }
         // One condition each: of one within another Yosys makes three LUTs for each bit in
         // place of a register's reset.
         if !self.i_come_hit.val() & !self.i_come_half.val() {
-            self.held[0].d.next = bit_cast(false, self.plan.bits as usize);
+            self.held[0].d.next = bit_cast(false, self.bits as usize);
         }
         if !self.i_come_hit.val() & self.i_come_half.val() {
-            self.held[1].d.next = bit_cast(false, self.plan.bits as usize);
+            self.held[1].d.next = bit_cast(false, self.bits as usize);
         }
-        self.memory[0].write.next = self.writes.q.val() & !self.i_write_half.val();
-        self.memory[1].write.next = self.writes.q.val() & self.i_write_half.val();
+        self.memory[0].i_write.next = self.writes.q.val() & !self.i_write_half.val();
+        self.memory[1].i_write.next = self.writes.q.val() & self.i_write_half.val();
         if self.i_half.val() {
-            self.memory[0].address.next = self.i_read_row.val();
-            self.memory[1].address.next = self.i_row.val();
+            self.memory[0].i_address.next = self.i_read_row.val();
+            self.memory[1].i_address.next = self.i_row.val();
         } else {
-            self.memory[0].address.next = self.i_row.val();
-            self.memory[1].address.next = self.i_read_row.val();
+            self.memory[0].i_address.next = self.i_row.val();
+            self.memory[1].i_address.next = self.i_read_row.val();
         }
         self.o_bin.next = self.held[0].q.val();
         self.o_other.next = self.held[1].q.val();

@@ -17,105 +17,64 @@ use crate::rtl::front::prelude::*;
 
 /// Keeps the reference's present chip and those before it, and delays them by
 /// holding the generator.
-#[block(HistoryPlan)]
+#[block(About::new("chip_history", "the reference's last chips, delayed by holding its generator")
+.note_if(geometry.most_chips() > 1, "When the delay grows by several chips, the reference goes back by all but one of \
+             them; those come again from a register while the generator waits.").fact("Latency", "1 clock from i_chip to o_chips"))]
 pub struct ChipHistory {
-    /// one chip per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    geometry: PhaseGeometry,
+    start: ReferenceStart,
+    realigns: bool,
+    #[set(geometry.kept_chips() as usize)]
+    kept: usize,
+    #[set(geometry.window_chips() as usize)]
+    window_chips: usize,
+    #[set(geometry.chips() as usize)]
+    step_chips: usize,
+    #[set(geometry.replayed_chips() as usize)]
+    replayed: usize,
+    #[set(replayed > 0)]
+    has_replays: bool,
     /// next chip of the reference
     pub i_chip: Input<bool>,
     /// last chip of a phase step
-    #[when(plan.geometry.chips() > 0)]
+    #[when(geometry.chips() > 0)]
     pub i_last_chip: Optional<Input<bool>>,
     /// last chip of a step; the next delays by a chip more
-    #[when(plan.geometry.grows_by_samples())]
+    #[when(geometry.grows_by_samples())]
     pub i_wrap: Optional<Input<bool>>,
     /// a scan begins with the next clock
-    #[when(plan.realigns)]
+    #[when(realigns)]
     pub i_start: Optional<Input<bool>>,
     /// the reference generator goes on to its next chip
     pub o_advance: Output<bool>,
     /// reference chips, the present one in bit 0
-    #[width(plan.geometry.window_chips())]
+    #[width(geometry.window_chips())]
     pub o_chips: Output<Word>,
-    #[is(describe(plan.geometry))]
-    about: About,
     /// after reset and at a scan's start
-    #[width(plan.kept())]
-    #[value(plan.start.chips)]
+    #[width(kept)]
+    #[value(start.chips)]
     chips_load: Constant,
     /// reference chips, the present one in bit 0, those before it above
-    #[width(plan.kept())]
-    #[reset(plan.start.chips, chips_load)]
+    #[width(kept)]
+    #[reset(start.chips, chips_load)]
     chips: Register<Word>,
     /// chips that the reference went back by, the next one on top
-    #[when(plan.replays())]
-    #[width(plan.replayed().max(1))]
+    #[when(has_replays)]
+    #[width(replayed.max(1))]
     saved: Optional<Register<Word>>,
     /// which of them are still to come again
-    #[when(plan.replays())]
-    #[width(plan.replayed().max(1))]
+    #[when(has_replays)]
+    #[width(replayed.max(1))]
     replays: Optional<Register<Word>>,
-    #[when(plan.replays())]
+    #[when(has_replays)]
     hold: Optional<Local<bool>>,
-    #[when(plan.replays())]
+    #[when(has_replays)]
     chip: Optional<Local<bool>>,
-    plan: Plan<HistoryPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct HistoryPlan {
-    geometry: PhaseGeometry,
-    start: ReferenceStart,
-    realigns: bool,
-}
-
-impl HistoryPlan {
-    fn kept(&self) -> usize {
-        self.geometry.kept_chips() as usize
-    }
-
-    fn window_chips(&self) -> usize {
-        self.geometry.window_chips() as usize
-    }
-
-    fn step_chips(&self) -> usize {
-        self.geometry.chips() as usize
-    }
-
-    fn replayed(&self) -> usize {
-        self.geometry.replayed_chips() as usize
-    }
-
-    fn replays(&self) -> bool {
-        self.replayed() > 0
-    }
-}
-
-impl ChipHistory {
-    /// `realigns` adds the start of later scans.
-    pub fn new(geometry: PhaseGeometry, start: ReferenceStart, realigns: bool) -> ChipHistory {
-        ChipHistory::build(&HistoryPlan { geometry, start, realigns })
-    }
-}
-
-fn describe(geometry: PhaseGeometry) -> About {
-    let mut about =
-        About::new("chip_history", "the reference's last chips, delayed by holding its generator");
-    if geometry.most_chips() > 1 {
-        about = about.note(
-            "When the delay grows by several chips, the reference goes back by all but one of \
-             them; those come again from a register while the generator waits.",
-        );
-    }
-    about.fact("Latency", "1 clock from i_chip to o_chips")
 }
 
 #[kernel]
 impl Logic for ChipHistory {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, chips);
         if self.i_last_chip.is_present() {
             self.advance();
             self.grow();
@@ -123,25 +82,24 @@ impl Logic for ChipHistory {
             self.o_advance.next = !self.i_wrap.val();
             if !self.i_wrap.val() {
                 self.chips.d.next =
-                    (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.plan.kept());
+                    (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
             }
         }
         if self.i_start.is_present() {
             if self.i_start.val() {
                 self.chips.d.next = self.chips_load.val();
-                if self.plan.replays() {
+                if self.has_replays {
                     self.replays.d.next = 0.into();
                 }
             }
         }
-        self.o_chips.next = bit_cast(self.chips.q.val(), self.plan.window_chips());
+        self.o_chips.next = bit_cast(self.chips.q.val(), self.window_chips);
     }
 
     /// When the generator goes on, and the chip that comes next.
     fn advance(&mut self) {
-        if self.plan.replays() {
-            dff_setup!(self, i_clk, saved, replays);
-            let top = self.plan.replayed().saturating_sub(1);
+        if self.has_replays {
+            let top = self.replayed.saturating_sub(1);
             self.hold.next = self.i_last_chip.val() | self.replays.q.val().get_bit(top);
             if self.replays.q.val().get_bit(top) {
                 self.chip.next = self.saved.q.val().get_bit(top);
@@ -158,24 +116,22 @@ impl Logic for ChipHistory {
 
     /// The delay grows by whole chips, and by one more when the lanes wrap.
     fn grow(&mut self) {
-        let back = self.plan.step_chips();
+        let back = self.step_chips;
         if self.i_last_chip.val() {
             self.chips.d.next = self.chips.q.val() >> back.saturating_sub(1);
-            if self.plan.replays() {
+            if self.has_replays {
                 self.save();
             }
-        } else if self.plan.replays() {
-            self.chips.d.next =
-                (self.chips.q.val() << 1) | bit_cast(self.chip.val(), self.plan.kept());
+        } else if self.has_replays {
+            self.chips.d.next = (self.chips.q.val() << 1) | bit_cast(self.chip.val(), self.kept);
         } else {
-            self.chips.d.next =
-                (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.plan.kept());
+            self.chips.d.next = (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
         }
         if self.i_wrap.is_present() {
             if self.i_wrap.val() {
                 self.chips.d.next = self.chips.q.val() >> back;
-                self.saved.d.next = bit_cast(self.chips.q.val(), self.plan.replayed());
-                self.replays.d.next = !bit_cast(false, self.plan.replayed());
+                self.saved.d.next = bit_cast(self.chips.q.val(), self.replayed);
+                self.replays.d.next = !bit_cast(false, self.replayed);
             }
         }
     }
@@ -183,11 +139,11 @@ impl Logic for ChipHistory {
     /// The chips by which the reference goes back, to come again.
     fn save(&mut self) {
         if self.i_wrap.is_present() {
-            self.saved.d.next = bit_cast(self.chips.q.val(), self.plan.replayed()) << 1;
-            self.replays.d.next = !bit_cast(false, self.plan.replayed()) << 1;
+            self.saved.d.next = bit_cast(self.chips.q.val(), self.replayed) << 1;
+            self.replays.d.next = !bit_cast(false, self.replayed) << 1;
         } else {
-            self.saved.d.next = bit_cast(self.chips.q.val(), self.plan.replayed());
-            self.replays.d.next = !bit_cast(false, self.plan.replayed());
+            self.saved.d.next = bit_cast(self.chips.q.val(), self.replayed);
+            self.replays.d.next = !bit_cast(false, self.replayed);
         }
     }
 }

@@ -17,75 +17,50 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
 /// Correlates one detector's hits with several delays of its reference.
-#[block(BankPlan)]
+#[block(About::new("correlator_bank", "correlators of some phase steps that share their light")
+        .size(("STEPS", "phase steps"), steps, 1..=usize::MAX, move |steps| {
+            CorrelatorBank::new(lanes, segments, steps)
+        })
+        .note("Each step takes the reference a sample later than the step before it."))]
 pub struct CorrelatorBank {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
-    /// pairs of samples with a hit
-    #[width(plan.lanes.div_ceil(2))]
-    pub i_hits: Input<Word>,
-    /// the hit is the earlier sample of its pair
-    #[when(plan.lanes > 1)]
-    #[width(plan.lanes.div_ceil(2))]
-    pub i_early: Optional<Input<Word>>,
-    /// reference of each sample; the last step's lowest
-    #[width(plan.lanes + plan.steps - 1)]
-    pub i_window: Input<Word>,
-    /// A step's last hits are in; one bit for each segment of the count.
-    #[about(dump_about(plan.segments.count))]
-    #[width(plan.segments.count)]
-    pub i_dump: Input<Word>,
-    /// Counts of the bank's steps.
-    #[each(step in 0..plan.steps)]
-    #[about(first_of(step, "counts of the steps, signed, step 0 lowest"))]
-    #[width(plan.segments.bits())]
-    pub o_count: Vec<Output<Word>>,
-    #[is(describe(plan))]
-    about: About,
-    #[each(_step in 0..plan.steps)]
-    #[width(plan.lanes)]
-    reference: Vec<Wiring>,
-    #[each(_step in 0..plan.steps)]
-    #[is(UpdownCorrelator::new(plan.lanes as u32, plan.segments))]
-    correlator: Vec<UpdownCorrelator>,
-    plan: Plan<BankPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct BankPlan {
     lanes: usize,
     segments: CountSegments,
     steps: usize,
-}
-
-impl CorrelatorBank {
-    /// For `steps` phase steps.
-    pub fn new(lanes: u32, segments: CountSegments, steps: u32) -> CorrelatorBank {
-        CorrelatorBank::build(&BankPlan { lanes: lanes as usize, segments, steps: steps as usize })
-    }
-}
-
-fn describe(plan: &BankPlan) -> About {
-    let steps = plan.steps;
-    About::new(
-        "correlator_bank",
-        &format!("correlators of {steps} phase steps that share their light"),
-    )
-    .note("Each step takes the reference a sample later than the step before it.")
+    /// pairs of samples with a hit
+    #[width(lanes.div_ceil(2))]
+    pub i_hits: Input<Word>,
+    /// the hit is the earlier sample of its pair
+    #[when(lanes > 1)]
+    #[width(lanes.div_ceil(2))]
+    pub i_early: Optional<Input<Word>>,
+    /// reference of each sample; the last step's lowest
+    #[width(lanes + steps - 1)]
+    pub i_window: Input<Word>,
+    /// A step's last hits are in; one bit for each segment of the count.
+    #[about(dump_about(segments.count))]
+    #[width(segments.count)]
+    pub i_dump: Input<Word>,
+    /// Counts of the bank's steps.
+    #[each(step in 0..steps)]
+    #[about(first_of(step, "counts of the steps, signed, step 0 lowest"))]
+    #[width(segments.bits())]
+    pub o_count: Vec<Output<Word>>,
+    #[each(_step in 0..steps)]
+    #[width(lanes)]
+    reference: Vec<Wiring>,
+    #[each(_step in 0..steps)]
+    #[is(UpdownCorrelator::new(lanes, segments))]
+    correlator: Vec<UpdownCorrelator>,
 }
 
 #[kernel]
 impl Logic for CorrelatorBank {
     fn update(&mut self) {
-        let last = self.plan.steps - 1;
-        for q in 0..self.plan.steps {
-            for l in 0..self.plan.lanes {
+        let last = self.steps - 1;
+        for q in 0..self.steps {
+            for l in 0..self.lanes {
                 self.reference[q].i[l].next = self.i_window.val().get_bit(l + last - q);
             }
-            self.correlator[q].i_clk.next = self.i_clk.val();
-            self.correlator[q].i_rst.next = self.i_rst.val();
             self.correlator[q].i_hits.next = self.i_hits.val();
             if self.i_early.is_present() {
                 self.correlator[q].i_early.next = self.i_early.val();

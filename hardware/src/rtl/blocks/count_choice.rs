@@ -13,56 +13,37 @@ use super::first_of;
 use crate::rtl::front::prelude::*;
 
 /// Keeps the count whose turn it is.
-#[block(ChoicePlan)]
+#[block(About::new("count_choice", "one of several counts")
+        .size(("COUNTS", "counts"), counts, 1..=usize::MAX, move |counts| {
+            CountChoice::new(bits, counts)
+        })
+        .fact("Latency", "1 clock"))]
 pub struct CountChoice {
-    /// one choice per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
-    /// at most one bit: which count's turn it is
-    #[width(plan.counts)]
-    pub i_turn: Input<Word>,
-    /// The counts.
-    #[each(count in 0..plan.counts)]
-    #[about(first_of(count, "counts, count 0 lowest"))]
-    #[width(plan.bits)]
-    pub i_count: Vec<Input<Word>>,
-    /// the count whose turn it was, or 0
-    #[width(plan.bits)]
-    pub o_count: Output<Word>,
-    #[is(describe())]
-    about: About,
-    /// the count whose turn it is, or 0
-    #[width(plan.bits)]
-    present: Local<Word>,
-    #[width(plan.bits)]
-    chosen: Register<Word>,
-    plan: Plan<ChoicePlan>,
-}
-
-#[derive(Debug, Clone)]
-struct ChoicePlan {
     bits: u32,
     counts: usize,
-}
-
-impl CountChoice {
-    /// Out of `counts` counts of `bits` bits.
-    pub fn new(bits: u32, counts: u32) -> CountChoice {
-        CountChoice::build(&ChoicePlan { bits, counts: counts as usize })
-    }
-}
-
-fn describe() -> About {
-    About::new("count_choice", "one of several counts").fact("Latency", "1 clock")
+    /// at most one bit: which count's turn it is
+    #[width(counts)]
+    pub i_turn: Input<Word>,
+    /// The counts.
+    #[each(count in 0..counts)]
+    #[about(first_of(count, "counts, count 0 lowest"))]
+    #[width(bits)]
+    pub i_count: Vec<Input<Word>>,
+    /// the count whose turn it was, or 0
+    #[width(bits)]
+    pub o_count: Output<Word>,
+    /// the count whose turn it is, or 0
+    #[width(bits)]
+    present: Local<Word>,
+    #[width(bits)]
+    chosen: Register<Word>,
 }
 
 #[kernel]
 impl Logic for CountChoice {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, chosen);
         self.present.next = self.i_count[0].val() & signed_cast(self.i_turn.val().get_bit(0));
-        for c in 1..self.plan.counts {
+        for c in 1..self.counts {
             self.present.next = self.present.val()
                 | (self.i_count[c].val() & signed_cast(self.i_turn.val().get_bit(c)));
         }

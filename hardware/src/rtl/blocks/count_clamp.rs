@@ -13,57 +13,35 @@
 use crate::rtl::front::prelude::*;
 
 /// The nearest count that fits.
-#[block(ClampPlan)]
+#[block(About::new("count_clamp", "the nearest count of fewer bits").fact("Latency", "0 clocks"))]
 pub struct CountClamp {
+    exact_bits: usize,
+    count_bits: usize,
     /// exact count, signed
-    #[width(plan.exact_bits)]
+    #[width(exact_bits)]
     pub i_count: Input<Word>,
     /// the nearest count that fits, signed
-    #[width(plan.count_bits)]
+    #[width(count_bits)]
     pub o_count: Output<Word>,
     /// it is not the exact one
     pub o_clamped: Output<bool>,
-    #[is(describe())]
-    about: About,
-    #[width(plan.count_bits)]
-    #[value((1 << (plan.count_bits - 1)) - 1)]
+    #[width(count_bits)]
+    #[value((1 << (count_bits - 1)) - 1)]
     largest: Constant,
-    #[width(plan.count_bits)]
-    #[value(1 << (plan.count_bits - 1))]
+    #[width(count_bits)]
+    #[value(1 << (count_bits - 1))]
     smallest: Constant,
-    plan: Plan<ClampPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct ClampPlan {
-    exact_bits: usize,
-    count_bits: usize,
-}
-
-impl CountClamp {
-    /// From `exact_bits` to `count_bits`, which are fewer.
-    pub fn new(exact_bits: u32, count_bits: u32) -> CountClamp {
-        CountClamp::build(&ClampPlan {
-            exact_bits: exact_bits as usize,
-            count_bits: count_bits as usize,
-        })
-    }
-}
-
-fn describe() -> About {
-    About::new("count_clamp", "the nearest count of fewer bits").fact("Latency", "0 clocks")
 }
 
 #[kernel]
 impl Logic for CountClamp {
     fn update(&mut self) {
-        let sign = self.plan.exact_bits - 1;
-        self.o_clamped.next = bit_cast(
-            signed_cast(bit_cast(self.i_count.val(), self.plan.count_bits)),
-            self.plan.exact_bits,
-        ) != self.i_count.val();
+        let sign = self.exact_bits - 1;
+        self.o_clamped.next =
+            bit_cast(signed_cast(bit_cast(self.i_count.val(), self.count_bits)), self.exact_bits)
+                != self.i_count.val();
         if !self.o_clamped.val() {
-            self.o_count.next = bit_cast(self.i_count.val(), self.plan.count_bits);
+            self.o_count.next = bit_cast(self.i_count.val(), self.count_bits);
         } else if self.i_count.val().get_bit(sign) {
             self.o_count.next = self.smallest.val();
         } else {

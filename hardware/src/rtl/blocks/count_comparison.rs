@@ -14,69 +14,43 @@ use crate::sensor::peak::PeakPlan;
 
 /// Whether one signed count is greater than another, when both have stood
 /// still for a clock per piece.
-#[block(ComparisonPlan)]
+#[block(describe(sizes.len()))]
 pub struct CountComparison {
-    /// one piece per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    plan: PeakPlan,
+    #[set(plan.count_bits as usize)]
+    width: usize,
+    /// Bits of each piece, the lowest first; all but the top one are equal.
+    #[set((0..plan.pieces).map(|piece| plan.piece_bits(piece)).collect())]
+    sizes: Vec<u32>,
+    #[set(sizes.len() - 1)]
+    top: usize,
+    #[set(sizes[0] as usize)]
+    piece_bits: usize,
+    #[set(sizes[top] as usize)]
+    top_bits: usize,
     /// a count, signed
-    #[width(plan.count_bits)]
+    #[width(width)]
     pub i_count: Input<Word>,
     /// what it is compared with, signed
-    #[width(plan.count_bits)]
+    #[width(width)]
     pub i_other: Input<Word>,
     /// the count is greater
     pub o_greater: Output<bool>,
-    #[is(describe(plan.sizes.len()))]
-    about: About,
     /// the count with the other one's sign
-    #[width(plan.count_bits)]
+    #[width(width)]
     unsigned_count: Local<Word>,
     /// the other one with the count's sign
-    #[width(plan.count_bits)]
+    #[width(width)]
     unsigned_other: Local<Word>,
-    #[each(size in plan.sizes.iter().copied())]
+    #[each(size in sizes.iter().copied())]
     #[width(size)]
     count_bits: Vec<Wiring>,
-    #[each(size in plan.sizes.iter().copied())]
+    #[each(size in sizes.iter().copied())]
     #[width(size)]
     other_bits: Vec<Wiring>,
-    #[each(piece in 0..plan.sizes.len())]
-    #[is(CountPiece::new(plan.sizes[piece], piece > 0))]
+    #[each(piece in 0..sizes.len())]
+    #[is(CountPiece::new(sizes[piece] as usize))]
     piece: Vec<CountPiece>,
-    plan: Plan<ComparisonPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct ComparisonPlan {
-    count_bits: usize,
-    /// Bits of each piece, the lowest first; all but the top one are equal.
-    sizes: Vec<u32>,
-}
-
-impl ComparisonPlan {
-    fn top(&self) -> usize {
-        self.sizes.len() - 1
-    }
-
-    fn piece_bits(&self) -> usize {
-        self.sizes[0] as usize
-    }
-
-    fn top_bits(&self) -> usize {
-        self.sizes[self.top()] as usize
-    }
-}
-
-impl CountComparison {
-    /// For the counts of a peak detector.
-    pub fn new(plan: &PeakPlan) -> CountComparison {
-        CountComparison::build(&ComparisonPlan {
-            count_bits: plan.count_bits as usize,
-            sizes: (0..plan.pieces).map(|piece| plan.piece_bits(piece)).collect(),
-        })
-    }
 }
 
 fn describe(pieces: usize) -> About {
@@ -96,35 +70,34 @@ fn describe(pieces: usize) -> About {
 #[kernel]
 impl Logic for CountComparison {
     fn update(&mut self) {
-        let sign = self.plan.count_bits - 1;
+        let sign = self.width - 1;
         self.unsigned_count.next =
             self.i_count.val().replace_bit(sign, self.i_other.val().get_bit(sign));
         self.unsigned_other.next =
             self.i_other.val().replace_bit(sign, self.i_count.val().get_bit(sign));
         self.cut();
         for p in 0..self.piece.len() {
-            self.piece[p].i_clk.next = self.i_clk.val();
-            self.piece[p].i_rst.next = self.i_rst.val();
             self.piece[p].i_count.next = self.count_bits[p].o.val();
             self.piece[p].i_other.next = self.other_bits[p].o.val();
         }
+        self.piece[0].i_below.next = false;
         for p in 1..self.piece.len() {
             self.piece[p].i_below.next = self.piece[p - 1].o_greater.val();
         }
-        self.o_greater.next = self.piece[self.plan.top()].o_greater.val();
+        self.o_greater.next = self.piece[self.top].o_greater.val();
     }
 
     /// Both counts in pieces.
     fn cut(&mut self) {
-        let size = self.plan.piece_bits();
-        let top = self.plan.top();
+        let size = self.piece_bits;
+        let top = self.top;
         for p in 0..top {
             for b in 0..size {
                 self.count_bits[p].i[b].next = self.unsigned_count.val().get_bit(size * p + b);
                 self.other_bits[p].i[b].next = self.unsigned_other.val().get_bit(size * p + b);
             }
         }
-        for b in 0..self.plan.top_bits() {
+        for b in 0..self.top_bits {
             self.count_bits[top].i[b].next = self.unsigned_count.val().get_bit(size * top + b);
             self.other_bits[top].i[b].next = self.unsigned_other.val().get_bit(size * top + b);
         }

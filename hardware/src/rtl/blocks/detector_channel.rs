@@ -11,6 +11,8 @@
 //!
 //! Cost (ECP5, docs/resources.md): 92 LUTs, 162 flip-flops with all that is in it.
 
+use std::sync::Arc;
+
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
 use super::scan_controller::dump_about;
 use super::{
@@ -19,227 +21,158 @@ use super::{
 };
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
-use crate::scene::Polarity;
-use crate::sensor::interface::{CountSegments, Interface, TotalCount};
+use crate::sensor::interface::{CountSegments, Interface};
 
 /// One detector's hits, its reference, and the counts of its phase steps.
-#[block(ChannelPlan)]
+#[block(describe(&interface))]
 pub struct DetectorChannel {
-    /// one chip per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    interface: Interface,
+    code: Arc<Code>,
+    #[set(interface.lanes() as usize)]
+    lanes: usize,
+    #[set(lanes.div_ceil(2))]
+    pairs: usize,
+    #[set(interface.parallel() as usize)]
+    parallel: usize,
+    #[set(interface.count_segments)]
+    segments: CountSegments,
+    #[set(interface.realigns())]
+    realigns: bool,
+    #[set(interface.timing.scan.integration_chips > 1)]
+    looks_ahead: bool,
+    #[set(PhaseGeometry::new(
+        interface.lanes(),
+        interface.parallel(),
+        (interface.timing.scan.first_step % u64::from(interface.lanes())) as u32,
+    ))]
+    geometry: PhaseGeometry,
+    #[set(reference_start(&interface, &code, geometry.kept_chips()))]
+    start: (ReferenceStart, u64),
+    /// Banks of correlators; none where a group is a single step.
+    #[set(if parallel > 1 { interface.banks() as usize } else { 0 })]
+    banks: usize,
+    /// Steps in every bank but the last.
+    #[set(interface.bank_steps.min(interface.parallel()) as usize)]
+    bank_steps: usize,
+    #[set(if banks > 0 { parallel / bank_steps } else { 0 })]
+    whole_banks: usize,
+    /// Steps of a smaller last bank; 0 without one.
+    #[set(if banks > 0 { parallel % bank_steps } else { 0 })]
+    rest_steps: usize,
+    /// Banks that work a clock behind another.
+    #[set(banks.saturating_sub(1))]
+    delays: usize,
+    /// Samples of the reference that all banks but the first take.
+    #[set(window_bits(lanes, parallel - bank_steps))]
+    later_bits: usize,
+    #[set(if interface.saturates() { parallel } else { 0 })]
+    clamps: usize,
+    #[set(interface.total.is_some_and(|total| total.saturates()))]
+    total_saturates: bool,
     /// level of the SPAD, bit 0 earliest
-    #[width(plan.lanes)]
+    #[width(lanes)]
     pub i_samples: Input<Word>,
     /// the present chip belongs to a scan
     pub i_run: Input<bool>,
     /// the present chip is the last but one of a phase step
-    #[when(plan.looks_ahead && plan.geometry.grows_by_samples())]
+    #[when(looks_ahead && geometry.grows_by_samples())]
     pub i_pre_last_chip: Optional<Input<bool>>,
     /// last chip of a phase step
     pub i_last_chip: Input<bool>,
     /// a scan begins with the next clock
-    #[when(plan.realigns)]
+    #[when(realigns)]
     pub i_start: Optional<Input<bool>>,
     /// A group's last hits are in; one bit for each segment of the count.
-    #[about(dump_about(plan.segments.count))]
-    #[width(plan.segments.count)]
+    #[about(dump_about(segments.count))]
+    #[width(segments.count)]
     pub i_dump: Input<Word>,
     /// Counts of the group's steps.
-    #[each(step in 0..plan.parallel)]
-    #[about(first_of(step, &plan.count_about("signed")))]
-    #[width(plan.count_bits)]
+    #[each(step in 0..parallel)]
+    #[about(first_of(step, &count_about(parallel, "signed")))]
+    #[width(interface.count_bits)]
     pub o_count: Vec<Output<Word>>,
     /// Total count of each of them.
-    #[when(plan.total.is_some())]
+    #[when(interface.total.is_some())]
     #[about("hits of a phase step, up and down together")]
-    #[width(plan.total.map_or(1, |total| total.bits))]
+    #[width(interface.total.map_or(1, |total| total.bits))]
     pub o_total: Optional<Output<Word>>,
     /// Which of them were clamped; the first also when the total was.
-    #[each(step in 0..plan.clamps())]
-    #[about(first_of(step, plan.clamped_about()))]
+    #[each(step in 0..clamps)]
+    #[about(first_of(step, clamped_about(parallel, total_saturates)))]
     pub o_clamped: Vec<Output<bool>>,
-    #[is(plan.about.clone())]
-    about: About,
-    #[is(plan.reference.clone())]
+    #[is(CodeSource::new(&code, start.1, realigns))]
     reference: CodeSource,
-    #[is(PhaseStepper::new(plan.geometry, plan.start, plan.looks_ahead, plan.realigns))]
+    #[is(PhaseStepper::new(geometry, start.0, looks_ahead, realigns))]
     stepper: PhaseStepper,
-    #[is(EdgeDetector::new(plan.lanes, plan.polarity))]
+    #[is(EdgeDetector::new(lanes, interface.polarity))]
     edges: EdgeDetector,
-    #[when(plan.banks == 0)]
-    #[is(UpdownCorrelator::new(plan.lanes, plan.segments))]
+    #[when(banks == 0)]
+    #[is(UpdownCorrelator::new(lanes, segments))]
     correlator: Optional<UpdownCorrelator>,
-    #[each(bank in 0..plan.delays())]
+    #[each(bank in 0..delays)]
     #[about(first_of(bank, "hits for the second bank, and so on"))]
-    #[width(plan.pairs())]
+    #[width(pairs)]
     hits: Vec<Register<Word>>,
-    #[each(bank in 0..plan.early_delays())]
+    #[each(bank in 0..if lanes > 1 { delays } else { 0 })]
     #[about(first_of(bank, "the hit is the earlier sample of its pair"))]
-    #[width(plan.pairs())]
+    #[width(pairs)]
     early: Vec<Register<Word>>,
-    #[each(bank in 0..plan.delays())]
-    // Linters know by the name that the last bank has no use for the low bits.
+    #[each(bank in 0..delays)]
     #[about(first_of(
         bank,
         "reference for the second bank's steps and all later ones, and so on"
     ))]
-    #[width(plan.later_bits())]
-    window_and_unused: Vec<Register<Word>>,
-    #[each(bank in 0..plan.delays())]
-    #[about(first_of(bank, dump_about(plan.segments.count)))]
-    #[width(plan.segments.count)]
+    #[width(later_bits)]
+    window: Vec<Register<Word>>,
+    /// the last bank has no use for the low bits; linters know by the name
+    #[when(delays > 0)]
+    unused: Optional<Local<bool>>,
+    #[each(bank in 0..delays)]
+    #[about(first_of(bank, dump_about(segments.count)))]
+    #[width(segments.count)]
     dump: Vec<Register<Word>>,
-    #[each(_bank in 0..plan.whole_banks())]
-    #[width(plan.bits_of(plan.bank_steps))]
+    #[each(_bank in 0..whole_banks)]
+    #[width(window_bits(lanes, bank_steps))]
     bank_window: Vec<Wiring>,
-    #[each(_bank in 0..plan.whole_banks())]
-    #[is(plan.bank(plan.bank_steps))]
+    #[each(_bank in 0..whole_banks)]
+    #[is(CorrelatorBank::new(lanes, segments, bank_steps))]
     bank: Vec<CorrelatorBank>,
-    #[when(plan.rest_steps() > 0)]
-    #[width(plan.bits_of(plan.rest_steps().max(1)))]
+    #[when(rest_steps > 0)]
+    #[width(window_bits(lanes, rest_steps.max(1)))]
     last_window: Optional<Wiring>,
-    #[when(plan.rest_steps() > 0)]
-    #[is(plan.bank(plan.rest_steps().max(1)))]
+    #[when(rest_steps > 0)]
+    #[is(CorrelatorBank::new(lanes, segments, rest_steps.max(1)))]
     last_bank: Optional<CorrelatorBank>,
-    #[each(step in 0..plan.parallel)]
-    #[about(first_of(step, &plan.count_about("exact")))]
-    #[width(plan.exact_bits)]
+    #[each(step in 0..parallel)]
+    #[about(first_of(step, &count_about(parallel, "exact")))]
+    #[width(interface.exact_count_bits)]
     exact: Vec<Local<Word>>,
-    #[each(_step in 0..plan.clamps())]
-    #[is(CountClamp::new(plan.exact_bits, plan.count_bits))]
+    #[each(_step in 0..clamps)]
+    #[is(CountClamp::new(interface.exact_count_bits as usize, interface.count_bits as usize))]
     clamp: Vec<CountClamp>,
-    #[each(total in plan.total.iter())]
-    #[is(HitCounter::new(plan.lanes, *total, plan.segments))]
+    #[each(total in interface.total.iter())]
+    #[is(HitCounter::new(lanes, *total, segments))]
     total: Vec<HitCounter>,
-    plan: Plan<ChannelPlan>,
 }
 
-#[derive(Debug, Clone)]
-struct ChannelPlan {
-    lanes: u32,
-    polarity: Polarity,
-    parallel: usize,
-    count_bits: u32,
-    exact_bits: u32,
-    segments: CountSegments,
-    total: Option<TotalCount>,
-    /// Banks of correlators; none where a group is a single step.
-    banks: usize,
-    /// Steps in every bank but the last.
-    bank_steps: usize,
-    saturates: bool,
-    realigns: bool,
-    looks_ahead: bool,
-    geometry: PhaseGeometry,
-    start: ReferenceStart,
-    reference: CodeSource,
-    about: About,
+/// Samples of the reference that so many phase steps at once take.
+fn window_bits(lanes: usize, steps: usize) -> usize {
+    lanes + steps - 1
 }
 
-impl ChannelPlan {
-    fn new(interface: &Interface, code: &Code) -> ChannelPlan {
-        let lanes = interface.lanes();
-        let scan = &interface.timing.scan;
-        let first_delay = (scan.first_step % u64::from(lanes)) as u32;
-        let geometry = PhaseGeometry::new(lanes, interface.parallel(), first_delay);
-        let (start, next_chip) = reference_start(interface, code, geometry.kept_chips());
-        ChannelPlan {
-            lanes,
-            polarity: interface.polarity,
-            parallel: interface.parallel() as usize,
-            count_bits: interface.count_bits,
-            exact_bits: interface.exact_count_bits,
-            segments: interface.count_segments,
-            total: interface.total,
-            banks: match interface.parallel() {
-                1 => 0,
-                _ => interface.banks() as usize,
-            },
-            bank_steps: interface.bank_steps.min(interface.parallel()) as usize,
-            saturates: interface.saturates(),
-            realigns: interface.realigns(),
-            looks_ahead: scan.integration_chips > 1,
-            geometry,
-            start,
-            reference: CodeSource::new(code, next_chip, interface.realigns()),
-            about: describe(interface),
-        }
-    }
-
-    fn clamps(&self) -> usize {
-        if self.saturates { self.parallel } else { 0 }
-    }
-
-    fn total_saturates(&self) -> bool {
-        self.total.is_some_and(|total| total.saturates())
-    }
-
-    fn pairs(&self) -> u32 {
-        self.lanes.div_ceil(2)
-    }
-
-    /// Banks that work a clock behind another.
-    fn delays(&self) -> usize {
-        self.banks.saturating_sub(1)
-    }
-
-    fn early_delays(&self) -> usize {
-        if self.lanes > 1 { self.delays() } else { 0 }
-    }
-
-    /// Banks of as many steps as the first.
-    fn whole_banks(&self) -> usize {
-        match self.banks {
-            0 => 0,
-            _ => self.parallel / self.bank_steps,
-        }
-    }
-
-    /// Steps of a smaller last bank; 0 without one.
-    fn rest_steps(&self) -> usize {
-        match self.banks {
-            0 => 0,
-            _ => self.parallel % self.bank_steps,
-        }
-    }
-
-    /// Samples of the reference that a bank of so many steps takes.
-    fn bits_of(&self, steps: usize) -> usize {
-        self.lanes as usize + steps - 1
-    }
-
-    /// Samples of the reference that all banks but the first take.
-    fn later_bits(&self) -> usize {
-        self.bits_of(self.parallel - self.bank_steps)
-    }
-
-    fn bank(&self, steps: usize) -> CorrelatorBank {
-        CorrelatorBank::new(self.lanes, self.segments, steps as u32)
-    }
-
-    fn count_about(&self, about: &str) -> String {
-        match self.parallel {
-            1 => format!("count of a phase step, {about}"),
-            _ => format!("counts of the group's steps, {about}, step 0 lowest"),
-        }
-    }
-
-    fn clamped_about(&self) -> &'static str {
-        match (self.parallel, self.total_saturates()) {
-            (1, false) => "it was clamped",
-            (1, true) => "it was clamped, or the total",
-            (_, false) => "which of them were clamped",
-            (_, true) => "which of them were clamped; the first also if the total was",
-        }
+fn count_about(parallel: usize, about: &str) -> String {
+    match parallel {
+        1 => format!("count of a phase step, {about}"),
+        _ => format!("counts of the group's steps, {about}, step 0 lowest"),
     }
 }
 
-impl DetectorChannel {
-    /// The channel of a detector that follows `code`.
-    pub fn new(interface: &Interface, code: &Code) -> DetectorChannel {
-        DetectorChannel::build(&ChannelPlan::new(interface, code))
+fn clamped_about(parallel: usize, total_saturates: bool) -> &'static str {
+    match (parallel, total_saturates) {
+        (1, false) => "it was clamped",
+        (1, true) => "it was clamped, or the total",
+        (_, false) => "which of them were clamped",
+        (_, true) => "which of them were clamped; the first also if the total was",
     }
 }
 
@@ -287,11 +220,7 @@ fn reference_start(interface: &Interface, code: &Code, kept_chips: u32) -> (Refe
 #[kernel]
 impl Logic for DetectorChannel {
     fn update(&mut self) {
-        self.reference.i_clk.next = self.i_clk.val();
-        self.reference.i_rst.next = self.i_rst.val();
         self.reference.i_advance.next = self.stepper.o_advance.val();
-        self.stepper.i_clk.next = self.i_clk.val();
-        self.stepper.i_rst.next = self.i_rst.val();
         self.stepper.i_chip.next = self.reference.o_chip.val();
         self.stepper.i_last_chip.next = self.i_last_chip.val();
         if self.i_pre_last_chip.is_present() {
@@ -301,8 +230,6 @@ impl Logic for DetectorChannel {
             self.reference.i_load.next = self.i_start.val();
             self.stepper.i_start.next = self.i_start.val();
         }
-        self.edges.i_clk.next = self.i_clk.val();
-        self.edges.i_rst.next = self.i_rst.val();
         self.edges.i_samples.next = self.i_samples.val();
         self.edges.i_run.next = self.i_run.val();
         if self.correlator.is_present() {
@@ -313,8 +240,6 @@ impl Logic for DetectorChannel {
         }
         self.clamp_counts();
         for t in 0..self.total.len() {
-            self.total[t].i_clk.next = self.i_clk.val();
-            self.total[t].i_rst.next = self.i_rst.val();
             self.total[t].i_hits.next = self.edges.o_hits.val();
             self.total[t].i_dump.next = self.i_dump.val();
             self.o_total.next = self.total[t].o_total.val();
@@ -323,8 +248,6 @@ impl Logic for DetectorChannel {
 
     /// One step at a time.
     fn correlate(&mut self) {
-        self.correlator.i_clk.next = self.i_clk.val();
-        self.correlator.i_rst.next = self.i_rst.val();
         self.correlator.i_hits.next = self.edges.o_hits.val();
         if self.edges.o_early.is_present() {
             self.correlator.i_early.next = self.edges.o_early.val();
@@ -337,23 +260,20 @@ impl Logic for DetectorChannel {
     /// Each bank works a clock behind the one before it, so that no register has to reach all
     /// correlators within a clock.
     fn feed_banks(&mut self) {
-        let size = self.plan.bank_steps;
-        for b in 0..self.window_and_unused.len() {
-            dff_setup!(self, i_clk, hits[b], window_and_unused[b], dump[b]);
-        }
-        for b in 0..self.early.len() {
-            dff_setup!(self, i_clk, early[b]);
-        }
-        if self.plan.delays() > 0 {
+        let size = self.bank_steps;
+        if self.delays > 0 {
             self.hits[0].d.next = self.edges.o_hits.val();
-            self.window_and_unused[0].d.next =
-                bit_cast(self.stepper.o_window.val(), self.plan.later_bits());
+            self.window[0].d.next = bit_cast(self.stepper.o_window.val(), self.later_bits);
             self.dump[0].d.next = self.i_dump.val();
         }
-        for b in 1..self.window_and_unused.len() {
+        for b in 1..self.window.len() {
             self.hits[b].d.next = self.hits[b - 1].q.val();
-            self.window_and_unused[b].d.next = self.window_and_unused[b - 1].q.val() << size;
+            self.window[b].d.next = self.window[b - 1].q.val() << size;
             self.dump[b].d.next = self.dump[b - 1].q.val();
+        }
+        if self.unused.is_present() {
+            let last = self.delays.saturating_sub(1);
+            self.unused.next = self.window[last].q.val().all();
         }
         if !self.early.is_empty() {
             self.early[0].d.next = self.edges.o_early.val();
@@ -365,9 +285,9 @@ impl Logic for DetectorChannel {
     }
 
     fn correlate_in_banks(&mut self) {
-        let size = self.plan.bank_steps;
-        let bits = self.plan.bits_of(size);
-        let below = self.plan.parallel - size;
+        let size = self.bank_steps;
+        let bits = window_bits(self.lanes, size);
+        let below = self.parallel - size;
         let later_below = below - size.min(below);
         for l in 0..bits {
             self.bank_window[0].i[l].next = self.stepper.o_window.val().get_bit(l + below);
@@ -379,8 +299,7 @@ impl Logic for DetectorChannel {
         self.bank[0].i_dump.next = self.i_dump.val();
         for b in 1..self.bank.len() {
             for l in 0..bits {
-                self.bank_window[b].i[l].next =
-                    self.window_and_unused[b - 1].q.val().get_bit(l + later_below);
+                self.bank_window[b].i[l].next = self.window[b - 1].q.val().get_bit(l + later_below);
             }
             self.bank[b].i_hits.next = self.hits[b - 1].q.val();
             if self.edges.o_early.is_present() {
@@ -389,8 +308,6 @@ impl Logic for DetectorChannel {
             self.bank[b].i_dump.next = self.dump[b - 1].q.val();
         }
         for b in 0..self.bank.len() {
-            self.bank[b].i_clk.next = self.i_clk.val();
-            self.bank[b].i_rst.next = self.i_rst.val();
             self.bank[b].i_window.next = self.bank_window[b].o.val();
         }
         if self.last_bank.is_present() {
@@ -400,14 +317,12 @@ impl Logic for DetectorChannel {
 
     /// A bank of fewer steps: its reference is on top as well.
     fn correlate_in_last_bank(&mut self) {
-        let last = self.plan.delays().saturating_sub(1);
-        let rest = self.plan.rest_steps();
-        let below = self.plan.parallel - self.plan.bank_steps - rest;
-        for l in 0..self.plan.bits_of(rest.max(1)) {
-            self.last_window.i[l].next = self.window_and_unused[last].q.val().get_bit(l + below);
+        let last = self.delays.saturating_sub(1);
+        let rest = self.rest_steps;
+        let below = self.parallel - self.bank_steps - rest;
+        for l in 0..window_bits(self.lanes, rest.max(1)) {
+            self.last_window.i[l].next = self.window[last].q.val().get_bit(l + below);
         }
-        self.last_bank.i_clk.next = self.i_clk.val();
-        self.last_bank.i_rst.next = self.i_rst.val();
         self.last_bank.i_hits.next = self.hits[last].q.val();
         if self.edges.o_early.is_present() {
             self.last_bank.i_early.next = self.early[last].q.val();
@@ -417,14 +332,14 @@ impl Logic for DetectorChannel {
     }
 
     fn gather_counts(&mut self) {
-        let size = self.plan.bank_steps;
-        let whole = self.plan.whole_banks();
+        let size = self.bank_steps;
+        let whole = self.whole_banks;
         for b in 0..whole {
             for q in 0..size {
                 self.exact[size * b + q].next = self.bank[b].o_count[q].val();
             }
         }
-        for q in 0..self.plan.rest_steps() {
+        for q in 0..self.rest_steps {
             self.exact[size * whole + q].next = self.last_bank.o_count[q].val();
         }
     }
@@ -435,7 +350,7 @@ impl Logic for DetectorChannel {
             self.clamp[p].i_count.next = self.exact[p].val();
             self.o_count[p].next = self.clamp[p].o_count.val();
         }
-        if self.plan.total_saturates() {
+        if self.total_saturates {
             self.o_clamped[0].next = self.clamp[0].o_clamped.val() | self.total[0].o_clamped.val();
             for p in 1..self.clamp.len() {
                 self.o_clamped[p].next = self.clamp[p].o_clamped.val();

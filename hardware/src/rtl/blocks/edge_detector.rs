@@ -14,77 +14,7 @@ use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
 
 /// Marks every pair of samples that holds a rising edge, and says which.
-#[block(EdgePlan)]
-pub struct EdgeDetector {
-    /// one sample word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
-    /// level of the SPAD, bit 0 earliest
-    #[width(plan.lanes)]
-    pub i_samples: Input<Word>,
-    /// the word belongs to a scan
-    pub i_run: Input<bool>,
-    /// pairs of samples with a high one after a low one
-    #[width(plan.pairs())]
-    pub o_hits: Output<Word>,
-    /// the hit is the earlier sample of its pair
-    #[when(plan.has_pairs())]
-    #[width(plan.pairs())]
-    pub o_early: Optional<Output<Word>>,
-    #[is(describe())]
-    about: About,
-    /// the samples the other way up: high during a pulse
-    #[when(plan.inverts)]
-    #[width(plan.lanes)]
-    inverted: Optional<Local<Word>>,
-    #[width(plan.lanes)]
-    level: Wiring,
-    #[width(plan.lanes)]
-    rising: Local<Word>,
-    #[width(plan.pairs())]
-    pairs: Wiring,
-    #[when(plan.has_pairs())]
-    #[width(plan.pairs())]
-    earlier: Optional<Wiring>,
-    /// of the word before
-    last_sample: Register<bool>,
-    #[width(plan.pairs())]
-    hits: Register<Word>,
-    #[when(plan.has_pairs())]
-    #[width(plan.pairs())]
-    early: Optional<Register<Word>>,
-    plan: Plan<EdgePlan>,
-}
-
-#[derive(Debug, Clone)]
-struct EdgePlan {
-    lanes: usize,
-    /// A pulse is low.
-    inverts: bool,
-}
-
-impl EdgePlan {
-    fn pairs(&self) -> usize {
-        self.lanes.div_ceil(2)
-    }
-
-    /// Whether there is a pair, and not a single sample.
-    fn has_pairs(&self) -> bool {
-        self.lanes > 1
-    }
-}
-
-impl EdgeDetector {
-    /// For words of `lanes` samples, which have this polarity.
-    pub fn new(lanes: u32, polarity: Polarity) -> EdgeDetector {
-        let inverts = polarity == Polarity::Low;
-        EdgeDetector::build(&EdgePlan { lanes: lanes as usize, inverts })
-    }
-}
-
-fn describe() -> About {
-    About::new(
+#[block(About::new(
         "edge_detector",
         "one hit per rising edge of the SPAD's level",
     )
@@ -96,29 +26,71 @@ fn describe() -> About {
         "The last sample of a word is kept outside scans too, so that a pulse that began before \
          a scan is no hit of it.",
     )
-    .fact("Latency", "1 clock")
+    .fact("Latency", "1 clock"))]
+pub struct EdgeDetector {
+    lanes: usize,
+    /// A pulse is low.
+    polarity: Polarity,
+    #[set(polarity == Polarity::Low)]
+    inverts: bool,
+    #[set(lanes.div_ceil(2))]
+    pair_count: usize,
+    /// Whether there is a pair, and not a single sample.
+    #[set(lanes > 1)]
+    has_pairs: bool,
+    /// level of the SPAD, bit 0 earliest
+    #[width(lanes)]
+    pub i_samples: Input<Word>,
+    /// the word belongs to a scan
+    pub i_run: Input<bool>,
+    /// pairs of samples with a high one after a low one
+    #[width(pair_count)]
+    pub o_hits: Output<Word>,
+    /// the hit is the earlier sample of its pair
+    #[when(has_pairs)]
+    #[width(pair_count)]
+    pub o_early: Optional<Output<Word>>,
+    /// the samples the other way up: high during a pulse
+    #[when(inverts)]
+    #[width(lanes)]
+    inverted: Optional<Local<Word>>,
+    #[width(lanes)]
+    level: Wiring,
+    #[width(lanes)]
+    rising: Local<Word>,
+    #[width(pair_count)]
+    pairs: Wiring,
+    #[when(has_pairs)]
+    #[width(pair_count)]
+    earlier: Optional<Wiring>,
+    /// of the word before
+    last_sample: Register<bool>,
+    #[width(pair_count)]
+    hits: Register<Word>,
+    #[when(has_pairs)]
+    #[width(pair_count)]
+    early: Optional<Register<Word>>,
 }
 
 #[kernel]
 impl Logic for EdgeDetector {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, last_sample, hits);
-        if self.plan.inverts {
+        if self.inverts {
             self.inverted.next = !self.i_samples.val();
-            for l in 0..self.plan.lanes {
+            for l in 0..self.lanes {
                 self.level.i[l].next = self.inverted.val().get_bit(l);
             }
         } else {
-            for l in 0..self.plan.lanes {
+            for l in 0..self.lanes {
                 self.level.i[l].next = self.i_samples.val().get_bit(l);
             }
         }
-        self.last_sample.d.next = self.level.o.val().get_bit(self.plan.lanes - 1);
+        self.last_sample.d.next = self.level.o.val().get_bit(self.lanes - 1);
         self.rising.next = self.level.o.val()
-            & !((self.level.o.val() << 1) | bit_cast(self.last_sample.q.val(), self.plan.lanes))
+            & !((self.level.o.val() << 1) | bit_cast(self.last_sample.q.val(), self.lanes))
             & signed_cast(self.i_run.val());
-        if self.plan.has_pairs() {
-            for j in 0..self.plan.pairs() {
+        if self.has_pairs {
+            for j in 0..self.pair_count {
                 self.pairs.i[j].next =
                     self.rising.val().get_bit(2 * j) | self.rising.val().get_bit(2 * j + 1);
                 self.earlier.i[j].next = self.level.o.val().get_bit(2 * j);
@@ -129,7 +101,6 @@ impl Logic for EdgeDetector {
         self.hits.d.next = self.pairs.o.val();
         self.o_hits.next = self.hits.q.val();
         if self.early.is_present() {
-            dff_setup!(self, i_clk, early);
             self.early.d.next = self.earlier.o.val();
             self.o_early.next = self.early.q.val();
         }

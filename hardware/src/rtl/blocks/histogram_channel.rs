@@ -16,12 +16,26 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
 /// Edge detector and adders.
-#[block(HistogramPlan)]
+#[block(About::new("histogram_channel", "histogram of one detector's arrival times")
+        .fact(
+            "Bins",
+            format!(
+                "{} rows of {}, {} bits each{}",
+                plan.rows,
+                plan.row_bins,
+                plan.bin_bits,
+                match plan.saturates() {
+                    true => ", clamped",
+                    false => "; no stimulus can overflow them",
+                }
+            ),
+        )
+        .fact(
+            "Adders",
+            format!("{}, each for {} neighbouring samples", plan.adders(), plan.adder_samples),
+        ))]
 pub struct HistogramChannel {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    plan: HistogramPlan,
     /// level of the SPAD, bit 0 earliest
     #[width(plan.row_bins)]
     pub i_samples: Input<Word>,
@@ -66,25 +80,22 @@ pub struct HistogramChannel {
     /// a hit found its bin full
     #[when(plan.saturates())]
     pub o_clamped: Optional<Output<bool>>,
-    #[is(describe(plan))]
-    about: About,
-    #[is(EdgeDetector::new(plan.row_bins, plan.polarity))]
+    #[is(EdgeDetector::new(plan.row_bins as usize, plan.polarity))]
     edges: EdgeDetector,
-    #[each(_adder in 0..shared(plan))]
-    #[width(pairs(plan))]
+    #[each(_adder in 0..shared(&plan))]
+    #[width(pairs(&plan))]
     hits: Vec<Wiring>,
-    #[each(_adder in 0..shared(plan))]
-    #[width(pairs(plan))]
+    #[each(_adder in 0..shared(&plan))]
+    #[width(pairs(&plan))]
     early: Vec<Wiring>,
     #[each(_adder in 0..plan.adders())]
     #[is(BinAdder::new(plan))]
     adder: Vec<BinAdder>,
-    #[sources(places_in_row(plan), plan.row_bins * plan.bin_bits + 1)]
+    #[sources(places_in_row(&plan), plan.row_bins * plan.bin_bits + 1)]
     row: Wiring,
     #[when(plan.saturates())]
     #[width(plan.adders())]
     clamped: Optional<Wiring>,
-    plan: Plan<HistogramPlan>,
 }
 
 /// Pairs of samples that an adder has.
@@ -113,45 +124,13 @@ fn places_in_row(plan: &HistogramPlan) -> Vec<usize> {
     (0..plan.row_bins).flat_map(of_bin).collect()
 }
 
-impl HistogramChannel {
-    /// For a detector of this histogram.
-    pub fn new(histogram: &HistogramPlan) -> HistogramChannel {
-        HistogramChannel::build(histogram)
-    }
-}
-
-fn describe(plan: &HistogramPlan) -> About {
-    About::new("histogram_channel", "histogram of one detector's arrival times")
-        .fact(
-            "Bins",
-            format!(
-                "{} rows of {}, {} bits each{}",
-                plan.rows,
-                plan.row_bins,
-                plan.bin_bits,
-                match plan.saturates() {
-                    true => ", clamped",
-                    false => "; no stimulus can overflow them",
-                }
-            ),
-        )
-        .fact(
-            "Adders",
-            format!("{}, each for {} neighbouring samples", plan.adders(), plan.adder_samples),
-        )
-}
-
 #[kernel]
 impl Logic for HistogramChannel {
     fn update(&mut self) {
-        self.edges.i_clk.next = self.i_clk.val();
-        self.edges.i_rst.next = self.i_rst.val();
         self.edges.i_samples.next = self.i_samples.val();
         self.edges.i_run.next = self.i_run.val();
         self.hand_hits();
         for a in 0..self.adder.len() {
-            self.adder[a].i_clk.next = self.i_clk.val();
-            self.adder[a].i_rst.next = self.i_rst.val();
             self.adder[a].i_row.next = self.i_row.val();
             self.adder[a].i_held_first.next = self.i_held_first.val();
             self.adder[a].i_added_first.next = self.i_added_first.val();

@@ -33,63 +33,77 @@ const WORD: &str = "Row, memory and first code period of a word on its way";
 const READER: &str = "Reader";
 
 /// Counts rows and code periods, and reads the frames.
-#[block(ControlPlan)]
+#[block(describe(takes_turns, histogram, detectors))]
 pub struct HistogramControl {
-    /// one row per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    histogram: HistogramPlan,
+    detectors: usize,
+    #[set(u128::from(histogram.rows))]
+    rows: u128,
+    #[set(row_bits(histogram.rows))]
+    row_bits: u32,
+    #[set((u64::BITS - (histogram.periods - 1).leading_zeros()).max(1))]
+    period_bits: u32,
+    /// What code periods are counted from.
+    #[set((1 << period_bits) - u128::from(histogram.periods))]
+    first_period_value: u128,
+    #[set(histogram.periods > 1)]
+    has_periods: bool,
+    #[set(histogram.takes_turns())]
+    takes_turns: bool,
+    /// Places on a row's way that have to know its detector.
+    #[set(if detectors > 1 { 3 } else { 0 })]
+    places_of_detectors: usize,
     /// the receiver takes a row
     pub i_ready: Input<bool>,
     /// words count from now on
     pub o_run: Output<bool>,
     /// row of the present word
     #[under(WORD)]
-    #[width(plan.row_bits())]
+    #[width(row_bits)]
     pub o_row: Output<Word>,
     /// memory that counts it
     #[under(WORD)]
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     pub o_half: Optional<Output<bool>>,
     /// the word two clocks ago is one of a frame's first code period
     #[under(WORD)]
-    #[when(!plan.takes_turns())]
+    #[when(!takes_turns)]
     pub o_come_first: Optional<Output<bool>>,
     /// memory of the word two clocks ago
     #[under(WORD)]
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     pub o_come_half: Optional<Output<bool>>,
     /// the word three clocks ago is one of a frame's first code period
     #[under(WORD)]
     pub o_held_first: Output<bool>,
     /// memory of the word three clocks ago
     #[under(WORD)]
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     pub o_held_half: Optional<Output<bool>>,
     /// the word five clocks ago is one of a frame's first code period
     #[under(WORD)]
     pub o_added_first: Output<bool>,
     /// row of the word six clocks ago
     #[under(WORD)]
-    #[width(plan.row_bits())]
+    #[width(row_bits)]
     pub o_write_row: Output<Word>,
     /// its memory
     #[under(WORD)]
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     pub o_write_half: Optional<Output<bool>>,
     /// row to be read
     #[under(READER)]
-    #[when(plan.takes_turns())]
-    #[width(plan.row_bits())]
+    #[when(takes_turns)]
+    #[width(row_bits)]
     pub o_read_row: Optional<Output<Word>>,
     /// detector of the row that comes to the stream, one bit for each
     #[under(READER)]
-    #[when(plan.detectors > 1)]
-    #[width(plan.detectors)]
+    #[when(detectors > 1)]
+    #[width(detectors)]
     pub o_read_detector: Optional<Output<Word>>,
     /// it goes on
     #[under(READER)]
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     pub o_go: Optional<Output<bool>>,
     /// a row comes to the stream
     #[under(READER)]
@@ -98,47 +112,45 @@ pub struct HistogramControl {
     pub o_valid: Output<bool>,
     /// it is the frame's last
     pub o_last: Output<bool>,
-    #[about(match plan.takes_turns() {
+    #[about(match takes_turns {
         true => "a frame was lost",
         false => "a row was lost",
     }.to_owned())]
     pub o_overrun: Output<bool>,
-    #[is(describe(plan))]
-    about: About,
     /// the row before the last
-    #[width(plan.row_bits())]
-    #[value(plan.rows() - 2)]
+    #[width(row_bits)]
+    #[value(rows - 2)]
     #[number]
     last_row_but_one: Constant,
     /// the first code period of a frame, so that the last is all ones
-    #[when(plan.histogram.periods > 1)]
-    #[width(plan.period_bits())]
-    #[value(plan.first_period())]
+    #[when(has_periods)]
+    #[width(period_bits)]
+    #[value(first_period_value)]
     #[number]
     first_period: Optional<Constant>,
     /// words come
     runs: Register<bool>,
     /// row of the next word
-    #[width(plan.row_bits())]
+    #[width(row_bits)]
     ahead: Register<Word>,
-    /// it is the last
+    /// the next word's row is the last
     ahead_is_last: Register<bool>,
     /// row of the present word
-    #[width(plan.row_bits())]
+    #[width(row_bits)]
     row: Register<Word>,
-    /// it is the last
+    /// the present word's row is the last
     row_is_last: Register<bool>,
     /// code period of the frame
-    #[when(plan.histogram.periods > 1)]
-    #[width(plan.period_bits())]
-    #[reset(plan.first_period(), first_period)]
+    #[when(has_periods)]
+    #[width(period_bits)]
+    #[reset(first_period_value, first_period)]
     period: Optional<Register<Word>>,
     /// the next one, and above it whether the present one is all ones
-    #[when(plan.histogram.periods > 1)]
-    #[width(plan.period_bits() + 1)]
+    #[when(has_periods)]
+    #[width(period_bits + 1)]
     next_period: Optional<Local<Word>>,
-    /// the present one is the last
-    #[when(plan.histogram.periods > 1)]
+    /// the present code period is the frame's last
+    #[when(has_periods)]
     period_is_last: Optional<Register<bool>>,
     /// the last row of a frame
     ends: Local<bool>,
@@ -146,14 +158,14 @@ pub struct HistogramControl {
     #[reset(true)]
     first: Register<bool>,
     /// memory that counts
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     half: Optional<Register<bool>>,
     #[each(clocks in 1..7)]
     #[about(first_of(clocks as usize - 1, "rows of the words 1 to 6 clocks ago"))]
-    #[width(plan.row_bits())]
+    #[width(row_bits)]
     row_before: Vec<Register<Word>>,
     /// memory of the words 1 to 6 clocks ago
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     #[width(6)]
     half_before: Optional<Register<Word>>,
     /// whether the words 1 to 5 clocks ago are of a first code period
@@ -161,60 +173,60 @@ pub struct HistogramControl {
     #[reset(31)]
     first_before: Register<Word>,
     /// the reader goes on
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     goes: Optional<Local<bool>>,
     /// a row comes, and the stream takes it
-    #[when(!plan.takes_turns())]
+    #[when(!takes_turns)]
     shows: Optional<Local<bool>>,
     /// a frame has been counted since reset
-    #[when(!plan.takes_turns())]
+    #[when(!takes_turns)]
     follows: Optional<Register<bool>>,
     /// whether the words 1 to 3 clocks ago found the bins of a whole frame
-    #[when(!plan.takes_turns())]
+    #[when(!takes_turns)]
     #[width(3)]
     whole_before: Optional<Register<Word>>,
     /// whether their rows are the last
-    #[when(!plan.takes_turns())]
+    #[when(!takes_turns)]
     #[width(3)]
     last_before: Optional<Register<Word>>,
     /// a row of a whole frame comes out of the memory
-    #[when(!plan.takes_turns())]
+    #[when(!takes_turns)]
     comes: Optional<Local<bool>>,
     /// rows of the frame before are still to be taken
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     busy: Optional<Local<bool>>,
     /// rows are read
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     reads: Optional<Register<bool>>,
     /// row that is read
-    #[when(plan.takes_turns())]
-    #[width(plan.row_bits())]
+    #[when(takes_turns)]
+    #[width(row_bits)]
     read_row: Optional<Register<Word>>,
-    /// it is the last
-    #[when(plan.takes_turns())]
+    /// the row that is read is the last
+    #[when(takes_turns)]
     read_is_last: Optional<Register<bool>>,
     /// detector that is read, one bit for each
-    #[when(plan.detectors > 1)]
-    #[width(plan.detectors)]
+    #[when(detectors > 1)]
+    #[width(detectors)]
     #[reset(1)]
     detector: Optional<Register<Word>>,
-    #[each(place in 0..plan.places_of_detectors())]
+    #[each(place in 0..places_of_detectors)]
     #[about(match place {
         0 => "detector of the row that is in the memories",
         1 => "of the one that comes out of them",
         _ => "and of the one behind it",
     }.to_owned())]
-    #[width(plan.detectors)]
+    #[width(detectors)]
     detector_out: Vec<Register<Word>>,
     /// the last row of the last detector is read
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     read_ends: Optional<Local<bool>>,
     /// a row is in the memories, comes out of them, and is in the register behind them
-    #[when(plan.takes_turns())]
+    #[when(takes_turns)]
     #[width(3)]
     out: Optional<Register<Word>>,
-    /// the last of a frame is
-    #[when(plan.takes_turns())]
+    /// it is a frame's last
+    #[when(takes_turns)]
     #[width(3)]
     last_out: Optional<Register<Word>>,
     valid: Register<bool>,
@@ -223,60 +235,11 @@ pub struct HistogramControl {
     room: Register<bool>,
     last: Register<bool>,
     overrun: Register<bool>,
-    plan: Plan<ControlPlan>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct ControlPlan {
-    histogram: HistogramPlan,
-    detectors: usize,
-}
-
-impl ControlPlan {
-    fn rows(&self) -> u128 {
-        u128::from(self.histogram.rows)
-    }
-
-    fn row_bits(&self) -> u32 {
-        row_bits(self.histogram.rows)
-    }
-
-    fn period_bits(&self) -> u32 {
-        (u64::BITS - (self.histogram.periods - 1).leading_zeros()).max(1)
-    }
-
-    /// What code periods are counted from.
-    fn first_period(&self) -> u128 {
-        (1 << self.period_bits()) - u128::from(self.histogram.periods)
-    }
-
-    fn has_periods(&self) -> bool {
-        self.histogram.periods > 1
-    }
-
-    fn takes_turns(&self) -> bool {
-        self.histogram.takes_turns()
-    }
-
-    /// Places on a row's way that have to know its detector.
-    fn places_of_detectors(&self) -> usize {
-        match self.detectors {
-            1 => 0,
-            _ => 3,
-        }
-    }
-}
-
-impl HistogramControl {
-    /// For the histograms of so many detectors.
-    pub fn new(histogram: &HistogramPlan, detectors: usize) -> HistogramControl {
-        HistogramControl::build(&ControlPlan { histogram: *histogram, detectors })
-    }
-}
-
-fn describe(plan: &ControlPlan) -> About {
+fn describe(takes_turns: bool, histogram: HistogramPlan, detectors: usize) -> About {
     let about = About::new("histogram_control", "rows and frames of the histogram")
-        .note(match plan.takes_turns() {
+        .note(match takes_turns {
             true => {
                 "A frame ends with the last row of its last code period. If all rows of the frame \
                  before it have been taken, or the last is taken at that clock's edge, the memories \
@@ -294,11 +257,11 @@ fn describe(plan: &ControlPlan) -> About {
             "Frame",
             format!(
                 "{} code periods of {} chips",
-                plan.histogram.periods, plan.histogram.rows
+                histogram.periods, histogram.rows
             ),
         )
         .fact("Latency", "5 clocks from a frame's last word to o_valid");
-    match plan.detectors {
+    match detectors {
         1 => about,
         detectors => about
             .note(format!("The rows of {detectors} detectors come one detector after the other.")),
@@ -308,8 +271,6 @@ fn describe(plan: &ControlPlan) -> About {
 #[kernel]
 impl Logic for HistogramControl {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, runs, ahead, ahead_is_last);
-        dff_setup!(self, i_clk, row, row_is_last, first);
         self.runs.d.next = true;
         self.o_run.next = self.runs.q.val();
         self.ahead_is_last.d.next = self.ahead.q.val() == self.last_row_but_one.val();
@@ -317,18 +278,18 @@ impl Logic for HistogramControl {
             self.ahead.d.next = self.ahead.q.val() + 1;
         }
         if self.ahead_is_last.q.val() {
-            self.ahead.d.next = bit_cast(false, self.plan.row_bits() as usize);
+            self.ahead.d.next = bit_cast(false, self.row_bits as usize);
         }
         self.row.d.next = self.ahead.q.val();
         self.row_is_last.d.next = self.ahead_is_last.q.val();
-        if self.plan.has_periods() {
+        if self.has_periods {
             self.count_periods();
         } else {
             self.ends.next = self.row_is_last.q.val();
             self.first.d.next = true;
         }
         self.follow_words();
-        if self.plan.takes_turns() {
+        if self.takes_turns {
             self.follow_memories();
             self.read_frames();
         } else {
@@ -340,9 +301,8 @@ impl Logic for HistogramControl {
     }
 
     fn count_periods(&mut self) {
-        dff_setup!(self, i_clk, period, period_is_last);
         self.ends.next = self.row_is_last.q.val() & self.period_is_last.q.val();
-        let bits = self.plan.period_bits() as usize;
+        let bits = self.period_bits as usize;
         self.next_period.next = bit_cast(self.period.q.val(), bits + 1) + 1;
         self.period_is_last.d.next = self.next_period.val().get_bit(bits);
         if self.row_is_last.q.val() {
@@ -356,10 +316,6 @@ impl Logic for HistogramControl {
 
     /// Row and first code period of the words on their way to the memories.
     fn follow_words(&mut self) {
-        dff_setup!(self, i_clk, first_before, valid, room, last, overrun);
-        for c in 0..6 {
-            dff_setup!(self, i_clk, row_before[c]);
-        }
         self.row_before[0].d.next = self.row.q.val();
         for c in 1..6 {
             self.row_before[c].d.next = self.row_before[c - 1].q.val();
@@ -374,7 +330,6 @@ impl Logic for HistogramControl {
 
     /// Their memory.
     fn follow_memories(&mut self) {
-        dff_setup!(self, i_clk, half, half_before);
         self.half_before.d.next = (self.half_before.q.val() << 1) | bit_cast(self.half.q.val(), 6);
         self.o_half.next = self.half.q.val();
         self.o_come_half.next = self.half_before.q.val().get_bit(1);
@@ -384,7 +339,6 @@ impl Logic for HistogramControl {
 
     /// Offers the rows that the next frame's first code period finds.
     fn send_rows(&mut self) {
-        dff_setup!(self, i_clk, follows, whole_before, last_before);
         if self.ends.val() {
             self.follows.d.next = true;
         }
@@ -417,10 +371,9 @@ impl Logic for HistogramControl {
 
     /// Reads the rows of a frame, and offers them.
     fn read_frames(&mut self) {
-        dff_setup!(self, i_clk, reads, read_row, read_is_last, out, last_out);
         self.goes.next = self.room.q.val() | self.i_ready.val();
         self.busy.next = self.reads.q.val() | self.out.q.val().any() | !self.goes.val();
-        if self.plan.detectors > 1 {
+        if self.detectors > 1 {
             self.name_detectors();
         } else {
             self.read_ends.next = self.read_is_last.q.val();
@@ -437,7 +390,7 @@ impl Logic for HistogramControl {
                 self.read_is_last.d.next = self.read_row.q.val() == self.last_row_but_one.val();
                 self.read_row.d.next = self.read_row.q.val() + 1;
                 if self.read_is_last.q.val() {
-                    self.read_row.d.next = bit_cast(false, self.plan.row_bits() as usize);
+                    self.read_row.d.next = bit_cast(false, self.row_bits as usize);
                 }
                 self.reads.d.next = !self.read_ends.val();
             }
@@ -456,11 +409,7 @@ impl Logic for HistogramControl {
 
     /// The detectors take turns, and each row has its detector beside it.
     fn name_detectors(&mut self) {
-        dff_setup!(self, i_clk, detector);
-        for c in 0..3 {
-            dff_setup!(self, i_clk, detector_out[c]);
-        }
-        let detectors = self.plan.detectors;
+        let detectors = self.detectors;
         self.read_ends.next =
             self.read_is_last.q.val() & self.detector.q.val().get_bit(detectors - 1);
         if self.goes.val() {

@@ -10,11 +10,8 @@
 //! The host correlates: no reference is made here. Latency `result_latency_clocks` from a frame's
 //! last samples to `m_axis_tvalid`.
 
-use std::sync::Arc;
-
-use super::sensor_top::{distinct_codes, samples_about};
+use super::sensor_top::{DistinctCodes, distinct_codes, samples_about, shared_words};
 use super::{CodeSource, HistogramChannel, HistogramControl};
-use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
@@ -24,28 +21,30 @@ const RESULTS: &str = "Rows of the histograms, AXI4-Stream";
 const FLAGS: &str = "Flags, high until reset";
 
 /// Transmit generators, a histogram for each detector, and what reads them.
-#[block(TopPlan)]
+#[block(describe(&histogram, detectors, interface.result_latency_clocks))]
 pub struct HistogramTop {
-    /// one cycle per chip
-    pub i_clk: Input<bool>,
-    /// synchronous, active high; pulse it after power-up
-    pub i_rst: Input<bool>,
+    interface: Interface,
+    histogram: HistogramPlan,
+    #[set(distinct_codes(&interface.reference_codes[0], &interface.source_codes))]
+    codes: DistinctCodes,
+    #[set(interface.reference_codes.len())]
+    detectors: usize,
     /// chip of each source, bit m for source m
     #[under("Lasers")]
-    #[width(plan.source_codes.len())]
+    #[width(codes.of_sources.len())]
     pub o_laser: Output<Word>,
     /// o_laser shows the first chip of the reference's code
     #[under("Lasers")]
     pub o_epoch: Output<bool>,
     /// Sampled levels of the detectors.
     #[under("Detector")]
-    #[about(samples_about(plan.detectors, plan.histogram.row_bins, plan.histogram.polarity))]
-    #[width(plan.detectors as u32 * plan.histogram.row_bins)]
+    #[about(samples_about(detectors, histogram.row_bins, histogram.polarity))]
+    #[width(detectors as u32 * histogram.row_bins)]
     pub i_samples: Input<Word>,
     /// Bins of a row.
     #[under(RESULTS)]
-    #[about(format!("bins of a row, {} bits each, bit 0 earliest", plan.histogram.bin_data_bits()))]
-    #[width(plan.histogram.row_data_bits())]
+    #[about(format!("bins of a row, {} bits each, bit 0 earliest", histogram.bin_data_bits()))]
+    #[width(histogram.row_data_bits())]
     pub m_axis_tdata: Output<Word>,
     /// a row waits
     #[under(RESULTS)]
@@ -57,94 +56,51 @@ pub struct HistogramTop {
     #[under(RESULTS)]
     pub m_axis_tlast: Output<bool>,
     #[under(FLAGS)]
-    #[about(format!("a {} was lost since reset", plan.lost()))]
+    #[about(format!("a {} was lost since reset", lost(&histogram)))]
     pub o_overrun: Output<bool>,
     /// a bin was full and had a hit since reset
     #[under(FLAGS)]
-    #[when(plan.histogram.saturates())]
+    #[when(histogram.saturates())]
     pub o_saturated: Optional<Output<bool>>,
-    #[is(describe(plan))]
-    about: About,
-    #[width(plan.source_codes.len())]
+    #[width(codes.of_sources.len())]
     laser: Register<Word>,
     epoch: Register<bool>,
-    #[each(code in plan.codes.iter())]
+    #[each(code in codes.all.iter())]
     #[is(CodeSource::new(code, 0, false))]
     transmit: Vec<CodeSource>,
-    #[sources(plan.source_codes.clone(), plan.codes.len())]
+    #[sources(codes.of_sources.clone(), codes.all.len())]
     chips: Wiring,
-    #[each(_detector in 0..plan.shared_words())]
-    #[width(plan.histogram.row_bins)]
+    #[each(_detector in 0..shared_words(detectors))]
+    #[width(histogram.row_bins)]
     samples: Vec<Wiring>,
-    #[is(HistogramControl::new(&plan.histogram, plan.detectors))]
+    #[is(HistogramControl::new(histogram, detectors))]
     control: HistogramControl,
-    #[each(_detector in 0..plan.detectors)]
-    #[is(HistogramChannel::new(&plan.histogram))]
+    #[each(_detector in 0..detectors)]
+    #[is(HistogramChannel::new(histogram))]
     channel: Vec<HistogramChannel>,
-    #[each(detector in 0..plan.shared_words())]
+    #[each(detector in 0..shared_words(detectors))]
     #[about(match detector {
         0 => "row of detector 0, if it is its turn".to_owned(),
         _ => format!("and of detector {detector}"),
     })]
-    #[width(plan.histogram.row_data_bits())]
+    #[width(histogram.row_data_bits())]
     choice: Vec<Local<Word>>,
     /// row on the stream
-    #[width(plan.histogram.row_data_bits())]
+    #[width(histogram.row_data_bits())]
     row: Register<Word>,
-    #[when(plan.histogram.saturates())]
-    #[width(plan.detectors)]
+    #[when(histogram.saturates())]
+    #[width(detectors)]
     clamped: Optional<Wiring>,
-    #[when(plan.histogram.saturates())]
+    #[when(histogram.saturates())]
     saturated: Optional<Register<bool>>,
-    plan: Plan<TopPlan>,
 }
 
-#[derive(Debug, Clone)]
-struct TopPlan {
-    histogram: HistogramPlan,
-    detectors: usize,
-    latency_clocks: u32,
-    /// Each code once, the reference's first.
-    codes: Vec<Arc<Code>>,
-    /// For each source the index of its code.
-    source_codes: Vec<usize>,
+/// What is lost when the receiver is too slow.
+fn lost(histogram: &HistogramPlan) -> &'static str {
+    if histogram.takes_turns() { "frame" } else { "row" }
 }
 
-impl TopPlan {
-    /// What is lost when the receiver is too slow.
-    fn lost(&self) -> &'static str {
-        match self.histogram.takes_turns() {
-            true => "frame",
-            false => "row",
-        }
-    }
-
-    /// Detectors whose samples have to be taken out of a common word.
-    fn shared_words(&self) -> usize {
-        match self.detectors {
-            1 => 0,
-            detectors => detectors,
-        }
-    }
-}
-
-impl HistogramTop {
-    /// The hardware that keeps `interface`, which has this histogram.
-    pub fn new(interface: &Interface, histogram: &HistogramPlan) -> HistogramTop {
-        let (codes, source_codes) =
-            distinct_codes(&interface.reference_codes[0], &interface.source_codes);
-        HistogramTop::build(&TopPlan {
-            histogram: *histogram,
-            detectors: interface.reference_codes.len(),
-            latency_clocks: interface.result_latency_clocks,
-            codes,
-            source_codes,
-        })
-    }
-}
-
-fn describe(plan: &TopPlan) -> About {
-    let histogram = &plan.histogram;
+fn describe(histogram: &HistogramPlan, detectors: usize, latency_clocks: u32) -> About {
     let about = About::new(
         "sensor_top",
         "DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in, histograms out",
@@ -164,20 +120,19 @@ fn describe(plan: &TopPlan) -> About {
         "Registers have no values at power-up: before the first frame i_rst has to be high at one \
          rising edge of i_clk at least. Without that the outputs mean nothing.",
     );
-    with_sizes(about, plan)
+    with_sizes(about, histogram, detectors)
         .fact(
             "Latency",
             format!(
                 "m_axis_tvalid {} clocks after the one at which a frame's last word is on i_samples",
-                plan.latency_clocks
+                latency_clocks
             ),
         )
         .fact("Rate", "one chip per clock, and at most one row")
 }
 
 /// What a frame is, what a bin holds, what memory keeps.
-fn with_sizes(about: About, plan: &TopPlan) -> About {
-    let histogram = &plan.histogram;
+fn with_sizes(about: About, histogram: &HistogramPlan, detectors: usize) -> About {
     about
         .fact(
             "Frame",
@@ -186,7 +141,7 @@ fn with_sizes(about: About, plan: &TopPlan) -> About {
                 histogram.periods,
                 histogram.rows,
                 histogram.row_bins,
-                match plan.detectors {
+                match detectors {
                     1 => String::new(),
                     detectors => format!(", for {detectors} detectors in turn"),
                 }
@@ -207,7 +162,7 @@ fn with_sizes(about: About, plan: &TopPlan) -> About {
             "Memory",
             format!(
                 "{} bits: {}",
-                histogram.memory_bits(plan.detectors),
+                histogram.memory_bits(detectors),
                 match histogram.takes_turns() {
                     true => "one histogram counts while the other is read",
                     false =>
@@ -220,10 +175,7 @@ fn with_sizes(about: About, plan: &TopPlan) -> About {
 #[kernel]
 impl Logic for HistogramTop {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, laser, epoch, row);
         self.transmit_codes();
-        self.control.i_clk.next = self.i_clk.val();
-        self.control.i_rst.next = self.i_rst.val();
         self.control.i_ready.next = self.m_axis_tready.val();
         self.run_channels();
         self.offer_rows();
@@ -234,8 +186,6 @@ impl Logic for HistogramTop {
 
     fn transmit_codes(&mut self) {
         for g in 0..self.transmit.len() {
-            self.transmit[g].i_clk.next = self.i_clk.val();
-            self.transmit[g].i_rst.next = self.i_rst.val();
             self.transmit[g].i_advance.next = true;
             self.chips.i[g].next = self.transmit[g].o_chip.val();
         }
@@ -246,8 +196,8 @@ impl Logic for HistogramTop {
     }
 
     fn run_channels(&mut self) {
-        let lanes = self.plan.histogram.row_bins as usize;
-        if self.plan.detectors == 1 {
+        let lanes = self.histogram.row_bins as usize;
+        if self.detectors == 1 {
             self.channel[0].i_samples.next = self.i_samples.val();
         }
         for d in 0..self.samples.len() {
@@ -257,15 +207,13 @@ impl Logic for HistogramTop {
             self.channel[d].i_samples.next = self.samples[d].o.val();
         }
         for d in 0..self.channel.len() {
-            self.channel[d].i_clk.next = self.i_clk.val();
-            self.channel[d].i_rst.next = self.i_rst.val();
             self.channel[d].i_run.next = self.control.o_run.val();
             self.channel[d].i_row.next = self.control.o_row.val();
             self.channel[d].i_held_first.next = self.control.o_held_first.val();
             self.channel[d].i_added_first.next = self.control.o_added_first.val();
             self.channel[d].i_write_row.next = self.control.o_write_row.val();
         }
-        if self.plan.histogram.takes_turns() {
+        if self.histogram.takes_turns() {
             self.name_memories();
         } else {
             for d in 0..self.channel.len() {
@@ -286,7 +234,7 @@ impl Logic for HistogramTop {
     }
 
     fn offer_rows(&mut self) {
-        let detectors = self.plan.detectors;
+        let detectors = self.detectors;
         if detectors > 1 {
             self.choice[0].next = self.channel[0].o_bins.val()
                 & signed_cast(self.control.o_read_detector.val().get_bit(0));
@@ -308,7 +256,6 @@ impl Logic for HistogramTop {
     }
 
     fn flag_clamped(&mut self) {
-        dff_setup!(self, i_clk, saturated);
         for d in 0..self.channel.len() {
             self.clamped.i[d].next = self.channel[d].o_clamped.val();
         }

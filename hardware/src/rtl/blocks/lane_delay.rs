@@ -15,140 +15,107 @@ use super::phase_geometry::PhaseGeometry;
 use crate::rtl::front::prelude::*;
 
 /// Takes each sample of the reference from the chip that the delay gives it.
-#[block(DelayPlan)]
+#[block(About::new(
+        "lane_delay",
+        "the reference of each sample, from the chip that the delay gives it",
+    )
+.note_if(geometry.grows_by_samples(), "Lanes below the delay take the previous chip, the others the present one. The mask \
+             of delayed lanes is a thermometer, so that no lane needs a comparator. When it is \
+             full, the next step delays by one chip more.").fact("Latency", "1 clock from i_chips to o_window"))]
 pub struct LaneDelay {
-    /// one chip per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
-    /// reference chips, the present one in bit 0
-    #[width(plan.chips())]
-    pub i_chips: Input<Word>,
-    /// the present chip is the last but one of a phase step
-    #[when(plan.looks_ahead && plan.grows())]
-    pub i_pre_last_chip: Optional<Input<bool>>,
-    /// last chip of a phase step
-    #[when(plan.grows())]
-    pub i_last_chip: Optional<Input<bool>>,
-    /// a scan begins with the next clock
-    #[when(plan.realigns && plan.grows())]
-    pub i_start: Optional<Input<bool>>,
-    /// last chip of a step; the next delays by a chip more
-    #[when(plan.grows())]
-    pub o_wrap: Optional<Output<bool>>,
-    /// Reference of each sample; step p of a group of P takes it from bit
-    /// P - 1 - p on.
-    #[about(window_about(plan.geometry.parallel))]
-    #[width(plan.geometry.window())]
-    pub o_window: Output<Word>,
-    #[is(describe(plan.geometry))]
-    about: About,
-    /// after reset and at a scan's start
-    #[when(plan.grows())]
-    #[width(plan.mask_width())]
-    #[value(plan.first_mask())]
-    delayed_load: Optional<Constant>,
-    /// lanes that take the previous chip
-    #[when(plan.grows())]
-    #[width(plan.mask_width())]
-    #[reset(plan.first_mask(), delayed_load)]
-    delayed: Optional<Register<Word>>,
-    /// this chip is a step's last, and the next delays by a chip more
-    #[when(plan.looks_ahead && plan.grows())]
-    wraps: Optional<Register<bool>>,
-    /// those of the next step
-    #[when(plan.grows())]
-    #[sources(plan.longer(), plan.mask_width() + 1)]
-    longer: Optional<Wiring>,
-    /// chip of each sample
-    #[sources(plan.present(), plan.chips())]
-    present: Wiring,
-    /// chip of each sample that is delayed
-    #[when(plan.grows())]
-    #[sources(plan.previous(), plan.chips())]
-    previous: Optional<Wiring>,
-    #[when(plan.grows())]
-    #[sources(plan.places(), plan.lanes())]
-    takes_previous: Optional<Wiring>,
-    /// reference of each sample
-    #[width(plan.geometry.window())]
-    window: Register<Word>,
-    /// the next step delays by a whole chip more
-    #[when(plan.grows())]
-    wrap: Optional<Local<bool>>,
-    plan: Plan<DelayPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct DelayPlan {
     geometry: PhaseGeometry,
     looks_ahead: bool,
     realigns: bool,
+    #[set(geometry.lanes as usize)]
+    lanes: usize,
+    #[set(geometry.window_chips() as usize)]
+    chips: usize,
+    #[set(geometry.grows_by_samples())]
+    grows: bool,
+    #[set(geometry.samples() as usize)]
+    step_samples: usize,
+    #[set(lanes.saturating_sub(1).max(1))]
+    mask_width: usize,
+    #[set((1 << geometry.first_delay) - 1)]
+    first_mask: u128,
+    /// reference chips, the present one in bit 0
+    #[width(chips)]
+    pub i_chips: Input<Word>,
+    /// the present chip is the last but one of a phase step
+    #[when(looks_ahead && grows)]
+    pub i_pre_last_chip: Optional<Input<bool>>,
+    /// last chip of a phase step
+    #[when(grows)]
+    pub i_last_chip: Optional<Input<bool>>,
+    /// a scan begins with the next clock
+    #[when(realigns && grows)]
+    pub i_start: Optional<Input<bool>>,
+    /// last chip of a step; the next delays by a chip more
+    #[when(grows)]
+    pub o_wrap: Optional<Output<bool>>,
+    /// Reference of each sample; step p of a group of P takes it from bit
+    /// P - 1 - p on.
+    #[about(window_about(geometry.parallel))]
+    #[width(geometry.window())]
+    pub o_window: Output<Word>,
+    /// after reset and at a scan's start
+    #[when(grows)]
+    #[width(mask_width)]
+    #[value(first_mask)]
+    delayed_load: Optional<Constant>,
+    /// lanes that take the previous chip
+    #[when(grows)]
+    #[width(mask_width)]
+    #[reset(first_mask, delayed_load)]
+    delayed: Optional<Register<Word>>,
+    /// this chip is a step's last, and the next delays by a chip more
+    #[when(looks_ahead && grows)]
+    wraps: Optional<Register<bool>>,
+    /// those of the next step
+    #[when(grows)]
+    #[sources(longer(geometry, mask_width), mask_width + 1)]
+    longer: Optional<Wiring>,
+    /// chip of each sample
+    #[sources(present(geometry), chips)]
+    present: Wiring,
+    /// chip of each sample that is delayed
+    #[when(grows)]
+    #[sources(previous(geometry), chips)]
+    previous: Optional<Wiring>,
+    #[when(grows)]
+    #[sources(taps(geometry).map(|(_, place)| place as usize).collect(), lanes)]
+    takes_previous: Optional<Wiring>,
+    /// reference of each sample
+    #[width(geometry.window())]
+    window: Register<Word>,
+    /// the next step delays by a whole chip more
+    #[when(grows)]
+    wrap: Optional<Local<bool>>,
 }
 
-impl DelayPlan {
-    fn lanes(&self) -> usize {
-        self.geometry.lanes as usize
-    }
+/// The mask with more lanes: ones come in from an input that follows its own bits.
+fn longer(geometry: PhaseGeometry, mask_width: usize) -> Vec<usize> {
+    let from = |lane: usize| lane.checked_sub(geometry.samples() as usize);
+    (0..mask_width).map(|lane| from(lane).unwrap_or(mask_width)).collect()
+}
 
-    fn chips(&self) -> usize {
-        self.geometry.window_chips() as usize
-    }
+fn taps(geometry: PhaseGeometry) -> impl Iterator<Item = (u32, u32)> {
+    (0..geometry.window()).map(move |sample| geometry.tap(sample))
+}
 
-    fn grows(&self) -> bool {
-        self.geometry.grows_by_samples()
-    }
-
-    fn step_samples(&self) -> usize {
-        self.geometry.samples() as usize
-    }
-
-    fn mask_width(&self) -> usize {
-        self.lanes().saturating_sub(1).max(1)
-    }
-
-    fn first_mask(&self) -> u128 {
-        (1 << self.geometry.first_delay) - 1
-    }
-
-    /// The mask with `step_samples` more lanes: ones come in from an input
-    /// that follows its own bits.
-    fn longer(&self) -> Vec<usize> {
-        (0..self.mask_width())
-            .map(|lane| lane.checked_sub(self.step_samples()))
-            .map(|from| from.unwrap_or(self.mask_width()))
-            .collect()
-    }
-
-    fn taps(&self) -> impl Iterator<Item = (u32, u32)> {
-        let geometry = self.geometry;
-        (0..geometry.window()).map(move |sample| geometry.tap(sample))
-    }
-
-    /// Chip of each sample when no lane is delayed. Where the delay stays
-    /// within a chip, which lanes take the previous chip is known beforehand.
-    fn present(&self) -> Vec<usize> {
-        let one_more = |place| !self.grows() && self.geometry.may_be_delayed(place);
-        self.taps().map(|(back, place)| back as usize + usize::from(one_more(place))).collect()
-    }
-
-    fn previous(&self) -> Vec<usize> {
-        self.taps()
-            .map(|(back, place)| back as usize + usize::from(self.geometry.may_be_delayed(place)))
-            .collect()
-    }
-
-    fn places(&self) -> Vec<usize> {
-        self.taps().map(|(_, place)| place as usize).collect()
+/// Chip of each sample when no lane is delayed. Where the delay stays within a chip, which lanes
+/// take the previous chip is known beforehand.
+fn present(geometry: PhaseGeometry) -> Vec<usize> {
+    match geometry.grows_by_samples() {
+        true => taps(geometry).map(|(back, _)| back as usize).collect(),
+        false => previous(geometry),
     }
 }
 
-impl LaneDelay {
-    /// `looks_ahead` if `i_pre_last_chip` is there; `realigns` adds the start of
-    /// later scans.
-    pub fn new(geometry: PhaseGeometry, looks_ahead: bool, realigns: bool) -> LaneDelay {
-        LaneDelay::build(&DelayPlan { geometry, looks_ahead, realigns })
-    }
+/// The same when all are that ever are.
+fn previous(geometry: PhaseGeometry) -> Vec<usize> {
+    let one_more = |place| u32::from(geometry.may_be_delayed(place));
+    taps(geometry).map(|(back, place)| (back + one_more(place)) as usize).collect()
 }
 
 /// What stands beside the port of the reference.
@@ -159,29 +126,13 @@ pub(super) fn window_about(parallel: u32) -> &'static str {
     }
 }
 
-fn describe(geometry: PhaseGeometry) -> About {
-    let mut about = About::new(
-        "lane_delay",
-        "the reference of each sample, from the chip that the delay gives it",
-    );
-    if geometry.grows_by_samples() {
-        about = about.note(
-            "Lanes below the delay take the previous chip, the others the present one. The mask \
-             of delayed lanes is a thermometer, so that no lane needs a comparator. When it is \
-             full, the next step delays by one chip more.",
-        );
-    }
-    about.fact("Latency", "1 clock from i_chips to o_window")
-}
-
 #[kernel]
 impl Logic for LaneDelay {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, window);
-        for c in 0..self.plan.chips() {
+        for c in 0..self.chips {
             self.present.i[c].next = self.i_chips.val().get_bit(c);
         }
-        if self.plan.grows() {
+        if self.grows {
             self.choose();
             self.grow();
             self.o_wrap.next = self.wrap.val();
@@ -193,11 +144,10 @@ impl Logic for LaneDelay {
 
     /// Each lane's chip: the present one, or the one before it.
     fn choose(&mut self) {
-        dff_setup!(self, i_clk, delayed);
-        for c in 0..self.plan.chips() {
+        for c in 0..self.chips {
             self.previous.i[c].next = self.i_chips.val().get_bit(c);
         }
-        let top = self.plan.lanes() - 1;
+        let top = self.lanes - 1;
         for l in 0..top {
             self.takes_previous.i[l].next = self.delayed.q.val().get_bit(l);
             self.longer.i[l].next = self.delayed.q.val().get_bit(l);
@@ -210,17 +160,15 @@ impl Logic for LaneDelay {
 
     /// The mask of delayed lanes from step to step.
     fn grow(&mut self) {
-        let full = self.plan.lanes() - 1 - self.plan.step_samples();
+        let full = self.lanes - 1 - self.step_samples;
         if self.wraps.is_present() {
-            dff_setup!(self, i_clk, wraps);
             self.wraps.d.next = self.i_pre_last_chip.val() & self.delayed.q.val().get_bit(full);
             self.wrap.next = self.wraps.q.val();
         } else {
             self.wrap.next = self.i_last_chip.val() & self.delayed.q.val().get_bit(full);
         }
         if self.wrap.val() {
-            self.delayed.d.next =
-                self.delayed.q.val() >> (self.plan.lanes() - self.plan.step_samples());
+            self.delayed.d.next = self.delayed.q.val() >> (self.lanes - self.step_samples);
         } else if self.i_last_chip.val() {
             self.delayed.d.next = self.longer.o.val();
         }

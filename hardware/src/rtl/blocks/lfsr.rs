@@ -15,100 +15,65 @@ use crate::code::{Lfsr, polynomial_text};
 use crate::rtl::front::prelude::*;
 
 /// A code from one LFSR (m-sequence) or the XOR of two (Gold code).
-#[block(LfsrPlan)]
+#[block(describe(&first, second.is_some()))]
 pub struct LfsrGenerator {
+    first: Lfsr,
+    second: Option<Lfsr>,
+    start: u64,
+    reloads: bool,
+    #[set(first.degree)]
+    width: u32,
+    // The first stands in for the second where there is none.
+    #[set(second.clone().unwrap_or_else(|| first.clone()))]
+    other: Lfsr,
     /// ports
-    #[is(CodePorts::new(plan.reloads))]
+    #[is(CodePorts::new(reloads))]
     pub io: CodePorts,
-    #[is(describe(plan))]
-    about: About,
-    #[under(plan.heading("u", &plan.u))]
+    #[under(lfsr_heading("u", &first))]
     #[about("")]
-    #[width(plan.width())]
-    #[value(tap_mask(&plan.u))]
+    #[width(width)]
+    #[value(tap_mask(&first))]
     u_taps: Constant,
-    #[under(plan.heading("u", &plan.u))]
-    #[about(load_about(plan.width()))]
-    #[width(plan.width())]
-    #[value(state_at(&plan.u, plan.start))]
+    #[under(lfsr_heading("u", &first))]
+    #[about(load_about(width))]
+    #[width(width)]
+    #[value(state_at(&first, start))]
     u_load: Constant,
-    #[under(plan.heading("u", &plan.u))]
-    #[about(format!("{} shifts on, one chip before the first comes again", plan.u.period() - 1))]
-    #[width(plan.width())]
-    #[value(state_at(&plan.u, plan.start + plan.u.period() - 1))]
+    #[under(lfsr_heading("u", &first))]
+    #[about(format!("{} shifts on, one chip before the first comes again", first.period() - 1))]
+    #[width(width)]
+    #[value(state_at(&first, start + first.period() - 1))]
     u_last: Constant,
-    #[when(plan.v.is_some())]
-    #[under(plan.heading("v", plan.v()))]
+    #[when(second.is_some())]
+    #[under(lfsr_heading("v", &other))]
     #[about("")]
-    #[width(plan.width())]
-    #[value(tap_mask(plan.v()))]
+    #[width(width)]
+    #[value(tap_mask(&other))]
     v_taps: Optional<Constant>,
-    #[when(plan.v.is_some())]
-    #[under(plan.heading("v", plan.v()))]
-    #[about(load_about(plan.width()))]
-    #[width(plan.width())]
-    #[value(state_at(plan.v(), plan.start))]
+    #[when(second.is_some())]
+    #[under(lfsr_heading("v", &other))]
+    #[about(load_about(width))]
+    #[width(width)]
+    #[value(state_at(&other, start))]
     v_load: Optional<Constant>,
-    #[width(plan.width())]
-    #[reset(state_at(&plan.u, plan.start), u_load)]
+    #[width(width)]
+    #[reset(state_at(&first, start), u_load)]
     u: Register<Word>,
     /// the present chip is the one that reset gives
     #[reset(true)]
     epoch: Register<bool>,
-    #[when(plan.v.is_some())]
-    #[width(plan.width())]
-    #[reset(state_at(plan.v(), plan.start), v_load)]
+    #[when(second.is_some())]
+    #[width(width)]
+    #[reset(state_at(&other, start), v_load)]
     v: Optional<Register<Word>>,
-    plan: Plan<LfsrPlan>,
 }
 
-#[derive(Debug, Clone)]
-struct LfsrPlan {
-    u: Lfsr,
-    v: Option<Lfsr>,
-    start: u64,
-    reloads: bool,
-}
-
-impl LfsrPlan {
-    fn width(&self) -> u32 {
-        self.u.degree
-    }
-
-    fn top(&self) -> usize {
-        self.width() as usize - 1
-    }
-
-    /// What stands over the constants of an LFSR in the Verilog.
-    fn heading(&self, name: &str, lfsr: &Lfsr) -> String {
-        let polynomial = polynomial_text(&lfsr.exponents);
-        format!("{name}: an LFSR of the polynomial {polynomial} (exponents)")
-    }
-
-    /// The second LFSR; the first stands in for it where there is none.
-    fn v(&self) -> &Lfsr {
-        self.v.as_ref().unwrap_or(&self.u)
-    }
-}
-
-impl LfsrGenerator {
-    /// The m-sequence of `lfsr`, starting at its chip `start`.
-    pub fn m_sequence(lfsr: &Lfsr, start: u64, reloads: bool) -> LfsrGenerator {
-        LfsrGenerator::build(&LfsrPlan { u: lfsr.clone(), v: None, start, reloads })
-    }
-
-    /// The Gold code of `u` and `v`, starting at its chip `start`.
-    pub fn gold(u: &Lfsr, v: &Lfsr, start: u64, reloads: bool) -> LfsrGenerator {
-        LfsrGenerator::build(&LfsrPlan { u: u.clone(), v: Some(v.clone()), start, reloads })
-    }
-}
-
-fn describe(plan: &LfsrPlan) -> About {
-    let about = match &plan.v {
-        None => {
+fn describe(first: &Lfsr, is_gold: bool) -> About {
+    let about = match is_gold {
+        false => {
             About::new("m_sequence_generator", "m-sequence, one linear-feedback shift register")
         }
-        Some(_) => About::new(
+        true => About::new(
             "gold_generator",
             "Gold code, the XOR of two linear-feedback shift registers",
         ),
@@ -118,17 +83,17 @@ fn describe(plan: &LfsrPlan) -> About {
             "Bit 0 of a register is its present chip, bit i the chip i clocks later; the \
                  feedback enters at the top. The epoch {}is recognised one chip early, so that it \
                  comes from a register.",
-            match plan.v {
-                None => "",
-                Some(_) => "needs u only, because both registers have the same period, and ",
+            match is_gold {
+                false => "",
+                true => "needs u only, because both registers have the same period, and ",
             }
         ))
-        .fact("Period", format!("{} chips", plan.u.period()))
+        .fact("Period", format!("{} chips", first.period()))
         .fact("Latency", "0 clocks from register to o_chip")
         .check(StateCheck {
             taps: "u_taps".to_owned(),
             first: "u_load".to_owned(),
-            shifts: plan.u.period() - 1,
+            shifts: first.period() - 1,
             last: "u_last".to_owned(),
         })
 }
@@ -140,9 +105,7 @@ fn load_about(width: u32) -> String {
 #[kernel]
 impl Logic for LfsrGenerator {
     fn update(&mut self) {
-        dff_setup!(self, io.i_clk, u, epoch);
         if self.v.is_present() {
-            dff_setup!(self, io.i_clk, v);
             self.io.o_chip.next = self.u.q.val().get_bit(0) ^ self.v.q.val().get_bit(0);
         } else {
             self.io.o_chip.next = self.u.q.val().get_bit(0);
@@ -155,7 +118,7 @@ impl Logic for LfsrGenerator {
     }
 
     fn advance(&mut self) {
-        let top = self.plan.top();
+        let top = self.width as usize - 1;
         if self.io.i_advance.val() {
             self.epoch.d.next = self.u.q.val() == self.u_last.val();
             self.u.d.next =
@@ -176,6 +139,12 @@ impl Logic for LfsrGenerator {
             }
         }
     }
+}
+
+/// What stands over the constants of an LFSR in the Verilog.
+pub(super) fn lfsr_heading(name: &str, lfsr: &Lfsr) -> String {
+    let polynomial = polynomial_text(&lfsr.exponents);
+    format!("{name}: an LFSR of the polynomial {polynomial} (exponents)")
 }
 
 /// Bits of the state whose XOR is the chip that comes in: c[t + n] is the XOR

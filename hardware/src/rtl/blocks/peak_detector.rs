@@ -11,74 +11,106 @@
 //!
 //! Cost (ECP5, docs/resources.md): 38 LUTs, 87 flip-flops with all that is in it.
 
-use super::RunningMaximum;
+use super::result_stream::counts_about;
+use super::{RunningMaximum, first_of};
 use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 
 /// Running argmax over the scan (eq. 15), for every detector.
-#[block(DetectorsPlan)]
+#[block(About::new(
+        "peak_detector",
+        "phase step and count of every scan's largest count",
+    )
+    .note(
+        "The running argmax of the scan (eq. 15); the first of equal counts is the peak. It sits \
+         before the result stream: counts that the stream loses take part.",
+    )
+.note_if(plan.parallel > 1, "The counts of a group stand still until the next group's, and have their turns one \
+             after another.").fact(
+            "Latency",
+            format!("{} clocks from a scan's last i_counted to o_valid", plan.clocks_to_peak()),
+        )
+        .fact("Rate", format!("a count of each detector every {} clocks", plan.clocks_per_count())))]
 pub struct PeakDetector {
-    /// at most one group of counts per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    plan: PeakPlan,
+    detectors: usize,
+    #[set(plan.parallel as usize)]
+    parallel: usize,
+    #[set(plan.step_bits as usize)]
+    step_bits: usize,
+    #[set(plan.count_bits as usize)]
+    count_bits: usize,
+    /// Whether the counts of a group have turns.
+    #[set(plan.parallel > 1)]
+    has_turns: bool,
+    #[set(plan.wraps_after.is_some())]
+    wraps: bool,
+    #[set(plan.wraps_after == Some(plan.first_step))]
+    starts_at_top: bool,
+    #[set(plan.clocks_to_compare() as usize)]
+    compared: usize,
+    #[set(compared - 1)]
+    last_compared: usize,
+    #[set(plan.clocks_per_count() as usize)]
+    clocks_per_count: usize,
+    /// Counts of a scan's last group.
+    #[set(plan.last_steps as usize)]
+    last_steps: usize,
     /// Counts, detector by detector.
-    #[each(count in 0..plan.detectors * plan.parallel())]
-    #[about(count_about(count, plan.detectors, plan.parallel()))]
-    #[width(plan.peak.count_bits)]
+    #[each(count in 0..detectors * parallel)]
+    #[about(first_of(count, counts_about(detectors, parallel)))]
+    #[width(plan.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// new counts are there
     pub i_counted: Input<bool>,
     /// they are the scan's last
     pub i_last: Input<bool>,
     /// phase step of the last scan's peak
-    #[width(plan.detectors * plan.step_bits())]
+    #[width(detectors * step_bits)]
     pub o_step: Output<Word>,
     /// its count, signed
-    #[width(plan.detectors * plan.count_bits())]
+    #[width(detectors * count_bits)]
     pub o_count: Output<Word>,
     /// they have just changed
     pub o_valid: Output<bool>,
-    #[is(describe(&plan.peak))]
-    about: About,
     /// of a scan
-    #[width(plan.peak.step_bits)]
-    #[value(u128::from(plan.peak.first_step))]
+    #[width(plan.step_bits)]
+    #[value(u128::from(plan.first_step))]
     #[number]
     first_step: Constant,
     /// the step before the code period's last
-    #[when(plan.wraps())]
-    #[width(plan.peak.step_bits)]
-    #[value(u128::from(plan.peak.wraps_after.unwrap_or(1)).saturating_sub(1))]
+    #[when(wraps)]
+    #[width(plan.step_bits)]
+    #[value(u128::from(plan.wraps_after.unwrap_or(1)).saturating_sub(1))]
     #[number]
     one_before_top: Optional<Constant>,
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     #[about("")]
-    #[width(plan.peak.parallel)]
+    #[width(plan.parallel)]
     #[value(1)]
     first_turn: Optional<Constant>,
     /// a count's turn on its way through the comparison
-    #[width(plan.compared())]
+    #[width(compared)]
     compares: Register<Word>,
     /// the count that was compared is kept or dropped
     kept: Register<bool>,
     /// the counts are the scan's last
     last_group: Register<bool>,
     /// one bit: which count's turn it is
-    #[when(plan.has_turns())]
-    #[width(plan.peak.parallel)]
+    #[when(has_turns)]
+    #[width(plan.parallel)]
     turn: Optional<Register<Word>>,
     /// the group's last count has its turn
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     last_turn: Optional<Local<bool>>,
     /// the count is its group's last
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     group_ends: Optional<Register<bool>>,
     /// the count is its scan's last
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     scan_ends: Optional<Register<bool>>,
     /// the next count's turn
-    #[when(plan.has_turns())]
+    #[when(has_turns)]
     next_turn: Optional<Local<bool>>,
     /// the next count is a scan's first
     #[reset(true)]
@@ -86,134 +118,42 @@ pub struct PeakDetector {
     /// it is the scan's last
     ends: Register<bool>,
     /// phase step of the count that was compared
-    #[width(plan.peak.step_bits)]
-    #[reset(u128::from(plan.peak.first_step), first_step)]
+    #[width(plan.step_bits)]
+    #[reset(u128::from(plan.first_step), first_step)]
     step: Register<Word>,
     /// this phase step is the code period's last
-    #[when(plan.wraps())]
-    #[reset(plan.starts_at_top())]
+    #[when(wraps)]
+    #[reset(starts_at_top)]
     at_top: Optional<Register<bool>>,
     /// the scan's last count has been compared
     done: Register<bool>,
     /// o_step and o_count have just changed
     valid: Register<bool>,
-    #[each(_detector in 0..plan.detectors)]
-    #[is(RunningMaximum::new(&plan.peak))]
+    #[each(_detector in 0..detectors)]
+    #[is(RunningMaximum::new(plan))]
     maximum: Vec<RunningMaximum>,
-    #[when(plan.detectors > 1)]
-    #[width(plan.detectors * plan.step_bits())]
+    #[when(detectors > 1)]
+    #[width(detectors * step_bits)]
     steps: Optional<Wiring>,
-    #[when(plan.detectors > 1)]
-    #[width(plan.detectors * plan.count_bits())]
+    #[when(detectors > 1)]
+    #[width(detectors * count_bits)]
     counts: Optional<Wiring>,
-    plan: Plan<DetectorsPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct DetectorsPlan {
-    peak: PeakPlan,
-    detectors: usize,
-}
-
-impl DetectorsPlan {
-    fn parallel(&self) -> usize {
-        self.peak.parallel as usize
-    }
-
-    fn step_bits(&self) -> usize {
-        self.peak.step_bits as usize
-    }
-
-    fn count_bits(&self) -> usize {
-        self.peak.count_bits as usize
-    }
-
-    /// Whether the counts of a group have turns.
-    fn has_turns(&self) -> bool {
-        self.peak.parallel > 1
-    }
-
-    fn wraps(&self) -> bool {
-        self.peak.wraps_after.is_some()
-    }
-
-    fn starts_at_top(&self) -> bool {
-        self.peak.wraps_after == Some(self.peak.first_step)
-    }
-
-    fn compared(&self) -> usize {
-        self.peak.clocks_to_compare() as usize
-    }
-
-    fn last_compared(&self) -> usize {
-        self.compared() - 1
-    }
-
-    fn clocks_per_count(&self) -> usize {
-        self.peak.clocks_per_count() as usize
-    }
-
-    /// Counts of a scan's last group.
-    fn last_steps(&self) -> usize {
-        self.peak.last_steps as usize
-    }
-}
-
-impl PeakDetector {
-    /// For `detectors` detectors.
-    pub fn new(plan: &PeakPlan, detectors: u32) -> PeakDetector {
-        PeakDetector::build(&DetectorsPlan { peak: *plan, detectors: detectors as usize })
-    }
-}
-
-fn count_about(count: usize, detectors: usize, parallel: usize) -> String {
-    let (detector, step) = (count / parallel, count % parallel);
-    match (detectors, parallel) {
-        (1, 1) => "count of a phase step, signed".to_owned(),
-        (1, _) => format!("count of step {step} of the group, signed"),
-        (_, 1) => format!("count of detector {detector}, signed"),
-        _ => format!("count of detector {detector}, step {step} of the group, signed"),
-    }
-}
-
-fn describe(plan: &PeakPlan) -> About {
-    let mut about = About::new(
-        "peak_detector",
-        "phase step and count of every scan's largest count",
-    )
-    .note(
-        "The running argmax of the scan (eq. 15); the first of equal counts is the peak. It sits \
-         before the result stream: counts that the stream loses take part.",
-    );
-    if plan.parallel > 1 {
-        about = about.note(
-            "The counts of a group stand still until the next group's, and have their turns one \
-             after another.",
-        );
-    }
-    about
-        .fact(
-            "Latency",
-            format!("{} clocks from a scan's last i_counted to o_valid", plan.clocks_to_peak()),
-        )
-        .fact("Rate", format!("a count of each detector every {} clocks", plan.clocks_per_count()))
 }
 
 #[kernel]
 impl Logic for PeakDetector {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, compares, kept, last_group, ends, first, step, done, valid);
         if self.i_counted.val() {
             self.last_group.d.next = self.i_last.val();
         }
-        self.kept.d.next = self.compares.q.val().get_bit(self.plan.last_compared());
-        if self.plan.has_turns() {
+        self.kept.d.next = self.compares.q.val().get_bit(self.last_compared);
+        if self.has_turns {
             self.take_turns();
         } else {
             self.compares.d.next =
                 (self.compares.q.val() << 1).replace_bit(0, self.i_counted.val());
             self.ends.d.next =
-                self.compares.q.val().get_bit(self.plan.last_compared()) & self.last_group.q.val();
+                self.compares.q.val().get_bit(self.last_compared) & self.last_group.q.val();
         }
         self.count_steps();
         self.done.d.next = self.ends.q.val();
@@ -225,9 +165,8 @@ impl Logic for PeakDetector {
 
     /// The counts of a group, one after another.
     fn take_turns(&mut self) {
-        dff_setup!(self, i_clk, turn, group_ends, scan_ends);
-        self.next_turn.next = self.compares.q.val().get_bit(self.plan.clocks_per_count() - 1)
-            & !self.group_ends.q.val();
+        self.next_turn.next =
+            self.compares.q.val().get_bit(self.clocks_per_count - 1) & !self.group_ends.q.val();
         self.compares.d.next = (self.compares.q.val() << 1)
             .replace_bit(0, self.i_counted.val() | self.next_turn.val());
         if self.i_counted.val() {
@@ -235,8 +174,8 @@ impl Logic for PeakDetector {
         } else if self.next_turn.val() {
             self.turn.d.next = self.turn.q.val() << 1;
         }
-        let whole = self.plan.parallel() - 1;
-        let short = self.plan.last_steps() - 1;
+        let whole = self.parallel - 1;
+        let short = self.last_steps - 1;
         if whole == short {
             self.last_turn.next = self.turn.q.val().get_bit(whole);
         } else if self.last_group.q.val() {
@@ -247,7 +186,7 @@ impl Logic for PeakDetector {
         self.group_ends.d.next = self.last_turn.val();
         self.scan_ends.d.next = self.last_turn.val() & self.last_group.q.val();
         self.ends.d.next =
-            self.compares.q.val().get_bit(self.plan.last_compared()) & self.scan_ends.q.val();
+            self.compares.q.val().get_bit(self.last_compared) & self.scan_ends.q.val();
     }
 
     /// The phase step of the count that was compared.
@@ -257,7 +196,6 @@ impl Logic for PeakDetector {
             self.step.d.next = self.step.q.val() + 1;
         }
         if self.at_top.is_present() {
-            dff_setup!(self, i_clk, at_top);
             if self.kept.q.val() {
                 self.at_top.d.next = self.step.q.val() == self.one_before_top.val();
                 if self.at_top.q.val() {
@@ -265,7 +203,7 @@ impl Logic for PeakDetector {
                 }
             }
             if self.ends.q.val() {
-                if self.plan.starts_at_top() {
+                if self.starts_at_top {
                     self.at_top.d.next = true;
                 } else {
                     self.at_top.d.next = false;
@@ -278,18 +216,15 @@ impl Logic for PeakDetector {
     }
 
     fn compare(&mut self) {
-        let parallel = self.plan.parallel();
-        for d in 0..self.plan.detectors {
-            self.maximum[d].i_clk.next = self.i_clk.val();
-            self.maximum[d].i_rst.next = self.i_rst.val();
+        let parallel = self.parallel;
+        for d in 0..self.detectors {
             for p in 0..parallel {
                 self.maximum[d].i_count[p].next = self.i_count[d * parallel + p].val();
             }
-            if self.plan.has_turns() {
+            if self.has_turns {
                 self.maximum[d].i_turn.next = self.turn.q.val();
             }
-            self.maximum[d].i_compared.next =
-                self.compares.q.val().get_bit(self.plan.last_compared());
+            self.maximum[d].i_compared.next = self.compares.q.val().get_bit(self.last_compared);
             self.maximum[d].i_first.next = self.first.q.val();
             self.maximum[d].i_step.next = self.step.q.val();
             self.maximum[d].i_done.next = self.done.q.val();
@@ -299,9 +234,9 @@ impl Logic for PeakDetector {
     /// The peaks of all detectors, the first one's lowest.
     fn show(&mut self) {
         if self.steps.is_present() {
-            let step_bits = self.plan.step_bits();
-            let count_bits = self.plan.count_bits();
-            for d in 0..self.plan.detectors {
+            let step_bits = self.step_bits;
+            let count_bits = self.count_bits;
+            for d in 0..self.detectors {
                 for b in 0..step_bits {
                     self.steps.i[step_bits * d + b].next = self.maximum[d].o_step.val().get_bit(b);
                 }

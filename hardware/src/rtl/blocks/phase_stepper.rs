@@ -16,55 +16,33 @@ use crate::rtl::front::prelude::*;
 
 /// Delays the reference: whole chips by holding its generator, the rest by
 /// lane.
-#[block(StepperPlan)]
+#[block(describe(geometry))]
 pub struct PhaseStepper {
-    /// one chip per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    geometry: PhaseGeometry,
+    start: ReferenceStart,
+    looks_ahead: bool,
+    realigns: bool,
     /// next chip of the reference
     pub i_chip: Input<bool>,
     /// the present chip is the last but one of a phase step
-    #[when(plan.looks_ahead && plan.geometry.grows_by_samples())]
+    #[when(looks_ahead && geometry.grows_by_samples())]
     pub i_pre_last_chip: Optional<Input<bool>>,
     /// last chip of a phase step
     pub i_last_chip: Input<bool>,
     /// a scan begins with the next clock
-    #[when(plan.realigns)]
+    #[when(realigns)]
     pub i_start: Optional<Input<bool>>,
     /// the reference generator goes on to its next chip
     pub o_advance: Output<bool>,
     /// Reference of each sample; step p of a group of P takes it from bit
     /// P - 1 - p on.
-    #[about(window_about(plan.geometry.parallel))]
-    #[width(plan.geometry.window())]
+    #[about(window_about(geometry.parallel))]
+    #[width(geometry.window())]
     pub o_window: Output<Word>,
-    #[is(describe(plan.geometry))]
-    about: About,
-    #[is(ChipHistory::new(plan.geometry, plan.start, plan.realigns))]
+    #[is(ChipHistory::new(geometry, start, realigns))]
     chips: ChipHistory,
-    #[is(LaneDelay::new(plan.geometry, plan.looks_ahead, plan.realigns))]
+    #[is(LaneDelay::new(geometry, looks_ahead, realigns))]
     lanes: LaneDelay,
-}
-
-struct StepperPlan {
-    geometry: PhaseGeometry,
-    start: ReferenceStart,
-    looks_ahead: bool,
-    realigns: bool,
-}
-
-impl PhaseStepper {
-    /// `looks_ahead` if `i_pre_last_chip` is there; `realigns` adds the start of
-    /// later scans.
-    pub fn new(
-        geometry: PhaseGeometry,
-        start: ReferenceStart,
-        looks_ahead: bool,
-        realigns: bool,
-    ) -> PhaseStepper {
-        PhaseStepper::build(&StepperPlan { geometry, start, looks_ahead, realigns })
-    }
 }
 
 fn describe(geometry: PhaseGeometry) -> About {
@@ -87,14 +65,10 @@ fn describe(geometry: PhaseGeometry) -> About {
 #[kernel]
 impl Logic for PhaseStepper {
     fn update(&mut self) {
-        self.chips.i_clk.next = self.i_clk.val();
-        self.chips.i_rst.next = self.i_rst.val();
         self.chips.i_chip.next = self.i_chip.val();
         if self.chips.i_last_chip.is_present() {
             self.chips.i_last_chip.next = self.i_last_chip.val();
         }
-        self.lanes.i_clk.next = self.i_clk.val();
-        self.lanes.i_rst.next = self.i_rst.val();
         self.lanes.i_chips.next = self.chips.o_chips.val();
         if self.lanes.i_last_chip.is_present() {
             self.lanes.i_last_chip.next = self.i_last_chip.val();

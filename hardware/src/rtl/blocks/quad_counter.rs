@@ -13,12 +13,13 @@
 use crate::rtl::front::prelude::*;
 
 /// The signed count of four pairs.
-#[block(())]
+#[block(About::new("quad_counter", "signed count of four pairs of samples")
+        .note(
+            "A hit adds 1, and a hit that counts down takes 2 off again. Four ones are counted \
+             by two half adders whose sums and carries meet in one gate each.",
+        )
+        .fact("Latency", "2 clocks"))]
 pub struct QuadCounter {
-    /// four pairs per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
     /// pairs with a hit
     #[width(4)]
     pub i_hit: Input<Word>,
@@ -28,8 +29,6 @@ pub struct QuadCounter {
     /// hits that count up less hits that count down, signed
     #[width(4)]
     pub o_sum: Output<Word>,
-    #[is(describe())]
-    about: About,
     /// or three
     two_hits: Local<bool>,
     /// or three
@@ -42,32 +41,9 @@ pub struct QuadCounter {
     sum: Register<Word>,
 }
 
-impl QuadCounter {
-    /// The counter.
-    pub fn new() -> QuadCounter {
-        QuadCounter::build(&())
-    }
-}
-
-impl Default for QuadCounter {
-    fn default() -> QuadCounter {
-        QuadCounter::new()
-    }
-}
-
-fn describe() -> About {
-    About::new("quad_counter", "signed count of four pairs of samples")
-        .note(
-            "A hit adds 1, and a hit that counts down takes 2 off again. Four ones are counted \
-             by two half adders whose sums and carries meet in one gate each.",
-        )
-        .fact("Latency", "2 clocks")
-}
-
 #[kernel]
 impl Logic for QuadCounter {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, hits, downs, sum);
         self.two_hits.next = (self.i_hit.val().get_bit(0) & self.i_hit.val().get_bit(1))
             ^ (self.i_hit.val().get_bit(2) & self.i_hit.val().get_bit(3))
             ^ ((self.i_hit.val().get_bit(0) ^ self.i_hit.val().get_bit(1))

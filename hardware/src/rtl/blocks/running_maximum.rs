@@ -15,126 +15,100 @@ use crate::sensor::peak::PeakPlan;
 
 /// Running argmax of one detector's counts (eq. 15), kept from a scan's end to
 /// the next.
-#[block(MaximumPlan)]
+#[block(About::new("running_maximum", "a detector's largest count in a scan, and its phase step")
+    .note(
+        "A count that is greater than the largest so far replaces it; of equal ones the first \
+         stays (eq. 15). The scan's largest stands at the outputs until the next scan's.",
+    )
+    .fact(
+        "Latency",
+        format!(
+            "{} clocks from a count's turn to i_compared, 2 more until it is the largest",
+            plan.clocks_to_compare()
+        ),
+    ))]
 pub struct RunningMaximum {
-    /// at most one count per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    plan: PeakPlan,
+    /// Counts in each choice; none where a group has a single count.
+    #[set(if plan.parallel > 1 { plan.choices() } else { Vec::new() })]
+    choices: Vec<u32>,
+    #[set(plan.parallel > 1)]
+    has_turns: bool,
+    /// Whether a count that was clamped just before waits for a clock.
+    #[set(!has_turns && plan.choosing_clocks > 0)]
+    waits: bool,
+    #[set(waits || choices.len() > 1)]
+    keeps: bool,
+    /// Counts of every choice but a smaller last one.
+    #[set(choices.first().map_or(0, |&counts| counts as usize))]
+    choice_counts: usize,
+    /// Choices of as many counts as the first.
+    #[set(choices.iter().filter(|counts| **counts == choices[0]).count())]
+    even_choices: usize,
+    /// Counts of a smaller last choice; 0 without one.
+    #[set(choices.get(even_choices).map_or(0, |&counts| counts as usize))]
+    last_counts: usize,
     /// Counts of the group's steps.
-    #[each(step in 0..plan.peak.parallel)]
-    #[about(first_of(step as usize, count_about(plan.peak.parallel)))]
-    #[width(plan.peak.count_bits)]
+    #[each(step in 0..plan.parallel)]
+    #[about(first_of(step as usize, count_about(plan.parallel)))]
+    #[width(plan.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// whose turn it is
-    #[when(plan.has_turns())]
-    #[width(plan.peak.parallel)]
+    #[when(has_turns)]
+    #[width(plan.parallel)]
     pub i_turn: Optional<Input<Word>>,
     /// the present count has been compared
     pub i_compared: Input<bool>,
     /// it is a scan's first
     pub i_first: Input<bool>,
     /// phase step of the count compared a clock ago
-    #[width(plan.peak.step_bits)]
+    #[width(plan.step_bits)]
     pub i_step: Input<Word>,
     /// the largest count so far is the scan's
     pub i_done: Input<bool>,
     /// phase step of the last scan's peak
-    #[width(plan.peak.step_bits)]
+    #[width(plan.step_bits)]
     pub o_step: Output<Word>,
     /// its count, signed
-    #[width(plan.peak.count_bits)]
+    #[width(plan.count_bits)]
     pub o_count: Output<Word>,
-    #[is(describe(&plan.peak))]
-    about: About,
-    #[each(_choice in 0..plan.even_choices())]
-    #[width(plan.choices[0])]
+    #[each(_choice in 0..even_choices)]
+    #[width(choices[0])]
     turns: Vec<Wiring>,
-    #[each(_choice in 0..plan.even_choices())]
-    #[is(CountChoice::new(plan.peak.count_bits, plan.choices[0]))]
+    #[each(_choice in 0..even_choices)]
+    #[is(CountChoice::new(plan.count_bits, choice_counts))]
     choice: Vec<CountChoice>,
-    #[when(plan.last_counts() > 0)]
-    #[width(plan.last_counts())]
+    #[when(last_counts > 0)]
+    #[width(last_counts)]
     last_turns: Optional<Wiring>,
-    #[when(plan.last_counts() > 0)]
-    #[is(CountChoice::new(plan.peak.count_bits, plan.last_counts().max(1) as u32))]
+    #[when(last_counts > 0)]
+    #[is(CountChoice::new(plan.count_bits, last_counts.max(1)))]
     last_choice: Optional<CountChoice>,
     /// what was chosen
-    #[when(plan.choices.len() > 1)]
-    #[width(plan.peak.count_bits)]
+    #[when(choices.len() > 1)]
+    #[width(plan.count_bits)]
     chosen: Optional<Local<Word>>,
     /// count to be compared
-    #[when(plan.keeps())]
-    #[width(plan.peak.count_bits)]
+    #[when(keeps)]
+    #[width(plan.count_bits)]
     kept: Optional<Register<Word>>,
     /// count to be compared
-    #[width(plan.peak.count_bits)]
+    #[width(plan.count_bits)]
     present: Local<Word>,
-    #[is(CountComparison::new(&plan.peak))]
+    #[is(CountComparison::new(plan))]
     comparison: CountComparison,
     /// the count is the largest so far
     replaces: Register<bool>,
     /// largest count so far
-    #[width(plan.peak.count_bits)]
+    #[width(plan.count_bits)]
     largest: Register<Word>,
     /// its phase step
-    #[width(plan.peak.step_bits)]
+    #[width(plan.step_bits)]
     best_step: Register<Word>,
-    #[width(plan.peak.step_bits)]
+    #[width(plan.step_bits)]
     step: Register<Word>,
-    #[width(plan.peak.count_bits)]
+    #[width(plan.count_bits)]
     count: Register<Word>,
-    plan: Plan<MaximumPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct MaximumPlan {
-    peak: PeakPlan,
-    /// Counts in each choice; none where a group has a single count.
-    choices: Vec<u32>,
-}
-
-impl MaximumPlan {
-    fn has_turns(&self) -> bool {
-        self.peak.parallel > 1
-    }
-
-    /// Whether a count that was clamped just before waits for a clock.
-    fn waits(&self) -> bool {
-        !self.has_turns() && self.peak.choosing_clocks > 0
-    }
-
-    fn keeps(&self) -> bool {
-        self.waits() || self.choices.len() > 1
-    }
-
-    /// Counts of every choice but a smaller last one.
-    fn choice_counts(&self) -> usize {
-        self.choices.first().map_or(0, |&counts| counts as usize)
-    }
-
-    /// Choices of as many counts as the first.
-    fn even_choices(&self) -> usize {
-        self.choices.iter().filter(|counts| **counts == self.choices[0]).count()
-    }
-
-    /// Counts of a smaller last choice; 0 without one.
-    fn last_counts(&self) -> usize {
-        self.choices.get(self.even_choices()).map_or(0, |&counts| counts as usize)
-    }
-}
-
-impl RunningMaximum {
-    /// For the counts of one detector.
-    pub fn new(plan: &PeakPlan) -> RunningMaximum {
-        RunningMaximum::build(&MaximumPlan {
-            peak: *plan,
-            choices: match plan.parallel {
-                1 => Vec::new(),
-                _ => plan.choices(),
-            },
-        })
-    }
 }
 
 fn count_about(parallel: u32) -> &'static str {
@@ -144,34 +118,13 @@ fn count_about(parallel: u32) -> &'static str {
     }
 }
 
-fn describe(plan: &PeakPlan) -> About {
-    let about = About::new(
-        "running_maximum",
-        "a detector's largest count in a scan, and its phase step",
-    )
-    .note(
-        "A count that is greater than the largest so far replaces it; of equal ones the first \
-         stays (eq. 15). The scan's largest stands at the outputs until the next scan's.",
-    );
-    about.fact(
-        "Latency",
-        format!(
-            "{} clocks from a count's turn to i_compared, 2 more until it is the largest",
-            plan.clocks_to_compare()
-        ),
-    )
-}
-
 #[kernel]
 impl Logic for RunningMaximum {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, replaces, largest, best_step, step, count);
-        if self.plan.has_turns() {
+        if self.has_turns {
             self.choose();
         }
         self.take_present();
-        self.comparison.i_clk.next = self.i_clk.val();
-        self.comparison.i_rst.next = self.i_rst.val();
         self.comparison.i_count.next = self.present.val();
         self.comparison.i_other.next = self.largest.q.val();
         self.replaces.d.next =
@@ -190,24 +143,20 @@ impl Logic for RunningMaximum {
 
     /// The count whose turn it is, out of some counts at a time.
     fn choose(&mut self) {
-        let size = self.plan.choice_counts();
-        let even = self.plan.even_choices();
+        let size = self.choice_counts;
+        let even = self.even_choices;
         for c in 0..even {
             for t in 0..size {
                 self.turns[c].i[t].next = self.i_turn.val().get_bit(size * c + t);
                 self.choice[c].i_count[t].next = self.i_count[size * c + t].val();
             }
-            self.choice[c].i_clk.next = self.i_clk.val();
-            self.choice[c].i_rst.next = self.i_rst.val();
             self.choice[c].i_turn.next = self.turns[c].o.val();
         }
         if self.last_choice.is_present() {
-            for t in 0..self.plan.last_counts() {
+            for t in 0..self.last_counts {
                 self.last_turns.i[t].next = self.i_turn.val().get_bit(size * even + t);
                 self.last_choice.i_count[t].next = self.i_count[size * even + t].val();
             }
-            self.last_choice.i_clk.next = self.i_clk.val();
-            self.last_choice.i_rst.next = self.i_rst.val();
             self.last_choice.i_turn.next = self.last_turns.o.val();
         }
         if self.chosen.is_present() {
@@ -223,15 +172,14 @@ impl Logic for RunningMaximum {
 
     /// The count to be compared.
     fn take_present(&mut self) {
-        if self.plan.keeps() {
-            dff_setup!(self, i_clk, kept);
-            if self.plan.waits() {
+        if self.keeps {
+            if self.waits {
                 self.kept.d.next = self.i_count[0].val();
             } else {
                 self.kept.d.next = self.chosen.val();
             }
             self.present.next = self.kept.q.val();
-        } else if self.plan.has_turns() {
+        } else if self.has_turns {
             self.present.next = self.choice[0].o_count.val();
         } else {
             self.present.next = self.i_count[0].val();

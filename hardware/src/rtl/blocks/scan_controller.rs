@@ -20,12 +20,9 @@ use crate::sensor::interface::Interface;
 
 /// Says when a phase step, and when a scan, ends. With several steps at once
 /// a step here is a group of them.
-#[block(ScanPlan)]
+#[block(describe(plan))]
 pub struct ScanController {
-    /// one chip per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    plan: ScanPlan,
     /// the next clock is the first of a code period
     #[when(plan.realigns)]
     pub i_epoch: Optional<Input<bool>>,
@@ -49,8 +46,6 @@ pub struct ScanController {
     pub o_counted: Output<bool>,
     /// the count of the scan's last step is there
     pub o_scan_counted: Output<bool>,
-    #[is(describe(*plan))]
-    about: About,
     #[when(plan.counts_chips())]
     #[under(plan.chip_counter().heading("Chip counter"))]
     #[about("")]
@@ -116,10 +111,10 @@ pub struct ScanController {
     #[reset(true)]
     may_start: Optional<Register<bool>>,
     #[when(plan.chip_count_in_pieces())]
-    #[is(StateMatch::new(plan.chip_counter().width()))]
+    #[is(StateMatch::new(plan.chip_counter().width() as usize))]
     chip_count_match: Optional<StateMatch>,
     #[when(plan.step_count_in_pieces())]
-    #[is(StateMatch::new(plan.step_counter().width()))]
+    #[is(StateMatch::new(plan.step_counter().width() as usize))]
     step_count_match: Optional<StateMatch>,
     /// bit n: a step's last chip was n + 1 clocks ago
     #[width(plan.to_counted())]
@@ -135,7 +130,6 @@ pub struct ScanController {
     step_count_matched: Optional<Local<bool>>,
     #[width(plan.segments)]
     dumps: Wiring,
-    plan: Plan<ScanPlan>,
 }
 
 /// What a scan controller counts.
@@ -296,13 +290,6 @@ pub(super) fn dump_about(segments: u32) -> &'static str {
     }
 }
 
-impl ScanController {
-    /// A controller.
-    pub fn new(plan: ScanPlan) -> ScanController {
-        ScanController::build(&plan)
-    }
-}
-
 fn describe(plan: ScanPlan) -> About {
     let mut about = About::new("scan_controller", "counts chips per phase step and steps per scan");
     if plan.counts_chips() || plan.counts_steps() {
@@ -332,7 +319,6 @@ fn describe(plan: ScanPlan) -> About {
 #[kernel]
 impl Logic for ScanController {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, run, step_done, scan_done);
         self.o_run.next = self.run.q.val();
         self.find_ends();
         if self.plan.realigns {
@@ -355,7 +341,6 @@ impl Logic for ScanController {
     /// The last chip of a step, and of a scan.
     fn find_ends(&mut self) {
         if self.plan.looks_ahead() {
-            dff_setup!(self, i_clk, pre_last_chip, last_chip);
             self.last_chip.d.next = self.pre_last_chip.q.val();
             self.o_pre_last_chip.next = self.pre_last_chip.q.val();
             self.o_last_chip.next = self.last_chip.q.val();
@@ -363,7 +348,6 @@ impl Logic for ScanController {
             self.o_last_chip.next = self.run.q.val();
         }
         if self.last_chip_of_scan.is_present() {
-            dff_setup!(self, i_clk, last_chip_of_scan);
             self.last_chip_of_scan.d.next = self.pre_last_chip.q.val() & self.last_step.q.val();
             self.scan_last_chip.next = self.last_chip_of_scan.q.val();
         } else if self.plan.counts_steps() {
@@ -387,7 +371,6 @@ impl Logic for ScanController {
             self.run.d.next = false;
         }
         if self.may_start.is_present() {
-            dff_setup!(self, i_clk, may_start);
             if self.plan.counts_steps() {
                 self.may_start.d.next = (self.pre_last_chip.q.val() & self.last_step.q.val())
                     | !(self.o_start.val() | (self.run.q.val() & !self.scan_last_chip.val()));
@@ -403,10 +386,7 @@ impl Logic for ScanController {
     }
 
     fn count_chips(&mut self) {
-        dff_setup!(self, i_clk, chip_count);
         if self.plan.chip_count_in_pieces() {
-            self.chip_count_match.i_clk.next = self.i_clk.val();
-            self.chip_count_match.i_rst.next = self.i_rst.val();
             self.chip_count_match.i_state.next = self.chip_count.q.val();
             self.chip_count_match.i_wanted.next = self.chip_count_end.val();
             self.chip_count_matched.next = self.chip_count_match.o_matched.val();
@@ -430,10 +410,7 @@ impl Logic for ScanController {
     }
 
     fn count_steps(&mut self) {
-        dff_setup!(self, i_clk, step_count, last_step);
         if self.plan.step_count_in_pieces() {
-            self.step_count_match.i_clk.next = self.i_clk.val();
-            self.step_count_match.i_rst.next = self.i_rst.val();
             self.step_count_match.i_state.next = self.step_count.q.val();
             self.step_count_match.i_wanted.next = self.step_count_end.val();
             self.step_count_matched.next = self.step_count_match.o_matched.val();

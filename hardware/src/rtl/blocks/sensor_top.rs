@@ -23,28 +23,33 @@ use crate::sensor::interface::Interface;
 use crate::sensor::port::Direction;
 
 /// Transmit generators, the scan, a channel for each detector, and the results.
-#[block(TopPlan)]
+#[block(describe(&interface))]
 pub struct SensorTop {
-    /// one cycle per chip
-    pub i_clk: Input<bool>,
-    /// synchronous, active high; pulse it after power-up
-    pub i_rst: Input<bool>,
+    interface: Interface,
+    #[set(distinct_codes(&interface.reference_codes[0], &interface.source_codes))]
+    codes: DistinctCodes,
+    #[set(interface.reference_codes.len())]
+    detectors: usize,
+    #[set(interface.lanes() as usize)]
+    lanes: usize,
+    #[set(interface.parallel() as usize)]
+    parallel: usize,
     /// chip of each source, bit m for source m
     #[under("Lasers")]
-    #[width(plan.sources())]
+    #[width(codes.of_sources.len())]
     pub o_laser: Output<Word>,
     /// o_laser shows the first chip of the reference's code
     #[under("Lasers")]
     pub o_epoch: Output<bool>,
     /// Sampled levels of the detectors.
     #[under("Detector")]
-    #[about(samples_about(plan.detectors(), plan.interface.lanes(), plan.interface.polarity))]
-    #[width(plan.port("i_samples"))]
+    #[about(samples_about(detectors, interface.lanes(), interface.polarity))]
+    #[width(width(&interface, "i_samples"))]
     pub i_samples: Input<Word>,
     /// Count of a phase step.
     #[under(RESULTS)]
-    #[about(data_about(&plan.interface))]
-    #[width(plan.port("m_axis_tdata"))]
+    #[about(data_about(&interface))]
+    #[width(width(&interface, "m_axis_tdata"))]
     pub m_axis_tdata: Output<Word>,
     /// a result waits
     #[under(RESULTS)]
@@ -60,120 +65,64 @@ pub struct SensorTop {
     pub o_overrun: Output<bool>,
     /// A count was clamped since reset.
     #[under(FLAGS)]
-    #[when(plan.interface.saturates())]
-    #[about(saturated_about(&plan.interface))]
+    #[when(interface.saturates())]
+    #[about(saturated_about(&interface))]
     pub o_saturated: Optional<Output<bool>>,
     /// Phase step of each detector's peak in the last scan.
     #[under(PEAK)]
-    #[when(plan.interface.peak.is_some())]
-    #[about(peak_about(plan.detectors(), "step k of the last scan's peak"))]
-    #[width(plan.port("o_peak_step"))]
+    #[when(interface.peak.is_some())]
+    #[about(peak_about(detectors, "step k of the last scan's peak"))]
+    #[width(width(&interface, "o_peak_step"))]
     pub o_peak_step: Optional<Output<Word>>,
     /// Its count.
     #[under(PEAK)]
-    #[when(plan.interface.peak.is_some())]
-    #[about(peak_about(plan.detectors(), "the count, signed"))]
-    #[width(plan.port("o_peak_count"))]
+    #[when(interface.peak.is_some())]
+    #[about(peak_about(detectors, "the count, signed"))]
+    #[width(width(&interface, "o_peak_count"))]
     pub o_peak_count: Optional<Output<Word>>,
     /// high for one clock when they have changed
     #[under(PEAK)]
-    #[when(plan.interface.peak.is_some())]
+    #[when(interface.peak.is_some())]
     pub o_peak_valid: Optional<Output<bool>>,
-    #[is(describe(&plan.interface))]
-    about: About,
-    #[width(plan.sources())]
+    #[width(codes.of_sources.len())]
     laser: Register<Word>,
     epoch: Register<bool>,
-    #[each(code in plan.codes.iter())]
-    #[is(CodeSource::new(code, 0, plan.realigns()))]
+    #[each(code in codes.all.iter())]
+    #[is(CodeSource::new(code, 0, interface.realigns()))]
     transmit: Vec<CodeSource>,
-    #[sources(plan.source_codes.clone(), plan.codes.len())]
+    #[sources(codes.of_sources.clone(), codes.all.len())]
     chips: Wiring,
-    #[each(_detector in 0..plan.shared_words())]
-    #[width(plan.lanes())]
+    #[each(_detector in 0..shared_words(detectors))]
+    #[width(lanes)]
     samples: Vec<Wiring>,
-    #[is(ScanController::new(plan.scan()))]
+    #[is(ScanController::new(ScanPlan::of(&interface)))]
     controller: ScanController,
-    #[each(code in plan.interface.reference_codes.iter())]
-    #[is(DetectorChannel::new(&plan.interface, code))]
+    #[each(code in interface.reference_codes.iter())]
+    #[is(DetectorChannel::new(interface.clone(), code.clone()))]
     channel: Vec<DetectorChannel>,
-    #[is(ResultStream::new(plan.stream()))]
+    #[is(ResultStream::new(stream(&interface)))]
     results: ResultStream,
-    #[each(peak in plan.interface.peak.iter())]
-    #[is(PeakDetector::new(peak, plan.detectors() as u32))]
+    #[each(peak in interface.peak.iter())]
+    #[is(PeakDetector::new(*peak, detectors))]
     peak: Vec<PeakDetector>,
-    plan: Plan<TopPlan>,
 }
 
-#[derive(Debug, Clone)]
-struct TopPlan {
-    interface: Interface,
-    /// Each code once, the reference's first.
-    codes: Vec<Arc<Code>>,
-    /// For each source the index of its code.
-    source_codes: Vec<usize>,
+/// Bits of a port that the interface has.
+fn width(interface: &Interface, name: &str) -> u32 {
+    let port = interface.ports().into_iter().find(|p| p.name == name);
+    port.map_or(1, |p| p.width)
 }
 
-impl TopPlan {
-    fn sources(&self) -> usize {
-        self.source_codes.len()
-    }
-
-    fn detectors(&self) -> usize {
-        self.interface.reference_codes.len()
-    }
-
-    /// Detectors whose samples have to be taken out of a common word.
-    fn shared_words(&self) -> usize {
-        match self.detectors() {
-            1 => 0,
-            detectors => detectors,
-        }
-    }
-
-    fn lanes(&self) -> usize {
-        self.interface.lanes() as usize
-    }
-
-    fn parallel(&self) -> usize {
-        self.interface.parallel() as usize
-    }
-
-    fn realigns(&self) -> bool {
-        self.interface.realigns()
-    }
-
-    /// Bits of a port that the interface has.
-    fn port(&self, name: &str) -> u32 {
-        let port = self.interface.ports().into_iter().find(|p| p.name == name);
-        port.map_or(1, |p| p.width)
-    }
-
-    fn scan(&self) -> ScanPlan {
-        ScanPlan::of(&self.interface)
-    }
-
-    fn stream(&self) -> StreamPlan {
-        let interface = &self.interface;
-        StreamPlan {
-            count_bits: interface.count_bits,
-            saturates: interface.saturates(),
-            total: interface.total,
-            data_bits: interface.tdata_bits,
-            detectors: self.detectors(),
-            steps: self.parallel(),
-            last_steps: interface.last_group_steps() as usize,
-            back_to_back: interface.timing.scan.integration_chips == 1,
-        }
-    }
-}
-
-impl SensorTop {
-    /// The hardware that keeps `interface`.
-    pub fn new(interface: &Interface) -> SensorTop {
-        let (codes, source_codes) =
-            distinct_codes(&interface.reference_codes[0], &interface.source_codes);
-        SensorTop::build(&TopPlan { interface: interface.clone(), codes, source_codes })
+fn stream(interface: &Interface) -> StreamPlan {
+    StreamPlan {
+        count_bits: interface.count_bits,
+        saturates: interface.saturates(),
+        total: interface.total,
+        data_bits: interface.tdata_bits,
+        detectors: interface.reference_codes.len(),
+        steps: interface.parallel() as usize,
+        last_steps: interface.last_group_steps() as usize,
+        back_to_back: interface.timing.scan.integration_chips == 1,
     }
 }
 
@@ -276,38 +225,43 @@ fn describe_counts(interface: &Interface) -> About {
     .fact("Rate", "one chip per clock")
 }
 
-/// Each code once, the reference's first, and for each source the index of
-/// its code.
-pub(super) fn distinct_codes(
-    reference: &Arc<Code>,
-    sources: &[Arc<Code>],
-) -> (Vec<Arc<Code>>, Vec<usize>) {
-    let mut codes = vec![reference.clone()];
-    let mut indices = Vec::new();
+/// Codes of which each has one generator.
+#[derive(Debug, Clone)]
+pub(super) struct DistinctCodes {
+    /// Each once, the reference's first.
+    pub(super) all: Vec<Arc<Code>>,
+    /// For each source the index of its code.
+    pub(super) of_sources: Vec<usize>,
+}
+
+pub(super) fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> DistinctCodes {
+    let mut codes = DistinctCodes { all: vec![reference.clone()], of_sources: Vec::new() };
     for code in sources {
         let same = |known: &Arc<Code>| {
             Arc::ptr_eq(known, code)
                 || (known.interleave == code.interleave && known.generator == code.generator)
         };
-        let index = codes.iter().position(same).unwrap_or_else(|| {
-            codes.push(code.clone());
-            codes.len() - 1
+        let index = codes.all.iter().position(same).unwrap_or_else(|| {
+            codes.all.push(code.clone());
+            codes.all.len() - 1
         });
-        indices.push(index);
+        codes.of_sources.push(index);
     }
-    (codes, indices)
+    codes
+}
+
+/// Detectors whose samples have to be taken out of a common word.
+pub(super) fn shared_words(detectors: usize) -> usize {
+    if detectors > 1 { detectors } else { 0 }
 }
 
 #[kernel]
 impl Logic for SensorTop {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, laser, epoch);
         self.transmit_codes();
-        self.controller.i_clk.next = self.i_clk.val();
-        self.controller.i_rst.next = self.i_rst.val();
         self.run_channels();
         self.hand_counts();
-        if self.plan.realigns() {
+        if self.interface.realigns() {
             self.realign();
         }
         self.stream_results();
@@ -318,8 +272,6 @@ impl Logic for SensorTop {
 
     fn transmit_codes(&mut self) {
         for g in 0..self.transmit.len() {
-            self.transmit[g].i_clk.next = self.i_clk.val();
-            self.transmit[g].i_rst.next = self.i_rst.val();
             self.transmit[g].i_advance.next = true;
             self.chips.i[g].next = self.transmit[g].o_chip.val();
         }
@@ -330,10 +282,8 @@ impl Logic for SensorTop {
     }
 
     fn run_channels(&mut self) {
-        let lanes = self.plan.lanes();
+        let lanes = self.lanes;
         for d in 0..self.channel.len() {
-            self.channel[d].i_clk.next = self.i_clk.val();
-            self.channel[d].i_rst.next = self.i_rst.val();
             self.channel[d].i_run.next = self.controller.o_run.val();
             if self.channel[0].i_pre_last_chip.is_present() {
                 self.channel[d].i_pre_last_chip.next = self.controller.o_pre_last_chip.val();
@@ -341,7 +291,7 @@ impl Logic for SensorTop {
             self.channel[d].i_last_chip.next = self.controller.o_last_chip.val();
             self.channel[d].i_dump.next = self.controller.o_dump.val();
         }
-        if self.plan.detectors() == 1 {
+        if self.detectors == 1 {
             self.channel[0].i_samples.next = self.i_samples.val();
         }
         for d in 0..self.samples.len() {
@@ -353,7 +303,7 @@ impl Logic for SensorTop {
     }
 
     fn hand_counts(&mut self) {
-        let parallel = self.plan.parallel();
+        let parallel = self.parallel;
         for d in 0..self.channel.len() {
             for p in 0..parallel {
                 self.results.i_count[d * parallel + p].next = self.channel[d].o_count[p].val();
@@ -383,8 +333,6 @@ impl Logic for SensorTop {
     }
 
     fn stream_results(&mut self) {
-        self.results.i_clk.next = self.i_clk.val();
-        self.results.i_rst.next = self.i_rst.val();
         if self.results.i_pre_counted.is_present() {
             self.results.i_pre_counted.next = self.controller.o_pre_counted.val();
         }
@@ -401,8 +349,6 @@ impl Logic for SensorTop {
     }
 
     fn find_peaks(&mut self) {
-        self.peak[0].i_clk.next = self.i_clk.val();
-        self.peak[0].i_rst.next = self.i_rst.val();
         self.peak[0].i_counted.next = self.controller.o_counted.val();
         self.peak[0].i_last.next = self.controller.o_scan_counted.val();
         self.o_peak_step.next = self.peak[0].o_step.val();

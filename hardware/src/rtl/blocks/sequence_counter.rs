@@ -1,8 +1,8 @@
 //! Counting in the order of an LFSR, whose next state needs one gate.
 
-use crate::code::{Lfsr, polynomial_text};
+use crate::code::Lfsr;
 
-use super::lfsr::{state_at, tap_mask};
+use super::lfsr::{lfsr_heading, state_at, tap_mask};
 
 /// An LFSR that counts to a number known beforehand.
 #[derive(Debug, Clone)]
@@ -23,8 +23,7 @@ impl SequenceCounter {
 
     /// What stands over the constants of `counter` in the Verilog.
     pub(super) fn heading(&self, counter: &str) -> String {
-        let polynomial = polynomial_text(&self.lfsr.exponents);
-        format!("{counter}: an LFSR of the polynomial {polynomial} (exponents)")
+        lfsr_heading(counter, &self.lfsr)
     }
 
     pub(crate) fn width(&self) -> u32 {

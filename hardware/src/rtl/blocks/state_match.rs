@@ -15,62 +15,42 @@ use crate::rtl::front::prelude::*;
 const PIECE_BITS: usize = 8;
 
 /// Compares a state with the one that is waited for.
-#[block(MatchPlan)]
+#[block(describe(pieces, width))]
 pub struct StateMatch {
-    /// one state per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    width: usize,
+    #[set(width.div_ceil(PIECE_BITS))]
+    pieces: usize,
+    #[set(width / PIECE_BITS)]
+    whole_pieces: usize,
     /// state of a counter
-    #[width(plan.width)]
+    #[width(width)]
     pub i_state: Input<Word>,
     /// the state that is waited for
-    #[width(plan.width)]
+    #[width(width)]
     pub i_wanted: Input<Word>,
     /// they were equal one clock ago
     pub o_matched: Output<bool>,
-    #[is(describe())]
-    about: About,
-    #[width(plan.width)]
+    #[width(width)]
     equal: Local<Word>,
-    #[each(piece in 0..plan.pieces())]
-    #[width(PIECE_BITS.min(plan.width - piece * PIECE_BITS))]
+    #[each(piece in 0..pieces)]
+    #[width(PIECE_BITS.min(width - piece * PIECE_BITS))]
     piece: Vec<Wiring>,
-    #[width(plan.pieces())]
+    #[width(pieces)]
     all_equal: Wiring,
     /// one bit for each piece
-    #[width(plan.pieces())]
+    #[width(pieces)]
     matched: Register<Word>,
-    plan: Plan<MatchPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct MatchPlan {
-    width: usize,
-}
-
-impl MatchPlan {
-    fn pieces(&self) -> usize {
-        self.width.div_ceil(PIECE_BITS)
-    }
-
-    fn whole_pieces(&self) -> usize {
-        self.width / PIECE_BITS
-    }
 }
 
 impl StateMatch {
     /// Widest state for which comparing at once keeps the clock.
     pub const WIDEST_AT_ONCE: u32 = 12;
-
-    /// For states of `width` bits.
-    pub fn new(width: u32) -> StateMatch {
-        StateMatch::build(&MatchPlan { width: width as usize })
-    }
 }
 
-fn describe() -> About {
+fn describe(pieces: usize, width: usize) -> About {
+    let widths = PIECE_BITS * (pieces - 1) + 1..=PIECE_BITS * pieces;
     About::new("state_match", "recognises a state of a counter")
+        .size(("WIDTH", "bits of a state"), width, widths, StateMatch::new)
         .note("The pieces of a wide comparison have a register each.")
         .fact("Latency", "1 clock")
 }
@@ -78,19 +58,18 @@ fn describe() -> About {
 #[kernel]
 impl Logic for StateMatch {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, matched);
         self.equal.next = !(self.i_state.val() ^ self.i_wanted.val());
-        for p in 0..self.plan.whole_pieces() {
+        for p in 0..self.whole_pieces {
             for b in 0..PIECE_BITS {
                 self.piece[p].i[b].next = self.equal.val().get_bit(PIECE_BITS * p + b);
             }
         }
-        for p in self.plan.whole_pieces()..self.plan.pieces() {
-            for b in 0..(self.plan.width % PIECE_BITS) {
+        for p in self.whole_pieces..self.pieces {
+            for b in 0..(self.width % PIECE_BITS) {
                 self.piece[p].i[b].next = self.equal.val().get_bit(PIECE_BITS * p + b);
             }
         }
-        for p in 0..self.plan.pieces() {
+        for p in 0..self.pieces {
             self.all_equal.i[p].next = self.piece[p].o.val().all();
         }
         self.matched.d.next = self.all_equal.o.val();

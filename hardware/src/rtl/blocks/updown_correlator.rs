@@ -13,131 +13,94 @@
 //! Cost (ECP5, docs/resources.md): 4 LUTs, 8 flip-flops beside quads and total.
 
 use super::scan_controller::dump_about;
-use super::{Accumulator, QuadCounter};
+use super::{Accumulator, QuadCounter, SegmentedTotal};
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
 /// Counts of one phase step after another, with the sign of the reference.
-#[block(CorrelatorPlan)]
-pub struct UpdownCorrelator {
-    /// one word per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
-    /// pairs of samples with a hit
-    #[width(plan.pairs())]
-    pub i_hits: Input<Word>,
-    /// the hit is the earlier sample of its pair
-    #[when(plan.has_pairs())]
-    #[width(plan.pairs())]
-    pub i_early: Optional<Input<Word>>,
-    /// 1 counts a hit up, 0 down; bit 0 earliest
-    #[width(plan.lanes)]
-    pub i_reference: Input<Word>,
-    /// A step's last hits are in; one bit for each segment of the count.
-    #[about(dump_about(plan.segments.count))]
-    #[width(plan.segments.count)]
-    pub i_dump: Input<Word>,
-    /// count of the last step, signed
-    #[width(plan.segments.bits())]
-    pub o_count: Output<Word>,
-    #[is(describe(plan))]
-    about: About,
-    /// reference of each pair's earlier sample
-    #[when(plan.has_pairs())]
-    #[width(plan.pairs())]
-    early_reference: Optional<Wiring>,
-    /// reference of each pair's later sample
-    #[when(plan.has_pairs())]
-    #[width(plan.pairs())]
-    late_reference: Optional<Wiring>,
-    /// pairs with a hit
-    #[width(plan.pairs())]
-    hit: Register<Word>,
-    /// pairs whose hit counts down
-    #[width(plan.pairs())]
-    down: Register<Word>,
-    #[each(_quad in 0..plan.quads())]
-    #[width(4)]
-    hit_of_quad: Vec<Wiring>,
-    #[each(_quad in 0..plan.quads())]
-    #[width(4)]
-    down_of_quad: Vec<Wiring>,
-    #[each(_quad in 0..plan.quads())]
-    #[is(QuadCounter::new())]
-    quad: Vec<QuadCounter>,
-    #[when(plan.adds())]
-    #[about(format!("signed count of samples 0 to {}", plan.lanes - 1))]
-    #[width(plan.addend_bits())]
-    sum: Optional<Register<Word>>,
-    /// signed count of one word
-    #[width(plan.addend_bits())]
-    addend: Local<Word>,
-    #[is(Accumulator::new(plan.segments, plan.addend_bits()))]
-    total: Accumulator,
-    plan: Plan<CorrelatorPlan>,
-}
-
-#[derive(Debug, Clone)]
-struct CorrelatorPlan {
-    lanes: usize,
-    segments: CountSegments,
-}
-
-impl CorrelatorPlan {
-    fn pairs(&self) -> usize {
-        self.lanes.div_ceil(2)
-    }
-
-    /// Whether there is a pair, and not a single sample.
-    fn has_pairs(&self) -> bool {
-        self.lanes > 1
-    }
-
-    fn quads(&self) -> usize {
-        self.pairs() / 4
-    }
-
-    /// Whether two sums of a word are added.
-    fn adds(&self) -> bool {
-        self.pairs() == 2 || self.quads() == 2
-    }
-
-    fn levels(&self) -> usize {
-        self.pairs().ilog2() as usize
-    }
-
-    fn addend_bits(&self) -> usize {
-        self.levels() + 2
-    }
-}
-
-impl UpdownCorrelator {
-    /// For `lanes` samples per word.
-    pub fn new(lanes: u32, segments: CountSegments) -> UpdownCorrelator {
-        UpdownCorrelator::build(&CorrelatorPlan { lanes: lanes as usize, segments })
-    }
-}
-
-fn describe(plan: &CorrelatorPlan) -> About {
-    let clocks = plan.levels() + 2 + plan.segments.clocks() as usize;
-    About::new(
-        "updown_correlator",
-        "hits counted up or down as the reference says",
-    )
+#[block(About::new("updown_correlator", "hits counted up or down as the reference says")
     .note(
         "A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum \
          over a word is the number of hits less twice the number of those that count down.",
     )
-    .fact("Latency", format!("{clocks} clocks from i_hits to o_count"))
+    .fact("Latency", format!("{} clocks from i_hits to o_count", levels + 2 + segments.clocks() as usize)))]
+pub struct UpdownCorrelator {
+    lanes: usize,
+    segments: CountSegments,
+    #[set(lanes.div_ceil(2))]
+    pairs: usize,
+    /// Whether there is a pair, and not a single sample.
+    #[set(lanes > 1)]
+    has_pairs: bool,
+    #[set(pairs / 4)]
+    quads: usize,
+    /// Whether two sums of a word are added.
+    #[set(pairs == 2 || quads == 2)]
+    adds: bool,
+    #[set(pairs.ilog2() as usize)]
+    levels: usize,
+    #[set(levels + 2)]
+    addend_bits: usize,
+    /// pairs of samples with a hit
+    #[width(pairs)]
+    pub i_hits: Input<Word>,
+    /// the hit is the earlier sample of its pair
+    #[when(has_pairs)]
+    #[width(pairs)]
+    pub i_early: Optional<Input<Word>>,
+    /// 1 counts a hit up, 0 down; bit 0 earliest
+    #[width(lanes)]
+    pub i_reference: Input<Word>,
+    /// A step's last hits are in; one bit for each segment of the count.
+    #[about(dump_about(segments.count))]
+    #[width(segments.count)]
+    pub i_dump: Input<Word>,
+    /// count of the last step, signed
+    #[width(segments.bits())]
+    pub o_count: Output<Word>,
+    /// reference of each pair's earlier sample
+    #[when(has_pairs)]
+    #[width(pairs)]
+    early_reference: Optional<Wiring>,
+    /// reference of each pair's later sample
+    #[when(has_pairs)]
+    #[width(pairs)]
+    late_reference: Optional<Wiring>,
+    /// pairs with a hit
+    #[width(pairs)]
+    hit: Register<Word>,
+    /// pairs whose hit counts down
+    #[width(pairs)]
+    down: Register<Word>,
+    #[each(_quad in 0..quads)]
+    #[width(4)]
+    hit_of_quad: Vec<Wiring>,
+    #[each(_quad in 0..quads)]
+    #[width(4)]
+    down_of_quad: Vec<Wiring>,
+    #[each(_quad in 0..quads)]
+    #[is(QuadCounter::new())]
+    quad: Vec<QuadCounter>,
+    #[when(adds)]
+    #[about(format!("signed count of samples 0 to {}", lanes - 1))]
+    #[width(addend_bits)]
+    sum: Optional<Register<Word>>,
+    /// signed count of one word
+    #[width(addend_bits)]
+    addend: Local<Word>,
+    #[when(segments.count == 1)]
+    #[is(Accumulator::new(segments.top_bits as usize, addend_bits, false, false))]
+    total: Optional<Accumulator>,
+    #[each(_total in 0..usize::from(segments.count > 1))]
+    #[is(SegmentedTotal::new(segments, addend_bits))]
+    segmented: Vec<SegmentedTotal>,
 }
 
 #[kernel]
 impl Logic for UpdownCorrelator {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, hit, down);
         if self.i_early.is_present() {
-            for j in 0..(self.plan.lanes / 2) {
+            for j in 0..(self.lanes / 2) {
                 self.early_reference.i[j].next = self.i_reference.val().get_bit(2 * j);
                 self.late_reference.i[j].next = self.i_reference.val().get_bit(2 * j + 1);
             }
@@ -149,18 +112,21 @@ impl Logic for UpdownCorrelator {
         }
         self.hit.d.next = self.i_hits.val();
         self.count_word();
-        self.total.i_clk.next = self.i_clk.val();
-        self.total.i_rst.next = self.i_rst.val();
-        self.total.i_addend.next = self.addend.val();
-        self.total.i_dump.next = self.i_dump.val();
-        self.o_count.next = self.total.o_count.val();
+        if self.total.is_present() {
+            self.total.i_addend.next = self.addend.val();
+            self.total.i_dump.next = self.i_dump.val().get_bit(0);
+            self.o_count.next = self.total.o_count.val();
+        }
+        for t in 0..self.segmented.len() {
+            self.segmented[t].i_addend.next = self.addend.val();
+            self.segmented[t].i_dump.next = self.i_dump.val();
+            self.o_count.next = self.segmented[t].o_count.val();
+        }
     }
 
     /// The signed count of a word: hits that count up less hits that count down.
     fn count_word(&mut self) {
-        for q in 0..self.plan.quads() {
-            self.quad[q].i_clk.next = self.i_clk.val();
-            self.quad[q].i_rst.next = self.i_rst.val();
+        for q in 0..self.quads {
             for j in 0..4 {
                 self.hit_of_quad[q].i[j].next = self.hit.q.val().get_bit(4 * q + j);
                 self.down_of_quad[q].i[j].next = self.down.q.val().get_bit(4 * q + j);
@@ -168,16 +134,14 @@ impl Logic for UpdownCorrelator {
             self.quad[q].i_hit.next = self.hit_of_quad[q].o.val();
             self.quad[q].i_down.next = self.down_of_quad[q].o.val();
         }
-        if self.plan.quads() == 1 {
+        if self.quads == 1 {
             self.addend.next = self.quad[0].o_sum.val();
-        } else if self.plan.quads() == 2 {
-            dff_setup!(self, i_clk, sum);
+        } else if self.quads == 2 {
             self.sum.d.next = (signed_cast(self.quad[0].o_sum.val())
                 + signed_cast(self.quad[1].o_sum.val()))
             .into();
             self.addend.next = self.sum.q.val();
-        } else if self.plan.pairs() == 2 {
-            dff_setup!(self, i_clk, sum);
+        } else if self.pairs == 2 {
             self.sum.d.next = bit_cast(false, 3)
                 .replace_bit(0, self.hit.q.val().get_bit(0))
                 .replace_bit(1, self.down.q.val().get_bit(0))

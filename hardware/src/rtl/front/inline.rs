@@ -39,10 +39,6 @@ impl Logic for BitTable {
         self.data.next = entry == Some(&1);
     }
 
-    fn connect(&mut self) {
-        self.data.connect();
-    }
-
     fn hdl(&self) -> Verilog {
         Marker::BitTable { bits: self._bits.clone(), about: self._about.clone() }.into_hdl()
     }
@@ -79,10 +75,6 @@ impl Logic for Wiring {
             word = word.replace_bit(bit, self.i[source].val());
         }
         self.o.next = word;
-    }
-
-    fn connect(&mut self) {
-        self.o.connect();
     }
 
     fn hdl(&self) -> Verilog {

@@ -1,10 +1,13 @@
 //! What a block tells the back end beside its kernel.
 //!
 //! rust-hdl asks every block for its Verilog ([`Logic::hdl`]), and its trees have no place
-//! for a register's comment or a memory's size. A block that is more than a kernel leaves a
+//! for a register's comment or a module that is written by hand. A block that is more than a kernel leaves a
 //! [`Marker`] when it is asked, and [`told_by`], which asks, takes it: plain data all the way.
 
 use std::cell::Cell;
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use rust_hdl_core::ast::Verilog;
 use rust_hdl_core::block::Block;
@@ -19,9 +22,9 @@ thread_local! {
 /// What a block is, where that is not a kernel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Marker {
-    /// The scope is the description of the block that holds it.
-    About(Description),
-    /// The scope is a register with pins `clock`, `d` and `q`.
+    /// The scope is the description of the block that holds it, and its sizes.
+    About(Description, Vec<Size>),
+    /// The scope is a register with pins `d` and `q`.
     Register {
         /// Name in the Verilog, in place of the field's.
         name: Option<String>,
@@ -39,12 +42,15 @@ pub enum Marker {
         /// What it holds.
         about: String,
     },
-    /// The scope is a memory with pins `clock`, `write`, `write_address`, `data`,
-    /// `read`, `address` and `q`.
-    Memory {
-        /// Number of words.
-        words: u64,
-        /// What it holds.
+    /// The scope is an instance of a module that is given as text and has a clock.
+    Given {
+        /// Its module.
+        module: &'static str,
+        /// The module's file.
+        text: &'static str,
+        /// Parameters of the instance.
+        sizes: Vec<(String, u32)>,
+        /// What it is.
         about: String,
     },
     /// The scope is a wiring with pins `i` (a vector of bits) and `o`.
@@ -57,7 +63,7 @@ pub enum Marker {
 }
 
 /// A module's name and header.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Description {
     /// Module name.
     pub module: String,
@@ -70,6 +76,45 @@ pub struct Description {
     /// What simulation checks before it begins.
     pub checks: Vec<StateCheck>,
 }
+
+/// A width or a count that instances of a block may differ in. A module that some do is
+/// written once, with a parameter.
+#[derive(Clone)]
+pub struct Size {
+    /// Its name: the parameter's.
+    pub name: String,
+    /// What it is.
+    pub about: String,
+    /// Of this block.
+    pub value: u32,
+    /// Which of them the same circuit serves.
+    pub takes: RangeInclusive<u32>,
+    of_size: Arc<OfSize>,
+}
+
+/// The same block of another size.
+type OfSize = dyn Fn(u32) -> Box<dyn Block> + Send + Sync;
+
+impl Size {
+    /// The same block of another size.
+    pub fn of_size(&self, value: u32) -> Box<dyn Block> {
+        (self.of_size)(value)
+    }
+}
+
+impl fmt::Debug for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {:?}", self.name, self.takes)
+    }
+}
+
+impl PartialEq for Size {
+    fn eq(&self, other: &Size) -> bool {
+        (&self.name, self.value, &self.takes) == (&other.name, other.value, &other.takes)
+    }
+}
+
+impl Eq for Size {}
 
 /// A state of an LFSR that has to follow from another; both, and the taps, are
 /// constants of the block.
@@ -102,24 +147,44 @@ pub fn told_by(block: &dyn Block) -> (Verilog, Option<Marker>) {
 
 /// Names and describes the block that has it as a field.
 #[derive(Debug, Clone)]
-pub struct About(Description);
+pub struct About(Description, Vec<Size>);
 
 impl About {
     /// A module `module` that is what `title` says.
     pub fn new(module: &str, title: &str) -> About {
-        About(Description {
-            module: module.to_owned(),
-            title: title.to_owned(),
-            notes: Vec::new(),
-            facts: Vec::new(),
-            checks: Vec::new(),
-        })
+        let (module, title) = (module.to_owned(), title.to_owned());
+        let description = Description { module, title, ..Description::default() };
+        About(description, Vec::new())
+    }
+
+    /// Adds a size that is `value`: the circuit is the same for each that it `takes`, and
+    /// `of_size` makes it.
+    pub fn size<B: Block + 'static>(
+        mut self,
+        (name, about): (&str, &str),
+        value: usize,
+        takes: RangeInclusive<usize>,
+        of_size: impl Fn(usize) -> B + Send + Sync + 'static,
+    ) -> About {
+        self.1.push(Size {
+            name: name.to_owned(),
+            about: about.to_owned(),
+            value: value as u32,
+            takes: *takes.start() as u32..=*takes.end() as u32,
+            of_size: Arc::new(move |value| Box::new(of_size(value as usize))),
+        });
+        self
     }
 
     /// Adds a paragraph on how it works and why.
     pub fn note(mut self, text: impl Into<String>) -> About {
         self.0.notes.push(text.into());
         self
+    }
+
+    /// Adds a paragraph where it holds.
+    pub fn note_if(self, holds: bool, text: impl Into<String>) -> About {
+        if holds { self.note(text) } else { self }
     }
 
     /// Adds a labelled fact.
@@ -139,7 +204,7 @@ impl Logic for About {
     fn update(&mut self) {}
 
     fn hdl(&self) -> Verilog {
-        Marker::About(self.0.clone()).into_hdl()
+        Marker::About(self.0.clone(), self.1.clone()).into_hdl()
     }
 }
 

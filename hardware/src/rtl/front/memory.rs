@@ -5,6 +5,7 @@ use rust_hdl_core::logic::Logic;
 use rust_hdl_core::prelude::LogicBlock;
 use rust_hdl_core::{block, probe};
 
+use super::clock::edge;
 use super::marker::Marker;
 use super::net::{Input, Net, Output};
 use super::word::Word;
@@ -14,20 +15,18 @@ use super::word::Word;
 /// word that is read while it is written is not to be relied on.
 #[derive(Debug, Clone, LogicBlock)]
 pub struct Memory {
-    /// Clock of both ports.
-    pub clock: Input<bool>,
     /// Whether a word is written.
-    pub write: Input<bool>,
+    pub i_write: Input<bool>,
     /// Where.
-    pub write_address: Input<Word>,
+    pub i_write_address: Input<Word>,
     /// What.
-    pub data: Input<Word>,
-    /// Whether a word is read, and the one before it goes on to `q`; otherwise both hold.
-    pub read: Input<bool>,
+    pub i_data: Input<Word>,
+    /// Whether a word is read, and the one before it goes on to `o_word`; otherwise both hold.
+    pub i_read: Input<bool>,
     /// Which.
-    pub address: Input<Word>,
+    pub i_address: Input<Word>,
     /// The word that was read last but one.
-    pub q: Output<Word>,
+    pub o_word: Output<Word>,
     _words: Vec<u128>,
     _read: u128,
     _about: String,
@@ -39,13 +38,12 @@ impl Memory {
         let last = words.saturating_sub(1);
         let address_bits = (u64::BITS - last.leading_zeros()).max(1);
         Memory {
-            clock: Net::bit(""),
-            write: Net::bit(""),
-            write_address: Net::word(address_bits, ""),
-            data: Net::word(width, ""),
-            read: Net::bit(""),
-            address: Net::word(address_bits, ""),
-            q: Net::word(width, ""),
+            i_write: Net::bit(""),
+            i_write_address: Net::word(address_bits, ""),
+            i_data: Net::word(width, ""),
+            i_read: Net::bit(""),
+            i_address: Net::word(address_bits, ""),
+            o_word: Net::word(width, ""),
             _words: vec![0; words as usize],
             _read: 0,
             _about: about.to_owned(),
@@ -55,27 +53,34 @@ impl Memory {
 
 impl Logic for Memory {
     fn update(&mut self) {
-        if !self.clock.pos_edge() {
+        if edge().is_none() {
             return;
         }
         let word = |address: Word| address.value() as usize;
-        if self.read.val() {
-            let read = self._words.get(word(self.address.val())).copied();
+        if self.i_read.val() {
+            let read = self._words.get(word(self.i_address.val())).copied();
             let before = std::mem::replace(&mut self._read, read.unwrap_or(0));
-            self.q.next = Word::new(before, self.data.val().bits() as u32);
+            self.o_word.next = Word::new(before, self.i_data.val().bits() as u32);
         }
-        if self.write.val()
-            && let Some(written) = self._words.get_mut(word(self.write_address.val()))
+        if self.i_write.val()
+            && let Some(written) = self._words.get_mut(word(self.i_write_address.val()))
         {
-            *written = self.data.val().value();
+            *written = self.i_data.val().value();
         }
-    }
-
-    fn connect(&mut self) {
-        self.q.connect();
     }
 
     fn hdl(&self) -> Verilog {
-        Marker::Memory { words: self._words.len() as u64, about: self._about.clone() }.into_hdl()
+        let size = |name: &str, value| (name.to_owned(), value);
+        Marker::Given {
+            module: "block_memory",
+            text: include_str!("../back/block_memory.v"),
+            sizes: vec![
+                size("WORDS", self._words.len() as u32),
+                size("ADDRESS_BITS", self.i_address.val().bits() as u32),
+                size("BITS", self.i_data.val().bits() as u32),
+            ],
+            about: self._about.clone(),
+        }
+        .into_hdl()
     }
 }

@@ -10,6 +10,9 @@
 //! over `impl Logic` is rust-hdl's `#[hdl_gen]` with `if` and `let` at elaboration. The crate
 //! `goldtof-macros` documents both.
 //!
+//! Every register and memory has the one clock and its reset, which no kernel names; a register
+//! that is not driven holds.
+//!
 //! Rules for kernels beyond those of the macro and of rust-hdl:
 //! - what reads no signal by `.val()` is elaboration: `if self.part.is_present()` leaves no gate;
 //! - a bare literal, and `signed_cast(x)`, take the width of what they meet;
@@ -19,23 +22,21 @@
 //! - numbers are evaluated in branches that are not taken, too: subtract with saturation;
 //! - `a & b == c` binds as in Rust; the back end prints the parentheses.
 
-mod constant;
+mod clock;
 mod inline;
 mod marker;
 mod memory;
 mod net;
 mod optional;
-mod plan;
 mod register;
 mod word;
 
-pub use constant::Constant;
+pub use clock::tick;
 pub use inline::{BitTable, Wiring};
-pub use marker::{About, Description, Marker, StateCheck, told_by};
+pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
 pub use memory::Memory;
-pub use net::{Input, Local, Net, Output, Value};
+pub use net::{Constant, Input, Local, Net, Output, Value};
 pub use optional::Optional;
-pub use plan::Plan;
 pub use register::Register;
 pub use word::{SignedWord, Word, bit_cast, signed_cast};
 
@@ -48,25 +49,7 @@ pub mod prelude {
     pub use rust_hdl_core::{ast, block, logic, probe};
 
     pub use super::{
-        About, BitTable, Constant, Input, Local, Memory, Optional, Output, Plan, Register,
-        StateCheck, Wiring, Word, bit_cast, signed_cast,
+        About, BitTable, Constant, Input, Local, Memory, Optional, Output, Register, StateCheck,
+        Wiring, Word, bit_cast, signed_cast,
     };
-    pub(crate) use crate::rtl::front::dff_setup;
 }
-
-/// Connects registers to the clock and to `i_rst`, and lets them hold.
-///
-/// The name is rust-hdl's, whose `#[hdl_gen]` recognises it.
-macro_rules! dff_setup {
-    ($me:ident, i_clk, $($register:ident $([$($index:tt)+])?),+ $(,)?) => {$(
-        $me.$register$([$($index)+])?.clock.next = $me.i_clk.val();
-        $me.$register$([$($index)+])?.reset.next = $me.i_rst.val();
-        $me.$register$([$($index)+])?.d.next = $me.$register$([$($index)+])?.q.val();
-    )+};
-    ($me:ident, io.i_clk, $($register:ident $([$($index:tt)+])?),+ $(,)?) => {$(
-        $me.$register$([$($index)+])?.clock.next = $me.io.i_clk.val();
-        $me.$register$([$($index)+])?.reset.next = $me.io.i_rst.val();
-        $me.$register$([$($index)+])?.d.next = $me.$register$([$($index)+])?.q.val();
-    )+};
-}
-pub(crate) use dff_setup;

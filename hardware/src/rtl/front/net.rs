@@ -56,12 +56,11 @@ pub struct Net<D: Direction, V: Value> {
     /// What the kernel drives it with.
     pub next: V,
     val: V,
-    prev: V,
     changed: bool,
-    connected: bool,
     width: u32,
     about: String,
     heading: Option<String>,
+    is_number: bool,
     id: usize,
     direction: PhantomData<D>,
 }
@@ -72,24 +71,40 @@ pub type Input<V> = Net<direction::In, V>;
 pub type Output<V> = Net<direction::Out, V>;
 /// A signal inside the block.
 pub type Local<V> = Net<direction::Local, V>;
+/// A constant of the circuit: a `localparam` where all instances of a module
+/// agree on it, a `parameter` otherwise.
+pub type Constant = Net<Fixed, Word>;
+
+/// Driven by nothing.
+#[derive(Debug, Clone)]
+pub struct Fixed;
+
+impl Direction for Fixed {
+    const KIND: AtomKind = AtomKind::Constant;
+}
 
 impl<D: Direction, V: Value> Net<D, V> {
     fn with_width(width: u32, about: impl Into<String>) -> Self {
         Net {
             next: V::zero(width),
             val: V::zero(width),
-            prev: V::zero(width),
             changed: false,
-            connected: false,
             width,
             about: about.into(),
             heading: None,
+            is_number: false,
             id: get_signal_id(),
             direction: PhantomData,
         }
     }
 
-    /// Puts a port under `heading` in the module's port list.
+    /// Starts with `value` in place of zero.
+    pub(super) fn initially(mut self, value: V) -> Self {
+        self.next = value;
+        self
+    }
+
+    /// Puts a port or constant under `heading` in the module's list of them.
     pub fn under(mut self, heading: impl Into<String>) -> Self {
         self.heading = Some(heading.into());
         self
@@ -110,6 +125,25 @@ impl<D: Direction> Net<D, Word> {
     }
 }
 
+impl Constant {
+    /// `value` in `width` bits; `about` becomes its comment in the Verilog.
+    pub fn new(value: u128, width: u32, about: impl Into<String>) -> Constant {
+        let value = Word::new(value, width);
+        Constant { val: value, ..Net::with_width(width, about).initially(value) }
+    }
+
+    /// Makes it a number, which is written as such, and not a pattern of bits.
+    pub fn number(mut self) -> Constant {
+        self.is_number = true;
+        self
+    }
+
+    /// The value.
+    pub fn val(&self) -> Word {
+        self.val
+    }
+}
+
 impl<V: Value> Net<direction::In, V> {
     /// The settled value.
     pub fn val(&self) -> V {
@@ -117,23 +151,10 @@ impl<V: Value> Net<direction::In, V> {
     }
 }
 
-impl Net<direction::In, bool> {
-    /// Whether the value went from 0 to 1 in this pass of `update_all`.
-    pub fn pos_edge(&self) -> bool {
-        self.changed && self.val && !self.prev
-    }
-}
-
 impl<V: Value> Net<direction::Out, V> {
     /// The value driven so far.
     pub fn val(&self) -> V {
         self.next.fit(self.width)
-    }
-
-    /// Starts with `value` in place of zero.
-    pub(super) fn initially(mut self, value: V) -> Self {
-        self.next = value;
-        self
     }
 }
 
@@ -150,7 +171,7 @@ impl<D: Direction, V: Value> Atom for Net<D, V> {
     }
 
     fn connected(&self) -> bool {
-        self.connected
+        true
     }
 
     fn changed(&self) -> bool {
@@ -162,14 +183,17 @@ impl<D: Direction, V: Value> Atom for Net<D, V> {
     }
 
     /// The descriptor's name carries the net's description, after the heading
-    /// and a line break if there is one.
+    /// and a line break if there is one; its kind is signed for a number.
     fn descriptor(&self) -> TypeDescriptor {
         TypeDescriptor {
             name: match &self.heading {
                 Some(heading) => format!("{heading}\n{}", self.about),
                 None => self.about.clone(),
             },
-            kind: TypeKind::Bits(self.width as usize),
+            kind: match self.is_number {
+                true => TypeKind::Signed(self.width as usize),
+                false => TypeKind::Bits(self.width as usize),
+            },
         }
     }
 
@@ -192,10 +216,6 @@ impl<D: Direction, V: Value> Atom for Net<D, V> {
 
 impl<D: Direction, V: Value> Logic for Net<D, V> {
     fn update(&mut self) {}
-
-    fn connect(&mut self) {
-        self.connected = true;
-    }
 }
 
 impl<D: Direction, V: Value> Block for Net<D, V> {
@@ -204,10 +224,7 @@ impl<D: Direction, V: Value> Block for Net<D, V> {
     fn update_all(&mut self) {
         let next = self.next.fit(self.width);
         self.changed = self.val != next;
-        if self.changed {
-            self.prev = self.val;
-            self.val = next;
-        }
+        self.val = next;
     }
 
     fn has_changed(&self) -> bool {
@@ -220,6 +237,6 @@ impl<D: Direction, V: Value> Block for Net<D, V> {
 }
 
 /// Bits for a value-change dump, most significant first.
-pub(super) fn vcd_bits(number: u128, width: u32) -> VCDValue {
+fn vcd_bits(number: u128, width: u32) -> VCDValue {
     VCDValue::Vector((0..width).rev().map(|bit| ((number >> bit) & 1 == 1).into()).collect())
 }

@@ -47,11 +47,7 @@ impl<B: Block> Logic for Optional<B> {
 }
 
 impl<B: Block> Block for Optional<B> {
-    fn connect_all(&mut self) {
-        if self.present {
-            self.part.connect_all();
-        }
-    }
+    fn connect_all(&mut self) {}
 
     fn update_all(&mut self) {
         if self.present {

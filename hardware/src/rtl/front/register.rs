@@ -1,55 +1,50 @@
 //! Registers on the rising clock edge with synchronous reset.
 
 use rust_hdl_core::ast::Verilog;
+use rust_hdl_core::block::Block;
 use rust_hdl_core::logic::Logic;
-use rust_hdl_core::prelude::LogicBlock;
-use rust_hdl_core::{block, probe};
+use rust_hdl_core::probe::Probe;
 
+use super::clock::edge;
 use super::marker::Marker;
 use super::net::{Input, Net, Output, Value};
 use super::word::Word;
 
 /// A register. The back end writes it into the clocked `always` of the module
 /// that holds it.
-#[derive(Debug, Clone, LogicBlock)]
+#[derive(Debug, Clone)]
 pub struct Register<V: Value> {
-    /// Clock; `q` takes `d` at its rising edge.
-    pub clock: Input<bool>,
-    /// Synchronous reset, active high.
-    pub reset: Input<bool>,
-    /// What the kernel drives.
+    /// What the kernel drives, and `q` takes at a rising edge; without that it holds.
     pub d: Input<V>,
     /// What the register holds.
     pub q: Output<V>,
-    _name: Option<String>,
-    _reset_value: V,
-    _reset_constant: Option<String>,
-    _about: String,
+    name: Option<String>,
+    reset_value: V,
+    reset_constant: Option<String>,
+    about: String,
 }
 
 impl<V: Value> Register<V> {
     fn with_pins(d: Input<V>, q: Output<V>, reset_value: V, about: String) -> Self {
         Register {
-            clock: Net::bit(""),
-            reset: Net::bit(""),
-            d,
+            d: d.initially(reset_value),
             q: q.initially(reset_value),
-            _name: None,
-            _reset_value: reset_value,
-            _reset_constant: None,
-            _about: about,
+            name: None,
+            reset_value,
+            reset_constant: None,
+            about,
         }
     }
 
     /// Its name in the Verilog, without the `_r`, in place of the field's.
     pub fn named(mut self, name: impl Into<String>) -> Self {
-        self._name = Some(name.into());
+        self.name = Some(name.into());
         self
     }
 
     /// The block's constant that holds the reset value.
     pub fn reset_to(mut self, constant: &str) -> Self {
-        self._reset_constant = Some(constant.to_owned());
+        self.reset_constant = Some(constant.to_owned());
         self
     }
 }
@@ -74,23 +69,39 @@ impl Register<Word> {
 }
 
 impl<V: Value> Logic for Register<V> {
-    fn update(&mut self) {
-        if self.clock.pos_edge() {
-            self.q.next = if self.reset.val() { self._reset_value } else { self.d.val() };
-        }
-    }
-
-    fn connect(&mut self) {
-        self.q.connect();
-    }
+    fn update(&mut self) {}
 
     fn hdl(&self) -> Verilog {
         Marker::Register {
-            name: self._name.clone(),
-            reset_value: self._reset_value.number(),
-            reset_constant: self._reset_constant.clone(),
-            about: self._about.clone(),
+            name: self.name.clone(),
+            reset_value: self.reset_value.number(),
+            reset_constant: self.reset_constant.clone(),
+            about: self.about.clone(),
         }
         .into_hdl()
+    }
+}
+
+impl<V: Value> Block for Register<V> {
+    fn connect_all(&mut self) {}
+
+    fn update_all(&mut self) {
+        self.d.update_all();
+        if let Some(reset) = edge() {
+            self.q.next = if reset { self.reset_value } else { self.d.val() };
+        }
+        self.q.update_all();
+        self.d.next = self.q.next;
+    }
+
+    fn has_changed(&self) -> bool {
+        self.d.has_changed() || self.q.has_changed()
+    }
+
+    fn accept(&self, name: &str, probe: &mut dyn Probe) {
+        probe.visit_start_scope(name, self);
+        self.d.accept("d", probe);
+        self.q.accept("q", probe);
+        probe.visit_end_scope(name, self);
     }
 }

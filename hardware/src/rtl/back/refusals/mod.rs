@@ -22,8 +22,6 @@ macro_rules! block {
     ($name:ident) => {
         #[derive(LogicBlock)]
         struct $name {
-            i_clk: Input<bool>,
-            i_rst: Input<bool>,
             i_a: Input<Word>,
             i_b: Input<Word>,
             i_go: Input<bool>,
@@ -37,8 +35,6 @@ macro_rules! block {
         impl $name {
             fn new(a: u32, b: u32, y: u32) -> Self {
                 $name {
-                    i_clk: Input::bit(""),
-                    i_rst: Input::bit(""),
                     i_a: Input::word(a, ""),
                     i_b: Input::word(b, ""),
                     i_go: Input::bit(""),
@@ -58,7 +54,6 @@ block!(Sound);
 impl Logic for Sound {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         if self.i_go.val() {
             self.count.d.next = self.count.q.val() + self.limit.val();
         }
@@ -80,7 +75,6 @@ block!(Latch);
 impl Logic for Latch {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
         if self.i_go.val() {
@@ -111,7 +105,6 @@ block!(Oversize);
 impl Logic for Oversize {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val() + 17;
         if self.i_go.val() {
@@ -133,7 +126,6 @@ block!(Undriven);
 impl Logic for Undriven {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         if self.i_go.val() {
             self.count.d.next = self.i_b.val() + self.limit.val();
         }
@@ -151,7 +143,6 @@ block!(TwoDrivers);
 impl Logic for TwoDrivers {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
         self.middle.next = self.count.q.val();
@@ -176,7 +167,6 @@ block!(DrivesQ);
 impl Logic for DrivesQ {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         self.middle.next = self.i_a.val() ^ self.i_b.val() ^ self.limit.val();
         self.count.q.next = self.middle.val();
         if self.i_go.val() {
@@ -200,7 +190,6 @@ block!(DrivesInput);
 impl Logic for DrivesInput {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.count.q.val();
         self.i_go.next = false;
@@ -222,7 +211,6 @@ block!(Unread);
 impl Logic for Unread {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         self.middle.next = self.i_a.val();
         if self.i_go.val() {
             self.count.d.next = self.i_b.val() + self.limit.val();
@@ -241,7 +229,6 @@ block!(Reassigned);
 impl Logic for Reassigned {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
         self.o_y.next = self.middle.val() ^ self.count.q.val();
@@ -264,7 +251,6 @@ block!(Loops);
 impl Logic for Loops {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.o_y.next = self.middle.val() ^ self.count.q.val() ^ signed_cast(self.i_go.val());
         self.middle.next = self.o_y.val() + self.i_a.val();
@@ -284,7 +270,6 @@ block!(OutOfRange);
 impl Logic for OutOfRange {
     #[hdl_gen]
     fn update(&mut self) {
-        dff_setup!(self, i_clk, count);
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val() ^ self.count.q.val();
         if self.i_go.val() & self.middle.val().get_bit(4) {
@@ -298,26 +283,6 @@ impl Logic for OutOfRange {
 #[test]
 fn a_bit_beyond_the_vector_is_refused() {
     assert_eq!(fault_of(&OutOfRange::new(4, 4, 4)), Fault::OutOfRange { bit: 4, width: 4 });
-}
-
-block!(WithoutClock);
-
-impl Logic for WithoutClock {
-    #[hdl_gen]
-    fn update(&mut self) {
-        self.count.d.next = self.i_b.val() + self.limit.val();
-        self.count.clock.next = self.i_go.val();
-        self.middle.next = self.i_a.val();
-        self.o_y.next = self.middle.val() ^ self.count.q.val();
-    }
-}
-
-#[test]
-fn a_register_on_another_clock_is_refused() {
-    assert_eq!(
-        fault_of(&WithoutClock::new(4, 4, 4)),
-        Fault::ClockOrReset { register: named("count_r") }
-    );
 }
 
 /// A run-time field in an expression, which rust-hdl turns into a name that

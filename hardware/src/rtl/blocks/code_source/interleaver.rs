@@ -14,61 +14,36 @@ use crate::rtl::blocks::CodePorts;
 use crate::rtl::front::prelude::*;
 
 /// A code interleaved with its inverse (eq. 23).
-#[block(InterleaverPlan)]
-pub struct Interleaver {
-    /// ports
-    #[is(CodePorts::new(plan.reloads))]
-    pub io: CodePorts,
-    #[is(describe(plan.depth))]
-    about: About,
-    /// that reset gives
-    #[width(plan.depth)]
-    #[value(plan.load)]
-    subchip_load: Constant,
-    /// repetition of the generator's chip
-    #[width(plan.depth)]
-    #[reset(plan.load, subchip_load)]
-    subchip: Register<Word>,
-    #[is(plan.generator.clone())]
-    generator: CodeSource,
-}
-
-struct InterleaverPlan {
-    generator: CodeSource,
-    depth: u32,
-    load: u128,
-    reloads: bool,
-}
-
-impl Interleaver {
-    /// `generator` interleaved to depth `depth`, starting at sub-chip
-    /// `subchip` of its present chip.
-    pub fn new(generator: CodeSource, depth: u32, subchip: u64, reloads: bool) -> Interleaver {
-        Interleaver::build(&InterleaverPlan {
-            generator,
-            depth,
-            load: u128::from(subchip),
-            reloads,
-        })
-    }
-}
-
-fn describe(depth: u32) -> About {
-    About::new("interleaver", "a code with every chip repeated and every other repetition inverted")
+#[block(About::new("interleaver", "a code with every chip repeated and every other repetition inverted")
         .note(
             "The code and its inverse take turns chip by chip, which removes the side lobes' mean \
          from the correlation near the peak.",
         )
         .fact("Depth", format!("{depth}: each chip of the generator {} times", 1 << depth))
-        .fact("Latency", "0 clocks from register to o_chip")
+        .fact("Latency", "0 clocks from register to o_chip"))]
+pub struct Interleaver {
+    depth: u32,
+    /// Of the generator's first chip.
+    first_subchip: u64,
+    reloads: bool,
+    /// ports
+    #[is(CodePorts::new(reloads))]
+    pub io: CodePorts,
+    /// that reset gives
+    #[width(depth)]
+    #[value(u128::from(first_subchip))]
+    subchip_load: Constant,
+    /// repetition of the generator's chip
+    #[width(depth)]
+    #[reset(u128::from(first_subchip), subchip_load)]
+    subchip: Register<Word>,
+    #[given]
+    generator: CodeSource,
 }
 
 #[kernel]
 impl Logic for Interleaver {
     fn update(&mut self) {
-        dff_setup!(self, io.i_clk, subchip);
-        self.generator.i_clk.next = self.io.i_clk.val();
-        self.generator.i_rst.next = self.io.i_rst.val();
         self.generator.i_advance.next = self.io.i_advance.val() & self.subchip.q.val().all();
         self.io.o_chip.next = self.generator.o_chip.val() ^ self.subchip.q.val().get_bit(0);
         self.io.o_epoch.next =

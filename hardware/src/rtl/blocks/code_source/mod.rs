@@ -31,23 +31,23 @@ impl CodeSource {
         let base_start = start >> code.interleave;
         let generator = match &code.generator {
             Generator::MSequence(lfsr) => {
-                CodeSource::Lfsr(LfsrGenerator::m_sequence(lfsr, base_start, reloads).into())
+                CodeSource::Lfsr(LfsrGenerator::new(lfsr.clone(), None, base_start, reloads).into())
             }
-            Generator::Gold { u, v } => {
-                CodeSource::Lfsr(LfsrGenerator::gold(u, v, base_start, reloads).into())
-            }
+            Generator::Gold { u, v } => CodeSource::Lfsr(
+                LfsrGenerator::new(u.clone(), Some(v.clone()), base_start, reloads).into(),
+            ),
             Generator::Square => {
                 CodeSource::Square(SquareGenerator::new(base_start, reloads).into())
             }
-            Generator::Chips(chips) => {
-                CodeSource::ChipTable(ChipTableGenerator::new(chips, base_start, reloads).into())
-            }
+            Generator::Chips(chips) => CodeSource::ChipTable(
+                ChipTableGenerator::new(chips.clone(), base_start, reloads).into(),
+            ),
         };
         if code.interleave == 0 {
             return generator;
         }
         let subchip = start & ((1 << code.interleave) - 1);
-        let interleaver = Interleaver::new(generator, code.interleave, subchip, reloads);
+        let interleaver = Interleaver::new(code.interleave, subchip, reloads, generator);
         CodeSource::Interleaver(interleaver.into())
     }
 
@@ -98,19 +98,13 @@ impl Logic for CodeSource {
         self.block_mut().update();
     }
 
-    fn connect(&mut self) {
-        self.block_mut().connect();
-    }
-
     fn hdl(&self) -> Verilog {
         self.block().hdl()
     }
 }
 
 impl Block for CodeSource {
-    fn connect_all(&mut self) {
-        self.block_mut().connect_all();
-    }
+    fn connect_all(&mut self) {}
 
     fn update_all(&mut self) {
         self.block_mut().update_all();

@@ -15,21 +15,19 @@
 mod plan;
 
 pub use self::plan::StreamPlan;
+pub(super) use self::plan::counts_about;
 use self::plan::{data_about, describe, total_about};
 use super::first_of;
 use crate::rtl::front::prelude::*;
 
 /// Offers the counts of a group of phase steps as a stream, one per beat:
 /// the first detector's steps, then the next detector's.
-#[block(StreamPlan)]
+#[block(describe(&plan))]
 pub struct ResultStream {
-    /// at most one group of counts per cycle
-    pub i_clk: Input<bool>,
-    /// synchronous, active high
-    pub i_rst: Input<bool>,
+    plan: StreamPlan,
     /// Counts, detector by detector.
     #[each(count in 0..plan.counts())]
-    #[about(first_of(count, plan.count_about()))]
+    #[about(first_of(count, counts_about(plan.detectors, plan.steps)))]
     #[width(plan.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// Total count of each detector, if they are sent.
@@ -63,8 +61,6 @@ pub struct ResultStream {
     /// a count was clamped since reset
     #[when(plan.saturates)]
     pub o_saturated: Optional<Output<bool>>,
-    #[is(describe(plan))]
-    about: About,
     #[each(count in 0..plan.counts())]
     #[about(match plan.counts() {
         1 => "the result",
@@ -129,23 +125,11 @@ pub struct ResultStream {
     signed_count: Optional<Local<Word>>,
     blocked: Local<bool>,
     load: Local<bool>,
-    plan: Plan<StreamPlan>,
-}
-
-impl ResultStream {
-    /// A stream.
-    pub fn new(plan: StreamPlan) -> ResultStream {
-        ResultStream::build(&plan)
-    }
 }
 
 #[kernel]
 impl Logic for ResultStream {
     fn update(&mut self) {
-        dff_setup!(self, i_clk, valid, last, overrun);
-        for c in 0..self.count.len() {
-            dff_setup!(self, i_clk, count[c]);
-        }
         self.o_valid.next = self.valid.q.val();
         self.o_overrun.next = self.overrun.q.val();
         if self.total.is_present() {
@@ -177,22 +161,10 @@ impl Logic for ResultStream {
         self.offer();
     }
 
-    fn hold_totals(&mut self) {
-        dff_setup!(self, i_clk, total);
-        for d in 0..self.waiting_total.len() {
-            dff_setup!(self, i_clk, waiting_total[d]);
-        }
-        for c in 0..self.detector.len() {
-            dff_setup!(self, i_clk, detector[c]);
-        }
-    }
+    fn hold_totals(&mut self) {}
 
     /// Several counts: the first is offered, the others wait behind it.
     fn queue(&mut self) {
-        dff_setup!(self, i_clk, ends, more, changes);
-        for c in 0..self.next_ends.len() {
-            dff_setup!(self, i_clk, next_ends[c]);
-        }
         self.o_last.next = self.last.q.val() & self.ends.q.val();
         self.blocked.next = self.more.q.val() | (self.valid.q.val() & !self.i_ready.val());
         self.load.next = self.i_counted.val() & !self.blocked.val();
@@ -222,7 +194,6 @@ impl Logic for ResultStream {
     /// What comes next: the second result, or the third if they have yet to move up.
     fn find_next(&mut self) {
         if self.moves_up.is_present() {
-            dff_setup!(self, i_clk, moves_up);
             self.moves_up.d.next = self.more.q.val() & self.i_ready.val();
             if self.moves_up.q.val() {
                 self.next.next = self.count[2].q.val();
@@ -373,7 +344,6 @@ impl Logic for ResultStream {
     }
 
     fn flag_clamped(&mut self) {
-        dff_setup!(self, i_clk, saturated);
         for c in 0..self.count.len() {
             self.clamped.i[c].next = self.i_clamped[c].val();
         }

@@ -105,14 +105,15 @@ impl StreamPlan {
     pub(super) fn signed_bits(&self) -> usize {
         self.total.map_or(1, |total| total.first_bit as usize)
     }
+}
 
-    pub(super) fn count_about(&self) -> &'static str {
-        match (self.detectors, self.steps) {
-            (1, 1) => "count of the step, signed",
-            (1, _) => "counts of the group's steps, signed, step 0 lowest",
-            (_, 1) => "counts of the detectors, signed, detector 0 lowest",
-            _ => "counts of the detectors' steps, signed, detector 0's step 0 lowest",
-        }
+/// What is said of the counts of so many detectors and phase steps at once.
+pub(in crate::rtl::blocks) fn counts_about(detectors: usize, steps: usize) -> &'static str {
+    match (detectors, steps) {
+        (1, 1) => "count of the step, signed",
+        (1, _) => "counts of the group's steps, signed, step 0 lowest",
+        (_, 1) => "counts of the detectors, signed, detector 0 lowest",
+        _ => "counts of the detectors' steps, signed, detector 0's step 0 lowest",
     }
 }
 
