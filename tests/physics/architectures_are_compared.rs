@@ -55,7 +55,8 @@ fn a_histogram_is_four_times_as_precise_as_sixteen_steps() {
             histograms.into_iter().map(of_that_time).collect()
         };
         for ratio in ratios(EstimatorKind::Model) {
-            assert!((3.6..4.5).contains(&ratio), "{detected_mcps}: {ratio}");
+            // Of a few hundred photons estimates see more than one bin: a twentieth less.
+            assert!((3.4..4.5).contains(&ratio), "{detected_mcps}: {ratio}");
         }
         for ratio in ratios(EstimatorKind::Fft) {
             assert!((1.6..2.2).contains(&ratio), "{detected_mcps}: {ratio}");

@@ -121,28 +121,47 @@ fn histograms_of_few_periods_have_no_expectation() {
     assert_eq!(of("20 pW", "20 us").expectation_holds, Some(true));
 }
 
-/// An edge of the light at the end of a bin, and in its middle: the fit of thirty code periods scatters
-/// by a tenth of a bin, so it sees more than what bins tell of a delay at their end, and less than in
-/// their middle.
+/// Estimates that scatter by a tenth of a bin see what bins tell of a delay on both sides of an edge
+/// of the light at a bin's end. Of thirty code periods nothing is expected where the detector is
+/// ready once in a period of the brightest bins.
 #[test]
 fn scatter_of_a_fit_over_the_ends_of_bins_is_expected() {
-    for delay in ["77.3 ns", "77.7 ns"] {
+    let found = |integration: &str, delay_ps: f64, scans: u64| {
         let settings = [
             "hardware.architecture=histogram".to_owned(),
             "estimate.estimator=model".to_owned(),
             "source.mean_power=160 pW".to_owned(),
-            "scan.integration=7.44 us".to_owned(),
+            format!("scan.integration={integration}"),
         ];
         let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("a setting")).collect();
         let mut scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
-        scene.paths[0].delay_ps = delay.strip_suffix(" ns").unwrap().parse::<f64>().unwrap() * 1e3;
-        let found = of_first_path(&scene, Tier::Events, 600);
+        scene.paths[0].delay_ps = delay_ps;
+        of_first_path(&scene, Tier::Events, scans)
+    };
+    for delay_ps in [77_300.0, 77_800.0, 78_175.0] {
+        let found = found("14.88 us", delay_ps, 1_000);
         let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
-        // Standard error of 600 scans: 3 to 6 %. Few estimates are far off, which the expectation leaves
-        // out: of 4,000 scans at 77.3 ns it is a tenth too small. As wide as at one delay alone, it was
-        // 16 % too large there.
-        assert!((0.9..1.25).contains(&(std_m / expected_m)), "{delay}: {found:?}");
+        // Standard errors: 2.5 to 4 % and 0.03 standard deviations. The inverse of the information,
+        // averaged over the estimates, was a third too small at 78.175 ns.
+        assert!((0.88..1.1).contains(&(std_m / expected_m)), "{delay_ps} ps: {found:?}");
+        let [bias_m, expected_bias_m] = [found.bias_m, found.expected_bias_m].map(Option::unwrap);
+        assert!((bias_m - expected_bias_m).abs() < 0.2 * std_m, "{delay_ps} ps: {found:?}");
     }
+    let few = found("7.44 us", 77_800.0, 20);
+    assert_eq!(few.expected_std_m, None);
+    assert!(few.remark.is_some_and(|why| why.contains("how often the detector was ready")));
+    // Ninety photons: of 300 scans 37 missed the path, the others scattered by 68 mm for 88.
+    let settings = [
+        "hardware.architecture=histogram",
+        "estimate.estimator=model",
+        "source.mean_power=0.5 pW",
+        "scan.integration=114.632 us",
+    ];
+    let settings = settings.map(|s| s.parse().expect("a setting"));
+    let scene = load_with(Path::new("scenes/paper-single.toml"), &settings).expect("it is sound");
+    let few = of_first_path(&scene, Tier::Events, 3);
+    assert_eq!(few.expected_std_m, None);
+    assert!(few.remark.is_some_and(|why| why.contains("enough photons")));
 }
 
 /// The fit to a histogram takes one path: of two it says nothing, and nothing is missed as

@@ -1,5 +1,6 @@
 //! What theory may take: refused before the work, and not after hours of it.
 
+use super::fit::likeliest::DELAYS as LIKELIEST_DELAYS;
 use super::fit::moments::few_steps;
 use super::fit::problem::STEPS_ONE_BY_ONE;
 use crate::photons::DetectorModel;
@@ -99,7 +100,8 @@ impl TheoryEffort {
                 2.0 * unknowns * (of.response_s + of.counts_s) + self.covariances_s() + products_s
             }
             Work::Histogram => {
-                (unknowns + TURNS) * of.response_s + of.counts_s + of.moments_s + of.step_s
+                let delayed_s = f64::from(LIKELIEST_DELAYS) * of.counts_s;
+                (unknowns + TURNS) * of.response_s + delayed_s + of.moments_s + of.step_s
             }
             Work::Draws => of.response_s + of.moments_s + of.scan_s,
         }

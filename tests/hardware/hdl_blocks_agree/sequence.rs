@@ -226,7 +226,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
     ];
     let ports = Ports::new(&inputs_of_block, &outputs);
     Case::clocked(
-        DetectorChannel::new(interface, code.into()),
+        DetectorChannel::new(interface, code),
         ports,
         inputs.clone(),
         expected,

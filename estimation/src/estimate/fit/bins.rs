@@ -6,6 +6,7 @@
 //! holds where hardly any bin counts at all.
 
 use super::error::FitError;
+use super::likeliest::likeliest;
 use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
@@ -15,11 +16,12 @@ use super::start;
 use crate::estimate::dead_time::{dead_time, periods};
 use crate::estimate::path_bound::{Bound, PathBound};
 use crate::estimate::phase::estimate_at;
-use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
+use crate::estimate::{CountingTier, calibration_offset_ps, coverage, distance_m};
 use crate::histogram::Histogram;
 use crate::histogram::correction::{DeadTime, PrimaryLight};
 use crate::histogram::correlation::Correlator;
 use crate::histogram::innovations::{Innovations, deviance};
+use crate::math::NormalLaw;
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanCount, MeanResponse};
 use crate::scene::{DetectorIndex, PathIndex};
@@ -31,13 +33,7 @@ const RETRIED_SIGMAS: f64 = 2.0;
 const OTHER_STARTS_CHIPS: [f64; 6] = [-0.25, 0.25, -0.5, 0.5, -1.0, 1.0];
 
 /// Bins by which a fit is moved to see whether that is likelier.
-const OTHER_BINS: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
-
-/// Where what bins tell of a delay is looked at, in standard deviations of the estimates from it: the
-/// middles of five equal shares of them.
-const SPREAD: [f64; 5] = [-1.2816, -0.5244, 0.0, 0.5244, 1.2816];
-/// So often the spread is worked out anew: the estimates spread by what bins tell over it.
-const ROUNDS: usize = 2;
+const OTHER_BINS: [f64; 6] = [-1.0, -0.5, -0.25, 0.25, 0.5, 1.0];
 
 /// Where a fit has settled.
 struct BinFit {
@@ -152,6 +148,13 @@ impl<'f> BinCounts<'f> {
         };
         let (early, late) = (at(-DELAY_STEP_CHIPS)?, at(DELAY_STEP_CHIPS)?);
         Ok(slopes(&early, &late, 2.0 * DELAY_STEP_CHIPS))
+    }
+
+    /// How far bins of light `chips` later are from what they are, in standard deviations of each.
+    fn told_apart(&self, here: &Bins<'f>, chips: f64) -> Result<Vec<f64>, FitError> {
+        let later = here.response.delayed(self.problem.clock().ps(chips))?;
+        let expected = self.expected(&later.mean_bins())?.1.into_iter().zip(&here.expected);
+        Ok(expected.map(|(later, now)| 2.0 * (later.sqrt() - now.sqrt())).collect())
     }
 
     /// Derivative by the logarithm of the strength, or by the constant light.
@@ -312,61 +315,51 @@ impl<'s> BinFitter<'s> {
         BinCounts { fitter: self, problem, counts, light: None }
     }
 
-    /// What the fit says of the expected histogram of the scene's own light, with the standard
-    /// deviation of [`BinFitter::bound`].
+    /// What the fit says of the expected histogram of the scene's own light, with the bias and
+    /// standard deviation of [`BinFitter::scatter_chips`].
     ///
     /// # Errors
     /// As [`BinFitter::fit`].
     pub fn expected(&self) -> Result<ModelEstimate, FitError> {
         let mut fitted = self.fit_means(&MeanResponse::new(&self.model)?.mean_bins())?;
-        let delay_std_ps = self.sensor.clock().ps(self.delay_std_chips()?);
-        fitted.std_m = distance_m(delay_std_ps);
-        fitted.paths[0].delay_std_ps = delay_std_ps;
+        let scatter = self.scatter_chips()?;
+        let [bias_ps, std_ps] = [scatter.mean, scatter.std].map(|c| self.sensor.clock().ps(c));
+        fitted.std_m = distance_m(std_ps);
+        fitted.paths[0].delay_ps += bias_ps;
+        fitted.paths[0].delay_std_ps = std_ps;
         Ok(fitted)
     }
 
-    /// How precise any unbiased estimate from the bins can be: the inverse of what their
-    /// means, with their covariance, tell of the unknowns, on average over the delays that come into
-    /// question.
+    /// How precise the likeliest delay is: by the Cramer-Rao bound where the bins tell as much of
+    /// every delay that comes into question. Where they do not, no number is a bound for all
+    /// estimates, and this is the standard deviation of the likeliest.
     ///
     /// # Errors
-    /// When the mean response cannot be had, or the bins do not determine all unknowns.
+    /// When the mean response cannot be had, or the bins do not determine all unknowns, or few
+    /// photons do.
     pub fn bound(&self) -> Result<Bound, FitError> {
         Ok(Bound {
             paths: vec![PathBound {
                 path: self.path,
-                bound_m: distance_m(self.sensor.clock().ps(self.delay_std_chips()?)),
+                bound_m: distance_m(self.sensor.clock().ps(self.scatter_chips()?.std)),
                 velocity_bound_m_per_s: None,
             }],
             steps: self.correlator.bins(),
         })
     }
 
-    /// Standard deviation of the delay. Where an edge of the light is at a bin's end, half as much is
-    /// told of it as in the middle of a bin: estimates that scatter by a tenth of a bin see both, and
-    /// what bins tell is averaged over them.
-    fn delay_std_chips(&self) -> Result<f64, FitError> {
+    /// How the likeliest delays scatter round the true one, from bins whose roots have normal
+    /// errors ([`likeliest`]), where enough photons tell the delay.
+    fn scatter_chips(&self) -> Result<NormalLaw, FitError> {
         let truth = Parameters::of(&Light::of(&self.model));
-        let mut std_chips = self.delay_std_chips_at(&truth)?;
-        for _ in 0..ROUNDS {
-            let mut told = 0.0;
-            for of_std in SPREAD {
-                told += self.delay_std_chips_at(&truth.later(of_std * std_chips))?.powi(-2);
-            }
-            std_chips = (told / SPREAD.len() as f64).powf(-0.5);
-        }
-        Ok(std_chips)
-    }
-
-    fn delay_std_chips_at(&self, light: &Parameters) -> Result<f64, FitError> {
         let counts = self.counts(&[]);
-        let means = counts.problem.response(light)?.mean_bins();
+        let means = counts.problem.response(&truth)?.mean_bins();
         let mut counts = self.counts(&means);
-        let bins = counts.bins(light.clone())?;
-        let (slopes, residuals) = (counts.slopes(&bins, true)?, counts.residuals(&bins)?);
-        let normal = counts.normal(&slopes.columns, &residuals);
-        let normal = normal.ok_or_else(|| counts.undetermined(&bins))?;
-        Ok(normal.standard_deviations()[0])
+        let here = counts.bins(truth)?;
+        let slopes = counts.slopes(&here, true)?;
+        coverage::enough_photons(&slopes.columns[0], &here.expected).check()?;
+        let law = likeliest(slopes.columns, |chips| counts.told_apart(&here, chips))?;
+        law.ok_or_else(|| counts.undetermined(&here))
     }
 
     /// Bins of few counts make chi-square scatter more than that of normal numbers does, by

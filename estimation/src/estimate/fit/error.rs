@@ -1,6 +1,7 @@
 //! Why there is no fit.
 
 use crate::estimate::NoEstimate;
+use crate::estimate::approximation::Approximation;
 use crate::estimate::dead_time::Uncorrected;
 use crate::histogram::correction::CorrectionError;
 use crate::response::MeanResponseError;
@@ -15,6 +16,9 @@ pub enum FitError {
     /// The counts have no peak to start from.
     #[error(transparent)]
     NoPeak(#[from] NoEstimate),
+    /// An approximation behind what is expected of fits does not hold.
+    #[error(transparent)]
+    NotCovered(#[from] Approximation),
     /// Not one count per step of the scan.
     #[error("{found} steps were counted, the scan has {steps}")]
     WrongNumberOfCounts {

@@ -23,6 +23,7 @@ mod fitter;
 mod hadamard;
 mod joint;
 mod known_moments;
+pub(super) mod likeliest;
 mod model_estimate;
 pub(super) mod moments;
 pub(super) mod moving;

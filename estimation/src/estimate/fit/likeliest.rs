@@ -1,0 +1,157 @@
+//! How the likeliest delay scatters where what counts tell of a delay changes with it.
+//!
+//! The inverse of the Fisher information is the variance of the likeliest delay as long as the
+//! information is that of the true delay wherever the estimate may fall. An edge of the light at a
+//! bin's end breaks this: a little earlier it moves photons between other bins than a little later.
+//! Then the likelihood itself is needed. Counts with normal errors of unit variance, e_i off their
+//! means, make a delay h likelier than the true one by d(h) e - d(h)^2 / 2, where d(h) is how far
+//! the means at h are from the true ones: a normal process over h, whose covariances are d(g) d(h).
+//! Its maximum is drawn. Unknowns beside the delay take their directions out of d.
+
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::error::FitError;
+use crate::math::{NormalLaw, correlating};
+
+/// Delays at which the likelihood is looked at: to so many standard deviations on either side, so many
+/// to each.
+const REACH: i32 = 9;
+const DELAYS_PER_STD: i32 = 3;
+/// All of them, about: of one round.
+pub const DELAYS: i32 = 2 * REACH * DELAYS_PER_STD + 1;
+/// Delays are chosen anew if the estimates scatter so many times as far as was thought.
+const WIDER: f64 = 1.3;
+/// So often, at most.
+const ROUNDS: usize = 4;
+const DRAWS: u64 = 4_000;
+const SEED: u64 = 0x6c69_6b65;
+
+/// The likeliest delay less the true one, from counts with normal errors of unit variance.
+///
+/// `slopes` are the derivatives of the counts' means by the delay and by what else is unknown, and
+/// `apart` is how far the means of a later delay are from the true ones. `None` where these are no
+/// finite numbers, or do not tell the delay.
+///
+/// # Errors
+/// As `apart`.
+pub fn likeliest(
+    slopes: Vec<Vec<f64>>,
+    apart: impl Fn(f64) -> Result<Vec<f64>, FitError>,
+) -> Result<Option<NormalLaw>, FitError> {
+    let mut columns = slopes.into_iter().map(DVector::from_vec);
+    let Some(slope) = columns.next() else { return Ok(None) };
+    let others: Vec<_> = columns.collect();
+    let others = (!others.is_empty()).then(|| DMatrix::from_columns(&others).qr().q());
+    let own = |of: DVector<f64>| match &others {
+        Some(others) => &of - others * others.tr_mul(&of),
+        None => of,
+    };
+    let slope = own(slope);
+    let mut law = NormalLaw { mean: 0.0, std: slope.norm().recip() };
+    if !law.std.is_finite() {
+        return Ok(None);
+    }
+    for _ in 0..ROUNDS {
+        let scale = law.std;
+        let delays: Vec<f64> = (-DELAYS / 2..=DELAYS / 2)
+            .map(|at| f64::from(at) * scale / f64::from(DELAYS_PER_STD))
+            .collect();
+        let mut places = vec![slope.clone()];
+        for &delay in &delays {
+            places.push(own(DVector::from_vec(apart(delay)?)));
+        }
+        let Some(next) = drawn(&delays, &places) else { return Ok(None) };
+        law = next;
+        if law.std < WIDER * scale {
+            break;
+        }
+    }
+    Ok(Some(law))
+}
+
+/// From the slope, and how far the means of each delay are from the true ones. What is linear in the
+/// errors is known, and drawn only to take its part of the draws' own errors out.
+fn drawn(delays: &[f64], places: &[DVector<f64>]) -> Option<NormalLaw> {
+    let places = DMatrix::from_columns(places);
+    let covariance = places.tr_mul(&places);
+    let rows: Vec<Vec<f64>> =
+        covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let factor = correlating(&rows, 0.0)?;
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED);
+    let [mut linear, mut likeliest] = [Vec::new(), Vec::new()];
+    for _ in 0..DRAWS {
+        let errors: Vec<f64> = rows.iter().map(|_| StandardNormal.sample(&mut rng)).collect();
+        let of_row = |row: &Vec<f64>| row.iter().zip(&errors).map(|(l, z)| l * z).sum::<f64>();
+        linear.push(of_row(&factor[0]) / rows[0][0]);
+        let likelihood: Vec<f64> =
+            (1..rows.len()).map(|at| of_row(&factor[at]) - 0.5 * rows[at][at]).collect();
+        likeliest.push(maximum(delays, &likelihood));
+    }
+    let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+    let variance = |of: &[f64]| {
+        let mean = mean(of);
+        of.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
+    };
+    let std = rows[0][0].powf(-0.5) * (variance(&likeliest) / variance(&linear)).sqrt();
+    let mean = mean(&likeliest) - mean(&linear);
+    (mean.is_finite() && std.is_finite()).then_some(NormalLaw { mean, std })
+}
+
+/// Where a likelihood is largest, between delays by the parabola through three of them.
+fn maximum(delays: &[f64], likelihood: &[f64]) -> f64 {
+    let largest = (0..delays.len()).max_by(|&a, &b| likelihood[a].total_cmp(&likelihood[b]));
+    let at = largest.unwrap_or_default();
+    if at == 0 || at + 1 == delays.len() {
+        return delays[at];
+    }
+    let [before, here, after] = [at - 1, at, at + 1].map(|at| likelihood[at]);
+    let bend = 2.0 * here - before - after;
+    let share = if bend > 0.0 { 0.5 * (after - before) / bend } else { 0.0 };
+    delays[at] + share * (delays[at + 1] - delays[at])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{normal_cdf, normal_density};
+
+    fn law(slopes: &[&[f64]], apart: impl Fn(f64) -> Vec<f64>) -> NormalLaw {
+        let slopes = slopes.iter().map(|slope| slope.to_vec()).collect();
+        likeliest(slopes, |h| Ok(apart(h))).unwrap().expect("they are finite")
+    }
+
+    /// Where the means are linear, the normal equations say it all; of an unknown beside, half of
+    /// the information is gone.
+    #[test]
+    fn of_linear_means_it_is_the_inverse_of_the_information() {
+        let found = law(&[&[2.0, 0.0]], |h| vec![2.0 * h, 0.0]);
+        assert!(found.mean.abs() < 1e-9 && (found.std - 0.5).abs() < 1e-9, "{found:?}");
+        let beside = law(&[&[1.0, 1.0], &[1.0, 0.0]], |h| vec![h, h]);
+        assert!(beside.mean.abs() < 1e-9 && (beside.std - 1.0).abs() < 1e-9, "{beside:?}");
+    }
+
+    /// Earlier delays move one count, later ones another, by a half of it: the likelier of the two
+    /// maxima is taken. Of earlier ones x = max(0, e_1), of later ones y = max(0, e_2 / 2) in
+    /// units of d^2 / 2: the estimate is -e_1 where e_1 > max(0, e_2), and 2 e_2 where e_2 is
+    /// larger. With density 2 phi(x) Phi(x) of the larger of two, cut at 0: means by quadrature.
+    #[test]
+    fn at_a_corner_the_likelier_side_is_taken() {
+        let slope = [-0.5_f64.hypot(0.25), 0.0];
+        let found = law(&[&slope], |h| match h < 0.0 {
+            true => vec![-h, 0.0],
+            false => vec![0.0, 0.5 * h],
+        });
+        let step = 1e-3;
+        let larger = |power: i32| -> f64 {
+            let of = |x: f64| x.powi(power) * normal_density(x) * normal_cdf(x) * step;
+            (0..8_000).map(|at| of((f64::from(at) + 0.5) * step)).sum()
+        };
+        let mean = 2.0 * larger(1) - larger(1);
+        let std = (4.0 * larger(2) + larger(2) - mean * mean).sqrt();
+        assert!((found.mean - mean).abs() < 0.06, "{found:?} {mean}");
+        assert!((found.std / std - 1.0).abs() < 0.06, "{found:?} {std}");
+    }
+}
