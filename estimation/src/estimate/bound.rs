@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::expected_counts::ExpectedCounts;
+use super::expected_counts::{ExpectedCounts, with_counts};
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
 use super::fit::moments::Moments;
@@ -14,8 +14,7 @@ use super::fit::weights::Weights;
 pub use super::path_bound::{Bound, PathBound};
 use super::phase::first_maximum;
 use super::{CountingTier, TheoryEffort, Work, distance_m};
-use crate::photons::DetectorModel;
-use crate::response::{Light, MeanResponse, SecondMoments};
+use crate::response::{Light, MeanResponse};
 use crate::scan::Step;
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
@@ -48,10 +47,7 @@ pub fn bound(
     if let Some(moment_ps) = moment_ps {
         return bound_of_moving(sensor, detector, tier, moment_ps);
     }
-    let model = DetectorModel::new(sensor, detector);
-    let response = MeanResponse::of_tier(&model, tier)?;
-    let second = SecondMoments::new(&response)?;
-    bound_of(sensor, detector, tier, &ExpectedCounts::new(&response, &second))
+    with_counts(sensor, detector, tier, |counts| bound_of(sensor, detector, tier, counts))
 }
 
 /// Responses on both sides of each unknown of a detector's light, to tell bounds at several
@@ -90,15 +86,14 @@ fn bound_of_moving(
     moment_ps: f64,
 ) -> Result<Bound, FitError> {
     let still = sensor.still_at(moment_ps);
-    let model = DetectorModel::new(&still, detector);
-    let response = MeanResponse::of_tier(&model, tier)?;
-    let second = SecondMoments::new(&response)?;
-    let counts = ExpectedCounts::new(&response, &second);
-    let peak = Step::at(first_maximum(&counts.signed()));
-    let samples_per_chip = sensor.clock().samples_per_chip;
-    let steps = moving::in_one_go(&window(&sensor.timing().scan, samples_per_chip, peak), peak);
-    let (problem, parameters) = moving::of_scene(sensor, &model, tier, steps, moment_ps)?;
-    bound_of_problem(sensor, detector, &problem, &parameters, &counts)
+    with_counts(&still, detector, tier, |counts| {
+        let peak = Step::at(first_maximum(&counts.signed()));
+        let samples_per_chip = sensor.clock().samples_per_chip;
+        let steps = moving::in_one_go(&window(&sensor.timing().scan, samples_per_chip, peak), peak);
+        let model = counts.model();
+        let (problem, parameters) = moving::of_scene(sensor, model, tier, steps, moment_ps)?;
+        bound_of_problem(sensor, detector, &problem, &parameters, counts)
+    })
 }
 
 fn bound_of_problem<'m>(
@@ -117,7 +112,7 @@ fn bound_of_problem<'m>(
         }
     };
     let axis = Axis::new(sensor, detector, problem.tier, &problem.steps);
-    let means = counts.of_steps(&problem.steps);
+    let means: Vec<_> = problem.steps.iter().map(|step| counts.means[step.index()]).collect();
     let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));
     let weights = problem.weights(&axis, parameters, &means, None, moments)?;
     let (steps, unknowns) = (problem.steps.len(), parameters.len());
@@ -173,6 +168,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::photons::DetectorModel;
+    use crate::response::SecondMoments;
     use crate::scene::load;
 
     /// Against exact moments of each of the 16,376 steps, also under ten times as much light.
@@ -184,11 +181,14 @@ mod tests {
                 source.mean_power_w *= times;
             }
             let (sensor, tier) = (Sensor::new(&scene), CountingTier::Sampled);
+            let detector = DetectorIndex(0);
+            let bound = with_counts(&sensor, detector, tier, |counts| {
+                bound_of(&sensor, detector, tier, counts)
+            });
+            let bound = bound.expect("there is one");
             let model = DetectorModel::new(&sensor, DetectorIndex(0));
             let response = MeanResponse::of_tier(&model, tier).expect("there is one");
             let second = SecondMoments::new(&response).expect("there are some");
-            let counts = ExpectedCounts::new(&response, &second);
-            let bound = bound_of(&sensor, DetectorIndex(0), tier, &counts).expect("there is one");
             let light = Light::of(&model);
             let problem = Problem::of_scan(&model, tier);
             let parameters = Parameters::of(&light);

@@ -5,6 +5,7 @@
 //! no number. Every way to an expectation asks here, whatever the tier and the command; what
 //! was forgotten shows when scans are held against expectations ([`super::evidence`]).
 
+use super::CountingTier;
 use super::approximation::Approximation;
 use super::dead_time::{dead_time, periods};
 use super::expected_counts::ExpectedCounts;
@@ -13,8 +14,7 @@ use super::fit::slipping::SlippingLight;
 use super::fit::{FittedPath, ModelEstimate, own_threshold};
 use super::missed::errors_wrap;
 use super::path_bound::Bound;
-use super::prediction::Prediction;
-use super::{CountingTier, calibration_offset_ps, true_delay};
+use super::prediction::{Asked, Prediction};
 use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, MeanResponseError};
@@ -26,17 +26,9 @@ use crate::sensor::Sensor;
 ///
 /// # Errors
 /// What does not hold.
-///
-/// # Panics
-/// If the scene has no such path.
-pub fn check_scene(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
-) -> Result<(), Approximation> {
-    outside_scan(sensor, path, counting).check()?;
-    match clamped(sensor, detector, counting) {
+pub(super) fn check_scene(asked: &Asked) -> Result<(), Approximation> {
+    outside_scan(asked).check()?;
+    match clamped(asked) {
         // Without a response there is no expectation either, for that reason.
         Err(_) | Ok(None) => Ok(()),
         Ok(Some(clamped)) => clamped.check(),
@@ -44,7 +36,8 @@ pub fn check_scene(
 }
 
 /// Whether anything can be expected of a path's estimates by the fit, whose answer to the
-/// expected counts is `fitted`: as [`check_scene`], and all light is told apart.
+/// expected counts is `fitted`: the scan comes by the path, counts are not clamped, and all light
+/// is told apart.
 ///
 /// # Errors
 /// What does not hold.
@@ -58,7 +51,7 @@ pub fn check_fit(
     counting: CountingTier,
     fitted: &ModelEstimate,
 ) -> Result<(), Approximation> {
-    check_scene(sensor, detector, path, counting)?;
+    check_scene(&Asked { sensor, detector, path, tier: counting })?;
     let untold = fitted.untold.as_ref();
     Approximation {
         name: "that the fit tells all paths apart",
@@ -111,17 +104,17 @@ pub fn bound_m(
 ) -> Result<f64, String> {
     let bound = bound.as_ref().map_err(ToString::to_string)?;
     let detector = sensor.scene().paths[path].detector;
-    check_scene(sensor, detector, path, counting).map_err(|reason| reason.to_string())?;
+    let asked = Asked { sensor, detector, path, tier: counting };
+    check_scene(&asked).map_err(|reason| reason.to_string())?;
     bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
 }
 
 /// How far a path's delay is outside of the scan.
-fn outside_scan(sensor: &Sensor, path: PathIndex, counting: CountingTier) -> Approximation {
-    let scan = &sensor.timing().scan;
-    let offset_ps = calibration_offset_ps(sensor, sensor.scene().paths[path].detector, counting);
-    let measured_ps = true_delay(sensor, path, counting).delay_ps + offset_ps;
+fn outside_scan(asked: &Asked) -> Approximation {
+    let scan = &asked.sensor.timing().scan;
+    let measured_ps = asked.truth().delay_ps + asked.offset_ps();
     let period = scan.steps_per_period as f64;
-    let place = measured_ps / sensor.clock().sample_period_ps() - scan.first_step as f64;
+    let place = measured_ps / asked.sensor.clock().sample_period_ps() - scan.first_step as f64;
     let after_first = place.rem_euclid(period);
     let beyond_last = after_first - (scan.steps - 1) as f64;
     Approximation {
@@ -135,19 +128,16 @@ fn outside_scan(sensor: &Sensor, path: PathIndex, counting: CountingTier) -> App
 
 /// How often the largest count of a scan, or of a histogram, is clamped; none without a
 /// counter that is too narrow for it.
-fn clamped(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    counting: CountingTier,
-) -> Result<Option<Approximation>, MeanResponseError> {
-    let Some(limit) = count_limit(sensor).filter(|_| counting == CountingTier::Sampled) else {
+fn clamped(asked: &Asked) -> Result<Option<Approximation>, MeanResponseError> {
+    let Asked { sensor, detector, tier, .. } = *asked;
+    let Some(limit) = count_limit(sensor).filter(|_| tier == CountingTier::Sampled) else {
         return Ok(None);
     };
     let model = DetectorModel::new(sensor, detector);
     if most_counts(sensor, &model) <= limit {
         return Ok(None);
     }
-    let response = MeanResponse::of_tier(&model, counting)?;
+    let response = MeanResponse::of_tier(&model, tier)?;
     let (largest, total) = match sensor.scene().hardware.architecture {
         Architecture::UpDown => response.mean_counts().iter().fold((0.0, 0.0), |most, count| {
             let signed: f64 = count.signed.abs();
@@ -274,14 +264,10 @@ pub(super) fn check_slipping(
 ///
 /// # Errors
 /// What does not hold.
-pub(super) fn check_phase(
-    sensor: &Sensor,
-    path: PathIndex,
-    prediction: &Prediction,
-) -> Result<(), Approximation> {
+pub(super) fn check_phase(asked: &Asked, prediction: &Prediction) -> Result<(), Approximation> {
     // Errors that wrap count for the path wherever they are, and have statistics of their
     // own (`unwrap`).
-    if errors_wrap(sensor, path) {
+    if errors_wrap(asked.sensor, asked.path) {
         return Ok(());
     }
     Approximation {

@@ -1,9 +1,12 @@
 //! What a scan is expected to count.
 
+use super::CountingTier;
 use super::fit::problem::Beside;
 use crate::photons::DetectorModel;
-use crate::response::{MeanCount, MeanResponse, SecondMoments};
+use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
+use crate::scene::DetectorIndex;
+use crate::sensor::Sensor;
 
 /// The expected counts of a scan, and what their second moments follow from.
 pub(super) struct ExpectedCounts<'r, 'm> {
@@ -13,6 +16,19 @@ pub(super) struct ExpectedCounts<'r, 'm> {
     pub means: Vec<MeanCount>,
     /// Responses on both sides of each of the light's unknowns, where they are known already.
     pub beside: Option<Vec<Beside<'m>>>,
+}
+
+/// What `then` makes of the counts that a scene lets one expect of a detector.
+pub(super) fn with_counts<T, E: From<MeanResponseError>>(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: CountingTier,
+    then: impl FnOnce(&ExpectedCounts) -> Result<T, E>,
+) -> Result<T, E> {
+    let model = DetectorModel::new(sensor, detector);
+    let response = MeanResponse::of_tier(&model, tier)?;
+    let second = SecondMoments::new(&response)?;
+    then(&ExpectedCounts::new(&response, &second))
 }
 
 impl<'r, 'm> ExpectedCounts<'r, 'm> {
@@ -27,13 +43,13 @@ impl<'r, 'm> ExpectedCounts<'r, 'm> {
         self.response.model()
     }
 
-    /// Of some steps.
-    pub fn of_steps(&self, steps: &[Step]) -> Vec<MeanCount> {
-        steps.iter().map(|step| self.means[step.index()]).collect()
-    }
-
     /// Expected signed counts.
     pub fn signed(&self) -> Vec<f64> {
         self.means.iter().map(|mean| mean.signed).collect()
+    }
+
+    /// Variance of a step's signed count.
+    pub fn signed_variance(&self, step: usize) -> f64 {
+        self.second.of_steps(&[Step::at(step)])[0].signed_variance
     }
 }

@@ -7,7 +7,7 @@
 use super::dead_time::periods;
 pub use super::dead_time::{Uncorrected, dead_time};
 use super::phase::{Estimate, NoEstimate, estimate, estimate_values};
-use super::prediction::{Answer, is_never_largest};
+use super::prediction::{Answer, Asked, is_never_largest};
 use super::{
     CountingTier, Prediction, PredictionError, TheoryEffort, Work, calibration_offset_ps, coverage,
 };
@@ -118,20 +118,20 @@ impl<'e, 'm> ExpectedHistogram<'e, 'm> {
         Ok(ExpectedHistogram { phase, response, values, light })
     }
 
-    fn predict(&self, path: PathIndex) -> Result<Prediction, PredictionError> {
+    fn predict(&self, asked: &Asked) -> Result<Prediction, PredictionError> {
         let (sensor, values) = (self.phase.sensor, &self.values);
         let model = self.response.model();
-        let is_modulated = model.modulated_paths().any(|modulated| modulated == path);
+        let is_modulated = model.modulated_paths().any(|modulated| modulated == asked.path);
         if let Some(light) = self.light.as_ref().filter(|_| is_modulated) {
             coverage::check_ready(&light.ready, periods(sensor))?;
         }
-        let answer = Answer::to_path(values, sensor, model, path, self.phase.offset_ps)?;
+        let answer = Answer::to_path(values, asked, model)?;
         let variance_ps2 = self.variance_of_sum(&answer.slopes_ps)?;
         let peak_variance = self.variance_of_sum(&[(Step::at(answer.peak), 1.0)])?;
         let rate_hz = self.response.detection_rate_hz();
-        let predicted = answer.prediction(sensor, path, [variance_ps2, peak_variance], rate_hz);
+        let predicted = answer.prediction(asked, [variance_ps2, peak_variance], rate_hz);
         let failures = predicted.coarse_failure_bound_fraction;
-        let (_, counted) = predicted.counted(sensor, path, CountingTier::Sampled);
+        let (_, counted) = predicted.counted(asked);
         Ok(Prediction {
             missed_fraction: match is_never_largest(values, answer.peak, peak_variance, sensor) {
                 true => Some(1.0),
@@ -185,17 +185,15 @@ pub(super) fn predictions(
     let model = DetectorModel::new(sensor, detector);
     let response = MeanResponse::new(&model)?;
     Ok(match ExpectedHistogram::new(phase, &response) {
-        Ok(expected) => paths.iter().map(|&path| expected.predict(path)).collect(),
+        Ok(expected) => {
+            let asked = |&path| Asked { sensor, detector, path, tier: CountingTier::Sampled };
+            paths.iter().map(asked).map(|asked| expected.predict(&asked)).collect()
+        }
         Err(reason) => vec![Err(reason.into()); paths.len()],
     })
 }
 
 /// The same of one path.
-pub(super) fn predict(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    steps_alone: bool,
-) -> Result<Prediction, PredictionError> {
-    predictions(sensor, detector, &[path], steps_alone)?.remove(0)
+pub(super) fn predict(asked: &Asked, steps_alone: bool) -> Result<Prediction, PredictionError> {
+    predictions(asked.sensor, asked.detector, &[asked.path], steps_alone)?.remove(0)
 }

@@ -4,8 +4,8 @@
 use std::f64::consts::PI;
 
 use super::phase::window_indices;
-use super::prediction::{Answer, Prediction, PredictionError};
-use super::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, still, true_delay};
+use super::prediction::{Answer, Asked, Prediction, PredictionError};
+use super::{delay_error_ps, distance_m, still};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, SecondMoments};
 use crate::scan::Step;
@@ -24,15 +24,11 @@ const NUDGE_STEPS: f64 = 0.02;
 /// count's variance; with several steps at once the variance is that of paths that
 /// stand still. A fluctuation adds the variance of the estimate's linear response
 /// to the mean displacements of the steps.
-pub(super) fn predict(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
-) -> Result<Prediction, PredictionError> {
-    let truth = true_delay(sensor, path, counting);
-    let at_ps = truth.at_ps.unwrap_or(0.0);
-    let standing = still::predict(&sensor.still_at(at_ps), detector, path, counting)?;
+pub(super) fn predict(asked: &Asked) -> Result<Prediction, PredictionError> {
+    let Asked { sensor, detector, tier, .. } = *asked;
+    let truth = asked.truth();
+    let standing = sensor.still_at(truth.at_ps.unwrap_or(0.0));
+    let standing = still::predict(&Asked { sensor: &standing, ..*asked })?;
 
     let timing = sensor.timing();
     let peak = peak_in_scan(sensor, standing.estimate.coarse_step);
@@ -40,13 +36,12 @@ pub(super) fn predict(
     let mut variances = Vec::new();
     for (_, index) in window_indices(peak, timing)? {
         let model = DetectorModel::new(&sensor_in_step(sensor, Step::at(index)), detector);
-        let response = MeanResponse::of_tier(&model, counting)?;
+        let response = MeanResponse::of_tier(&model, tier)?;
         let moments = SecondMoments::new(&response)?.of_step(Step::at(index));
         expected[index] = moments.signed_mean;
         variances.push(moments.signed_variance);
     }
-    let offset_ps = calibration_offset_ps(sensor, detector, counting);
-    let answer = Answer::round(&expected, timing, peak, offset_ps)?;
+    let answer = Answer::round(&expected, timing, peak, asked.offset_ps())?;
     let counted_ps2: f64 = if timing.parallel == 1 {
         let of_steps = answer.slopes_ps.iter().zip(&variances);
         of_steps.map(|((_, slope), variance)| slope * slope * variance).sum()
@@ -54,8 +49,7 @@ pub(super) fn predict(
         // Steps that share their light know of each other.
         (standing.std_m / distance_m(1.0)).powi(2)
     };
-    let variance_ps2 =
-        with_fluctuations(sensor, detector, counting, &answer.slopes_ps, counted_ps2)?;
+    let variance_ps2 = with_fluctuations(asked, &answer.slopes_ps, counted_ps2)?;
     let error_ps =
         delay_error_ps(answer.estimate.delay_ps, truth.delay_ps, timing.code_period_ps());
     Ok(Prediction {
@@ -72,12 +66,11 @@ pub(super) fn predict(
 /// add to that of its counts: its linear response to the mean displacements of the steps,
 /// each of which has a weight in the delay, in ps.
 fn with_fluctuations(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    counting: CountingTier,
+    asked: &Asked,
     weighted: &[(Step, f64)],
     counted_ps2: f64,
 ) -> Result<f64, PredictionError> {
+    let Asked { sensor, detector, .. } = *asked;
     let mut variance_ps2 = counted_ps2;
     for (index, other) in sensor.scene().paths.iter().enumerate() {
         let fluctuation = other.movement.and_then(|movement| movement.fluctuation);
@@ -86,7 +79,7 @@ fn with_fluctuations(
         };
         let mut responses = Vec::with_capacity(weighted.len());
         for &(step, weight) in weighted {
-            let slope = slope_of_step(sensor, detector, counting, step, PathIndex(index))?;
+            let slope = slope_of_step(&Asked { path: PathIndex(index), ..*asked }, step)?;
             responses.push((step, weight * slope));
         }
         for &(a, response_a) in &responses {
@@ -128,20 +121,15 @@ fn sensor_in_step(sensor: &Sensor, step: Step) -> Sensor {
     sensor.still_at(sensor.timing().middle_of_step_ps(step))
 }
 
-/// d(count) / d(delay of a path) of a step, per ps.
-fn slope_of_step(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    counting: CountingTier,
-    step: Step,
-    path: PathIndex,
-) -> Result<f64, PredictionError> {
+/// d(count) / d(delay of the path) of a step, per ps.
+fn slope_of_step(asked: &Asked, step: Step) -> Result<f64, PredictionError> {
+    let Asked { sensor, detector, path, tier } = *asked;
     let nudge_ps = NUDGE_STEPS * sensor.clock().sample_period_ps();
     let nudged = |by_ps: f64| -> Result<f64, PredictionError> {
         let still = sensor_in_step(sensor, step);
         let still = still.with(|scene| scene.paths[path].delay_ps += by_ps);
         let model = DetectorModel::new(&still, detector);
-        let response = MeanResponse::of_tier(&model, counting)?;
+        let response = MeanResponse::of_tier(&model, tier)?;
         Ok(response.expected_count(step))
     };
     Ok((nudged(nudge_ps)? - nudged(-nudge_ps)?) / (2.0 * nudge_ps))

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use super::approximation::Approximation;
 use super::missed::counted_errors_ps;
 use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum, fundamental, window_indices};
+use super::truth::{TrueDelay, calibration_offset_ps, true_delay};
 use super::{CountingTier, delay_error_ps, distance_m};
 use crate::histogram::correction::CorrectionError;
 use crate::light::round_trip_ps;
@@ -66,15 +67,9 @@ impl Prediction {
 
     /// The path's errors, as normal ones, of which those count for it that are not nearer to
     /// another path, or too large: bias and standard deviation of these, and their share.
-    pub(super) fn counted(
-        self,
-        sensor: &Sensor,
-        path: PathIndex,
-        counting: CountingTier,
-    ) -> (Prediction, f64) {
+    pub(super) fn counted(self, asked: &Asked) -> (Prediction, f64) {
         let [mean, std] = [self.bias_m, self.std_m].map(round_trip_ps);
-        let PartOfNormal { share, part } =
-            counted_errors_ps(sensor, path, counting, NormalLaw { mean, std });
+        let PartOfNormal { share, part } = counted_errors_ps(asked, NormalLaw { mean, std });
         let [bias_m, std_m] = [part.mean, part.std].map(distance_m);
         (Prediction { bias_m, std_m, ..self }, share)
     }
@@ -118,6 +113,32 @@ pub enum PredictionError {
     },
 }
 
+/// A path whose estimates are asked about, from counts of a tier.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<'s> {
+    pub sensor: &'s Sensor,
+    pub detector: DetectorIndex,
+    pub path: PathIndex,
+    pub tier: CountingTier,
+}
+
+impl Asked<'_> {
+    /// The delay that its estimates are held against.
+    pub fn truth(&self) -> TrueDelay {
+        true_delay(self.sensor, self.path, self.tier)
+    }
+
+    /// What is constant in its measured delay and is not light.
+    pub fn offset_ps(&self) -> f64 {
+        calibration_offset_ps(self.sensor, self.detector, self.tier)
+    }
+
+    /// The time after which its delays repeat.
+    pub fn code_period_ps(&self) -> f64 {
+        self.sensor.code_period_of_path_ps(self.path)
+    }
+}
+
 /// The phase estimator's answer to the values that are expected of a scan's phase steps, round
 /// the peak of some path.
 pub(super) struct Answer<'v> {
@@ -132,22 +153,20 @@ impl<'v> Answer<'v> {
     /// Round the step of the largest of `values` that counts for a path of the detector `model`.
     pub fn to_path(
         values: &'v [f64],
-        sensor: &Sensor,
+        asked: &Asked,
         model: &DetectorModel,
-        path: PathIndex,
-        offset_ps: f64,
     ) -> Result<Answer<'v>, PredictionError> {
         // A path without modulated light has no peak, whatever other light peaks.
-        if !model.modulated_paths().any(|modulated| modulated == path) {
+        if !model.modulated_paths().any(|modulated| modulated == asked.path) {
             return Err(PredictionError::Flat);
         }
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let peak = peak_of_path(values, sensor, path, offset_ps);
+        let peak = peak_of_path(values, asked);
         // Equal up to rounding: the sums run over thousands of chips.
         if values[peak] - smallest <= 1e-9 * values[peak].abs() {
             return Err(PredictionError::Flat);
         }
-        Ok(Answer::round(values, sensor.timing(), peak, offset_ps)?)
+        Ok(Answer::round(values, asked.sensor.timing(), peak, asked.offset_ps())?)
     }
 
     /// Round a step.
@@ -175,13 +194,13 @@ impl<'v> Answer<'v> {
     /// of detections; the share of scans that miss the path is left open.
     pub fn prediction(
         &self,
-        sensor: &Sensor,
-        path: PathIndex,
+        asked: &Asked,
         [variance_ps2, peak_variance]: [f64; 2],
         detection_rate_hz: f64,
     ) -> Prediction {
+        let sensor = asked.sensor;
         let (timing, values, peak) = (sensor.timing(), self.values, self.peak);
-        let true_ps = sensor.scene().paths[path].delay_ps;
+        let true_ps = sensor.scene().paths[asked.path].delay_ps;
         let error_ps = delay_error_ps(self.estimate.delay_ps, true_ps, timing.code_period_ps());
         Prediction {
             bias_m: distance_m(error_ps),
@@ -280,15 +299,12 @@ fn within_a_chip(timing: &Timing, a: usize, b: usize) -> bool {
 /// Step with the largest expected count within a chip of where the path's
 /// light should peak: what the coarse stage answers when it answers with this
 /// path. Without any such step in the scan, the largest of all.
-pub(super) fn peak_of_path(
-    expected: &[f64],
-    sensor: &Sensor,
-    path: PathIndex,
-    offset_ps: f64,
-) -> usize {
+pub(super) fn peak_of_path(expected: &[f64], asked: &Asked) -> usize {
+    let Asked { sensor, path, .. } = *asked;
     let scan = &sensor.timing().scan;
     let step_ps = sensor.clock().sample_period_ps();
-    let peak_step = ((sensor.scene().paths[path].delay_ps + offset_ps) / step_ps).round() as i128;
+    let peak_step =
+        ((sensor.scene().paths[path].delay_ps + asked.offset_ps()) / step_ps).round() as i128;
     let period = i128::from(scan.steps_per_period);
     let chip = i128::from(sensor.clock().samples_per_chip);
     (peak_step - chip..=peak_step + chip)

@@ -8,6 +8,7 @@ use super::bound::bound;
 use super::coverage;
 use super::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use super::histogram::{self, PhaseOfHistogram};
+use super::prediction::Asked;
 use super::theory::covered;
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
@@ -181,76 +182,6 @@ enum Counted<'c> {
     Bins(&'c Histogram),
 }
 
-/// What an estimator says.
-struct Answer {
-    delay_ps: f64,
-    distance_m: f64,
-    coarse_phase_step: Option<u64>,
-    fit: Option<FitReport>,
-    remarks: Vec<String>,
-}
-
-impl Answer {
-    /// The answer of the scene's estimator, or why there is none.
-    fn of(sensor: &Sensor, detector: DetectorIndex, counted: Counted) -> Result<Answer, String> {
-        let scene = sensor.scene();
-        let tier = CountingTier::Sampled;
-        match (scene.estimator, counted) {
-            (EstimatorKind::Fft, Counted::Bins(histogram)) => {
-                Answer::of_phase(PhaseOfHistogram::new(sensor, detector).estimate(histogram))
-            }
-            (EstimatorKind::Fft, Counted::Steps(counts)) => {
-                let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-                let offset_ps = calibration_offset_ps(sensor, detector, tier);
-                Answer::of_phase(estimate(sensor.timing(), &signed, offset_ps))
-            }
-            (EstimatorKind::Model, Counted::Bins(histogram)) => {
-                let fitter = BinFitter::new(sensor, detector);
-                Answer::of_fit(sensor, fitter.and_then(|fitter| fitter.fit(histogram)), None)
-            }
-            (EstimatorKind::Model, Counted::Steps(counts)) => {
-                if scene.hardware.architecture == Architecture::Histogram {
-                    return Err(NO_BINS.to_owned());
-                }
-                if !scene.sends_total_counts() {
-                    return Err(SIGNED_ALONE.to_owned());
-                }
-                let fitted = fit(sensor, detector, tier, counts, scene.other_light);
-                Answer::of_fit(sensor, fitted, shared_light(sensor, detector))
-            }
-        }
-    }
-
-    fn of_phase(estimate: Result<Estimate, impl Display>) -> Result<Answer, String> {
-        let estimate = estimate.map_err(|reason| reason.to_string())?;
-        let coarse_only = estimate.coarse_only;
-        let remark = coarse_only.map(|reason| format!("coarse estimate only: {reason}"));
-        Ok(Answer {
-            delay_ps: estimate.delay_ps,
-            distance_m: estimate.distance_m,
-            coarse_phase_step: Some(estimate.coarse_step),
-            fit: None,
-            remarks: remark.into_iter().collect(),
-        })
-    }
-
-    fn of_fit(
-        sensor: &Sensor,
-        fitted: Result<ModelEstimate, FitError>,
-        remark: Option<String>,
-    ) -> Result<Answer, String> {
-        let fitted = fitted.map_err(|reason| reason.to_string())?;
-        let untold = fitted.untold.as_ref().map(ToString::to_string);
-        Ok(Answer {
-            delay_ps: fitted.delay_ps,
-            distance_m: fitted.distance_m,
-            coarse_phase_step: None,
-            fit: Some(FitReport::of(sensor, &fitted)),
-            remarks: remark.into_iter().chain(untold).collect(),
-        })
-    }
-}
-
 /// Why the phase estimator leaves range walk in its answer, if it does in that of a histogram.
 fn walks(sensor: &Sensor, detector: DetectorIndex, counted: Counted) -> Option<String> {
     let Architecture::Histogram = sensor.scene().hardware.architecture else { return None };
@@ -296,24 +227,73 @@ impl EstimateReport {
     fn take(&mut self, sensor: &Sensor, detector: DetectorIndex, counted: Counted) {
         let is_modulated = check_modulated(sensor, detector).map_err(|reason| reason.to_string());
         let walks = is_modulated.is_ok().then(|| walks(sensor, detector, counted)).flatten();
-        let measured_ps = match is_modulated.and_then(|()| Answer::of(sensor, detector, counted)) {
-            Err(reason) => {
-                self.add_remark(&format!("no estimate: {reason}"));
-                None
-            }
-            Ok(answer) => {
-                self.distance_m = Some(answer.distance_m);
-                self.coarse_phase_step = answer.coarse_phase_step;
-                self.fit = answer.fit;
-                answer.remarks.iter().for_each(|remark| self.add_remark(remark));
-                Some(answer.delay_ps)
-            }
-        };
+        let measured_ps = is_modulated.and_then(|()| self.answer(sensor, detector, counted));
+        if let Err(reason) = &measured_ps {
+            self.add_remark(&format!("no estimate: {reason}"));
+        }
         if let Some(walks) = walks {
             self.add_remark(&format!("range walk is left in: {walks}"));
         }
         let of_steps = matches!(counted, Counted::Steps(_));
-        self.compare(sensor, detector, measured_ps, of_steps);
+        self.compare(sensor, detector, measured_ps.ok(), of_steps);
+    }
+
+    /// The answer of the scene's estimator: the delay, in ps, or why there is none.
+    fn answer(
+        &mut self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        counted: Counted,
+    ) -> Result<f64, String> {
+        let scene = sensor.scene();
+        let tier = CountingTier::Sampled;
+        match (scene.estimator, counted) {
+            (EstimatorKind::Fft, Counted::Bins(histogram)) => {
+                self.of_phase(PhaseOfHistogram::new(sensor, detector).estimate(histogram))
+            }
+            (EstimatorKind::Fft, Counted::Steps(counts)) => {
+                let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
+                self.of_phase(estimate(sensor.timing(), &signed, self.calibration_offset_ps))
+            }
+            (EstimatorKind::Model, Counted::Bins(histogram)) => {
+                let fitter = BinFitter::new(sensor, detector);
+                self.of_fit(sensor, fitter.and_then(|fitter| fitter.fit(histogram)), None)
+            }
+            (EstimatorKind::Model, Counted::Steps(counts)) => {
+                if scene.hardware.architecture == Architecture::Histogram {
+                    return Err(NO_BINS.to_owned());
+                }
+                if !scene.sends_total_counts() {
+                    return Err(SIGNED_ALONE.to_owned());
+                }
+                let fitted = fit(sensor, detector, tier, counts, scene.other_light);
+                self.of_fit(sensor, fitted, shared_light(sensor, detector))
+            }
+        }
+    }
+
+    fn of_phase(&mut self, estimate: Result<Estimate, impl Display>) -> Result<f64, String> {
+        let estimate = estimate.map_err(|reason| reason.to_string())?;
+        self.distance_m = Some(estimate.distance_m);
+        self.coarse_phase_step = Some(estimate.coarse_step);
+        if let Some(reason) = estimate.coarse_only {
+            self.add_remark(&format!("coarse estimate only: {reason}"));
+        }
+        Ok(estimate.delay_ps)
+    }
+
+    fn of_fit(
+        &mut self,
+        sensor: &Sensor,
+        fitted: Result<ModelEstimate, FitError>,
+        remark: Option<String>,
+    ) -> Result<f64, String> {
+        let fitted = fitted.map_err(|reason| reason.to_string())?;
+        self.distance_m = Some(fitted.distance_m);
+        self.fit = Some(FitReport::of(sensor, &fitted));
+        let untold = fitted.untold.as_ref().map(ToString::to_string);
+        remark.into_iter().chain(untold).for_each(|remark| self.add_remark(&remark));
+        Ok(fitted.delay_ps)
     }
 
     /// Puts truth and expectation beside the time of flight, if there is one; `of_steps` where it
@@ -348,7 +328,7 @@ impl EstimateReport {
             Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
         }
         match expectation(sensor, detector, path, of_steps) {
-            Ok(ExpectedOfPath { bias_m, std_m, missed }) => {
+            Ok((ExpectedErrors { bias_m, std_m }, missed)) => {
                 let std_m = match (self.estimator, &bound) {
                     (EstimatorKind::Model, Ok(bound)) => bound.at_least(path, std_m),
                     _ => std_m,
@@ -436,36 +416,29 @@ impl FitReport {
     }
 }
 
-/// What the scene's estimator is expected to say of a path.
-struct ExpectedOfPath {
-    bias_m: f64,
-    std_m: f64,
-    /// Share of scans that miss the path, where it is known.
-    missed: Option<f64>,
-}
-
-/// What the scene's estimator is expected to say of a path.
+/// What the scene's estimator is expected to say of a path, and the share of scans that miss it,
+/// where that is known.
 fn expectation(
     sensor: &Sensor,
     detector: DetectorIndex,
     path: PathIndex,
     of_steps: bool,
-) -> Result<ExpectedOfPath, String> {
+) -> Result<(ExpectedErrors, Option<f64>), String> {
     let tier = CountingTier::Sampled;
     let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
     if sensor.scene().estimator == EstimatorKind::Fft {
         let expected = match of_steps && is_histogram {
             true => {
-                let predicted = histogram::predict(sensor, detector, path, true);
-                covered(sensor, detector, path, tier, predicted)
+                let asked = Asked { sensor, detector, path, tier };
+                covered(&asked, histogram::predict(&asked, true))
             }
             false => predict(sensor, detector, path, tier),
         };
         let expected = expected.map_err(|e| e.to_string())?;
         let range_m = distance_m(sensor.code_period_of_path_ps(path));
         check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
-        let Prediction { bias_m, std_m, missed_fraction: missed, .. } = expected;
-        return Ok(ExpectedOfPath { bias_m, std_m, missed });
+        let Prediction { bias_m, std_m, missed_fraction, .. } = expected;
+        return Ok((ExpectedErrors { bias_m, std_m }, missed_fraction));
     }
     let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
     coverage::check_fit(sensor, detector, path, tier, &fitted).map_err(|e| e.to_string())?;
@@ -480,5 +453,5 @@ fn expectation(
         .min_by(|a, b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
     let nearest = nearest.ok_or("the expected counts do not show the path")?;
     let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
-    Ok(ExpectedOfPath { bias_m, std_m, missed: None })
+    Ok((ExpectedErrors { bias_m, std_m }, None))
 }

@@ -3,55 +3,38 @@
 
 use std::collections::BTreeMap;
 
-use super::expected_counts::ExpectedCounts;
+use super::expected_counts::{ExpectedCounts, with_counts};
 use super::prediction::{
-    Answer, Prediction, PredictionError, coarse_failure_bound_fraction, peak_of_path,
+    Answer, Asked, Prediction, PredictionError, coarse_failure_bound_fraction, peak_of_path,
 };
-use super::{CountingTier, calibration_offset_ps, coverage, distance_m, missed};
-use crate::photons::DetectorModel;
-use crate::response::{MeanResponse, SecondMoments};
+use super::{coverage, distance_m, missed};
 use crate::scan::{Group, Step};
-use crate::scene::{DetectorIndex, PathIndex};
-use crate::sensor::Sensor;
 
 /// [`predict`](super::predict) of paths that stand still.
-pub(super) fn predict(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
-) -> Result<Prediction, PredictionError> {
-    let model = DetectorModel::new(sensor, detector);
-    let response = MeanResponse::of_tier(&model, counting)?;
-    let second = SecondMoments::new(&response)?;
-    let counts = ExpectedCounts::new(&response, &second);
-    predict_from(&counts, sensor, detector, path, counting)
+pub(super) fn predict(asked: &Asked) -> Result<Prediction, PredictionError> {
+    let Asked { sensor, detector, tier, .. } = *asked;
+    with_counts(sensor, detector, tier, |counts| predict_from(counts, asked))
 }
 
 /// [`predict`] from the scene's expected counts.
 pub(super) fn predict_from(
     counts: &ExpectedCounts,
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
+    asked: &Asked,
 ) -> Result<Prediction, PredictionError> {
     let expected = counts.signed();
-    let offset_ps = calibration_offset_ps(sensor, detector, counting);
-    let answer = Answer::to_path(&expected, sensor, counts.model(), path, offset_ps)?;
+    let answer = Answer::to_path(&expected, asked, counts.model())?;
     let variance_ps2 = variance_of_sum(counts, &answer.slopes_ps);
-    let peak = answer.peak;
-    let peak_variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
-    coverage::check_slipping(counts, counting, peak_variance)?;
+    let peak_variance = counts.signed_variance(answer.peak);
+    coverage::check_slipping(counts, asked.tier, peak_variance)?;
     let rate_hz = counts.response.detection_rate_hz();
     let linear = Prediction {
-        missed_fraction: missed_from(counts, sensor, detector, path, counting),
-        ..answer.prediction(sensor, path, [variance_ps2, peak_variance], rate_hz)
+        missed_fraction: missed_from(counts, asked),
+        ..answer.prediction(asked, [variance_ps2, peak_variance], rate_hz)
     };
-    if linear.is_linear() || missed::errors_wrap(sensor, path) {
+    if linear.is_linear() || missed::errors_wrap(asked.sensor, asked.path) {
         return Ok(linear);
     }
-    Ok(match missed::drawn_errors_ps(counts, sensor, detector, path, counting, peak) {
+    Ok(match missed::drawn_errors_ps(counts, asked, answer.peak) {
         None => linear,
         Some((mean_ps, std_ps)) => Prediction {
             bias_m: distance_m(mean_ps),
@@ -63,19 +46,12 @@ pub(super) fn predict_from(
 }
 
 /// [`Prediction::missed_fraction`], also where there is only a coarse estimate.
-pub(super) fn missed_from(
-    counts: &ExpectedCounts,
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
-) -> Option<f64> {
+pub(super) fn missed_from(counts: &ExpectedCounts, asked: &Asked) -> Option<f64> {
     let expected = counts.signed();
-    let offset_ps = calibration_offset_ps(sensor, detector, counting);
-    let peak = peak_of_path(&expected, sensor, path, offset_ps);
-    let variance = counts.second.of_steps(&[Step::at(peak)])[0].signed_variance;
-    let bound = coarse_failure_bound_fraction(&expected, peak, variance, sensor);
-    missed::missed_fraction(counts, sensor, detector, path, counting, (peak, bound))
+    let peak = peak_of_path(&expected, asked);
+    let variance = counts.signed_variance(peak);
+    let bound = coarse_failure_bound_fraction(&expected, peak, variance, asked.sensor);
+    missed::missed_fraction(counts, asked, (peak, bound))
 }
 
 /// Variance of the sum of weight x r over steps: those of one group go together,

@@ -6,7 +6,7 @@ use super::bound::{Bound, beside, bound, bound_of};
 use super::expected_counts::ExpectedCounts;
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
-use super::prediction::{Prediction, PredictionError, moves};
+use super::prediction::{Asked, Prediction, PredictionError, moves};
 use super::{CountingTier, TheoryEffort, Work, coverage, histogram, moving, still};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
@@ -43,37 +43,34 @@ pub fn predict(
     path: PathIndex,
     counting: CountingTier,
 ) -> Result<Prediction, PredictionError> {
+    let asked = Asked { sensor, detector, path, tier: counting };
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        let predicted = histogram::predict(sensor, detector, path, false);
-        return covered(sensor, detector, path, counting, predicted);
+        return covered(&asked, histogram::predict(&asked, false));
     }
     if moves(sensor, detector) {
         moving::check_speed(sensor, detector)?;
     }
     TheoryEffort::of(sensor, detector)?.check(Work::Predictions(1))?;
     let predicted = match moves(sensor, detector) {
-        true => moving::predict(sensor, detector, path, counting),
-        false => still::predict(sensor, detector, path, counting),
+        true => moving::predict(&asked),
+        false => still::predict(&asked),
     };
-    covered(sensor, detector, path, counting, predicted)
+    covered(&asked, predicted)
 }
 
 /// A prediction, where its approximations hold.
 pub(super) fn covered(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
+    asked: &Asked,
     predicted: Result<Prediction, PredictionError>,
 ) -> Result<Prediction, PredictionError> {
-    coverage::check_scene(sensor, detector, path, counting)?;
+    coverage::check_scene(asked)?;
     let predicted = predicted?;
-    coverage::check_phase(sensor, path, &predicted)?;
+    coverage::check_phase(asked, &predicted)?;
     // Drawn scans are those that find the path already.
     if predicted.is_drawn {
         return Ok(predicted);
     }
-    let (counted, share) = predicted.counted(sensor, path, counting);
+    let (counted, share) = predicted.counted(asked);
     coverage::check_counted(share)?;
     Ok(counted)
 }
@@ -133,7 +130,8 @@ fn of_each_step(
     counting: CountingTier,
 ) -> Theory {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return of_histograms(sensor, detector, paths);
+        return of_histograms(sensor, detector, paths)
+            .unwrap_or_else(|reason| Theory::refused(reason, paths.len()));
     }
     // Each phase step has a response of its own.
     if let Err(reason) = checked_effort(sensor, detector, paths.len()) {
@@ -158,14 +156,13 @@ fn of_still(
     let refused = |reason: MeanResponseError| Theory::refused(reason, paths.len());
     let of_counts = |sensor: &Sensor, effort: TheoryEffort, counts: &ExpectedCounts| {
         let predict = |&path: &PathIndex| {
-            let predicted = still::predict_from(counts, sensor, detector, path, counting);
+            let asked = Asked { sensor, detector, path, tier: counting };
+            let predicted = still::predict_from(counts, &asked);
             let missed = missed(&predicted).or_else(|| match predicted {
-                Err(PredictionError::CoarseOnly(_)) => {
-                    still::missed_from(counts, sensor, detector, path, counting)
-                }
+                Err(PredictionError::CoarseOnly(_)) => still::missed_from(counts, &asked),
                 _ => None,
             });
-            (covered(sensor, detector, path, counting, predicted), missed)
+            (covered(&asked, predicted), missed)
         };
         let (predictions, missed) = told(paths.iter().map(predict));
         Theory {
@@ -211,22 +208,20 @@ fn of_still(
 }
 
 /// Predictions and bound of a detector's histograms.
-fn of_histograms(sensor: &Sensor, detector: DetectorIndex, paths: &[PathIndex]) -> Theory {
-    let predictions = match histogram::predictions(sensor, detector, paths, false) {
-        Ok(predictions) => predictions,
-        Err(reason) => return Theory::refused(reason, paths.len()),
+fn of_histograms(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    paths: &[PathIndex],
+) -> Result<Theory, MeanResponseError> {
+    let predictions = histogram::predictions(sensor, detector, paths, false)?;
+    let predict = |(predicted, &path): (Result<Prediction, PredictionError>, &PathIndex)| {
+        let missed = missed(&predicted);
+        let asked = Asked { sensor, detector, path, tier: CountingTier::Sampled };
+        (covered(&asked, predicted), missed)
     };
-    let counting = CountingTier::Sampled;
-    let (predictions, missed) =
-        told(predictions.into_iter().zip(paths).map(|(predicted, &path)| {
-            let missed = missed(&predicted);
-            (covered(sensor, detector, path, counting, predicted), missed)
-        }));
-    Theory {
-        missed,
-        predictions,
-        bound: BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound()),
-    }
+    let (predictions, missed) = told(predictions.into_iter().zip(paths).map(predict));
+    let bound = BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound());
+    Ok(Theory { predictions, missed, bound })
 }
 
 /// The share of scans that miss a path, where its prediction has it.

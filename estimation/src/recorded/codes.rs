@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use goldtof_fft::Fft;
-use goldtof_fft::Planner;
+use goldtof_fft::double_pair;
 use goldtof_fft::num_complex::Complex64;
 
 use super::Cause;
@@ -23,9 +23,10 @@ const MOST_EXACT_WORK: u64 = 1 << 20;
 /// Candidates: others in a set may stand as high as the right one, by chance.
 const MOST_CANDIDATES: usize = 5;
 
-/// What light and reference may carry in place of the scene's code.
+/// What light and reference may carry in place of the scene's code, and where that fits the counts
+/// best.
 #[derive(Debug, Clone)]
-pub(super) struct Variation {
+pub(super) struct Candidate {
     /// It, in words that follow "if".
     pub words: String,
     /// What is wrong then.
@@ -34,12 +35,6 @@ pub(super) struct Variation {
     pub light: Arc<Code>,
     /// Code by which counts go up and down.
     pub reference: Arc<Code>,
-}
-
-/// A variation, and where it fits the counts best.
-#[derive(Debug, Clone)]
-pub(super) struct Candidate {
-    pub variation: Variation,
     /// Delay of the light's peak, in phase steps.
     pub at_step: u64,
     /// Height of the peak over the noise.
@@ -68,12 +63,7 @@ pub(super) fn search(
             scene.scan.steps
         ));
     }
-    let comparison = Comparison {
-        counts: Counts::new(scene, counts),
-        scene,
-        observed,
-        is_exact: work <= MOST_EXACT_WORK,
-    };
+    let comparison = Comparison::new(scene, observed, counts, work <= MOST_EXACT_WORK);
     let own = (Arc::clone(own), comparison.spectra(own));
     let mut candidates = comparison.of_polarities(&own);
     for (name, code) in &others {
@@ -95,24 +85,53 @@ struct Spectra {
 
 /// Counts, and the codes that they are held against.
 struct Comparison<'c> {
-    counts: Counts,
     scene: &'c Scene,
     observed: Observed<'c>,
     /// Whether what detections hide of later light is taken into account.
     is_exact: bool,
+    forward: Arc<dyn Fft<f64>>,
+    inverse: Arc<dyn Fft<f64>>,
+    /// Transform of the scan's signed counts in the order of their phase steps.
+    spectrum: Vec<Complex64>,
 }
 
-impl Comparison<'_> {
+impl<'c> Comparison<'c> {
+    fn new(
+        scene: &'c Scene,
+        observed: Observed<'c>,
+        counts: &[StepCount],
+        is_exact: bool,
+    ) -> Comparison<'c> {
+        let mut by_phase_step = vec![0.0; counts.len()];
+        for (j, count) in counts.iter().enumerate() {
+            by_phase_step[scene.scan.phase_step(Step::at(j)) as usize] = count.signed as f64;
+        }
+        let [forward, inverse] = double_pair(counts.len());
+        let mut new =
+            Comparison { scene, observed, is_exact, forward, inverse, spectrum: Vec::new() };
+        new.spectrum = new.transform(&by_phase_step);
+        new
+    }
+
+    /// Transform of values less their mean.
+    fn transform(&self, values: &[f64]) -> Vec<Complex64> {
+        let mut spectrum: Vec<Complex64> = values.iter().map(|&v| v.into()).collect();
+        self.forward.process(&mut spectrum);
+        spectrum[0] = Complex64::ZERO;
+        spectrum
+    }
+
     fn spectra(&self, code: &Arc<Code>) -> Spectra {
         let samples = self.scene.samples_per_chip as usize;
-        let of_samples = |chips: Vec<f64>| -> Vec<f64> {
-            chips.into_iter().flat_map(|chip| std::iter::repeat_n(chip, samples)).collect()
+        // Of what a chip of 0 and one of 1 stand for.
+        let of_chips = |values: [f64; 2]| -> Vec<f64> {
+            let chips = code.chips.iter().map(|&chip| values[usize::from(chip)]);
+            chips.flat_map(|chip| std::iter::repeat_n(chip, samples)).collect()
         };
         let exact = self.is_exact.then(|| self.response(code)).flatten();
-        let light = exact.unwrap_or_else(|| of_samples(levels(code)));
         Spectra {
-            light: self.counts.transform(&light),
-            reference: self.counts.transform(&of_samples(signs(code))),
+            light: self.transform(&exact.unwrap_or_else(|| of_chips([0.0, 1.0]))),
+            reference: self.transform(&of_chips([-1.0, 1.0])),
         }
     }
 
@@ -131,20 +150,35 @@ impl Comparison<'_> {
         Some(response.delayed(-first.delay_ps - offset_ps).ok()?.mean_bins())
     }
 
-    /// Light and reference with one of two codes each.
+    /// Light and reference with one of two codes each: where their correlation lies best in the
+    /// counts, and how many standard deviations of a count over the scan high it stands.
     fn candidate(
         &self,
         cause: Cause,
         words: impl Into<String>,
         [light, reference]: [&(Arc<Code>, Spectra); 2],
     ) -> Candidate {
-        let variation = Variation {
+        let length = self.spectrum.len() as f64;
+        let root = |spectrum: &[Complex64]| {
+            (spectrum.iter().map(Complex64::norm_sqr).sum::<f64>() / length).sqrt()
+        };
+        let spectra = light.1.light.iter().zip(&reference.1.reference);
+        let shape: Vec<Complex64> = spectra.map(|(u, chi)| u * chi.conj()).collect();
+        let product = self.spectrum.iter().zip(&shape);
+        let mut match_at: Vec<Complex64> = product.map(|(x, c)| x * c.conj()).collect();
+        self.inverse.process(&mut match_at);
+        let heights = match_at.iter().map(|value| value.re / length);
+        let highest = heights.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        let (at, height) = highest.unwrap_or((0, 0.0));
+        let std = root(&self.spectrum) / length.sqrt();
+        Candidate {
             words: words.into(),
             cause,
             light: Arc::clone(&light.0),
             reference: Arc::clone(&reference.0),
-        };
-        self.counts.candidate(variation, &light.1.light, &reference.1.reference)
+            at_step: at as u64,
+            sigmas: height / (root(&shape) * std).max(f64::MIN_POSITIVE),
+        }
     }
 
     /// Another code of the light alone, of the reference alone and of both. A histogram is kept
@@ -210,77 +244,4 @@ fn others(scene: &Scene, own: &Code) -> Vec<(String, Arc<Code>)> {
         found.extend(member.map(|member| (name, Arc::new(member))));
     }
     found
-}
-
-fn signs(code: &Code) -> Vec<f64> {
-    let signs = code.chips.iter().map(|&chip| 2.0 * f64::from(chip) - 1.0);
-    signs.collect()
-}
-
-fn levels(code: &Code) -> Vec<f64> {
-    code.chips.iter().map(|&chip| f64::from(chip)).collect()
-}
-
-/// A scan's signed counts in the order of their phase steps, and their transform.
-struct Counts {
-    forward: Arc<dyn Fft<f64>>,
-    inverse: Arc<dyn Fft<f64>>,
-    spectrum: Vec<Complex64>,
-    /// Standard deviation of a count over the scan.
-    std: f64,
-}
-
-impl Counts {
-    fn new(scene: &Scene, counts: &[StepCount]) -> Counts {
-        let mut by_phase_step = vec![0.0; counts.len()];
-        for (j, count) in counts.iter().enumerate() {
-            by_phase_step[scene.scan.phase_step(Step::at(j)) as usize] = count.signed as f64;
-        }
-        let mut planner = Planner::new();
-        let mut counts = Counts {
-            forward: planner.forward(by_phase_step.len()),
-            inverse: planner.inverse(by_phase_step.len()),
-            spectrum: Vec::new(),
-            std: std_of(&by_phase_step),
-        };
-        counts.spectrum = counts.transform(&by_phase_step);
-        counts
-    }
-
-    /// Transform of values less their mean.
-    fn transform(&self, values: &[f64]) -> Vec<Complex64> {
-        let mut spectrum: Vec<Complex64> = values.iter().map(|&v| v.into()).collect();
-        self.forward.process(&mut spectrum);
-        spectrum[0] = Complex64::ZERO;
-        spectrum
-    }
-
-    /// Where the correlation of a light's and a reference's code lies best in the counts, and
-    /// how many standard deviations high it stands.
-    fn candidate(
-        &self,
-        variation: Variation,
-        light: &[Complex64],
-        reference: &[Complex64],
-    ) -> Candidate {
-        let length = self.spectrum.len() as f64;
-        let shape = light.iter().zip(reference).map(|(u, chi)| u * chi.conj());
-        let shape: Vec<Complex64> = shape.collect();
-        let norm = (shape.iter().map(Complex64::norm_sqr).sum::<f64>() / length).sqrt();
-        let product = self.spectrum.iter().zip(&shape);
-        let mut match_at: Vec<Complex64> = product.map(|(x, c)| x * c.conj()).collect();
-        self.inverse.process(&mut match_at);
-        let heights = match_at.iter().map(|value| value.re / length);
-        let highest = heights.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-        let (at, height) = highest.unwrap_or((0, 0.0));
-        let sigmas = height / (norm * self.std).max(f64::MIN_POSITIVE);
-        Candidate { variation, at_step: at as u64, sigmas }
-    }
-}
-
-/// Standard deviation, without the mean.
-fn std_of(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n).sqrt()
 }

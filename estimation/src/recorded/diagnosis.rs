@@ -12,7 +12,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::Cause;
-use super::codes::{self, Candidate, Variation};
+use super::codes::{self, Candidate};
 use super::hypothesis::{Change, Fitted, Unknown, fit};
 use super::observed::{NoFit, Observed, differences};
 use crate::estimate::evidence::Family;
@@ -67,19 +67,13 @@ pub struct Diagnosis {
     pub not_tested: Vec<String>,
 }
 
-/// A diagnosis, and the fit behind it.
-pub(super) struct Found {
-    pub diagnosis: Diagnosis,
-    pub fitted: Fitted,
-}
-
-/// Tests a scan against its scene. `delays_ps` are where its peak may stand, as later than
+/// Tests a scan against its scene: the diagnosis, and the fit behind it. `delays_ps` are where its peak may stand, as later than
 /// the scene's: the tests begin where the scene agrees best.
 pub(super) fn diagnose(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
-) -> Result<Found, NoFit> {
+) -> Result<(Diagnosis, Fitted), NoFit> {
     let start = best_delay(sensor, observed, delays_ps)?;
     let mut search = Search {
         sensor,
@@ -186,7 +180,7 @@ impl Search<'_> {
     }
 
     /// No diagnosis: the tests do not hold their level where hits are few.
-    fn too_few_hits(self, hits: f64) -> Found {
+    fn too_few_hits(self, hits: f64) -> (Diagnosis, Fitted) {
         let of = match self.observed {
             Observed::Steps(_) => "a step",
             Observed::Bins(_) => "all bins",
@@ -195,15 +189,13 @@ impl Search<'_> {
             "causes: {hits:.1} hits are expected in {of}; from {FEWEST_HITS} on the tests are \
              known to hold"
         );
-        Found {
-            diagnosis: Diagnosis {
-                causes: Vec::new(),
-                sentence: "no diagnosis: the scan has too few hits".to_owned(),
-                tests: Vec::new(),
-                not_tested: vec![reason],
-            },
-            fitted: self.fitted,
-        }
+        let diagnosis = Diagnosis {
+            causes: Vec::new(),
+            sentence: "no diagnosis: the scan has too few hits".to_owned(),
+            tests: Vec::new(),
+            not_tested: vec![reason],
+        };
+        (diagnosis, self.fitted)
     }
 
     fn outcome(&self, unknown: Unknown, statistic: f64, fitted: &Fitted) -> TestOutcome {
@@ -247,7 +239,7 @@ impl Search<'_> {
 
     /// The codes that explain the counts better than the scene's, if some do: the best, and
     /// those that do about as well.
-    fn other_codes(&mut self) -> Vec<(Variation, Fitted)> {
+    fn other_codes(&mut self) -> Vec<(Candidate, Fitted)> {
         let found =
             codes::search(self.scene, self.observed, &self.observed.step_counts(self.sensor));
         let (candidates, tried) = match found {
@@ -263,7 +255,7 @@ impl Search<'_> {
         let fit = |candidate: Candidate| {
             let fitted = self.with_code(&candidate)?;
             let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
-            Some((gain, candidate.variation, fitted))
+            Some((gain, candidate, fitted))
         };
         let mut fits: Vec<_> = candidates.into_iter().filter_map(fit).collect();
         fits.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -283,7 +275,7 @@ impl Search<'_> {
         let least = needed.max(best - critical());
         let as_good = fits.into_iter().take_while(|(gain, ..)| *gain > least || *gain == best);
         let as_good = as_good.filter(|_| best > needed);
-        as_good.map(|(_, variation, fitted)| (variation, fitted)).collect()
+        as_good.map(|(_, candidate, fitted)| (candidate, fitted)).collect()
     }
 
     /// The scene with other codes, fitted from where within a chip its means agree best.
@@ -291,8 +283,8 @@ impl Search<'_> {
         let mut scene = self.scene.clone();
         let own = scene.detectors[self.observed.detector()].reference;
         let mut light = scene.sources[own].clone();
-        light.code = Arc::clone(&candidate.variation.light);
-        scene.sources[own].code = Arc::clone(&candidate.variation.reference);
+        light.code = Arc::clone(&candidate.light);
+        scene.sources[own].code = Arc::clone(&candidate.reference);
         scene.sources.push(light);
         let last = SourceIndex(scene.sources.len() - 1);
         for path in scene.paths.iter_mut().filter(|path| path.source == own) {
@@ -320,7 +312,7 @@ impl Search<'_> {
     }
 
     /// What is said where `codes` explain the counts better than the scene's, the best first.
-    fn conclude(mut self, codes: Vec<(Variation, Fitted)>) -> Found {
+    fn conclude(mut self, codes: Vec<(Candidate, Fitted)>) -> (Diagnosis, Fitted) {
         let mut causes = Vec::new();
         let mut says = Vec::new();
         let words: Vec<&str> = codes.iter().map(|(code, _)| &*code.words).collect();
@@ -352,15 +344,8 @@ impl Search<'_> {
             true => "the counts are as the scene says".to_owned(),
             false => says.join("; "),
         };
-        Found {
-            diagnosis: Diagnosis {
-                causes,
-                sentence,
-                tests: self.tests,
-                not_tested: self.not_tested,
-            },
-            fitted: self.fitted,
-        }
+        let Search { tests, not_tested, fitted, .. } = self;
+        (Diagnosis { causes, sentence, tests, not_tested }, fitted)
     }
 
     /// Whether the peak stands where the scene's path has it.

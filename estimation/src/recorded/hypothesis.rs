@@ -44,19 +44,11 @@ const MOST_LN_LIGHT: f64 = 7.0;
 /// A chip's period is looked for within this many powers of e of the scene's.
 const MOST_LN_CHIP_PERIOD: f64 = 1.5;
 
-/// How far an unknown moves.
-#[derive(Debug, Clone, Copy)]
-struct Reach {
-    /// For its derivative.
-    nudge: f64,
-    /// In one step of a fit.
-    farthest: f64,
-}
-
 impl Unknown {
-    fn reach(self, sensor: &Sensor, detector: DetectorIndex) -> Reach {
+    /// How far it moves for its derivative, and farthest in one step of a fit.
+    fn reach(self, sensor: &Sensor, detector: DetectorIndex) -> [f64; 2] {
         let chip_ps = sensor.scene().chip_period_ps;
-        let [nudge, farthest] = match self {
+        match self {
             Unknown::Delay => [2e-3 * chip_ps, 0.5 * chip_ps],
             Unknown::Light => [5e-3, 1.0],
             Unknown::ChipPeriod => [2e-3, 0.1],
@@ -70,8 +62,7 @@ impl Unknown {
                 let dead_time_ps = sensor.scene().detectors[detector].dead_time_ps;
                 [5e-3 * dead_time_ps, 0.3 * dead_time_ps]
             }
-        };
-        Reach { nudge, farthest }
+        }
     }
 }
 
@@ -199,7 +190,7 @@ struct SceneCounts<'p> {
     values: &'p [f64],
     unknowns: &'p [Unknown],
     /// Of each unknown.
-    reach: Vec<Reach>,
+    reach: Vec<[f64; 2]>,
     /// What weights are scaled from, to the light as it changes.
     known: &'p Expected,
     weights: Weights,
@@ -228,10 +219,9 @@ impl Counts for SceneCounts<'_> {
     }
 
     fn slopes(&mut self, place: &Trial, _anew: bool) -> Result<Slopes, NoFit> {
-        let of_unknown = |(unknown, reach): (&Unknown, &Reach)| {
+        let of_unknown = |(unknown, &[step, _]): (&Unknown, &[f64; 2])| {
             let at = |by: f64| place.change.by(*unknown, by).means(self.sensor, self.observed);
             // A rate cannot be less than none.
-            let step = reach.nudge;
             let down = if *unknown == Unknown::Constant { 0.0 } else { step };
             let mut slopes = differences(&at(step)?, &at(-down)?);
             slopes.iter_mut().for_each(|difference| *difference /= step + down);
@@ -242,7 +232,7 @@ impl Counts for SceneCounts<'_> {
     }
 
     fn step(&self, _place: &Trial, normal: &Normal) -> Vec<f64> {
-        let limits = self.reach.iter().map(|reach| [-reach.farthest, reach.farthest]);
+        let limits = self.reach.iter().map(|&[_, farthest]| [-farthest, farthest]);
         normal.solution_within(&limits.collect::<Vec<_>>())
     }
 

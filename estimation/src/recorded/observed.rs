@@ -111,7 +111,10 @@ impl Observed<'_> {
         let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
         let delayed = response.delayed(delay_ps)?;
         Ok(match self {
-            Observed::Steps(_) => flat(&delayed.mean_counts()),
+            Observed::Steps(_) => {
+                let counts = delayed.mean_counts();
+                counts.iter().flat_map(|count| [count.signed, count.total]).collect()
+            }
             Observed::Bins(_) => delayed.mean_bins(),
         })
     }
@@ -139,11 +142,6 @@ impl Observed<'_> {
             },
         })
     }
-}
-
-fn flat(counts: &[MeanCount]) -> Vec<f64> {
-    let pair = |count: &MeanCount| [count.signed, count.total];
-    counts.iter().flat_map(pair).collect()
 }
 
 /// Means of all numbers, and how they scatter.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::diagnosis::{Diagnosis, Found, diagnose};
+use super::diagnosis::{Diagnosis, diagnose};
 use super::hypothesis::{Fitted, Unknown};
 use super::observed::{NoFit, Observed};
 use super::{RecordedHistogram, RecordedScan};
@@ -129,7 +129,7 @@ fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
         bins: Vec::new(),
     };
     match found {
-        Ok(found) => assessment.take(sensor, observed, found),
+        Ok((diagnosis, fitted)) => assessment.take(sensor, observed, diagnosis, &fitted),
         Err(reason) => assessment.remark = Some(format!("no residuals: {reason}")),
     }
     assessment
@@ -172,11 +172,11 @@ fn by_phase(sensor: &Sensor) -> Sensor {
 }
 
 impl Assessment {
-    fn take(&mut self, sensor: &Sensor, observed: Observed, found: Found) {
-        let (scene, fitted) = (sensor.scene(), found.fitted);
+    fn take(&mut self, sensor: &Sensor, observed: Observed, diagnosis: Diagnosis, fitted: &Fitted) {
+        let scene = sensor.scene();
         match observed {
-            Observed::Steps(scan) => self.phase_steps = self.steps(sensor, scan, &fitted),
-            Observed::Bins(recorded) => self.bins = bins(recorded, &fitted),
+            Observed::Steps(scan) => self.phase_steps = self.steps(sensor, scan, fitted),
+            Observed::Bins(recorded) => self.bins = bins(recorded, fitted),
         }
         if let (Some(std_ps), Some(path)) = (fitted.std_of(Unknown::Delay), self.estimate.path) {
             let code = &scene.sources[scene.paths[path].source].code;
@@ -188,7 +188,7 @@ impl Assessment {
         self.chi_square = Some(fitted.agreement.chi_square);
         self.degrees_of_freedom = Some(fitted.degrees);
         self.p_value = fitted.p_value;
-        self.diagnosis = Some(found.diagnosis);
+        self.diagnosis = Some(diagnosis);
     }
 
     /// What each step of a scan says.

@@ -120,12 +120,6 @@ impl Scene {
         self.sources[path.source].emits() && path.transmission > 0.0
     }
 
-    /// Whether that light carries its source's code.
-    pub fn carries_code(&self, path: &Path) -> bool {
-        let source = &self.sources[path.source];
-        self.is_lit(path) && source.extinction_ratio > 1.0 && source.code.weight() > 0
-    }
-
     /// What follows from clock and scan.
     pub fn timing(&self) -> Timing {
         Timing {

@@ -11,6 +11,7 @@ use super::problem::Problem;
 use super::template::{Axis, Matched, Template};
 use crate::code::Code;
 use crate::math::normal_cdf;
+use crate::photons::DetectorModel;
 use crate::scene::{DetectorIndex, OtherLight};
 use crate::sensor::Sensor;
 
@@ -125,31 +126,24 @@ impl Air {
 }
 
 /// Whether a fit is of one path of the detector's own code, and looks for nothing else.
-pub fn is_one_path(sensor: &Sensor, detector: DetectorIndex, other: OtherLight) -> bool {
-    let paths = known(sensor, detector, other);
+pub fn is_one_path(sensor: &Sensor, model: &DetectorModel, other: OtherLight) -> bool {
+    let paths = known(sensor, model, other);
     other != OtherLight::Search && paths.iter().map(|(_, most)| most).sum::<usize>() == 1
 }
 
 /// Codes that a fit knows, the detector's own first, and of how many paths each.
-pub fn known(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    other: OtherLight,
-) -> Vec<(Arc<Code>, usize)> {
-    let scene = sensor.scene();
-    let own = scene.detectors[detector].reference;
-    let own_code = Arc::clone(&scene.sources[own].code);
+fn known(sensor: &Sensor, model: &DetectorModel, other: OtherLight) -> Vec<(Arc<Code>, usize)> {
+    let own_code = Arc::clone(&model.reference);
     match other {
         OtherLight::None => vec![(own_code, 1)],
         OtherLight::Search => vec![(own_code, MOST_OWN)],
         OtherLight::Given => {
             let mut known: Vec<(Arc<Code>, usize)> = vec![(own_code, 0)];
-            for path in scene.paths.iter().filter(|path| path.detector == detector) {
-                let source = &scene.sources[path.source];
-                // The code of another clock is at no delay for a whole scan.
-                if !scene.carries_code(path) || !source.clock.is_shared() {
-                    continue;
-                }
+            let scene = sensor.scene();
+            let sources =
+                model.modulated_paths().map(|path| &scene.sources[scene.paths[path].source]);
+            // The code of another clock is at no delay for a whole scan.
+            for source in sources.filter(|source| source.clock.is_shared()) {
                 match known.iter_mut().find(|(code, _)| code.chips == source.code.chips) {
                     Some((_, paths)) => *paths += 1,
                     None => known.push((Arc::clone(&source.code), 1)),
@@ -172,7 +166,7 @@ pub fn look_for(
     other: OtherLight,
     problem: &Problem,
 ) -> Result<Air, FitError> {
-    let codes = known(sensor, detector, other);
+    let codes = known(sensor, problem.model, other);
     let needs_all = codes.len() > 1 || other == OtherLight::Search;
     if needs_all && !sensor.timing().scan.is_full() {
         return Err(FitError::NeedsWholeScan {

@@ -34,29 +34,44 @@ pub struct Hypothesis<'m> {
 }
 
 impl<'m> Hypothesis<'m> {
-    /// That the light of a problem is such.
+    /// That the light of a problem is such. What is expected beside the average may be that of
+    /// light nearby.
     pub fn of(
         problem: &Problem<'m>,
         parameters: Parameters,
         reading: Reading,
+        near: Option<&Hypothesis>,
     ) -> Result<Hypothesis<'m>, FitError> {
         let response = Arc::new(problem.response(&parameters)?);
-        let expected = problem.means_of(&parameters, &response)?;
-        let mut beyond = Vec::new();
-        if reading == Reading::OnAverage {
-            let average = problem.means_read(&parameters, &response, reading)?;
-            beyond.extend(expected.iter().zip(&average).map(|(exact, mean)| MeanCount {
-                signed: exact.signed - mean.signed,
-                total: exact.total - mean.total,
-            }));
+        let mut expected = problem.means_read(&parameters, &response, reading)?;
+        let beyond_average = match (near, reading) {
+            (Some(near), _) => Arc::clone(&near.beyond_average),
+            (None, Reading::Exact) => Arc::default(),
+            (None, Reading::OnAverage) => {
+                let exact = problem.means_of(&parameters, &response)?;
+                Arc::new(
+                    exact
+                        .iter()
+                        .zip(&expected)
+                        .map(|(exact, mean)| MeanCount {
+                            signed: exact.signed - mean.signed,
+                            total: exact.total - mean.total,
+                        })
+                        .collect(),
+                )
+            }
+        };
+        for (mean, beyond) in expected.iter_mut().zip(beyond_average.iter()) {
+            mean.signed += beyond.signed;
+            mean.total += beyond.total;
         }
         Ok(Hypothesis {
             chi_square: f64::INFINITY,
-            beyond_average: Arc::new(beyond),
+            beyond_average,
             parameters,
             expected,
             response,
-            iterations: 0,
+            iterations: near.map_or(0, |near| near.iterations),
         })
     }
 
@@ -221,10 +236,8 @@ impl<'m> Counts for Descending<'_, '_, 'm> {
 
     fn moved(&self, here: &Hypothesis<'m>, step: &[f64]) -> Result<Hypothesis<'m>, FitError> {
         let parameters = here.parameters.moved(step);
-        let there = match self.is_rough() {
-            true => self.descent.near_hypothesis(here, parameters)?,
-            false => self.descent.hypothesis(parameters)?,
-        };
+        let near = self.is_rough().then_some(here);
+        let there = self.descent.hypothesis(parameters, near)?;
         Ok(Hypothesis { iterations: here.iterations + 1, ..there })
     }
 
@@ -250,36 +263,18 @@ impl<'m> Counts for Descending<'_, '_, 'm> {
 }
 
 impl<'m> Descent<'_, 'm> {
-    /// What is expected of some light.
-    pub fn hypothesis(&self, parameters: Parameters) -> Result<Hypothesis<'m>, FitError> {
-        Hypothesis::of(self.problem, parameters, self.reading)
-    }
-
-    /// The same for light that is little different from that of `near`.
-    pub fn near_hypothesis(
+    /// What is expected of some light; it may be little different from that of `near`.
+    pub fn hypothesis(
         &self,
-        near: &Hypothesis,
         parameters: Parameters,
+        near: Option<&Hypothesis>,
     ) -> Result<Hypothesis<'m>, FitError> {
-        let response = Arc::new(self.problem.response(&parameters)?);
-        let mut expected = self.problem.means_read(&parameters, &response, self.reading)?;
-        for (mean, beyond) in expected.iter_mut().zip(near.beyond_average.iter()) {
-            mean.signed += beyond.signed;
-            mean.total += beyond.total;
-        }
-        Ok(Hypothesis {
-            chi_square: f64::INFINITY,
-            beyond_average: Arc::clone(&near.beyond_average),
-            parameters,
-            expected,
-            response,
-            iterations: near.iterations,
-        })
+        Hypothesis::of(self.problem, parameters, self.reading, near)
     }
 
     /// The same light, with all that is expected of it worked out.
     fn refreshed(&self, here: Hypothesis<'m>) -> Result<Hypothesis<'m>, FitError> {
-        Ok(Hypothesis { iterations: here.iterations, ..self.hypothesis(here.parameters)? })
+        Ok(Hypothesis { iterations: here.iterations, ..self.hypothesis(here.parameters, None)? })
     }
 
     /// Goes down with rough derivatives. `templates` are those of the codes.

@@ -112,7 +112,7 @@ impl<'s> Fitter<'s> {
         // A path that moves in a way that no fit follows.
         self.moment_ps()?;
         self.check_time()?;
-        if air::is_one_path(sensor, detector, self.other) {
+        if air::is_one_path(sensor, &self.model, self.other) {
             return self.fit_one_path(counts);
         }
         check_not_flat(counts)?;
@@ -178,13 +178,13 @@ impl Fitter<'_> {
     /// The fit of a path that stands still. How precise steps of shared light are depends
     /// on where between two steps the path is, so that a fit may settle in the wrong place: the
     /// likeliest of those from there and from its neighbours is taken.
-    fn fit_still(
+    fn fit_still<'m>(
         &self,
-        problem: &Problem,
+        problem: &Problem<'m>,
         axis: &Axis,
         start: &Parameters,
         counts: &[MeanCount],
-    ) -> Result<Fitted, FitError> {
+    ) -> Result<Fitted<'m>, FitError> {
         let settle =
             |start: &Parameters| Fitted::new(problem, axis, &self.moments, start.clone(), counts);
         let mut best = settle(start)?;
@@ -192,7 +192,7 @@ impl Fitter<'_> {
             return Ok(best);
         }
         let step_chips = self.sensor.clock().sample_period_chips();
-        let settled = best.parameters.clone();
+        let settled = best.end.parameters.clone();
         for steps in NEIGHBOURS {
             let there = settled.later(steps * step_chips);
             // One that does not settle is no better.
@@ -216,7 +216,7 @@ impl Fitter<'_> {
         let start = Parameters { walk: Some(0.0), ..start };
         let fitted = Fitted::new(problem, &axis, &self.moments, start, counts)?;
         let limit = problem.most_walk();
-        if fitted.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
+        if fitted.end.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
             return Err(FitError::TooFast { limit_m_per_s: distance_m(1e12 * limit) });
         }
         Ok(fitted.estimate(problem))

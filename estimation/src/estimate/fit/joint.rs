@@ -11,7 +11,7 @@ use super::error::FitError;
 use super::known_moments::KnownMoments;
 use super::model_estimate::{Goodness, ModelEstimate, Untold};
 use super::normal::Normal;
-use super::pairs::{self, Split, TOLD_APART};
+use super::pairs::{self, Close, Split, TOLD_APART};
 use super::problem::Problem;
 use super::ridge;
 use super::search::Search;
@@ -125,25 +125,9 @@ fn beside_all<'m>(
     let &[first, second] = &split.paths[..] else {
         return None;
     };
-    let path = &here.parameters.paths[first];
-    let known = &search.air.known;
-    let Some(candidate) = known.iter().find(|known| path.has(&known.code)) else {
-        return Some(split);
-    };
     // One path in their place that leads nowhere is none.
-    let Ok(one) = search.fitted(here, |light| light.merge_paths([first, second])) else {
-        return None;
-    };
-    let close = pairs::Close {
-        search,
-        here: &one,
-        path: first,
-        matched: &candidate.matched,
-        products: &candidate.matched.products(&search.air.axis, &search.residual(&one)),
-        sigma: search.sigma(),
-        unit: search.unit(&one),
-        least_gain: 0.0,
-    };
+    let one = search.fitted(here, |light| light.merge_paths([first, second])).ok()?;
+    let close = Close::of(search, &one, first, 0.0)?;
     Some(split.beside(&close, here.chi_square))
 }
 
@@ -176,34 +160,11 @@ fn has_own(air: &Air, here: &Hypothesis) -> bool {
 /// whether the counts tell.
 /// Pairs must gain more than `least_gain`.
 fn split<'m>(search: &Search<'_, 'm>, here: &Hypothesis<'m>, least_gain: f64) -> Option<Split<'m>> {
-    let residual = search.residual(here);
-    let sigma = search.sigma();
-    let mut best: Option<Split> = None;
-    for candidate in search.air.known.iter().filter(|c| search.air.room(c, here) > 0) {
-        let products = candidate.matched.products(&search.air.axis, &residual);
-        for path in 0..here.parameters.paths.len() {
-            if !here.parameters.paths[path].has(&candidate.code) {
-                continue;
-            }
-            let found = pairs::split(&pairs::Close {
-                search,
-                here,
-                path,
-                matched: &candidate.matched,
-                products: &products,
-                sigma,
-                unit: search.unit(here),
-                least_gain,
-            });
-            let is_better = |split: &Split| {
-                best.as_ref().is_none_or(|b| split.hypothesis.chi_square < b.hypothesis.chi_square)
-            };
-            if let Some(split) = found.filter(is_better) {
-                best = Some(split);
-            }
-        }
-    }
-    best
+    let paths = 0..here.parameters.paths.len();
+    let close = paths.filter_map(|path| Close::of(search, here, path, least_gain));
+    let pairs = close.filter(|close| search.air.room(close.candidate, here) > 0);
+    let splits = pairs.filter_map(|close| pairs::split(&close));
+    splits.min_by(|a, b| a.hypothesis.chi_square.total_cmp(&b.hypothesis.chi_square))
 }
 
 /// What the normal equations do not say of each path's delay (chips^2) and ln(strength): to be

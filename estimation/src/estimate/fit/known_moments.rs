@@ -108,18 +108,6 @@ impl Linear {
         near.all(|near| near) && (parameters.constant - self.parameters.constant).abs() <= rate
     }
 
-    /// What is expected of light nearby, to first order.
-    pub fn means_at(&self, parameters: &Parameters) -> Vec<MeanCount> {
-        let mut means = self.means.clone();
-        for (column, by) in self.columns.iter().zip(parameters.minus(&self.parameters)) {
-            for (mean, slope) in means.iter_mut().zip(column) {
-                mean.signed += by * slope.signed;
-                mean.total += by * slope.total;
-            }
-        }
-        means
-    }
-
     /// Derivatives for strengths near the node's: by delay and by the logarithm of the
     /// strength they go with the strength.
     pub fn columns_at(&self, parameters: &Parameters) -> Vec<Column> {

@@ -99,8 +99,9 @@ pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> 
     if parallel <= 1 {
         return None;
     }
-    if air::is_one_path(sensor, detector, sensor.scene().other_light) {
-        let between = detections_between_steps(sensor, detector);
+    let model = DetectorModel::new(sensor, detector);
+    if air::is_one_path(sensor, &model, sensor.scene().other_light) {
+        let between = detections_between_steps(&model);
         return (between < FEW_BETWEEN_STEPS).then(|| {
             format!(
                 "with parallel = {parallel} the phase steps of a group see the same light, and \
@@ -117,15 +118,14 @@ pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> 
 
 /// Detections of a step that its neighbour counts with the other sign, about: those within a
 /// phase step of the reference's edges.
-fn detections_between_steps(sensor: &Sensor, detector: DetectorIndex) -> f64 {
-    let model = DetectorModel::new(sensor, detector);
-    let light = Light::of(&model);
+fn detections_between_steps(model: &DetectorModel) -> f64 {
+    let light = Light::of(model);
     let lit = light.paths.iter().map(|path| path.rate_per_chip * share_of_ones(&path.code));
     let primary = light.constant_per_chip + lit.sum::<f64>();
     let detected = model.dead_time().detected(primary);
     let chips = &model.reference.chips;
     let next = chips.iter().cycle().skip(1);
     let edges = chips.iter().zip(next).filter(|(chip, next)| chip != next).count() as f64;
-    let edges = edges / chips.len() as f64 * sensor.timing().scan.integration_chips as f64;
-    detected * edges / f64::from(sensor.clock().samples_per_chip)
+    let edges = edges / chips.len() as f64 * model.timing.scan.integration_chips as f64;
+    detected * edges / f64::from(model.timing.clock.samples_per_chip)
 }

@@ -46,7 +46,7 @@ pub fn moment_ps(
     };
     let mut modulated = model.modulated_paths();
     let is_only = modulated.next() == Some(path) && modulated.next().is_none();
-    let is_one_path = air::is_one_path(sensor, detector, other);
+    let is_one_path = air::is_one_path(sensor, &model, other);
     let fluctuates = scene.paths[path].delay_std_ps() > 0.0;
     let is_own = scene.paths[path].source == scene.detectors[detector].reference;
     if !is_only || !is_one_path || !is_own || fluctuates {
@@ -141,7 +141,7 @@ pub fn take_movement(
     let samples = 2 * sensor.clock().samples_per_chip;
     let steps = in_one_go(&window(&sensor.timing().scan, samples, peak), peak);
     let (problem, parameters) = of_scene(sensor, response.model(), tier, steps, moment_ps)?;
-    let moving = problem.means(&parameters)?;
+    let moving = problem.means_of(&parameters, &problem.response(&parameters)?)?;
     for (step, mean) in problem.steps.iter().zip(moving) {
         means[step.index()] = mean;
     }

@@ -4,7 +4,6 @@
 //! are kept from scan to scan: steps from node to node cost nothing beside an expected response.
 //! Only from the node that is nearest to the fit on are means exact.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::descent::{Derivatives, Descending, Descent, Hypothesis};
@@ -14,33 +13,28 @@ use super::model_estimate::{Goodness, ModelEstimate, Velocity};
 use super::normal::Normal;
 use super::parameters::Parameters;
 use super::problem::{Problem, Reading};
-use super::scoring::{Counts, Settling, Slopes, settle};
+use super::scoring::{Settling, settle};
 use super::template::Axis;
 use super::weights::Weights;
 use crate::response::MeanCount;
 
 /// A finished fit.
-pub struct Fitted {
-    pub parameters: Parameters,
+pub struct Fitted<'m> {
+    pub end: Hypothesis<'m>,
     normal: Normal,
-    chi_square: f64,
-    /// Of the counts' covariance.
-    ln_determinant: f64,
-    /// Numbers that the counts are.
-    values: usize,
-    iterations: usize,
+    weights: Weights,
 }
 
-impl Fitted {
+impl<'m> Fitted<'m> {
     /// From derivatives of nodes near the start, if these lead to an end; else from the start
     /// itself.
     pub fn new(
-        problem: &Problem,
+        problem: &Problem<'m>,
         axis: &Axis,
         known: &KnownMoments,
         start: Parameters,
         counts: &[MeanCount],
-    ) -> Result<Fitted, FitError> {
+    ) -> Result<Fitted<'m>, FitError> {
         if 2 * problem.steps.len() <= start.len() {
             let steps = problem.steps.len();
             return Err(FitError::Undetermined { steps, unknowns: start.len() });
@@ -63,13 +57,13 @@ impl Fitted {
     /// From a start, with weights of a Poisson process until the fit is near its end, unless
     /// it is so already.
     fn from(
-        problem: &Problem,
+        problem: &Problem<'m>,
         axis: &Axis,
         known: &KnownMoments,
         (start, source): (Parameters, Derivatives),
         measured: &[MeanCount],
-    ) -> Result<Fitted, FitError> {
-        let start = Hypothesis::of(problem, start, Reading::Exact)?;
+    ) -> Result<Fitted<'m>, FitError> {
+        let start = Hypothesis::of(problem, start, Reading::Exact, None)?;
         let (weights, weighed_at) = match source {
             Derivatives::Nodes(..) => {
                 (start.weights(problem, known, axis)?, Some(start.parameters.clone()))
@@ -82,34 +76,27 @@ impl Fitted {
         if !settled.has_settled {
             return Err(FitError::NotConverged { steps: settled.steps });
         }
-        let weights: Cow<Weights> = descending.weights;
-        let iterations = settled.steps;
+        let weights = descending.weights.into_owned();
         let (end, normal) = settled.at_end();
-        Ok(Fitted {
-            parameters: end.parameters,
-            normal,
-            chi_square: end.chi_square,
-            values: weights.values(),
-            ln_determinant: weights.ln_determinant(),
-            iterations,
-        })
+        Ok(Fitted { end, normal, weights })
     }
 
     /// How unlikely the counts are, in -2 ln(likelihood): chi-square alone would favour
     /// places at which counts are taken to scatter more.
     pub fn unlikelihood(&self) -> f64 {
-        self.chi_square + self.ln_determinant
+        self.end.chi_square + self.weights.ln_determinant()
     }
 
     pub fn estimate(&self, problem: &Problem) -> ModelEstimate {
+        let end = &self.end;
         let found = Goodness {
-            chi_square: self.chi_square,
-            degrees_of_freedom: self.values.saturating_sub(self.parameters.len()),
+            chi_square: end.chi_square,
+            degrees_of_freedom: self.weights.values().saturating_sub(end.parameters.len()),
             steps: problem.steps.len(),
-            iterations: self.iterations,
+            iterations: end.iterations,
         };
         let std = self.normal.standard_deviations();
-        let estimate = ModelEstimate::new(problem.clock(), &self.parameters, &std, found);
+        let estimate = ModelEstimate::new(problem.clock(), &end.parameters, &std, found);
         let at_s = problem.moment_ps * 1e-12;
         let velocity = estimate.velocity.map(|velocity| Velocity { at_s, ..velocity });
         ModelEstimate { velocity, ..estimate }
@@ -118,51 +105,6 @@ impl Fitted {
 
 /// Most nodes on the way.
 const MOST_NODES: usize = 4;
-
-/// The counts of a scan, which expect what a node says.
-struct NearNode<'a, 'm> {
-    problem: &'a Problem<'m>,
-    measured: &'a [MeanCount],
-    linear: &'a Linear,
-    weights: Weights,
-}
-
-impl Counts for NearNode<'_, '_> {
-    /// Parameters, and what they let one expect.
-    type Point = (Parameters, Vec<MeanCount>);
-    type Error = FitError;
-
-    fn residuals(&self, (_, expected): &Self::Point) -> Result<Vec<f64>, FitError> {
-        Ok(self.weights.residuals(self.measured, expected))
-    }
-
-    fn slopes(&mut self, _here: &Self::Point, _anew: bool) -> Result<Slopes, FitError> {
-        let columns = self.weights.whitened_columns(&self.linear.columns);
-        Ok(Slopes { columns, are_best: true })
-    }
-
-    fn step(&self, (parameters, _): &Self::Point, normal: &Normal) -> Vec<f64> {
-        parameters.step(normal, self.problem.most_walk())
-    }
-
-    fn moved(&self, (here, _): &Self::Point, step: &[f64]) -> Result<Self::Point, FitError> {
-        let there = here.moved(step);
-        let expected = self.linear.means_at(&there);
-        Ok((there, expected))
-    }
-
-    fn is_linear(&self, _from: &Self::Point, _to: &Self::Point) -> bool {
-        true
-    }
-
-    fn weigh(&mut self, _here: &Self::Point, _fall: f64) -> Result<bool, FitError> {
-        Ok(false)
-    }
-
-    fn undetermined(&self, (here, _): &Self::Point) -> FitError {
-        FitError::Undetermined { steps: self.measured.len(), unknowns: here.len() }
-    }
-}
 
 /// Where a fit to first order ends, and the node nearby; `None` where it leads nowhere: a start
 /// from few counts may be light that has no response.
@@ -176,12 +118,11 @@ pub fn nearby(
     let mut here = start.clone();
     for _ in 0..MOST_NODES {
         let linear = known.linear(problem, &here).ok()?;
-        let Linear { parameters, means, .. } = &*linear;
+        let Linear { parameters, means, columns } = &*linear;
         let weights = known.weights(problem, parameters, means, axis).ok()?;
-        let mut counts = NearNode { problem, measured, linear: &linear, weights };
-        let node = (parameters.clone(), means.clone());
-        let settled = settle(&mut counts, node, Settling::FINE).ok()?;
-        here = settled.place.0.moved(&settled.step);
+        let residuals = weights.residuals(measured, means);
+        let normal = Normal::of_whitened(&weights.whitened_columns(columns), &residuals)?;
+        here = parameters.moved(&parameters.step(&normal, problem.most_walk()));
         if linear.holds_for(&here, problem) {
             return Some((linear, here));
         }

@@ -7,10 +7,10 @@
 
 use std::sync::Arc;
 
+use super::air::Candidate;
 use super::descent::Hypothesis;
 use super::parameters::{Parameters, PathParameters};
 use super::search::Search;
-use super::template::Matched;
 
 /// Two paths are told apart if chi-square falls by this. Of one path alone it falls as far in
 /// 1.0, 1.3, and 0.9 of a thousand scans, at peak signal-to-noise ratios of 10, 36, and 150: so
@@ -30,19 +30,30 @@ const UNLIKELY: f64 = 20.0;
 
 /// A path that may be two.
 pub struct Close<'a, 's, 'm> {
-    pub search: &'a Search<'s, 'm>,
-    pub here: &'a Hypothesis<'m>,
+    search: &'a Search<'s, 'm>,
+    here: &'a Hypothesis<'m>,
     /// Number of the path.
-    pub path: usize,
-    pub matched: &'a Matched,
+    path: usize,
+    pub candidate: &'a Candidate,
     /// Products of the template with what is left over.
-    pub products: &'a [f64],
-    /// Standard deviation of a signed count.
-    pub sigma: f64,
-    /// Signed counts for a unit of the template and of light.
-    pub unit: f64,
+    products: Vec<f64>,
     /// What a pair must gain at least, to first order.
-    pub least_gain: f64,
+    least_gain: f64,
+}
+
+impl<'a, 's, 'm> Close<'a, 's, 'm> {
+    /// Path number `path`, if its code is known.
+    pub fn of(
+        search: &'a Search<'s, 'm>,
+        here: &'a Hypothesis<'m>,
+        path: usize,
+        least_gain: f64,
+    ) -> Option<Close<'a, 's, 'm>> {
+        let lit = &here.parameters.paths[path];
+        let candidate = search.air.known.iter().find(|known| lit.has(&known.code))?;
+        let products = candidate.matched.products(&search.air.axis, &search.residual(here));
+        Some(Close { search, here, path, candidate, products, least_gain })
+    }
 }
 
 /// The best pair in place of a path.
@@ -99,15 +110,15 @@ pub fn split<'m>(close: &Close<'_, '_, 'm>) -> Option<Split<'m>> {
         },
         alternatives: match is_pair {
             true => close.beside(&fitted, best.chi_square),
-            false => vec![(odds(gain), close.delays(best))],
+            false => vec![(likelihood(TOLD_APART - gain), close.delays(best))],
         },
     })
 }
 
-/// How likely a pair is beside one path, which is taken as long as chi-square does not fall
-/// by more than noise makes it.
-fn odds(gain: f64) -> f64 {
-    (0.5 * (gain - TOLD_APART)).exp().min(1.0)
+/// How likely light is beside that which was taken, where it fits worse by so much: chi-square,
+/// and for two paths in place of one what they must gain, which is what noise makes it fall.
+fn likelihood(worse: f64) -> f64 {
+    (-0.5 * worse).exp().min(1.0)
 }
 
 /// The likeliest pairs in place of a path, the best first.
@@ -138,17 +149,11 @@ impl Close<'_, '_, '_> {
 
     /// One path and other pairs, beside a pair that was taken; that pair itself is no other.
     fn beside(&self, fitted: &[Hypothesis], chi_square: f64) -> Vec<Alternative> {
-        let single = self.delays(self.here);
-        let gain = self.here.chi_square - chi_square;
-        let mut alternatives = vec![((0.5 * (TOLD_APART - gain)).exp().min(1.0), single)];
-        let others = fitted.iter();
-        let likely = others.map(|other| ((other.chi_square - chi_square).max(0.0), other));
-        alternatives.extend(
-            likely
-                .filter(|(worse, _)| *worse < UNLIKELY)
-                .map(|(worse, other)| ((-0.5 * worse).exp(), self.delays(other))),
-        );
-        alternatives
+        let single = (self.here.chi_square - chi_square - TOLD_APART, self.here);
+        let others = fitted.iter().map(|other| (other.chi_square - chi_square, other));
+        let likely = others.filter(|(worse, _)| *worse < UNLIKELY);
+        let all = [single].into_iter().chain(likely);
+        all.map(|(worse, other)| (likelihood(worse), self.delays(other))).collect()
     }
 }
 
@@ -181,11 +186,11 @@ fn has_two(pair: &Hypothesis, path: usize) -> bool {
 
 /// Half a phase step from place to place.
 fn places(close: &Close) -> Vec<Slot> {
-    let axis = close.search.axis();
+    let axis = &close.search.air.axis;
     let path = &close.here.parameters.paths[close.path];
     let centre = axis.place_of(path.delay_chips);
     let first = centre.floor();
-    let height = path.rate() * close.unit;
+    let height = path.rate() * close.search.unit(close.here);
     let reach = (REACH_CHIPS * axis.samples_per_chip).ceil().max(2.0) as i64;
     let steps = close.products.len() as i64;
     let product = |place: f64| {
@@ -195,7 +200,7 @@ fn places(close: &Close) -> Vec<Slot> {
             false => index,
         };
         let left_over = usize::try_from(index).ok().and_then(|i| close.products.get(i));
-        Some(left_over? + height * close.matched.overlap(place - centre))
+        Some(left_over? + height * close.candidate.matched.overlap(place - centre))
     };
     (-2 * reach..=2 * reach)
         .filter_map(|half| {
@@ -211,9 +216,9 @@ fn places(close: &Close) -> Vec<Slot> {
 fn starts(close: &Close, places: &[Slot]) -> Vec<[PathParameters; 2]> {
     let overlap = |a: &Slot, b: &Slot| {
         let pairs = a.ends.iter().flat_map(|x| b.ends.iter().map(move |y| x - y));
-        0.25 * pairs.map(|apart| close.matched.overlap(apart)).sum::<f64>()
+        0.25 * pairs.map(|apart| close.candidate.matched.overlap(apart)).sum::<f64>()
     };
-    let variance = close.sigma * close.sigma;
+    let variance = close.search.sigma().powi(2);
     let alone = places.iter().map(|p| p.product.max(0.0).powi(2) / (overlap(p, p) * variance));
     let alone = alone.fold(0.0, f64::max);
     let mut pairs: Vec<(f64, usize, usize, [f64; 2])> = Vec::new();
@@ -239,7 +244,8 @@ fn starts(close: &Close, places: &[Slot]) -> Vec<[PathParameters; 2]> {
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut chosen: Vec<(usize, usize)> = Vec::new();
     let mut starts = Vec::new();
-    let axis = close.search.axis();
+    let axis = &close.search.air.axis;
+    let unit = close.search.unit(close.here);
     for (_, i, j, heights) in pairs {
         let is_near = |&(k, l): &(usize, usize)| i.abs_diff(k) <= 2 && j.abs_diff(l) <= 2;
         if chosen.iter().any(is_near) {
@@ -249,7 +255,7 @@ fn starts(close: &Close, places: &[Slot]) -> Vec<[PathParameters; 2]> {
         let path = |place: &Slot, height: f64| PathParameters {
             code: Arc::clone(&close.here.parameters.paths[close.path].code),
             delay_chips: axis.delay_at(place.middle()),
-            ln_rate: (height / close.unit).max(1e-12).ln(),
+            ln_rate: (height / unit).max(1e-12).ln(),
         };
         starts.push([path(&places[i], heights[0]), path(&places[j], heights[1])]);
         if starts.len() == FITTED {

@@ -2,14 +2,12 @@
 
 use std::sync::Arc;
 
-use goldtof_fft::Planner;
-use goldtof_fft::num_complex::Complex64;
-
 use super::air::{Candidate, MOST_OTHERS};
 use super::descent::Hypothesis;
 use super::hadamard::Cell;
 use super::parameters::PathParameters;
 use super::search::Search;
+use super::template::{real, spectrum};
 use crate::code::Code;
 
 /// Further light of a code is looked for this far from its fitted paths; nearer paths
@@ -142,17 +140,9 @@ fn image(values: &[f64], samples: usize, phase: usize, reference: &Code) -> Vec<
                 values[(middle + offset) % steps] + values[(middle + steps - offset) % steps];
             share * both
         });
-        Complex64::from(values[middle] + beside.sum::<f64>())
+        values[middle] + beside.sum::<f64>()
     });
-    let mut spectrum: Vec<Complex64> = gathered.collect();
-    let signs = reference.chips.iter().map(|&c| Complex64::from(2.0 * f64::from(c) - 1.0));
-    let mut code: Vec<Complex64> = signs.collect();
-    let mut planner = Planner::new();
-    planner.forward(length).process(&mut spectrum);
-    planner.forward(length).process(&mut code);
-    for (value, code) in spectrum.iter_mut().zip(&code) {
-        *value *= code;
-    }
-    planner.inverse(length).process(&mut spectrum);
-    spectrum.iter().map(|v| v.re / length as f64).collect()
+    let signs = reference.chips.iter().map(|&chip| 2.0 * f64::from(chip) - 1.0);
+    let both = spectrum(gathered).into_iter().zip(spectrum(signs));
+    real(both.map(|(value, code)| value * code).collect())
 }

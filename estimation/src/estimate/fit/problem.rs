@@ -106,11 +106,6 @@ impl<'m> Problem<'m> {
         MeanResponse::to_light(self.model, self.light(parameters), self.tier)
     }
 
-    /// Expected counts of the steps that take part.
-    pub fn means(&self, parameters: &Parameters) -> Result<Vec<MeanCount>, MeanResponseError> {
-        self.means_of(parameters, &self.response(parameters)?)
-    }
-
     /// Expected counts of the steps that take part, from the response to the light.
     pub fn means_of(
         &self,

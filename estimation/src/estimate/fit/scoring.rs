@@ -53,11 +53,6 @@ pub trait Counts {
     /// When nothing is expected there.
     fn moved(&self, place: &Self::Point, step: &[f64]) -> Result<Self::Point, Self::Error>;
 
-    /// Whether means are straight lines from one place to another.
-    fn is_linear(&self, _from: &Self::Point, _to: &Self::Point) -> bool {
-        false
-    }
-
     /// Takes covariances of a place, to which a step has led that promised to lower the squares
     /// by some `fall`; says whether it did, for those in use may be of there, or good enough.
     ///
@@ -131,7 +126,7 @@ pub fn settle<C: Counts>(
             true => None,
             false => downhill(counts, &here, &step, misfit),
         };
-        let Some(next) = next else {
+        let Some((place, lower)) = next else {
             if promised >= enough && !slopes.are_best {
                 // No way leads down, perhaps for derivatives from elsewhere.
                 anew = true;
@@ -146,39 +141,31 @@ pub fn settle<C: Counts>(
             continue;
         };
         steps += 1;
-        let is_there = next.is_whole && counts.is_linear(&here, &next.place);
-        here = next.place;
+        here = place;
         anew = false;
-        let is_weighed_anew = !is_there && counts.weigh(&here, promised)?;
-        let fell = misfit - next.misfit;
-        let has_settled = is_there || !is_weighed_anew && fell < enough;
+        let is_weighed_anew = counts.weigh(&here, promised)?;
+        let has_settled = !is_weighed_anew && misfit - lower < enough;
         if has_settled || steps == settling.most_steps {
-            let (place, step, misfit) = (here, vec![0.0; step.len()], next.misfit);
+            let (place, step, misfit) = (here, vec![0.0; step.len()], lower);
             return Ok(Settled { place, step, normal, misfit, steps, has_settled });
         }
     }
 }
 
-/// A place whose counts fit better.
-struct Lower<P> {
-    place: P,
-    misfit: f64,
-    is_whole: bool,
-}
-
-/// The place a step further, or a share of it; `None` where all make matters worse.
+/// The place a step further, or a share of it, and the misfit there; `None` where all make matters
+/// worse.
 fn downhill<C: Counts>(
     counts: &C,
     here: &C::Point,
     step: &[f64],
     misfit: f64,
-) -> Option<Lower<C::Point>> {
+) -> Option<(C::Point, f64)> {
     SHARES.iter().find_map(|&share| {
         let step: Vec<f64> = step.iter().map(|by| share * by).collect();
         // A step of few counts may lead to light that has no response.
         let place = counts.moved(here, &step).ok()?;
         let there = counts.misfit(&place).ok()?;
-        (there < misfit).then_some(Lower { place, misfit: there, is_whole: share == 1.0 })
+        (there < misfit).then_some((place, there))
     })
 }
 

@@ -8,7 +8,7 @@ use super::error::FitError;
 use super::known_moments::KnownMoments;
 use super::parameters::{Parameters, PathParameters};
 use super::problem::{Problem, Reading};
-use super::template::{Axis, Template};
+use super::template::Template;
 use crate::response::MeanCount;
 
 /// A scan, and what may be in it.
@@ -30,9 +30,9 @@ impl<'a, 'm> Search<'a, 'm> {
             / (measured.len() as f64 * air.axis.chips);
         let constant = model.dead_time().primary(detected);
         let background = Parameters { paths: Vec::new(), walk: None, constant };
-        let start = Hypothesis::of(problem, background, Reading::OnAverage)?;
-        let weights = start.weights(problem, known, &air.axis)?;
         let reading = Reading::OnAverage;
+        let start = Hypothesis::of(problem, background, reading, None)?;
+        let weights = start.weights(problem, known, &air.axis)?;
         let descent = Descent { problem, measured, axis: &air.axis, weights, reading };
         let search = Search { air, descent };
         let start = search.descent.roughly(start, &[])?;
@@ -70,7 +70,7 @@ impl<'a, 'm> Search<'a, 'm> {
         change(&mut parameters);
         let templates = parameters.paths.iter().map(|path| self.air.template_of(&path.code));
         let templates = templates.collect();
-        Ok((self.descent.near_hypothesis(here, parameters)?, templates))
+        Ok((self.descent.hypothesis(parameters, Some(here))?, templates))
     }
 
     /// The same light and a path, fitted.
@@ -104,10 +104,5 @@ impl<'a, 'm> Search<'a, 'm> {
     /// Standard deviation of a signed count.
     pub fn sigma(&self) -> f64 {
         self.descent.weights.signed_sigma(self.air.axis.samples_per_chip)
-    }
-
-    /// Where the scan's steps are.
-    pub fn axis(&self) -> &Axis {
-        &self.air.axis
     }
 }

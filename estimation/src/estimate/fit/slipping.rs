@@ -7,9 +7,9 @@
 
 use std::sync::Arc;
 
-use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 
+use super::template::{real, spectrum};
 use crate::photons::DetectorModel;
 use crate::photons::light::ExcessLight;
 use crate::response::{CountingTier, Light, LightPath, MeanResponse, MeanResponseError};
@@ -132,20 +132,15 @@ fn signed_counts(
 /// `width` of them each.
 fn covariance(values: &[f64], width: f64) -> Vec<f64> {
     let length = values.len();
-    let mut planner = Planner::new();
-    let mut spectrum: Vec<Complex64> = values.iter().map(|&v| Complex64::new(v, 0.0)).collect();
-    planner.forward(length).process(&mut spectrum);
-    for (number, value) in spectrum.iter_mut().enumerate() {
+    let kept = |(number, value): (usize, Complex64)| {
         let cycles = number.min(length - number) as f64 / length as f64;
         let angle = std::f64::consts::PI * cycles * width;
         let kept = if angle == 0.0 { 1.0 } else { angle.sin() / angle };
         // The mean is not scatter.
         let power = if number == 0 { 0.0 } else { value.norm_sqr() };
-        *value = Complex64::new(power * kept * kept, 0.0);
-    }
-    planner.inverse(length).process(&mut spectrum);
-    let scale = 1.0 / (length as f64 * length as f64);
-    spectrum.iter().map(|value| value.re * scale).collect()
+        Complex64::from(power * kept * kept / length as f64)
+    };
+    real(spectrum(values.iter().copied()).into_iter().enumerate().map(kept).collect())
 }
 
 #[cfg(test)]

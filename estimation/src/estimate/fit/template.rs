@@ -71,6 +71,20 @@ impl Template {
     }
 }
 
+/// Spectrum of values.
+pub fn spectrum(values: impl Iterator<Item = f64>) -> Vec<Complex64> {
+    let mut spectrum: Vec<Complex64> = values.map(Complex64::from).collect();
+    Planner::new().forward(spectrum.len()).process(&mut spectrum);
+    spectrum
+}
+
+/// The real values of a spectrum.
+pub fn real(mut spectrum: Vec<Complex64>) -> Vec<f64> {
+    let length = spectrum.len();
+    Planner::new().inverse(length).process(&mut spectrum);
+    spectrum.iter().map(|value| value.re / length as f64).collect()
+}
+
 /// Where a scan's steps are on the axis of delays.
 #[derive(Debug, Clone)]
 pub struct Axis {
@@ -189,14 +203,8 @@ impl Matched {
             true => {
                 let values: Vec<f64> = (0..steps).map(at_step).collect();
                 let mean = values.iter().sum::<f64>() / steps as f64;
-                let mut planner = Planner::new();
-                let mut spectrum: Vec<Complex64> =
-                    values.iter().map(|v| Complex64::from(v - mean)).collect();
-                planner.forward(steps).process(&mut spectrum);
-                let mut power: Vec<Complex64> =
-                    spectrum.iter().map(|value| Complex64::from(value.norm_sqr())).collect();
-                planner.inverse(steps).process(&mut power);
-                let overlap = power.iter().map(|v| v.re / steps as f64).collect();
+                let spectrum = spectrum(values.iter().map(|value| value - mean));
+                let overlap = real(spectrum.iter().map(|v| v.norm_sqr().into()).collect());
                 (spectrum, overlap)
             }
             false => {
@@ -237,15 +245,8 @@ impl Matched {
         if self.spectrum.is_empty() {
             return self.products_one_by_one(axis, &centred);
         }
-        let steps = centred.len();
-        let mut planner = Planner::new();
-        let mut spectrum: Vec<Complex64> = centred.iter().map(|&v| Complex64::from(v)).collect();
-        planner.forward(steps).process(&mut spectrum);
-        for (value, template) in spectrum.iter_mut().zip(&self.spectrum) {
-            *value *= template.conj();
-        }
-        planner.inverse(steps).process(&mut spectrum);
-        spectrum.iter().map(|v| v.re / steps as f64).collect()
+        let spectrum = spectrum(centred.into_iter());
+        real(spectrum.iter().zip(&self.spectrum).map(|(v, template)| v * template.conj()).collect())
     }
 
     fn products_one_by_one(&self, axis: &Axis, centred: &[f64]) -> Vec<f64> {

@@ -47,46 +47,44 @@ impl Weights {
     ) -> Weights {
         let steps = moments.len();
         let mut covariance = vec![vec![0.0; 2 * steps]; 2 * steps];
-        for (place, of_step) in moments.iter().enumerate() {
-            for other in 0..steps {
-                covariance[2 * place][2 * other] = signed(place, other);
-            }
-            let (r, n) = (2 * place, 2 * place + 1);
+        for (r, of_step) in moments.iter().enumerate() {
+            let n = steps + r;
+            (0..steps).for_each(|other| covariance[r][other] = signed(r, other));
             covariance[r][r] += of_step.signed_variance.max(ROUNDING);
             covariance[n][n] = of_step.total_variance.max(ROUNDING);
             covariance[r][n] = of_step.covariance;
             covariance[n][r] = of_step.covariance;
         }
-        let beside = |apart: usize| {
-            let pairs = (apart..steps).map(|place| covariance[2 * (place - apart)][2 * place]);
-            pairs.sum::<f64>() / steps as f64
-        };
-        let numbers = (0..steps).flat_map(|place| [(place, false), (place, true)]);
-        Weights {
-            factors: Vec::new(),
-            beside: (0..steps).map(beside).collect(),
-            together: vec![Together {
-                numbers: numbers.collect(),
-                whitening: whitening(&covariance),
-            }],
-        }
+        let places: Vec<usize> = (0..steps).collect();
+        Weights::of_blocks([(&places[..], &places[..], &covariance)].into_iter())
     }
 
     /// Of groups of steps at some places that count the same light, whose total is one.
     pub fn of_groups(groups: &[(Vec<usize>, GroupMoments)]) -> Weights {
-        let together = |(places, moments): &(Vec<usize>, GroupMoments)| Together {
-            numbers: places
-                .iter()
-                .map(|&place| (place, false))
-                .chain([(places[0], true)])
-                .collect(),
-            whitening: whitening(&moments.covariance),
-        };
-        Weights {
-            factors: Vec::new(),
-            together: groups.iter().map(together).collect(),
-            beside: covariances_beside(groups),
+        let blocks = groups.iter();
+        Weights::of_blocks(blocks.map(|(steps, of)| (&steps[..], &steps[..1], &of.covariance)))
+    }
+
+    /// Of blocks of counts that go together: the places whose signed counts are in it, then those
+    /// whose total ones are, and the covariance of all. Blocks know nothing of each other.
+    fn of_blocks<'b>(
+        blocks: impl Iterator<Item = (&'b [usize], &'b [usize], &'b Vec<Vec<f64>>)>,
+    ) -> Weights {
+        let mut weights = Weights { factors: Vec::new(), together: Vec::new(), beside: Vec::new() };
+        let mut steps = 0;
+        for (signed, totals, covariance) in blocks {
+            let lanes = signed.len();
+            steps += lanes;
+            weights.beside.resize(weights.beside.len().max(lanes), 0.0);
+            for (apart, sum) in weights.beside.iter_mut().enumerate().take(lanes) {
+                *sum += (apart..lanes).map(|lane| covariance[lane - apart][lane]).sum::<f64>();
+            }
+            let signed = signed.iter().map(|&place| (place, false));
+            let numbers = signed.chain(totals.iter().map(|&place| (place, true))).collect();
+            weights.together.push(Together { numbers, whitening: whitening(covariance) });
         }
+        weights.beside.iter_mut().for_each(|sum| *sum /= steps as f64);
+        weights
     }
 
     /// How many numbers the counts are, those that are one and the same taken once.
@@ -174,23 +172,6 @@ impl Together {
         let values = DVector::from_iterator(self.numbers.len(), self.numbers.iter().map(number));
         (&self.whitening * values).as_slice().to_vec()
     }
-}
-
-/// Covariance of a step's signed count with those of 0, 1, .. steps on, on average over
-/// all steps: those of other groups know nothing of it.
-fn covariances_beside(groups: &[(Vec<usize>, GroupMoments)]) -> Vec<f64> {
-    let most = groups.iter().map(|(places, _)| places.len()).max();
-    let mut sums = vec![0.0; most.unwrap_or(0)];
-    let mut steps = 0;
-    for (places, moments) in groups {
-        let lanes = places.len();
-        steps += lanes;
-        for (apart, sum) in sums.iter_mut().enumerate().take(lanes) {
-            let pairs = (apart..lanes).map(|lane| moments.covariance[lane - apart][lane]);
-            *sum += pairs.sum::<f64>();
-        }
-    }
-    sums.iter().map(|sum| sum / steps as f64).collect()
 }
 
 /// Inverse of the lower triangle L of covariance = L L^T. Where numbers that are nearly

@@ -16,6 +16,7 @@ use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::fit::start::PeakShape;
 use crate::estimate::phase::{estimate_at, first_maximum};
+use crate::estimate::prediction::Asked;
 use crate::math::correlating;
 use crate::scan::{self, Scan, Step};
 use crate::scene::{DetectorIndex, EstimatorKind};
@@ -91,10 +92,10 @@ impl Bent {
 /// sqrt(p (1 - p) / scans); none where the moments are no finite numbers.
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
     let groups = groups_of_scan(counts, target)?;
-    let scans = scans(target.sensor, target.detector);
-    let reference = target.sensor.reference(target.detector);
-    let is_model = target.sensor.scene().estimator == EstimatorKind::Model;
-    let shape = is_model.then(|| PeakShape::of(target.sensor, reference));
+    let Asked { sensor, detector, .. } = target.asked;
+    let scans = scans(sensor, detector);
+    let is_model = sensor.scene().estimator == EstimatorKind::Model;
+    let shape = is_model.then(|| PeakShape::of(sensor, sensor.reference(detector)));
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let mut values = Vec::with_capacity(counts.means.len());
@@ -133,7 +134,7 @@ impl Target<'_> {
             let step_ps = self.step_error_ps(shape.best_match(values));
             return self.accepts(self.measured_ps + step_ps, 1.0);
         }
-        let timing = self.sensor.timing();
+        let timing = self.asked.sensor.timing();
         let estimate = estimate_at(values, first_maximum(values), timing, 0.0);
         self.accepts(estimate.delay_ps, 1.0)
     }
@@ -145,7 +146,7 @@ fn groups_of_scan(counts: &ExpectedCounts, target: &Target) -> Option<Vec<DrawnT
     if model.timing.parallel == 1 {
         return Some(laws.iter().map(DrawnTogether::alone).collect());
     }
-    let reach_ps = target.sensor.clock().ps(NEAR_CHIPS);
+    let reach_ps = target.asked.sensor.clock().ps(NEAR_CHIPS);
     let is_near = |group: scan::Group| {
         let mut steps = model.timing.grouping().steps_of(group);
         steps.any(|step| target.step_error_ps(step.index()).abs() < reach_ps)
@@ -177,14 +178,20 @@ pub(super) fn errors_ps(
     target: &Target,
     peak: usize,
 ) -> Option<(f64, f64)> {
-    let timing = target.sensor.timing();
+    let timing = target.asked.sensor.timing();
     let chip = i64::from(timing.clock.samples_per_chip);
     let near = around(&timing.scan, peak, 2 * chip);
     let leading = around(&timing.scan, peak, chip);
-    let group = group_of_steps(counts, target, &near, peak)?;
+    let groups = groups_of_steps(counts, target, &near, peak)?;
     let error_ps = |values: &mut Vec<f64>, scan: u64| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED_FOR_ERRORS + scan);
-        near.iter().zip(group.draw(&mut rng)).for_each(|(&step, value)| values[step] = value);
+        let mut steps = near.iter();
+        for group in &groups {
+            group
+                .draw(&mut rng)
+                .zip(steps.by_ref())
+                .for_each(|(value, &step)| values[step] = value);
+        }
         let largest = leading
             .iter()
             .copied()
@@ -204,48 +211,36 @@ pub(super) fn errors_ps(
     (errors_ps.len() >= LEAST_FOUND).then(|| (mean, (squares / (count - 1.0)).sqrt()))
 }
 
-/// Counts of some steps near a peak.
+/// Counts of some steps near a peak, in the scan's order: those of a group go together.
 ///
 /// Of steps that count light of their own those of the peak's window, whose variances are
 /// known already, stand for the ones beside it.
-fn group_of_steps(
+fn groups_of_steps(
     counts: &ExpectedCounts,
     target: &Target,
     near: &[usize],
     peak: usize,
-) -> Option<DrawnTogether> {
+) -> Option<Vec<DrawnTogether>> {
     let timing = &counts.model().timing;
-    let chip = i64::from(timing.clock.samples_per_chip);
-    let n = near.len();
-    let mut covariance = vec![vec![0.0; n]; n];
-    if timing.parallel == 1 {
-        let nearest: Vec<Step> =
-            near.iter().map(|&step| nearest_within(&timing.scan, peak, step, chip)).collect();
-        for (place, moments) in counts.second.of_steps(&nearest).iter().enumerate() {
-            covariance[place][place] = moments.signed_variance;
-        }
-    }
-    if timing.parallel > 1 {
-        let group = |place: usize| timing.grouping().group_of(Step::at(near[place]));
-        let mut left: Vec<usize> = (0..n).collect();
-        while let Some(&first) = left.first() {
-            let (own, others) = left.into_iter().partition(|&p| group(p) == group(first));
-            left = others;
-            let own: Vec<usize> = own;
-            let steps: Vec<Step> = own.iter().map(|&place| Step::at(near[place])).collect();
-            let moments = counts.second.of_steps_together(&steps);
-            for (i, &a) in own.iter().enumerate() {
-                for (j, &b) in own.iter().enumerate() {
-                    covariance[a][b] = moments.covariance[i][j];
-                }
-            }
-        }
-    }
-    let law = |(place, &step): (usize, &usize)| {
-        CountLaw::of(target.spad(), &counts.means[step], covariance[place][place].max(0.0))
+    let law = |step: usize, variance: f64| {
+        CountLaw::of(target.spad(), &counts.means[step], variance.max(0.0))
     };
-    let laws: Vec<CountLaw> = near.iter().enumerate().map(law).collect();
-    DrawnTogether::of(&laws, &covariance)
+    if timing.parallel == 1 {
+        let chip = i64::from(timing.clock.samples_per_chip);
+        let nearest = near.iter().map(|&step| nearest_within(&timing.scan, peak, step, chip));
+        let moments = counts.second.of_steps(&nearest.collect::<Vec<_>>());
+        let laws = near.iter().zip(moments).map(|(&step, of)| law(step, of.signed_variance));
+        return Some(laws.map(|law| DrawnTogether::alone(&law)).collect());
+    }
+    let group = |step: usize| timing.grouping().group_of(Step::at(step));
+    let groups = near.chunk_by(|&a, &b| group(a) == group(b));
+    let drawn = groups.map(|own| {
+        let steps: Vec<Step> = own.iter().map(|&step| Step::at(step)).collect();
+        let covariance = counts.second.of_steps_together(&steps).covariance;
+        let laws = own.iter().enumerate().map(|(lane, &step)| law(step, covariance[lane][lane]));
+        DrawnTogether::of(&laws.collect::<Vec<_>>(), &covariance)
+    });
+    drawn.collect()
 }
 
 /// Steps of a scan at most so far from one of them, each once, in the scan's order.

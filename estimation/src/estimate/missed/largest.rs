@@ -43,7 +43,7 @@ struct Run {
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
     let laws = laws(counts, target.spad());
     // The phase moves an estimate by up to a chip.
-    let reach_ps = target.sensor.clock().ps(2.0);
+    let reach_ps = target.asked.sensor.clock().ps(2.0);
     let near: Vec<usize> =
         (0..laws.len()).filter(|&step| target.step_error_ps(step).abs() < reach_ps).collect();
     let winners = winners(&laws, &near);

@@ -13,10 +13,10 @@ mod wedge;
 
 use self::target::Target;
 pub use self::target::tolerance_ps;
-pub(crate) use self::target::{counted_errors_ps, errors_wrap};
-use super::CountingTier;
+pub(super) use self::target::{counted_errors_ps, errors_wrap};
 use super::expected_counts::ExpectedCounts;
-use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
+use super::prediction::Asked;
+use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
 /// Shares of misses below this are not worked out any further than the sum of the
@@ -34,13 +34,10 @@ const NEGLIGIBLE: f64 = 1e-7;
 /// means and covariances, always the same ones ([`drawn`]).
 pub(super) fn missed_fraction(
     counts: &ExpectedCounts,
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
+    asked: &Asked,
     (peak, bound): (usize, f64),
 ) -> Option<f64> {
-    let target = Target::new(sensor, detector, path, counting);
+    let (target, sensor) = (Target::new(asked), asked.sensor);
     let is_model = sensor.scene().estimator == EstimatorKind::Model;
     let is_alone = || {
         let model = counts.model();
@@ -54,9 +51,9 @@ pub(super) fn missed_fraction(
     // Wherever the largest count is, the phase of a period of two chips is the same;
     // nothing of it is in the bound.
     let has_phase = sensor.clock().samples_per_chip > 1;
-    let is_window =
-        sensor.timing().scan.is_full() && sensor.timing().scan.steps == window_steps(sensor);
-    let one_window = has_phase && is_window;
+    let window = 2 * u64::from(sensor.clock().samples_per_chip);
+    let scan = &sensor.timing().scan;
+    let one_window = has_phase && scan.is_full() && scan.steps == window;
     if bound < NEGLIGIBLE && !one_window && target.finds_from(&counts.signed(), peak) {
         return Some(bound);
     }
@@ -76,14 +73,10 @@ pub(super) fn missed_fraction(
 /// where hardly any scan finds the path.
 pub(super) fn drawn_errors_ps(
     counts: &ExpectedCounts,
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    path: PathIndex,
-    counting: CountingTier,
+    asked: &Asked,
     peak: usize,
 ) -> Option<(f64, f64)> {
-    let target = Target::new(sensor, detector, path, counting);
-    drawn::errors_ps(counts, &target, peak)
+    drawn::errors_ps(counts, &Target::new(asked), peak)
 }
 
 /// Whether the share is counted in drawn scans.
@@ -99,9 +92,4 @@ pub fn share_error(sensor: &Sensor, detector: DetectorIndex, share: f64) -> f64 
     }
     let scans = drawn::scans(sensor, detector) as f64;
     4.0 * (share * (1.0 - share) / scans).sqrt() + 10.0 / scans
-}
-
-/// Phase steps of the fine stage's window.
-fn window_steps(sensor: &Sensor) -> u64 {
-    2 * u64::from(sensor.clock().samples_per_chip)
 }

@@ -5,12 +5,13 @@ use std::f64::consts::PI;
 
 use super::law::CountLaw;
 use super::wedge::Planar;
+use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::phase::{estimate_at, window_indices};
-use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, true_delay};
+use crate::estimate::prediction::Asked;
 use crate::math::{NormalLaw, PartOfNormal};
 use crate::scan::Step;
-use crate::scene::{Detector, DetectorIndex, PathIndex};
+use crate::scene::{Detector, PathIndex};
 use crate::sensor::Sensor;
 
 /// How far an estimate may be off for its scan to have found the peak, in ps: a chip,
@@ -37,17 +38,18 @@ pub(super) struct Accepted {
 
 impl Accepted {
     /// The tolerance, up to half-way to the next path of the same source.
-    fn of(sensor: &Sensor, path: PathIndex, counting: CountingTier) -> Accepted {
+    fn of(asked: &Asked) -> Accepted {
+        let Asked { sensor, path, .. } = *asked;
         let own = &sensor.scene().paths[path];
-        let code_period_ps = sensor.code_period_of_path_ps(path);
+        let code_period_ps = asked.code_period_ps();
         let tolerance_ps = tolerance_ps(sensor.clock().chip_period_ps, code_period_ps);
         let mut accepted = Accepted { low_ps: -tolerance_ps, high_ps: tolerance_ps };
-        let truth_ps = true_delay(sensor, path, counting).delay_ps;
+        let truth_ps = asked.truth().delay_ps;
         for (index, other) in PathIndex::of(&sensor.scene().paths).zip(&sensor.scene().paths) {
             if index == path || (other.source, other.detector) != (own.source, own.detector) {
                 continue;
             }
-            let other_ps = true_delay(sensor, index, counting).delay_ps;
+            let other_ps = Asked { path: index, ..*asked }.truth().delay_ps;
             let later_ps = (other_ps - truth_ps).rem_euclid(code_period_ps);
             if later_ps == 0.0 && index < path {
                 // The first of equals takes every estimate.
@@ -63,17 +65,12 @@ impl Accepted {
 
 /// Normal errors of a path, in ps, that count for it: none beyond the tolerance, or nearer to
 /// another path. Of errors that wrap all count but those nearer to another path.
-pub(crate) fn counted_errors_ps(
-    sensor: &Sensor,
-    path: PathIndex,
-    counting: CountingTier,
-    errors_ps: NormalLaw,
-) -> PartOfNormal {
-    let accepted = Accepted::of(sensor, path, counting);
-    let tolerance_ps =
-        tolerance_ps(sensor.clock().chip_period_ps, sensor.code_period_of_path_ps(path));
+pub(in crate::estimate) fn counted_errors_ps(asked: &Asked, errors_ps: NormalLaw) -> PartOfNormal {
+    let accepted = Accepted::of(asked);
+    let chip_period_ps = asked.sensor.clock().chip_period_ps;
+    let tolerance_ps = tolerance_ps(chip_period_ps, asked.code_period_ps());
     let is_alone = accepted == Accepted { low_ps: -tolerance_ps, high_ps: tolerance_ps };
-    match is_alone && errors_wrap(sensor, path) {
+    match is_alone && errors_wrap(asked.sensor, asked.path) {
         true => PartOfNormal { share: 1.0, part: errors_ps },
         false => errors_ps.within(accepted.low_ps, accepted.high_ps),
     }
@@ -81,8 +78,7 @@ pub(crate) fn counted_errors_ps(
 
 /// What the chance of a miss depends on, beside the counts.
 pub(super) struct Target<'a> {
-    pub(super) sensor: &'a Sensor,
-    pub(super) detector: DetectorIndex,
+    pub(super) asked: Asked<'a>,
     /// Delay that the estimate is held against, with everything constant that is
     /// measured with it.
     pub(super) measured_ps: f64,
@@ -91,30 +87,23 @@ pub(super) struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    /// What it depends on for path `path`.
-    pub(super) fn new(
-        sensor: &'a Sensor,
-        detector: DetectorIndex,
-        path: PathIndex,
-        counting: CountingTier,
-    ) -> Target<'a> {
-        let truth_ps = true_delay(sensor, path, counting).delay_ps;
+    /// What it depends on for a path.
+    pub(super) fn new(asked: &Asked<'a>) -> Target<'a> {
         Target {
-            sensor,
-            detector,
-            measured_ps: truth_ps + calibration_offset_ps(sensor, detector, counting),
-            code_period_ps: sensor.code_period_of_path_ps(path),
-            accepted: Accepted::of(sensor, path, counting),
+            asked: *asked,
+            measured_ps: asked.truth().delay_ps + asked.offset_ps(),
+            code_period_ps: asked.code_period_ps(),
+            accepted: Accepted::of(asked),
         }
     }
 
     pub(super) fn spad(&self) -> &Detector {
-        &self.sensor.scene().detectors[self.detector]
+        &self.asked.sensor.scene().detectors[self.asked.detector]
     }
 
     /// How much later than the path a phase step is, in ps, the shorter way round.
     pub(super) fn step_error_ps(&self, measurement: usize) -> f64 {
-        let at_ps = self.sensor.timing().reference_delay_ps(Step::at(measurement));
+        let at_ps = self.asked.sensor.timing().reference_delay_ps(Step::at(measurement));
         delay_error_ps(at_ps, self.measured_ps, self.code_period_ps)
     }
 }
@@ -127,7 +116,7 @@ impl Target<'_> {
     /// Whether the estimate that `values` give round step `peak` is well within what
     /// is accepted.
     pub(super) fn finds_from(&self, values: &[f64], peak: usize) -> bool {
-        let timing = self.sensor.timing();
+        let timing = self.asked.sensor.timing();
         let estimate = estimate_at(values, peak, timing, 0.0);
         self.accepts(estimate.delay_ps, INSIDE)
     }
@@ -144,7 +133,7 @@ impl Target<'_> {
     /// The other counts of the window are then below `x`. The estimate is e chips off
     /// where the phase is pi (d - e), with d the step's own distance.
     pub(super) fn found_from(&self, laws: &[CountLaw], peak: usize, x: f64) -> f64 {
-        let timing = self.sensor.timing();
+        let timing = self.asked.sensor.timing();
         let Ok(window) = window_indices(peak, timing) else {
             let at_ps = self.measured_ps + self.step_error_ps(peak);
             return f64::from(self.accepts(at_ps, 1.0));
@@ -160,7 +149,7 @@ impl Target<'_> {
 
     /// The fundamental of counts with an offset from the coarse step, mean, variance.
     fn fundamental(&self, counts: impl Iterator<Item = (i64, f64, f64)>) -> Planar {
-        let samples_per_chip = f64::from(self.sensor.clock().samples_per_chip);
+        let samples_per_chip = f64::from(self.asked.sensor.clock().samples_per_chip);
         let mut sum = Planar::default();
         for (offset, mean, variance) in counts {
             let (sin, cos) = (-PI * offset as f64 / samples_per_chip).sin_cos();
@@ -175,7 +164,7 @@ impl Target<'_> {
 
     /// Chance that a coarse step and a phase together are accepted.
     fn accepted_angle(&self, fundamental: &Planar, step_error_ps: f64) -> f64 {
-        let chip_ps = self.sensor.clock().chip_period_ps;
+        let chip_ps = self.asked.sensor.clock().chip_period_ps;
         let turns = [-1.0, 0.0, 1.0].map(|turn| {
             let at_ps = step_error_ps + turn * self.code_period_ps;
             let from = (PI * (at_ps - self.accepted.high_ps) / chip_ps).max(-PI);
@@ -193,7 +182,7 @@ impl Target<'_> {
 /// counts most, the phase leads to the same place.
 pub(super) fn of_whole_period(counts: &ExpectedCounts, target: &Target) -> f64 {
     let moments = counts.second.of_scan();
-    let half = i64::from(target.sensor.clock().samples_per_chip);
+    let half = i64::from(target.asked.sensor.clock().samples_per_chip);
     let offset = |index: usize| (index as i64 + half) % (2 * half) - half;
     let counted = counts.means.iter().zip(&moments).enumerate();
     let counted = counted.map(|(i, (mean, m))| (offset(i), mean.signed, m.signed_variance));
