@@ -195,14 +195,24 @@ impl Column {
     fn shown(&self, value: &Value) -> String {
         match self.kind {
             Kind::Quoted => format!("\"{}\"", value.text()),
-            _ => csv_field(&value.text()),
+            _ => csv_field(&value.csv()),
         }
     }
 }
 
 impl Value {
-    /// As CSV has it, without quotes: numbers in their shortest form that reads back to the
-    /// same double.
+    /// As CSV has it, without quotes: numbers in the shortest form that reads back to the same
+    /// double, with an exponent where that is shorter.
+    fn csv(&self) -> String {
+        let text = self.text();
+        let exponential = match self {
+            Value::Number(number) => format!("{number:e}"),
+            _ => text.clone(),
+        };
+        if exponential.len() < text.len() { exponential } else { text }
+    }
+
+    /// As people read it: numbers in the fewest digits that read back to the same double.
     pub fn text(&self) -> String {
         match self {
             Value::None => String::new(),
@@ -453,6 +463,18 @@ mod tests {
         assert!(error.contains("time_s is \"much\""), "{error}");
         assert!(back.read_csv("series\n").is_err());
         assert_eq!(csv_field("left, \"old\""), "\"left, \"\"old\"\"\"");
+    }
+
+    #[test]
+    fn numbers_are_as_short_as_they_can_be_and_read_back_to_the_last_bit() {
+        let numbers = [0.1 + 0.2, 100.0, 1e3, 0.25, 1e-3, 5e-324, f64::MAX, -2.5e-300, 0.0];
+        let mut table = Table::of(&numbers).column("share", |&number| number).table();
+        let csv = "share\n0.30000000000000004\n100\n1e3\n0.25\n1e-3\n5e-324\n\
+                   1.7976931348623157e308\n-2.5e-300\n0\n";
+        assert_eq!(table.csv(), csv);
+        table.rows.clear();
+        table.read_csv(csv).expect("it is the same table");
+        assert!(table.rows.iter().map(|row| row.values[0].number()).eq(numbers.map(Some)));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! A job: everything that its numbers depend on.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::ShardError;
 use crate::differences::differences;
@@ -186,17 +187,6 @@ impl SweepJob {
 }
 
 impl Job {
-    /// The command that it is of.
-    pub fn command(&self) -> &'static str {
-        match self {
-            Job::Simulate(_) => "simulate",
-            Job::Sweep(_) => "sweep",
-            Job::Reproduce(_) => "reproduce",
-            Job::Stress(_) => "stress",
-            Job::Grade(_) => "grade",
-        }
-    }
-
     /// The scene that it is of, if it is of one.
     pub fn scene(&self) -> Option<&SceneText> {
         match self {
@@ -209,13 +199,19 @@ impl Job {
 
     /// Differences of another job, in words.
     pub fn differences(&self, other: &Job) -> Vec<String> {
-        match (self, other) {
-            (Job::Simulate(here), Job::Simulate(there)) => differences(here, there),
-            (Job::Sweep(here), Job::Sweep(there)) => differences(here, there),
-            (Job::Reproduce(here), Job::Reproduce(there)) => differences(here, there),
-            (Job::Stress(here), Job::Stress(there)) => differences(here, there),
-            (Job::Grade(here), Job::Grade(there)) => differences(here, there),
-            _ => vec![format!("the command is {}, there {}", self.command(), other.command())],
+        let [(here, job), (there, other)] = [self, other].map(Job::parts);
+        match here == there {
+            true => differences(&job, &other),
+            false => vec![format!("the command is {here}, there {there}")],
+        }
+    }
+
+    /// The command that it is of, and what that is to do.
+    fn parts(&self) -> (String, Value) {
+        match serde_json::to_value(self) {
+            // An object of one field.
+            Ok(Value::Object(job)) => job.into_iter().next().unwrap_or_default(),
+            _ => Default::default(),
         }
     }
 }

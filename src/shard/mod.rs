@@ -5,26 +5,17 @@
 //! ([`Job`]) and the part's results: all parts together equal one run, bit for bit. Seeds follow
 //! from the place in the job, and sums that depend on their order are formed at the end.
 
-mod every;
 mod file;
 mod folder;
-mod grade;
 mod job;
+mod join;
 mod part;
-mod reproduce;
-mod simulate;
-mod stress;
-mod sweep;
 
 pub use file::Shard;
 pub use folder::{Collected, Folder, listed};
-pub use grade::{variants, whole_grade};
 pub use job::{GradeJob, Job, PointRows, Results, SceneText, SimulateJob, StressJob, SweepJob};
+pub use join::{figures, rows, simulation, stress_report, tables, variants, whole_grade};
 pub use part::Part;
-pub use reproduce::figures;
-pub use simulate::simulation;
-pub use stress::stress_report;
-pub use sweep::{rows, tables};
 
 use crate::files::FileError;
 use crate::scene::SceneErrors;

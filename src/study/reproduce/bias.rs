@@ -3,12 +3,10 @@
 
 use super::figure::Figure;
 use super::run::{Run, RunError};
-use super::statistics::Measured;
-use crate::estimate::{CountingTier, predict};
+use super::sensor::expected;
 use crate::report::chart::{Axis, Mark, Panel};
 use crate::report::table::{Spread, Table};
-use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
-use crate::sensor::Sensor;
+use crate::scene::{EstimatorKind, Scene};
 use crate::simulate::Tier;
 
 /// How the model estimator's bias is simulated.
@@ -20,13 +18,11 @@ pub struct ByModel {
     pub scans: u64,
 }
 
-/// A bias at points of one quantity.
+/// A bias at points of one quantity: name of the series, x, and the bias in metres with its
+/// interval.
 pub struct Bias {
     label: String,
-    /// x, the phase estimator's answer to exact mean counts, in metres.
-    exact: Vec<(f64, f64)>,
-    phase: Vec<(f64, Measured)>,
-    model: Vec<(f64, Measured)>,
+    rows: Vec<(String, f64, [Option<f64>; 3])>,
 }
 
 impl Bias {
@@ -39,26 +35,14 @@ impl Bias {
         coarse: &[f64],
         scene: impl Fn(f64) -> Scene,
     ) -> Result<Bias, RunError> {
-        let exact = fine
-            .iter()
-            .map(|&x| {
-                Ok((
-                    x,
-                    predict(
-                        &Sensor::new(&scene(x)),
-                        DetectorIndex(0),
-                        PathIndex(0),
-                        CountingTier::Events,
-                    )?
-                    .bias_m,
-                ))
-            })
-            .collect::<Result<_, RunError>>()?;
-        let phase = coarse
-            .iter()
-            .map(|&x| Ok((x, run.errors(&scene(x))?.bias_m)))
-            .collect::<Result<_, RunError>>()?;
-        Ok(Bias { label: label.to_owned(), exact, phase, model: Vec::new() })
+        let mut bias = Bias { label: label.to_owned(), rows: Vec::new() };
+        for &x in fine {
+            bias.push(PHASE_EXACT, x, expected(&scene(x))?.bias_m);
+        }
+        for &x in coarse {
+            bias.push(PHASE, x, run.errors(&scene(x))?.bias_m);
+        }
+        Ok(bias)
     }
 
     /// Adds the model estimator's bias for each of `coarse`.
@@ -70,12 +54,14 @@ impl Bias {
         scene: impl Fn(f64) -> Scene,
     ) -> Result<Bias, RunError> {
         for &x in coarse {
-            let mut scene = scene(x);
-            scene.estimator = EstimatorKind::Model;
-            let bias_m = run.fitted_bias_m(&scene, by.tier, by.scans)?;
-            self.model.push((x, bias_m));
+            let scene = Scene { estimator: EstimatorKind::Model, ..scene(x) };
+            self.push(MODEL, x, run.fitted_bias_m(&scene, by.tier, by.scans)?);
         }
         Ok(self)
+    }
+
+    fn push(&mut self, kind: &str, x: f64, bias_m: impl Spread) {
+        self.rows.push((self.label.clone() + kind, x, bias_m.spread()));
     }
 }
 
@@ -89,7 +75,12 @@ pub struct Frame<'a> {
 
 /// The phase's biases to the left, the model's to the right.
 pub fn figure(frame: Frame, biases: &[Bias]) -> Figure {
-    let table = table(&frame.x.column, biases);
+    let rows: Vec<_> = biases.iter().flat_map(|bias| &bias.rows).collect();
+    let table = Table::of(&rows)
+        .column("series", |row| row.0.as_str())
+        .column(&frame.x.column, |row| row.1)
+        .interval("bias_m", |row| row.2)
+        .table();
     let part = |kind: &str| {
         let of_kind = table.only(|_, row| row.name.ends_with(kind));
         of_kind.named(|_, row| row.name.trim_end_matches(kind).to_owned())
@@ -110,17 +101,3 @@ pub fn figure(frame: Frame, biases: &[Bias]) -> Figure {
 const PHASE_EXACT: &str = ", phase, exact";
 const PHASE: &str = ", phase, simulated";
 const MODEL: &str = ", model, simulated";
-
-fn table(x_column: &str, biases: &[Bias]) -> Table {
-    let rows = biases.iter().flat_map(|bias| {
-        let exact = bias.exact.iter().map(|&(x, y)| (PHASE_EXACT, x, y.spread()));
-        let phase = bias.phase.iter().map(|&(x, y)| (PHASE, x, y.spread()));
-        let model = bias.model.iter().map(|&(x, y)| (MODEL, x, y.spread()));
-        exact.chain(phase).chain(model).map(|row| (&bias.label, row))
-    });
-    Table::of(&rows.collect::<Vec<_>>())
-        .column("series", |(label, (kind, ..))| format!("{label}{kind}"))
-        .column(x_column, |(_, (_, x, _))| *x)
-        .interval("bias_m", |(_, (.., bias))| *bias)
-        .table()
-}

@@ -1,17 +1,14 @@
 //! The relative delays at which another code's light moves the phase estimate
 //! most, of all that there are.
 
-use crate::scene::{DetectorIndex, PathIndex};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 use goldtof_fft::num_complex::Complex64;
 
 use super::run::RunError;
-use super::sensor::{CHIP_PERIOD_PS, Light, SAMPLES_PER_CHIP, TARGET_PS, sensor, window};
+use super::sensor::{CHIP_PERIOD_PS, Light, SAMPLES_PER_CHIP, TARGET_PS, expected, sensor, window};
 use crate::code::{Code, correlate};
-use crate::estimate::{CountingTier, predict};
-use crate::sensor::Sensor;
 
 /// Exact biases are taken at so many of the most promising delays to either side.
 const CANDIDATES: usize = 8;
@@ -64,16 +61,7 @@ impl Candidates {
             let later = TARGET_PS + relative_delay_chips * CHIP_PERIOD_PS;
             let lights = [Light::new(own, power_pw), Light::new(other, power_pw).at(later)];
             let scene = window(sensor(&lights, integration_s), TARGET_PS, 3);
-            Ok(Extreme {
-                relative_delay_chips,
-                bias_m: predict(
-                    &Sensor::new(&scene),
-                    DetectorIndex(0),
-                    PathIndex(0),
-                    CountingTier::Events,
-                )?
-                .bias_m,
-            })
+            Ok(Extreme { relative_delay_chips, bias_m: expected(&scene)?.bias_m })
         };
         let all = self.earliest.iter().chain(&self.latest);
         let found = all.map(|&delay| at(delay)).collect::<Result<Vec<_>, _>>()?;

@@ -84,6 +84,18 @@ impl Run {
         phase_errors(scene, self.next_seed(), scans)
     }
 
+    /// The same, and nothing where too few scans find the target.
+    pub fn errors_if_any(
+        &mut self,
+        scene: &Scene,
+        shares: u64,
+    ) -> Result<Option<Errors>, RunError> {
+        match self.share_of_errors(scene, shares) {
+            Err(RunError::NoStatistics { .. }) => Ok(None),
+            errors => errors.map(Some),
+        }
+    }
+
     /// Joint fits of scans of a tier, as many as were asked for and no more than `most`.
     pub fn fits(&mut self, scene: &Scene, tier: Tier, most: u64) -> Result<Fits, RunError> {
         let scans = self.repetitions.min(most);

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::code::{Code, CodeError, CodeSpec, Family};
-use crate::estimate::{CountingTier, calibration_offset_ps};
+use crate::estimate::{CountingTier, Prediction, PredictionError, calibration_offset_ps, predict};
 use crate::scene::{
     Architecture, DetectorIndex, EstimatorKind, Hardware, LaserResponse, OtherLight, Path,
-    Polarity, Scan, Scene, Source, SourceClock, SourceIndex, Target,
+    PathIndex, Polarity, Scan, Scene, Source, SourceClock, SourceIndex, Target,
 };
 use crate::sensor::Sensor;
 use crate::study::article;
@@ -135,6 +135,12 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
             buffers: 2,
         },
     }
+}
+
+/// What the exact moments give of the phase estimate of the first path, for a coarse stage that
+/// stands still.
+pub fn expected(scene: &Scene) -> Result<Prediction, PredictionError> {
+    predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), CountingTier::Events)
 }
 
 /// Scans only the phase steps within `half_chips` of where light of this delay

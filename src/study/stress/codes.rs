@@ -1,9 +1,9 @@
 //! Codes and scans at the ends of their parameters.
 
 use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{correlation, counts, counts_of_scans, estimated, mean_counts, verdict};
-use super::scenes::{GOLD_5, ideal, table_i, window};
-use super::statistics::{Sample, differing, seen, step_s};
+use super::reading::{correlation, counts, estimated, mean_counts, signed_z, verdict};
+use super::scenes::{GOLD_5, ideal, lit_step, table_i, window};
+use super::statistics::{differing, seen, step_s};
 use crate::code::{CodeSpec, Family};
 use crate::estimate::report::estimate_scan;
 use crate::estimate::{CoarseOnly, NoEstimate};
@@ -103,6 +103,15 @@ fn wrong_m_sequence_lags(degrees: std::ops::RangeInclusive<u32>) -> Result<Measu
     Measured::none(wrong, seen, "lags")
 }
 
+/// Deviation of the signed counts of a scene of one phase step from that of a correlation of
+/// `theta` chips.
+fn correlation_z(scene: &Scene, theta: f64, seed: u64) -> f64 {
+    let code = &scene.sources[0].code;
+    let (length, weight) = (code.len() as f64, code.weight() as f64);
+    let photons = 10e6 * step_s(scene);
+    signed_z(scene, 100, seed, photons * (theta + 2.0 * weight - length) / (2.0 * weight))
+}
+
 fn simulated_m_sequence(
     degree: u32,
     integration_chips: u64,
@@ -110,25 +119,15 @@ fn simulated_m_sequence(
 ) -> Result<Measured, CaseError> {
     let code = format!("{{ family = \"m-sequence\", degree = {degree} }}");
     let length = f64::from((1 << degree) - 1);
-    let weight = f64::from(1 << (degree - 1));
     let mut deviations = Vec::new();
     for (chip, theta) in [(0, length), (1, -1.0)] {
-        let mut scene = ideal(&code, 8, 10e6, integration_chips)?;
         // Far out on the code, so that every chip number gets its turn.
         let delay_chips = (1_u64 << degree) - 3;
+        let mut scene = lit_step(&code, 8, integration_chips, (delay_chips - chip) * 8)?;
         scene.paths[0].delay_ps = 8e3 * delay_chips as f64;
-        window(&mut scene, (delay_chips - chip) * 8, 1);
-        let photons = 10e6 * step_s(&scene);
-        let expected = photons * (theta + 2.0 * weight - length) / (2.0 * weight);
-        deviations.push(signed_counts(&scene, seed).z(expected));
+        deviations.push(correlation_z(&scene, theta, seed));
     }
     Measured::deviation(deviations)
-}
-
-/// The signed counts of 100 scans of one phase step.
-fn signed_counts(scene: &Scene, seed: u64) -> Sample {
-    let found = counts_of_scans(scene, 0..100, 1, seed);
-    Sample::of(found.iter().map(|count| count.signed as f64))
 }
 
 fn interleaving_in_simulation(seed: u64) -> Result<Measured, CaseError> {
@@ -136,16 +135,11 @@ fn interleaving_in_simulation(seed: u64) -> Result<Measured, CaseError> {
     for nu in 0..=8 {
         let code = format!("{{ family = \"gold\", degree = 3, interleave = {nu} }}");
         for lag in [0, 1] {
-            let mut scene = ideal(&code, 8, 10e6, 7 << nu.max(6))?;
-            window(&mut scene, 8 * lag, 1);
-            let code = scene.sources[0].code.clone();
-            let (length, weight) = (code.len() as f64, code.weight() as f64);
-            let sign = |i: usize| 2.0 * f64::from(code.chips[i % code.chips.len()]) - 1.0;
-            let chips = 0..code.chips.len();
-            let theta: f64 = chips.map(|i| sign(i) * sign(i + lag as usize)).sum();
-            let photons = 10e6 * step_s(&scene);
-            let expected = photons * (theta + 2.0 * weight - length) / (2.0 * weight);
-            deviations.push(signed_counts(&scene, seed).z(expected));
+            let scene = lit_step(&code, 8, 7 << nu.max(6), 8 * lag)?;
+            let chips = &scene.sources[0].code.chips;
+            let sign = |i: usize| 2.0 * f64::from(chips[i % chips.len()]) - 1.0;
+            let theta: f64 = (0..chips.len()).map(|i| sign(i) * sign(i + lag as usize)).sum();
+            deviations.push(correlation_z(&scene, theta, seed));
         }
     }
     Measured::deviation(deviations)
@@ -154,16 +148,12 @@ fn interleaving_in_simulation(seed: u64) -> Result<Measured, CaseError> {
 fn samples_per_chip_in_simulation(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for samples in [1, 2, 4, 8, 16, 32, 64] {
-        let mut scene = ideal(r#"{ family = "m-sequence", degree = 5 }"#, samples, 10e6, 3_100)?;
         let step = 11 * u64::from(samples) / 2;
+        let code = r#"{ family = "m-sequence", degree = 5 }"#;
+        let mut scene = lit_step(code, samples, 3_100, step)?;
         let step_chips = 1.0 / f64::from(samples);
         scene.paths[0].delay_ps = 8e3 * (step as f64 - 0.5) * step_chips;
-        window(&mut scene, step, 1);
-        let (length, weight) = (31.0, 16.0);
-        let theta = length - 0.5 * step_chips * (length + 1.0);
-        let photons = 10e6 * step_s(&scene);
-        let expected = photons * (theta + 2.0 * weight - length) / (2.0 * weight);
-        deviations.push(signed_counts(&scene, seed).z(expected));
+        deviations.push(correlation_z(&scene, 31.0 - 0.5 * step_chips * 32.0, seed));
     }
     Measured::deviation(deviations)
 }

@@ -1,9 +1,9 @@
 //! Detectors at the ends of their parameters.
 
 use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{counts, counts_of_scans, mean_count, verdict};
+use super::reading::{counts, mean_count, rate_z, signed_z, totals, verdict};
 use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
-use super::statistics::{Sample, differing, seen, step_s};
+use super::statistics::{differing, seen, step_s};
 use super::stiff::quick_trap_behind_dead_time;
 use crate::light::photon_rate_hz;
 use crate::scan::Step;
@@ -33,7 +33,7 @@ pub(super) const CASES: &[Case] = cases! {
         "deviation of the mean count, p = 0.99, time constant 1 ps, dead time 14 ns, 1 Mcps",
         "4.6 afterpulses per avalanche, but those within the next dead time are lost: rate = \
          lambda / (1 - p + lambda D), up to tau / D = 10^-4 (D = 14 ns gives 0.58 of 1 / D)",
-        runaway_behind_dead_time;
+        |seed| quick_trap_behind_dead_time(1e6, 0.99, 200, seed);
     Detectors quick "afterpulsing-0.99-saturates":
         "largest count of a step times dead time over integration time, p = 0.99 at Table I",
         "avalanches are a dead time or more apart, however many afterpulses are pending; and \
@@ -68,8 +68,7 @@ fn blind_detector(seed: u64) -> Result<Measured, CaseError> {
     spad.photon_detection_probability = 0.0;
     spad.background_rate_cps = 1e9;
     spad.dark_count_rate_cps = 71e3;
-    let totals = Sample::of_totals(&counts(&scene, 248, seed));
-    Measured::deviation([totals.z(71e3 * step_s(&scene))])
+    Measured::deviation([rate_z(&scene, 248, seed, 71e3)])
 }
 
 fn perfect_detector(seed: u64) -> Result<Measured, CaseError> {
@@ -80,8 +79,7 @@ fn perfect_detector(seed: u64) -> Result<Measured, CaseError> {
     let electron_volts = 1.239_841_984 / 0.783;
     let by_charge = 1e-11 / (electron_volts * 1.602_176_634e-19) * step_s(&scene);
     ensure!((expected / by_charge - 1.0).abs() < 1e-9, "photon energy");
-    let totals = Sample::of_totals(&counts(&scene, 248, seed));
-    Measured::deviation([totals.z(by_charge)])
+    Measured::deviation([totals(&scene, 248, seed).z(by_charge)])
 }
 
 fn no_afterpulses(seed: u64) -> Result<Measured, CaseError> {
@@ -98,20 +96,16 @@ fn passive_recharge(seed: u64) -> Result<Measured, CaseError> {
     let dead_time_s = 14e-9;
     let mut deviations = Vec::new();
     for primary_cps in [50e6, 200e6] {
-        let mut scene = constant_light(primary_cps, 2_000)?;
-        scene.detectors[0].dead_time_ps = 14e3;
-        scene.detectors[0].recharge = Recharge::Passive;
-        let totals = Sample::of_totals(&counts(&scene, 248, seed));
+        let scene = constant_light(primary_cps, 2_000, |spad| {
+            (spad.dead_time_ps, spad.recharge) = (14e3, Recharge::Passive);
+        })?;
+        let totals = totals(&scene, 248, seed);
         let (rate, time_s) = (primary_cps * (-primary_cps * dead_time_s).exp(), step_s(&scene));
         deviations.push(totals.z(rate * time_s));
         let fewer = rate * rate * dead_time_s * (2.0 * time_s - dead_time_s);
         deviations.push(totals.variance_z(rate * time_s - fewer));
     }
     Measured::deviation(deviations)
-}
-
-fn runaway_behind_dead_time(seed: u64) -> Result<Measured, CaseError> {
-    quick_trap_behind_dead_time(1e6, 0.99, 200, seed)
 }
 
 fn runaway_saturates(seed: u64) -> Result<Measured, CaseError> {
@@ -124,13 +118,11 @@ fn runaway_saturates(seed: u64) -> Result<Measured, CaseError> {
 }
 
 fn nearly_runaway(seed: u64) -> Result<Measured, CaseError> {
-    let primary_cps = 1e6;
-    let mut scene = constant_light(primary_cps, 250_000)?;
-    let spad = &mut scene.detectors[0];
-    spad.afterpulsing_probability = 1.0 - (-0.9f64).exp();
-    spad.afterpulsing_time_constant_ps = 5e3;
-    let totals = Sample::of_totals(&counts(&scene, 400, seed));
-    Measured::deviation([totals.z(10.0 * primary_cps * step_s(&scene))])
+    let scene = constant_light(1e6, 250_000, |spad| {
+        spad.afterpulsing_probability = 1.0 - (-0.9f64).exp();
+        spad.afterpulsing_time_constant_ps = 5e3;
+    })?;
+    Measured::deviation([rate_z(&scene, 400, seed, 10.0 * 1e6)])
 }
 
 fn runaway_refused() -> Result<Measured, CaseError> {
@@ -183,9 +175,7 @@ fn smeared(seed: u64) -> Result<Smeared, CaseError> {
         window(&mut scene, step, 1);
         let photons = 20e6 * step_s(&scene);
         let mean = photons * smeared_correlation(&scene, step as f64 / 8.0);
-        let found = counts_of_scans(&scene, 0..400, 1, seed);
-        let signed = Sample::of(found.iter().map(|count| count.signed as f64));
-        result.photons.push(signed.z(mean));
+        result.photons.push(signed_z(&scene, 400, seed, mean));
         let expected = mean_count(&scene, Step(0))?;
         result.expected.push((expected.signed - mean) / photons);
     }

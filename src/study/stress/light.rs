@@ -1,7 +1,9 @@
 //! No light, and too much of it.
 
 use super::case::{Case, CaseError, Measured, cases};
-use super::reading::{counts, counts_of_scans, estimated, mean_counts, model, refusal, simulated};
+use super::reading::{
+    counts, counts_of_scans, estimated, mean_counts, model, refusal, simulated, totals,
+};
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, step_s};
 use crate::estimate::{CountingTier, Estimate, NoEstimate};
@@ -108,13 +110,13 @@ fn constant_light_saturates(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for incident_cps in INCIDENT_CPS {
         let chips = if incident_cps < 1e5 { 12_500_000 } else { 20_000 };
-        let mut scene = constant_light(incident_cps, chips)?;
-        let spad = &mut scene.detectors[0];
-        spad.photon_detection_probability = 0.31;
-        spad.dead_time_ps = dead_time_s * 1e12;
+        let scene = constant_light(incident_cps, chips, |spad| {
+            spad.photon_detection_probability = 0.31;
+            spad.dead_time_ps = dead_time_s * 1e12;
+        })?;
         let primary_cps = 0.31 * incident_cps;
         let expected = primary_cps * step_s(&scene) / (1.0 + primary_cps * dead_time_s);
-        let totals = Sample::of_totals(&counts(&scene, 200, seed));
+        let totals = totals(&scene, 200, seed);
         // A saturated detector's counts hardly scatter; its mean count is within
         // one of the closed form, however the step starts.
         let scale = totals.standard_error().max(0.25);
@@ -174,9 +176,8 @@ fn too_much_light() -> Result<Measured, CaseError> {
         let limit_cps = 1e12 * f64::min(256.0 / dead_time_ps, 128.0 / chip_period_ps);
         for share in [0.99, 1.01] {
             let rate_cps = share * limit_cps;
-            let mut scene = constant_light(rate_cps, 31)?;
+            let mut scene = constant_light(rate_cps, 31, |spad| spad.dead_time_ps = dead_time_ps)?;
             scene.chip_period_ps = chip_period_ps;
-            scene.detectors[0].dead_time_ps = dead_time_ps;
             let reason = refused(&scene);
             let says = |cps: f64| {
                 reason.as_ref().is_none_or(|reason| reason.contains(&format!("{cps:.3e} cps")))
@@ -185,8 +186,7 @@ fn too_much_light() -> Result<Measured, CaseError> {
             wrong += usize::from(!(is_right && says(rate_cps) && says(limit_cps)));
         }
     }
-    let mut scene = constant_light(200e3, 31)?;
-    scene.detectors[0].dead_time_ps = 1e9;
+    let scene = constant_light(200e3, 31, |spad| spad.dead_time_ps = 1e9)?;
     // 10^5 dead times of 125,000 chips.
     let says_so = refused(&scene).is_some_and(|reason| reason.contains("1.250e10 chips"));
     Measured::none(wrong + usize::from(!says_so), 7, "verdicts")
@@ -201,7 +201,7 @@ fn refused(scene: &Scene) -> Option<String> {
 fn too_little_light() -> Result<Measured, CaseError> {
     let mut wrong = 0;
     for wait_chips in [20_400.0, 20_600.0, 1e12, f64::INFINITY] {
-        let scene = constant_light(1.0 / (8e-9 * wait_chips), 31)?;
+        let scene = constant_light(1.0 / (8e-9 * wait_chips), 31, |_| ())?;
         let model = model(&scene);
         let reason = refusal(|| Some(StepCounter::new(&model).outside_domain()?.to_string()));
         let says = |reason: &String| match wait_chips.is_finite() {

@@ -4,7 +4,7 @@ use super::case::{Case, CaseError, Measured, cases, ensure};
 use super::reading::{
     counts_of_scans, drawn, mean_count, mean_counts, model, predicted, simulated,
 };
-use super::scenes::{GOLD_5, ideal, table_i, window};
+use super::scenes::{GOLD_5, ideal, lit_step, table_i, window};
 use super::statistics::{Sample, step_s};
 use crate::estimate::report::estimate_scan;
 use crate::estimate::{CountingTier, PredictionError};
@@ -112,8 +112,7 @@ fn on_chips_against_reference(chips: &[u8], lag_steps: u64, samples_per_chip: u6
 fn infinite_extinction_ratio(seed: u64) -> Result<Measured, CaseError> {
     let mut deviations = Vec::new();
     for lag in [0, 4, 8, 20] {
-        let mut scene = ideal(GOLD_5, 8, 10e6, 31 * 100)?;
-        window(&mut scene, lag, 1);
+        let scene = lit_step(GOLD_5, 8, 31 * 100, lag)?;
         let code = scene.sources[0].code.clone();
         let photons = 10e6 * step_s(&scene);
         let correlated = on_chips_against_reference(&code.chips, lag, 8);

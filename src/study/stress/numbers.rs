@@ -8,7 +8,7 @@ use goldtof_fft::{Fft, FftNum};
 use goldtof_fft::{double_pair, single_pair};
 
 use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{counts, drawn, estimated, mean_count, mean_counts, model, numbers};
+use super::reading::{drawn, estimated, mean_count, mean_counts, model, numbers, rate_z};
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
 use super::statistics::{Sample, step_s, worst};
 use crate::code::{CodeSpec, Family};
@@ -136,7 +136,7 @@ fn near_cancelling() -> Result<Measured, CaseError> {
 }
 
 fn drawn_totals(seed: u64) -> Result<Measured, CaseError> {
-    let scene = constant_light(1e8, 1_250_000_000_000)?;
+    let scene = constant_light(1e8, 1_250_000_000_000, |_| ())?;
     let mean = 1e8 * step_s(&scene);
     let model = model(&scene);
     let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
@@ -221,9 +221,8 @@ fn rates_apart() -> Result<Measured, CaseError> {
 fn rare_counts(seed: u64) -> Result<Measured, CaseError> {
     let mut scene: Scene = ideal(GOLD_5, 8, 0.0, 1_250_000_000_000)?;
     scene.detectors[0].dark_count_rate_cps = 0.3e-3;
-    let totals = Sample::of_totals(&counts(&scene, 248, seed));
     // Three counts a step.
-    Measured::deviation([totals.z(0.3e-3 * step_s(&scene))])
+    Measured::deviation([rate_z(&scene, 248, seed, 0.3e-3)])
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::case::CaseError;
+use super::statistics::{Sample, step_s};
 use crate::code::correlate;
 use crate::estimate::{
     CountingTier, Estimate, NoEstimate, Prediction, PredictionError, estimate, predict,
@@ -85,6 +86,23 @@ pub(super) fn counts_of_scans(
         StepCounter::new(&model(scene)).count(seed, repetitions, 0..steps, &mut counts);
         counts
     })
+}
+
+/// Total counts of the first `steps` steps of the first scan.
+pub(super) fn totals(scene: &Scene, steps: u64, seed: u64) -> Sample {
+    Sample::of_totals(&counts(scene, steps, seed))
+}
+
+/// Standard errors of their mean from that of a rate of detections.
+pub(super) fn rate_z(scene: &Scene, steps: u64, seed: u64, rate_cps: f64) -> f64 {
+    totals(scene, steps, seed).z(rate_cps * step_s(scene))
+}
+
+/// Standard errors of the mean signed count of so many scans of one phase step from an expected
+/// one.
+pub(super) fn signed_z(scene: &Scene, scans: u64, seed: u64, expected: f64) -> f64 {
+    let found = counts_of_scans(scene, 0..scans, 1, seed);
+    Sample::of(found.iter().map(|count| count.signed as f64)).z(expected)
 }
 
 /// Counts of the first `steps` steps of a scan by the plain loop.

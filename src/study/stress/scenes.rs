@@ -2,7 +2,7 @@
 
 use crate::light::photon_rate_hz;
 use crate::light::round_trip_ps;
-use crate::scene::{self, Scene, SceneErrors};
+use crate::scene::{self, Detector, Scene, SceneErrors};
 use crate::study::article;
 
 /// A sensor that adds nothing of its own: no dead time, no afterpulses, no
@@ -65,10 +65,27 @@ pub(super) const GOLD_5: &str = r#"{ family = "gold", degree = 5 }"#;
 /// A Gold code of 2,047 chips.
 pub(super) const GOLD_11: &str = r#"{ family = "gold", degree = 11 }"#;
 
-/// Ideal scene under background only: `rate_cps` of background.
-pub(super) fn constant_light(rate_cps: f64, integration_chips: u64) -> Result<Scene, SceneErrors> {
+/// Ideal scene under background only: `rate_cps` of background on a detector that `set` changes.
+pub(super) fn constant_light(
+    rate_cps: f64,
+    integration_chips: u64,
+    set: impl FnOnce(&mut Detector),
+) -> Result<Scene, SceneErrors> {
     let mut scene = ideal(GOLD_5, 8, 0.0, integration_chips)?;
     scene.detectors[0].background_rate_cps = rate_cps;
+    set(&mut scene.detectors[0]);
+    Ok(scene)
+}
+
+/// The ideal sensor in light of 10 Mcps, with a scan of one phase step.
+pub(super) fn lit_step(
+    code: &str,
+    samples_per_chip: u32,
+    integration_chips: u64,
+    step: u64,
+) -> Result<Scene, SceneErrors> {
+    let mut scene = ideal(code, samples_per_chip, 10e6, integration_chips)?;
+    window(&mut scene, step, 1);
     Ok(scene)
 }
 

@@ -1,9 +1,11 @@
 //! Time scales many decades apart.
 
 use super::case::{Case, CaseError, Measured, cases};
-use super::reading::{counts, counts_of_scans, detections, plain_counts, predicted};
+use super::reading::{
+    counts, counts_of_scans, detections, plain_counts, predicted, rate_z, totals,
+};
 use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
-use super::statistics::{Sample, differing, seen, step_s};
+use super::statistics::{differing, seen, step_s};
 use crate::estimate::CountingTier;
 use crate::photons::{Detection, StepCount};
 use crate::scene::Scene;
@@ -44,7 +46,7 @@ pub(super) const CASES: &[Case] = cases! {
         "deviation of the mean count with time constant 1 ps, dead time 14 ns, p = 0.5",
         "afterpulses within picoseconds: an avalanche is followed by another with probability p, \
          so rate = lambda / (1 - p + lambda D), up to tau / D = 10^-4",
-        quick_trap;
+        |seed| quick_trap_behind_dead_time(5e6, 0.5, 400, seed);
     Stiff slow "a-slow-trap-is-constant-light":
         "deviation of the mean count with time constant 1 ms, dead time 14 ns, p = 0.137",
         "delays far beyond the mean interval make afterpulses a Poisson process: R = (lambda + m \
@@ -54,12 +56,12 @@ pub(super) const CASES: &[Case] = cases! {
         "largest deviation of the mean count over the dead times 0, 1 ps, 14 ns, 1 us (4 code \
          periods) at 50 Mcps",
         "renewal process: rate = lambda / (1 + lambda D)",
-        |seed| Measured::deviation(dead_times(seed)?.iter().map(|d| d.mean));
+        |seed| Measured::deviation(dead_times(seed)?.iter().map(|found| found[0]));
     Stiff quick "dead-times-quiet-the-counts":
         "largest deviation of the counts' variance over the same dead times",
         "equilibrium renewal process: variance = lambda T / m^3 + 1/6 + 1/(2 m^4) - 2/(3 m^3) \
          with m = 1 + lambda D (Cox, Renewal Theory, 1962)",
-        |seed| Measured::deviation(dead_times(seed)?.iter().map(|d| d.variance));
+        |seed| Measured::deviation(dead_times(seed)?.iter().map(|found| found[1]));
     Stiff quick "a-dead-time-of-4000-code-periods":
         "distance of the mean count of 1 s from T / (D + 1 / lambda), dead time 1 ms, 50 Mcps",
         "a renewal count differs from T over the mean interval by at most one, however it starts",
@@ -143,18 +145,13 @@ fn afterpulsing_time_constants(seed: u64) -> Result<Measured, CaseError> {
     for time_constant_ps in [1.0, 100.0, 5e3, 1e6, 1e9] {
         // Steps far longer than the longest time constant.
         let chips = if time_constant_ps > 1e8 { 1_250_000 } else { 50_000 };
-        let mut scene = constant_light(primary_cps, chips)?;
-        scene.detectors[0].afterpulsing_probability = probability;
-        scene.detectors[0].afterpulsing_time_constant_ps = time_constant_ps;
-        let steps = 12_500_000 / chips * 4;
-        let totals = Sample::of_totals(&counts(&scene, steps, seed));
-        deviations.push(totals.z(expected_cps * step_s(&scene)));
+        let scene = constant_light(primary_cps, chips, |spad| {
+            spad.afterpulsing_probability = probability;
+            spad.afterpulsing_time_constant_ps = time_constant_ps;
+        })?;
+        deviations.push(rate_z(&scene, 12_500_000 / chips * 4, seed, expected_cps));
     }
     Measured::deviation(deviations)
-}
-
-fn quick_trap(seed: u64) -> Result<Measured, CaseError> {
-    quick_trap_behind_dead_time(5e6, 0.5, 400, seed)
 }
 
 /// Mean count when each avalanche is followed, with this probability, by another
@@ -166,65 +163,57 @@ pub(super) fn quick_trap_behind_dead_time(
     seed: u64,
 ) -> Result<Measured, CaseError> {
     let dead_time_s = 14e-9;
-    let mut scene = constant_light(primary_cps, 20_000)?;
-    let spad = &mut scene.detectors[0];
-    spad.dead_time_ps = dead_time_s * 1e12;
-    spad.afterpulsing_probability = probability;
-    spad.afterpulsing_time_constant_ps = 1.0;
+    let scene = constant_light(primary_cps, 20_000, |spad| {
+        spad.dead_time_ps = dead_time_s * 1e12;
+        spad.afterpulsing_probability = probability;
+        spad.afterpulsing_time_constant_ps = 1.0;
+    })?;
     let expected_cps = primary_cps / (1.0 - probability + primary_cps * dead_time_s);
-    let totals = Sample::of_totals(&counts(&scene, scans, seed));
-    Measured::deviation([totals.z(expected_cps * step_s(&scene))])
+    Measured::deviation([rate_z(&scene, scans, seed, expected_cps)])
 }
 
 fn slow_trap(seed: u64) -> Result<Measured, CaseError> {
     let (primary_cps, dead_time_s) = (1e7, 14e-9);
     let mean = -f64::ln_1p(-0.137);
-    let mut scene = constant_light(primary_cps, 250_000)?;
-    let spad = &mut scene.detectors[0];
-    spad.dead_time_ps = dead_time_s * 1e12;
-    spad.afterpulsing_probability = 0.137;
-    spad.afterpulsing_time_constant_ps = 1e9;
+    let scene = constant_light(primary_cps, 250_000, |spad| {
+        spad.dead_time_ps = dead_time_s * 1e12;
+        spad.afterpulsing_probability = 0.137;
+        spad.afterpulsing_time_constant_ps = 1e9;
+    })?;
     // D m R^2 + (1 + D lambda - m) R - lambda = 0, its positive root.
     let (a, b) = (dead_time_s * mean, 1.0 + dead_time_s * primary_cps - mean);
     let expected_cps = ((b * b + 4.0 * a * primary_cps).sqrt() - b) / (2.0 * a);
-    let totals = Sample::of_totals(&counts(&scene, 40, seed));
-    Measured::deviation([totals.z(expected_cps * step_s(&scene))])
+    Measured::deviation([rate_z(&scene, 40, seed, expected_cps)])
 }
 
-struct Deviations {
-    mean: f64,
-    variance: f64,
-}
-
-fn dead_times(seed: u64) -> Result<Vec<Deviations>, CaseError> {
+/// Deviations of mean and variance.
+fn dead_times(seed: u64) -> Result<Vec<[f64; 2]>, CaseError> {
     let primary_cps = 50e6;
     [0.0, 1.0, 14e3, 1e6]
         .into_iter()
         .map(|dead_time_ps| {
             // At least some hundred dead times and counts in a step.
             let chips = if dead_time_ps > 1e5 { 400_000 } else { 2_500 };
-            let mut scene = constant_light(primary_cps, chips)?;
-            scene.detectors[0].dead_time_ps = dead_time_ps;
-            let totals = Sample::of_totals(&counts(&scene, 1_000, seed));
+            let scene =
+                constant_light(primary_cps, chips, |spad| spad.dead_time_ps = dead_time_ps)?;
+            let totals = totals(&scene, 1_000, seed);
             // In mean waits for light: mean interval, and share of its scatter.
             let interval = 1.0 + primary_cps * dead_time_ps * 1e-12;
             let scatter = 1.0 / interval;
             let primary = primary_cps * step_s(&scene);
             let of_whole_numbers = 1.0 / 6.0 + scatter.powi(4) / 2.0 - 2.0 * scatter.powi(3) / 3.0;
-            Ok(Deviations {
-                mean: totals.z(primary / interval),
-                variance: totals.variance_z(primary / interval.powi(3) + of_whole_numbers),
-            })
+            Ok([
+                totals.z(primary / interval),
+                totals.variance_z(primary / interval.powi(3) + of_whole_numbers),
+            ])
         })
         .collect()
 }
 
 fn millisecond_dead_time(seed: u64) -> Result<Measured, CaseError> {
-    let mut scene = constant_light(50e6, 125_000_000)?;
-    scene.detectors[0].dead_time_ps = 1e9;
-    let totals = Sample::of_totals(&counts(&scene, 10, seed));
+    let scene = constant_light(50e6, 125_000_000, |spad| spad.dead_time_ps = 1e9)?;
     let expected = step_s(&scene) / (1e-3 + 1.0 / 50e6);
-    Measured::largest([totals.mean - expected], "counts", 1.0)
+    Measured::largest([totals(&scene, 10, seed).mean - expected], "counts", 1.0)
 }
 
 /// A scene with every time multiplied by a factor, and every rate divided.

@@ -1,11 +1,10 @@
 //! Distances of two lights in one scan by the joint fit, beside the article's estimator.
 
-use super::fits::Fits;
+use super::fits::Found;
 use crate::report::chart::{Axis, Mark, Panel};
 use crate::report::table::Table;
 use crate::scene::Scene;
 use crate::simulate::Tier;
-use crate::study::reproduce::phase::Errors;
 use crate::study::reproduce::run::{Run, RunError};
 
 /// The phase's scans are one of so many shares of what is usual.
@@ -19,36 +18,25 @@ const LIGHTS: [&str; 2] = ["moving", "fixed"];
 /// What both estimators say where the moving path is at several places.
 #[derive(Default)]
 pub struct Beside {
-    rows: Vec<Row>,
-}
-
-struct Row {
-    moving_chips: f64,
-    /// Of the moving path, in the scans whose distance is within a chip of it.
-    phase: Option<Errors>,
-    fits: Fits,
+    rows: Vec<Found>,
 }
 
 impl Beside {
-    /// Ranges a scene of two paths, of which the first moves: by the phase in a window, by
-    /// the fit in all of the scan.
-    pub fn measure(
-        &mut self,
-        run: &mut Run,
-        moving_chips: f64,
-        window: &Scene,
-    ) -> Result<(), RunError> {
+    /// Ranges a scene of two paths, of which the first moves: by the phase in a window, in the
+    /// scans whose distance is within a chip of it, by the fit in all of the scan.
+    pub fn measure(&mut self, run: &mut Run, at: f64, window: &Scene) -> Result<(), RunError> {
         let mut whole = window.clone();
         whole.scan.first_step = 0;
         whole.scan.steps = whole.scan.steps_per_period;
-        self.rows.push(Row {
-            moving_chips,
-            phase: match run.share_of_errors(window, SHARES) {
-                Err(RunError::NoStatistics { .. }) => None,
-                errors => Some(errors?),
-            },
-            fits: run.fits(&whole, Tier::Counts, MOST_SCANS)?,
-        });
+        if let Some(errors) = run.errors_if_any(window, SHARES)? {
+            let series = "article's estimator, moving light".to_owned();
+            self.rows.push(Found::by_phase(series, at, Some(errors)));
+        }
+        let fits = run.fits(&whole, Tier::Counts, MOST_SCANS)?;
+        let paths = LIGHTS.iter().enumerate();
+        self.rows.extend(paths.map(|(path, name)| {
+            Found::by_fit(format!("joint fit, {name} light"), at, &fits, path)
+        }));
         Ok(())
     }
 
@@ -68,27 +56,7 @@ impl Beside {
 
     /// A row for each estimator, light and place of the moving path.
     pub fn table(&self) -> Table {
-        let mut rows = Vec::new();
-        for row in &self.rows {
-            let at = row.moving_chips;
-            if let Some(errors) = &row.phase {
-                let of_errors = (Some(errors.bias_m), Some(errors.std_m), None);
-                let name = "article's estimator, moving light".to_owned();
-                rows.push((name, at, errors.correct_coarse(), of_errors));
-            }
-            for (path, name) in row.fits.paths.iter().zip(LIGHTS) {
-                let of_path = (path.bias_m(), path.std_m(), path.bound_m);
-                rows.push((format!("joint fit, {name} light"), at, row.fits.told(), of_path));
-            }
-        }
-        Table::of(&rows)
-            .column("series", |row| row.0.as_str())
-            .column("delay_chips", |row| row.1)
-            .interval("found", |row| row.2)
-            .interval("bias_m", |row| row.3.0)
-            .interval("std_m", |row| row.3.1)
-            .column("bound_m", |row| row.3.2)
-            .table()
+        Found::table("delay_chips", &self.rows)
     }
 }
 
@@ -115,11 +83,10 @@ mod tests {
         let mut run = Run::new(FigureId::Fig11, &options);
         let mut beside = Beside::default();
         beside.measure(&mut run, moving_chips, &scene).expect("distances");
-        let row = &beside.rows[0];
-        let phase_m = row.phase.expect("some find it").bias_m.value;
+        let phase_m = beside.rows[0].bias_m.expect("some find it").value;
         assert!(phase_m > 0.05, "{phase_m}");
-        for path in &row.fits.paths {
-            let (bias, bound_m) = (path.bias_m().expect("many"), path.bound_m.expect("one"));
+        for path in &beside.rows[1..] {
+            let (bias, bound_m) = (path.bias_m.expect("many"), path.bound_m.expect("one"));
             assert!(bias.value.abs() < 1.2 * bound_m, "{bias:?} {bound_m}");
             assert!(bias.value.abs() < 0.3 * phase_m, "{bias:?} {phase_m}");
         }

@@ -1,15 +1,17 @@
-//! Joint fits of many scans, path by path.
+//! Joint fits of many scans, path by path, and what is found beside them.
 
 use rayon::prelude::*;
 
 use crate::estimate::bound::bound;
 use crate::estimate::distance_m;
 use crate::estimate::fit::{ALARM_SIGMAS, ModelEstimate};
+use crate::report::table::Table;
 use crate::scene::{DetectorIndex, EstimatorKind, OtherLight, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::Ranging;
 use crate::simulate::scans::scans;
+use crate::study::reproduce::phase::Errors;
 use crate::study::reproduce::run_error::RunError;
 use crate::study::reproduce::statistics::{Measured, rate, sample_mean_of, sample_std};
 
@@ -122,6 +124,51 @@ impl PathFits {
 
     fn of_two_or_more(&self, of: impl Fn(&[f64]) -> Measured) -> Option<Measured> {
         (self.errors_m.len() >= 2).then(|| of(&self.errors_m))
+    }
+}
+
+/// What an estimator finds of a light, where one quantity has the value `x`.
+pub struct Found {
+    /// Name of the series.
+    pub series: String,
+    /// The quantity.
+    pub x: f64,
+    /// Share of scans that find it.
+    found: Measured,
+    /// Mean error, in metres.
+    pub bias_m: Option<Measured>,
+    /// Standard deviation, in metres.
+    pub std_m: Option<Measured>,
+    /// Cramer-Rao bound, in metres.
+    pub bound_m: Option<f64>,
+}
+
+impl Found {
+    /// By the joint fit, of the path with a number.
+    pub fn by_fit(series: String, x: f64, fits: &Fits, path: usize) -> Found {
+        let path = &fits.paths[path];
+        let (bias_m, std_m) = (path.bias_m(), path.std_m());
+        Found { series, x, found: fits.told(), bias_m, std_m, bound_m: path.bound_m }
+    }
+
+    /// By the phase; nothing of fewer than two scans.
+    pub fn by_phase(series: String, x: f64, errors: Option<Errors>) -> Found {
+        let none = Measured::normal(0.0, 0.0);
+        let found = errors.map_or(none, |errors| errors.correct_coarse());
+        let (bias_m, std_m) = (errors.map(|e| e.bias_m), errors.map(|e| e.std_m));
+        Found { series, x, found, bias_m, std_m, bound_m: None }
+    }
+
+    /// A row of each, over a column of x.
+    pub fn table(x_column: &str, rows: &[Found]) -> Table {
+        Table::of(rows)
+            .column("series", |row| row.series.as_str())
+            .column(x_column, |row| row.x)
+            .interval("found", |row| row.found)
+            .interval("bias_m", |row| row.bias_m)
+            .interval("std_m", |row| row.std_m)
+            .column("bound_m", |row| row.bound_m)
+            .table()
     }
 }
 

@@ -1,13 +1,12 @@
 //! The own sensor under another one that is brighter: how far off its distance is, with
 //! clocks that are one and clocks that are not.
 
-use super::fits::Fits;
+use super::fits::{Fits, Found};
 use crate::report::chart::{Axis, Mark, Panel};
 use crate::report::table::Table;
 use crate::scene::Scene;
 use crate::simulate::Tier;
 use crate::study::reproduce::figure::Figure;
-use crate::study::reproduce::phase::Errors;
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, balanced_gold, sensor, window};
 use crate::study::reproduce::statistics::Measured;
@@ -33,15 +32,6 @@ const HALF_WINDOW_CHIPS: u64 = 5;
 const LOOKED_FOR: &str = "the own path is looked for in the whole code period where clocks are one, in \
                           5 chips to either side of it where they are not";
 
-/// What was measured at one power ratio.
-struct Row {
-    ratio: f64,
-    /// By the joint fit: clocks that are one, and clocks that are not.
-    fits: [Fits; 2],
-    /// By the phase in the same light.
-    phase: [Option<Errors>; 2],
-}
-
 /// How the two clocks go.
 const KINDS: [&str; 2] = ["synchronised", "20 ppm apart"];
 
@@ -63,27 +53,33 @@ fn round_own(scene: Scene) -> Scene {
     window(scene, OWN_CHIPS * CHIP_PERIOD_PS, HALF_WINDOW_CHIPS)
 }
 
-fn measure(run: &mut Run, ratio: f64) -> Result<Row, RunError> {
-    let one_clock = scene(ratio, 0.0)?;
-    let two_clocks = round_own(scene(ratio, CLOCK_OFFSET)?);
-    let fits = [
-        // Light that is found by its code shows in the whole scan only.
-        run.fits(&one_clock, Tier::Counts, MOST_WHOLE_SCANS)?,
-        // Its counts are no longer those of a step's mean light, but of photons.
-        run.fits(&two_clocks, Tier::Events, MOST_SCANS)?,
-    ];
-    let mut phase = |scene: &Scene| match run.share_of_errors(scene, SHARES) {
-        Err(RunError::NoStatistics { .. }) => Ok(None),
-        errors => errors.map(Some),
-    };
-    Ok(Row { ratio, phase: [phase(&round_own(one_clock))?, phase(&two_clocks)?], fits })
-}
-
 /// The figure of error against power ratio.
 pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
-    let rows: Vec<Row> =
-        RATIOS.into_iter().map(|ratio| measure(run, ratio)).collect::<Result<_, _>>()?;
-    let (table, errors) = tables(&rows);
+    let (mut rows, mut notes) = (Vec::new(), vec![LOOKED_FOR.to_owned()]);
+    for ratio in RATIOS {
+        let one_clock = scene(ratio, 0.0)?;
+        let two_clocks = round_own(scene(ratio, CLOCK_OFFSET)?);
+        let fits = [
+            // Light that is found by its code shows in the whole scan only.
+            run.fits(&one_clock, Tier::Counts, MOST_WHOLE_SCANS)?,
+            // Its counts are no longer those of a step's mean light, but of photons.
+            run.fits(&two_clocks, Tier::Events, MOST_SCANS)?,
+        ];
+        let windows = [round_own(one_clock), two_clocks];
+        for ((kind, fits), scene) in KINDS.iter().zip(&fits).zip(&windows) {
+            rows.push(Found::by_fit(format!("joint fit, {kind}"), ratio, fits, 0));
+            let phase = run.errors_if_any(scene, SHARES)?;
+            rows.push(Found::by_phase(format!("phase, {kind}"), ratio, phase));
+        }
+        notes.push(note(ratio, &fits));
+    }
+    let table = Found::table("other_over_own", &rows);
+    let errors = Table::of(&rows)
+        .column("series", |row| row.series.as_str())
+        .column("other_over_own", |row| row.x)
+        .interval("rms_m", |row| row.bias_m.zip(row.std_m).map(root_mean_square))
+        .column("bound_m", |row| row.bound_m)
+        .table();
     let panel = |y| {
         Panel::new(
             Axis::log("other_over_own", "power of the other sensor's light over that of the own"),
@@ -102,7 +98,6 @@ pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
     ];
     let title = "Own sensor under another one of 22 pW (21 Mcps), 1.04 ms per phase step; clocks \
                  that are one, and 20 ppm apart";
-    let notes = std::iter::once(LOOKED_FOR.to_owned()).chain(rows.iter().map(note)).collect();
     Ok(Figure { notes, ..Figure::new(title, table, panels) })
 }
 
@@ -115,7 +110,7 @@ fn root_mean_square((bias, std): (Measured, Measured)) -> Measured {
 }
 
 /// What the counts of clocks that are apart do to chi-square.
-fn note(row: &Row) -> String {
+fn note(ratio: f64, [one, two]: &[Fits; 2]) -> String {
     let share = |measured: Measured| {
         format!(
             "{:.1} % ({:.1} to {:.1})",
@@ -124,66 +119,12 @@ fn note(row: &Row) -> String {
             100.0 * measured.high
         )
     };
-    let [one, two] = &row.fits;
     format!(
-        "1 : {}: more than 4 of its standard deviations off in {} of scans synchronised, {} with \
+        "1 : {ratio}: more than 4 of its standard deviations off in {} of scans synchronised, {} with \
          clocks apart; alarms in {} and {}",
-        row.ratio,
         share(one.wrong()),
         share(two.wrong()),
         share(one.alarms()),
         share(two.alarms()),
     )
-}
-
-/// What an estimator finds at one power ratio.
-struct Found {
-    series: String,
-    ratio: f64,
-    found: Measured,
-    bias_m: Option<Measured>,
-    std_m: Option<Measured>,
-    bound_m: Option<f64>,
-}
-
-/// The figure's data, and the errors that are drawn.
-fn tables(rows: &[Row]) -> (Table, Table) {
-    let mut all = Vec::new();
-    for row in rows {
-        for (number, kind) in KINDS.iter().enumerate() {
-            let (fits, path) = (&row.fits[number], &row.fits[number].paths[0]);
-            all.push(Found {
-                series: format!("joint fit, {kind}"),
-                ratio: row.ratio,
-                found: fits.told(),
-                bias_m: path.bias_m(),
-                std_m: path.std_m(),
-                bound_m: path.bound_m,
-            });
-            let phase = row.phase[number];
-            // Of fewer than two scans there is nothing.
-            let none = || Measured::normal(0.0, 0.0);
-            all.push(Found {
-                series: format!("phase, {kind}"),
-                ratio: row.ratio,
-                found: phase.map_or_else(none, |errors| errors.correct_coarse()),
-                bias_m: phase.map(|errors| errors.bias_m),
-                std_m: phase.map(|errors| errors.std_m),
-                bound_m: None,
-            });
-        }
-    }
-    let of = || {
-        let named = Table::of(&all).column("series", |row| row.series.as_str());
-        named.column("other_over_own", |row| row.ratio)
-    };
-    let table = of()
-        .interval("found", |row| row.found)
-        .interval("bias_m", |row| row.bias_m)
-        .interval("std_m", |row| row.std_m)
-        .column("bound_m", |row| row.bound_m);
-    let errors = of()
-        .interval("rms_m", |row| row.bias_m.zip(row.std_m).map(root_mean_square))
-        .column("bound_m", |row| row.bound_m);
-    (table.table(), errors.table())
 }

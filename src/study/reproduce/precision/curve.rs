@@ -1,13 +1,13 @@
 //! Scatter and bias of the phase estimate against power, for targets all over a
 //! phase step.
 
-use crate::estimate::{CountingTier, predict};
 use crate::report::table::Table;
-use crate::scene::{DetectorIndex, PathIndex, Scene};
-use crate::sensor::Sensor;
+use crate::scene::Scene;
 use crate::study::reproduce::phase::Errors;
 use crate::study::reproduce::run::{Run, RunError};
-use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, SAMPLES_PER_CHIP, TARGET_PS, window};
+use crate::study::reproduce::sensor::{
+    CHIP_PERIOD_PS, SAMPLES_PER_CHIP, TARGET_PS, expected, window,
+};
 use crate::study::reproduce::statistics::{Measured, decibels, mean, rate, root_mean_square};
 
 /// Where targets stand beyond the usual one, in phase steps. What a scan scatters
@@ -37,7 +37,7 @@ pub fn at_position(mut scene: Scene, position: f64) -> Scene {
 /// Standard deviation that the exact moments give for a coarse stage that stands
 /// still, in metres.
 pub fn steady_std_m(scene: &Scene) -> Result<f64, RunError> {
-    Ok(predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), CountingTier::Events)?.std_m)
+    Ok(expected(scene)?.std_m)
 }
 
 /// Errors at one of [`POSITIONS`].
