@@ -201,15 +201,15 @@ impl Column {
 }
 
 impl Value {
-    /// As CSV has it, without quotes: numbers in the shortest form that reads back to the same
-    /// double, with an exponent where that is shorter.
+    /// As CSV has it, without quotes: numbers in the fewest digits that read back to the same
+    /// double, tiny and huge ones with an exponent.
     fn csv(&self) -> String {
-        let text = self.text();
-        let exponential = match self {
-            Value::Number(number) => format!("{number:e}"),
-            _ => text.clone(),
-        };
-        if exponential.len() < text.len() { exponential } else { text }
+        match *self {
+            Value::Number(number) if number != 0.0 && !(1e-4..1e15).contains(&number.abs()) => {
+                format!("{number:e}")
+            }
+            _ => self.text(),
+        }
     }
 
     /// As people read it: numbers in the fewest digits that read back to the same double.
@@ -469,7 +469,7 @@ mod tests {
     fn numbers_are_as_short_as_they_can_be_and_read_back_to_the_last_bit() {
         let numbers = [0.1 + 0.2, 100.0, 1e3, 0.25, 1e-3, 5e-324, f64::MAX, -2.5e-300, 0.0];
         let mut table = Table::of(&numbers).column("share", |&number| number).table();
-        let csv = "share\n0.30000000000000004\n100\n1e3\n0.25\n1e-3\n5e-324\n\
+        let csv = "share\n0.30000000000000004\n100\n1000\n0.25\n0.001\n5e-324\n\
                    1.7976931348623157e308\n-2.5e-300\n0\n";
         assert_eq!(table.csv(), csv);
         table.rows.clear();

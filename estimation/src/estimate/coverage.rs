@@ -11,7 +11,7 @@ use super::dead_time::{dead_time, periods};
 use super::expected_counts::ExpectedCounts;
 use super::fit::error::FitError;
 use super::fit::slipping::SlippingLight;
-use super::fit::{FittedPath, ModelEstimate, own_threshold};
+use super::fit::{FittedPath, ModelEstimate, check_shared_light, own_threshold};
 use super::missed::errors_wrap;
 use super::path_bound::Bound;
 use super::prediction::{Asked, Prediction};
@@ -61,6 +61,7 @@ pub fn check_fit(
         concerns_misses: true,
     }
     .check()?;
+    check_shared_light(sensor, detector)?;
     let model = DetectorModel::new(sensor, detector);
     if sensor.scene().hardware.architecture == Architecture::Histogram
         && let (Ok(dead_time), Ok(response)) =

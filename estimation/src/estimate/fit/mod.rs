@@ -48,6 +48,7 @@ pub use self::fitter::{Fitter, expected_fit};
 pub use self::model_estimate::{ALARM_SIGMAS, FittedPath, ModelEstimate, Untold, Velocity};
 use self::parameters::share_of_ones;
 use super::CountingTier;
+use super::approximation::Approximation;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{Light, MeanCount};
 use crate::scene::DetectorIndex;
@@ -93,27 +94,52 @@ pub fn fit_means(
 /// number.
 const FEW_BETWEEN_STEPS: f64 = 50.0;
 
+/// Whether a fit to steps that share their light scatters as it says.
+///
+/// # Errors
+/// Why not: of one path up to 1.5 times as much, of several up to 3 times.
+pub fn check_shared_light(sensor: &Sensor, detector: DetectorIndex) -> Result<(), Approximation> {
+    let parallel = sensor.timing().parallel;
+    if parallel <= 1 {
+        return Ok(());
+    }
+    let model = DetectorModel::new(sensor, detector);
+    let of_one = Approximation {
+        name: "that neighbouring phase steps of a group differ by a normal number",
+        measure: "one, in detections by which they differ,",
+        size: 1.0 / detections_between_steps(&model),
+        bound: 1.0 / FEW_BETWEEN_STEPS,
+        concerns_misses: false,
+    };
+    let of_several = Approximation {
+        name: "that phase steps which tell several paths apart see light of their own",
+        measure: "phase steps of a group",
+        size: f64::from(parallel),
+        bound: 1.0,
+        concerns_misses: false,
+    };
+    match air::is_one_path(sensor, &model, sensor.scene().other_light) {
+        true => of_one.check(),
+        false => of_several.check(),
+    }
+}
+
 /// What to say of fits to steps that share their light.
 pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> {
     let parallel = sensor.timing().parallel;
-    if parallel <= 1 {
-        return None;
-    }
-    let model = DetectorModel::new(sensor, detector);
-    if air::is_one_path(sensor, &model, sensor.scene().other_light) {
-        let between = detections_between_steps(&model);
-        return (between < FEW_BETWEEN_STEPS).then(|| {
-            format!(
-                "with parallel = {parallel} the phase steps of a group see the same light, and \
-                 neighbours differ by some {between:.0} detections only: the fit may scatter up to \
-                 1.5 times as much as it says (by less than 5 % from {FEW_BETWEEN_STEPS} on)"
-            )
-        });
-    }
-    Some(format!(
-        "with parallel = {parallel} the phase steps of a group see the same light; of several \
+    let size = check_shared_light(sensor, detector).err()?.size;
+    Some(match size < 1.0 {
+        true => format!(
+            "with parallel = {parallel} the phase steps of a group see the same light, and \
+             neighbours differ by some {:.0} detections only: the fit may scatter up to \
+             1.5 times as much as it says (by less than 5 % from {FEW_BETWEEN_STEPS} on)",
+            1.0 / size
+        ),
+        false => format!(
+            "with parallel = {parallel} the phase steps of a group see the same light; of several \
              paths distances then scatter up to 3 times as much as the fit says"
-    ))
+        ),
+    })
 }
 
 /// Detections of a step that its neighbour counts with the other sign, about: those within a
