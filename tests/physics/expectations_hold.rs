@@ -149,7 +149,8 @@ fn scatter_of_a_fit_over_the_ends_of_bins_is_expected() {
     }
     let few = found("7.44 us", 77_800.0, 20);
     assert_eq!(few.expected_std_m, None);
-    assert!(few.remark.is_some_and(|why| why.contains("how often the detector was ready")));
+    let why = few.remark.expect("why not");
+    assert!(why.contains("how often the detector was ready"), "{why}");
     // Ninety photons: of 300 scans 37 missed the path, the others scattered by 68 mm for 88.
     let settings = [
         "hardware.architecture=histogram",
@@ -161,7 +162,8 @@ fn scatter_of_a_fit_over_the_ends_of_bins_is_expected() {
     let scene = load_with(Path::new("scenes/paper-single.toml"), &settings).expect("it is sound");
     let few = of_first_path(&scene, Tier::Events, 3);
     assert_eq!(few.expected_std_m, None);
-    assert!(few.remark.is_some_and(|why| why.contains("enough photons")));
+    let why = few.remark.expect("why not");
+    assert!(why.contains("enough photons"), "{why}");
 }
 
 /// The fit to a histogram takes one path: of two it says nothing, and nothing is missed as
@@ -173,6 +175,30 @@ fn nothing_is_expected_of_a_fit_that_is_refused() {
     for path in found.estimates {
         assert_eq!((path.missed_fraction, path.expected_missed_fraction), (Some(1.0), None));
         assert_eq!(path.expectation_holds, None);
+    }
+}
+
+/// Steps of a group that hardly differ: of 600 scans of one path under `parallel` = 16, with 17
+/// detections between neighbours, the fit's estimates scattered by 1.23 of what it says; of several
+/// paths up to 3 times as much. With light enough the expectation stands.
+#[test]
+fn nothing_is_expected_of_fits_to_steps_that_hardly_differ() {
+    let fits = ["estimate.estimator=model", "hardware.parallel=16"];
+    let dim = [fits[0], fits[1], "scan.integration=2.5 us", "source.mean_power=5 pW"];
+    let bright = [fits[0], fits[1], "scan.integration=200 us", "source.mean_power=100 pW"];
+    let alone = |settings: &[&str]| {
+        let mut scene = with_equal_path(settings, "9");
+        scene.paths.truncate(1);
+        of_first_path(&scene, Tier::Expected, 1)
+    };
+    let expected = |found: &PathStatistics| found.expected_std_m.is_some();
+    assert!(expected(&alone(&bright)), "{:?}", alone(&bright));
+    for refused in [alone(&dim), of_first_path(&with_equal_path(&bright, "9"), Tier::Events, 2)] {
+        assert!(!expected(&refused), "{refused:?}");
+        assert!(
+            refused.remark.as_ref().is_some_and(|why| why.contains("phase steps")),
+            "{refused:?}"
+        );
     }
 }
 

@@ -51,7 +51,8 @@ pub fn check_fit(
     counting: CountingTier,
     fitted: &ModelEstimate,
 ) -> Result<(), Approximation> {
-    check_scene(&Asked { sensor, detector, path, tier: counting })?;
+    let asked = Asked { sensor, detector, path, tier: counting };
+    check_scene(&asked)?;
     let untold = fitted.untold.as_ref();
     Approximation {
         name: "that the fit tells all paths apart",
@@ -61,18 +62,10 @@ pub fn check_fit(
         concerns_misses: true,
     }
     .check()?;
-    check_shared_light(sensor, detector)?;
     let model = DetectorModel::new(sensor, detector);
-    if sensor.scene().hardware.architecture == Architecture::Histogram
-        && let (Ok(dead_time), Ok(response)) =
-            (dead_time(sensor, detector), MeanResponse::new(&model))
-    {
-        let periods = periods(sensor);
-        let bins: Vec<f64> = response.mean_bins().into_iter().map(|bin| bin / periods).collect();
-        // Where the dead time cannot be taken out, the fit does not need to.
-        if let Ok(light) = dead_time.correct_means(&bins, periods) {
-            ready_shown(&light.ready, periods, FIT_READY_ERROR).check()?;
-        }
+    match sensor.scene().hardware.architecture {
+        Architecture::UpDown => check_shared_light(sensor, detector)?,
+        Architecture::Histogram => check_ready_for_fit(&model, &asked)?,
     }
     if model.modulated_paths().count() + model.slipping().count() <= 1 {
         return Ok(());
@@ -87,6 +80,17 @@ pub fn check_fit(
         concerns_misses: true,
     }
     .check()
+}
+
+fn check_ready_for_fit(model: &DetectorModel, asked: &Asked) -> Result<(), Approximation> {
+    let (dead_time, response) = (dead_time(asked.sensor, asked.detector), MeanResponse::new(model));
+    // Without these there is no fit either.
+    let (Ok(dead_time), Ok(response)) = (dead_time, response) else { return Ok(()) };
+    let periods = periods(asked.sensor);
+    let bins: Vec<f64> = response.mean_bins().into_iter().map(|bin| bin / periods).collect();
+    // Where the dead time cannot be taken out, the fit does not need to.
+    let light = dead_time.correct_means(&bins, periods);
+    light.map_or(Ok(()), |light| ready_shown(&light.ready, periods, FIT_READY_ERROR).check())
 }
 
 /// The Cramer-Rao bound of a path, in metres; none where nothing can be expected of its
