@@ -46,9 +46,14 @@ fn definitions(text: &str, name: &str) -> Vec<String> {
     };
     let places = (0..lines.len()).filter(|&place| defines(lines[place]));
     let with_comment = places.map(|place| {
+        // Upwards: an attribute of several lines is from where it ends to where it begins.
+        let mut in_attribute = false;
         let is_before = |line: &&&str| {
-            let line = line.trim_start();
-            line.starts_with("///") || line.starts_with("#[")
+            let line = line.trim();
+            in_attribute |= line.ends_with(")]");
+            let is_before = in_attribute || line.starts_with("///") || line.starts_with("#[");
+            in_attribute &= !line.starts_with("#[");
+            is_before
         };
         let comment: Vec<&str> =
             lines[..place].iter().rev().take_while(is_before).copied().collect();

@@ -7,7 +7,8 @@
 use super::dead_time::periods;
 pub use super::dead_time::{Uncorrected, dead_time};
 use super::phase::{Estimate, NoEstimate, estimate, estimate_values};
-use super::prediction::{Answer, Asked, is_never_largest};
+use super::prediction::{Answer, is_never_largest};
+use super::truth::Asked;
 use super::{
     CountingTier, Prediction, PredictionError, TheoryEffort, Work, calibration_offset_ps, coverage,
 };

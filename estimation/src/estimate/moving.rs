@@ -4,7 +4,8 @@
 use std::f64::consts::PI;
 
 use super::phase::window_indices;
-use super::prediction::{Answer, Asked, Prediction, PredictionError};
+use super::prediction::{Answer, Prediction, PredictionError};
+use super::truth::Asked;
 use super::{delay_error_ps, distance_m, still};
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, SecondMoments};

@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use super::approximation::Approximation;
 use super::missed::counted_errors_ps;
 use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum, fundamental, window_indices};
-use super::truth::{TrueDelay, calibration_offset_ps, true_delay};
-use super::{CountingTier, delay_error_ps, distance_m};
+use super::truth::Asked;
+use super::{delay_error_ps, distance_m};
 use crate::histogram::correction::CorrectionError;
 use crate::light::round_trip_ps;
 use crate::math::{NormalLaw, PartOfNormal, normal_cdf};
@@ -111,32 +111,6 @@ pub enum PredictionError {
         /// How far it may.
         limit_ps: f64,
     },
-}
-
-/// A path whose estimates are asked about, from counts of a tier.
-#[derive(Clone, Copy)]
-pub(super) struct Asked<'s> {
-    pub sensor: &'s Sensor,
-    pub detector: DetectorIndex,
-    pub path: PathIndex,
-    pub tier: CountingTier,
-}
-
-impl Asked<'_> {
-    /// The delay that its estimates are held against.
-    pub fn truth(&self) -> TrueDelay {
-        true_delay(self.sensor, self.path, self.tier)
-    }
-
-    /// What is constant in its measured delay and is not light.
-    pub fn offset_ps(&self) -> f64 {
-        calibration_offset_ps(self.sensor, self.detector, self.tier)
-    }
-
-    /// The time after which its delays repeat.
-    pub fn code_period_ps(&self) -> f64 {
-        self.sensor.code_period_of_path_ps(self.path)
-    }
 }
 
 /// The phase estimator's answer to the values that are expected of a scan's phase steps, round

@@ -8,8 +8,8 @@ use super::bound::bound;
 use super::coverage;
 use super::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use super::histogram::{self, PhaseOfHistogram};
-use super::prediction::Asked;
 use super::theory::covered;
+use super::truth::Asked;
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
     CountingTier, Estimate, Prediction, calibration_offset_ps, check_modulated, delay_error_ps,

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 
 use super::expected_counts::{ExpectedCounts, with_counts};
 use super::prediction::{
-    Answer, Asked, Prediction, PredictionError, coarse_failure_bound_fraction, peak_of_path,
+    Answer, Prediction, PredictionError, coarse_failure_bound_fraction, peak_of_path,
 };
+use super::truth::Asked;
 use super::{coverage, distance_m, missed};
 use crate::scan::{Group, Step};
 

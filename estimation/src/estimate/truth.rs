@@ -78,3 +78,29 @@ pub fn calibration_offset_ps(sensor: &Sensor, detector: DetectorIndex, tier: Cou
         }
     }
 }
+
+/// A path whose estimates are asked about, from counts of a tier.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<'s> {
+    pub sensor: &'s Sensor,
+    pub detector: DetectorIndex,
+    pub path: PathIndex,
+    pub tier: CountingTier,
+}
+
+impl Asked<'_> {
+    /// The delay that its estimates are held against.
+    pub fn truth(&self) -> TrueDelay {
+        true_delay(self.sensor, self.path, self.tier)
+    }
+
+    /// What is constant in its measured delay and is not light.
+    pub fn offset_ps(&self) -> f64 {
+        calibration_offset_ps(self.sensor, self.detector, self.tier)
+    }
+
+    /// The time after which its delays repeat.
+    pub fn code_period_ps(&self) -> f64 {
+        self.sensor.code_period_of_path_ps(self.path)
+    }
+}

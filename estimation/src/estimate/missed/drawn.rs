@@ -16,7 +16,7 @@ use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::fit::start::PeakShape;
 use crate::estimate::phase::{estimate_at, first_maximum};
-use crate::estimate::prediction::Asked;
+use crate::estimate::truth::Asked;
 use crate::math::correlating;
 use crate::scan::{self, Scan, Step};
 use crate::scene::{DetectorIndex, EstimatorKind};

@@ -15,7 +15,7 @@ use self::target::Target;
 pub use self::target::tolerance_ps;
 pub(super) use self::target::{counted_errors_ps, errors_wrap};
 use super::expected_counts::ExpectedCounts;
-use super::prediction::Asked;
+use super::truth::Asked;
 use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 

@@ -8,7 +8,7 @@ use super::wedge::Planar;
 use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::phase::{estimate_at, window_indices};
-use crate::estimate::prediction::Asked;
+use crate::estimate::truth::Asked;
 use crate::math::{NormalLaw, PartOfNormal};
 use crate::scan::Step;
 use crate::scene::{Detector, PathIndex};
