@@ -5,9 +5,8 @@ use std::collections::HashMap;
 
 use super::concat::concat_bits;
 use super::drive::Drives;
-use super::expr::{Expr, SignalId};
+use super::expr::{Expr, SignalId, Statement};
 use super::fault::Fault;
-use super::lower::Statement;
 use super::signals::{Names, Role, WiringPins};
 
 /// Takes such signals out of `drives` and puts what they are in their places.

@@ -3,9 +3,8 @@
 
 use std::collections::HashMap;
 
-use super::expr::{Expr, SignalId};
+use super::expr::{Expr, SignalId, Statement};
 use super::fault::Fault;
-use super::lower::Statement;
 use super::scope::{CLOCK, RESET};
 use super::signals::{Names, Reset, Role};
 

@@ -182,3 +182,24 @@ impl Expr {
         }
     }
 }
+
+/// A statement of a kernel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Statement {
+    /// Drives a whole signal.
+    Assign {
+        /// What is driven.
+        target: SignalId,
+        /// With what; as wide as the target.
+        value: Expr,
+    },
+    /// One of two blocks.
+    If {
+        /// A single bit.
+        test: Expr,
+        /// Statements for 1.
+        yes: Vec<Statement>,
+        /// Statements for 0.
+        no: Vec<Statement>,
+    },
+}

@@ -7,31 +7,10 @@ use rust_hdl_core::ast::{
 };
 
 use super::concat::{binary, concat, not};
-use super::expr::{BinaryOp, Expr, SignalId, UnaryOp};
+use super::expr::{BinaryOp, Expr, SignalId, Statement, UnaryOp};
 use super::fault::Fault;
 use super::scope::{literal_value, literal_width};
 use super::signals::Names;
-
-/// A statement of a kernel.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Statement {
-    /// Drives a whole signal.
-    Assign {
-        /// What is driven.
-        target: SignalId,
-        /// With what; as wide as the target.
-        value: Expr,
-    },
-    /// One of two blocks.
-    If {
-        /// A single bit.
-        test: Expr,
-        /// Statements for 1.
-        yes: Vec<Statement>,
-        /// Statements for 0.
-        no: Vec<Statement>,
-    },
-}
 
 /// Lowers a kernel.
 pub fn lower(kernel: &VerilogBlock, names: &Names) -> Result<Vec<Statement>, Fault> {

@@ -2,9 +2,9 @@
 
 use super::alias::resolve;
 use super::drive::{Drives, drives_of};
-use super::expr::{Expr, SignalId, UnaryOp};
+use super::expr::{Expr, SignalId, Statement, UnaryOp};
 use super::fault::{Fault, Refusal};
-use super::lower::{Statement, lower};
+use super::lower::lower;
 use super::scope::{AtomInfo, Content, Scope};
 use super::signals::{Element, Named, Names, Reset, Role, Signal, TablePins};
 use crate::rtl::front::Description;
@@ -61,6 +61,12 @@ pub struct Instance {
 }
 
 impl Module {
+    /// Sizes of its instances.
+    pub fn sizes_below(&self, scope: &Scope) -> Vec<Vec<(String, u32)>> {
+        let sizes = |instance: &Instance| scope.children[instance.child].size_values();
+        self.instances.iter().map(sizes).collect()
+    }
+
     /// Translates `scope`, without its children.
     pub fn of(scope: &Scope) -> Result<Module, Refusal> {
         let mut named = scope.name.clone();

@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::expr::{Expr, SignalId};
-use super::lower::Statement;
+use super::expr::{Expr, SignalId, Statement};
 use super::module::Module;
 use super::module_type::ModuleType;
 use super::scope::{CLOCK, RESET};

@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 
 use super::fault::Refusal;
-use super::module::{Instance, Module};
+use super::module::Module;
 use super::module_type::{ModuleType, Parameter};
 use super::netlist::Netlist;
 use super::prefix::Prefix;
@@ -77,7 +77,7 @@ fn register(
             ..p
         }));
     }
-    let sizes_below = sizes_below(scope, &module);
+    let sizes_below = module.sizes_below(scope);
     let kinds: Vec<_> = children.iter().map(|(kind, _)| *kind).zip(&sizes_below).collect();
     let families = families(&module.instances, &kinds);
     let sheet = Sheet::of(&module, &families, &sizes_below);
@@ -117,12 +117,6 @@ fn register(
         key,
     });
     Ok((types.len() - 1, parameters))
-}
-
-/// Sizes of a module's instances.
-pub(super) fn sizes_below(scope: &Scope, module: &Module) -> Vec<Vec<(String, u32)>> {
-    let sizes = |instance: &Instance| scope.children[instance.child].size_values();
-    module.instances.iter().map(sizes).collect()
 }
 
 /// The module `name` that is given, new or old.

@@ -3,9 +3,8 @@
 
 use std::collections::HashMap;
 
-use super::expr::{Expr, SignalId};
+use super::expr::{Expr, SignalId, Statement};
 use super::lines::{Line, Step, folded, joined, lines, loops_joined};
-use super::lower::Statement;
 use super::module::{Assign, Instance, Module};
 use super::number::Num;
 use super::signals::{Element, Reset, Role, Signal, vectors};

@@ -5,9 +5,8 @@ use std::mem::discriminant;
 
 use rust_hdl_core::atom::AtomKind;
 
-use super::expr::{Expr, SignalId};
+use super::expr::{Expr, SignalId, Statement};
 use super::fault::Fault;
-use super::lower::Statement;
 use super::names::check_name;
 use super::scope::{AtomInfo, CLOCK, Content, RESET, Scope};
 use crate::rtl::front::{Description, Marker};

@@ -12,7 +12,6 @@ use super::lines::Line;
 use super::module::Module;
 use super::number::Num;
 use super::scope::scopes_of;
-use super::share::sizes_below;
 use super::sheet::{GENERATED, Sheet, families};
 use super::term::{Numbers, Term};
 use crate::rtl::front::Size;
@@ -30,7 +29,7 @@ fn of_sizes(block: &[Size], values: &[u32]) -> Result<Sheet, Refusal> {
         return of_sizes(&rest, &values[1..]);
     }
     let module = Module::of(&scope)?;
-    let sizes = sizes_below(&scope, &module);
+    let sizes = module.sizes_below(&scope);
     let kinds: Vec<_> = module.instances.iter().map(|i| &scope.children[i.child]).collect();
     let kinds: Vec<_> = kinds.iter().map(|scope| scope.module_name()).zip(&sizes).collect();
     Ok(Sheet::of(&module, &families(&module.instances, &kinds), &sizes))
