@@ -151,6 +151,19 @@ fn scatter_of_a_fit_over_the_ends_of_bins_is_expected() {
     assert_eq!(few.expected_std_m, None);
     let why = few.remark.expect("why not");
     assert!(why.contains("how often the detector was ready"), "{why}");
+    // Light that hardly stands out of the background: the likeliest delay is anywhere.
+    let dim = [
+        "hardware.architecture=histogram",
+        "estimate.estimator=model",
+        "source.mean_power=1 pW",
+        "detector.background_rate=20 Mcps",
+        "scan.integration=40 us",
+    ];
+    let dim = dim.map(|s| s.parse().expect("a setting"));
+    let scene = load_with(Path::new("scenes/quick.toml"), &dim).expect("it is sound");
+    let dim = of_first_path(&scene, Tier::Events, 3);
+    assert_eq!((dim.expected_std_m, dim.bound_m), (None, None));
+    assert!(dim.remark.expect("why not").contains("on the path's peak"));
     // Ninety photons: of 300 scans 37 missed the path, the others scattered by 68 mm for 88.
     let settings = [
         "hardware.architecture=histogram",

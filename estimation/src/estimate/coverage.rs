@@ -240,6 +240,18 @@ pub(super) fn enough_photons(slopes: &[f64], means: &[f64]) -> Approximation {
     }
 }
 
+/// Whether the likeliest delay is on the path's peak, and not anywhere in the code period: where it
+/// scatters by `std_chips`, it seldom is on another peak as long as that is a fraction of a chip.
+pub(super) fn of_one_peak(std_chips: f64) -> Approximation {
+    Approximation {
+        name: "that the likeliest delay is on the path's peak",
+        measure: "its scatter in chips",
+        size: std_chips,
+        bound: 0.25,
+        concerns_misses: true,
+    }
+}
+
 /// Whether light of other clocks may be taken as constant by the phase.
 ///
 /// # Errors

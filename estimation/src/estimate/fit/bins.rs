@@ -359,7 +359,9 @@ impl<'s> BinFitter<'s> {
         let slopes = counts.slopes(&here, true)?;
         coverage::enough_photons(&slopes.columns[0], &here.expected).check()?;
         let law = likeliest(slopes.columns, |chips| counts.told_apart(&here, chips))?;
-        law.ok_or_else(|| counts.undetermined(&here))
+        let law = law.ok_or_else(|| counts.undetermined(&here))?;
+        coverage::of_one_peak(law.std).check()?;
+        Ok(law)
     }
 
     /// Bins of few counts make chi-square scatter more than that of normal numbers does, by
