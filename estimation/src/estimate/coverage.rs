@@ -7,7 +7,6 @@
 
 use super::CountingTier;
 use super::approximation::Approximation;
-use super::dead_time::{dead_time, periods};
 use super::expected_counts::ExpectedCounts;
 use super::fit::error::FitError;
 use super::fit::slipping::SlippingLight;
@@ -64,9 +63,8 @@ pub fn check_fit(
     }
     .check()?;
     let model = DetectorModel::new(sensor, detector);
-    match sensor.scene().hardware.architecture {
-        Architecture::UpDown => check_shared_light(sensor, detector)?,
-        Architecture::Histogram => check_ready_for_fit(&model, &asked)?,
+    if sensor.scene().hardware.architecture == Architecture::UpDown {
+        check_shared_light(sensor, detector)?;
     }
     if model.modulated_paths().count() + model.slipping().count() <= 1 {
         return Ok(());
@@ -81,17 +79,6 @@ pub fn check_fit(
         concerns_misses: true,
     }
     .check()
-}
-
-fn check_ready_for_fit(model: &DetectorModel, asked: &Asked) -> Result<(), Approximation> {
-    let (dead_time, response) = (dead_time(asked.sensor, asked.detector), MeanResponse::new(model));
-    // Without these there is no fit either.
-    let (Ok(dead_time), Ok(response)) = (dead_time, response) else { return Ok(()) };
-    let periods = periods(asked.sensor);
-    let bins: Vec<f64> = response.mean_bins().into_iter().map(|bin| bin / periods).collect();
-    // Where the dead time cannot be taken out, the fit does not need to.
-    let light = dead_time.correct_means(&bins, periods);
-    light.map_or(Ok(()), |light| ready_shown(&light.ready, periods, FIT_READY_ERROR).check())
 }
 
 /// The Cramer-Rao bound of a path, in metres; none where nothing can be expected of its
@@ -206,6 +193,11 @@ pub(super) fn check_ready(ready: &[f64], periods: f64) -> Result<(), Approximati
         concerns_misses: true,
     }
     .check()
+}
+
+/// The same of what a fit rests on.
+pub(super) fn ready_for_fit(ready: &[f64], periods: f64) -> Approximation {
+    ready_shown(ready, periods, FIT_READY_ERROR)
 }
 
 fn ready_shown(ready: &[f64], periods: f64, most: f64) -> Approximation {

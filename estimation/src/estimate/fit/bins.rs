@@ -349,7 +349,7 @@ impl<'s> BinFitter<'s> {
     }
 
     /// How the likeliest delays scatter round the true one, from bins whose roots have normal
-    /// errors ([`likeliest`]), where enough photons tell the delay.
+    /// errors ([`likeliest`]), where these approximations hold.
     fn scatter_chips(&self) -> Result<NormalLaw, FitError> {
         let truth = Parameters::of(&Light::of(&self.model));
         let counts = self.counts(&[]);
@@ -357,6 +357,11 @@ impl<'s> BinFitter<'s> {
         let mut counts = self.counts(&means);
         let here = counts.bins(truth)?;
         let slopes = counts.slopes(&here, true)?;
+        let per_period: Vec<f64> = means.iter().map(|mean| mean / self.periods).collect();
+        // Where the dead time cannot be taken out, the fit does not need to.
+        if let Ok(light) = self.dead_time.correct_means(&per_period, self.periods) {
+            coverage::ready_for_fit(&light.ready, self.periods).check()?;
+        }
         coverage::enough_photons(&slopes.columns[0], &here.expected).check()?;
         let law = likeliest(slopes.columns, |chips| counts.told_apart(&here, chips))?;
         let law = law.ok_or_else(|| counts.undetermined(&here))?;
