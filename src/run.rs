@@ -309,7 +309,7 @@ fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport
 
 /// The histogram that a detector's hardware sent, if it keeps one and sent all of it.
 fn histogram_of(sensor: &Sensor, sent: &[SentCount]) -> Option<Histogram> {
-    let plan = sensor.interface().histogram?;
+    let plan = sensor.interface().histogram()?;
     let bins: Option<Vec<u64>> = sent.iter().map(|count| count.bin).collect();
     Histogram::new(bins?, plan.row_bins, plan.periods)
         .ok()

@@ -88,7 +88,7 @@ fn of_bins(
     bins: Vec<u64>,
 ) -> PyResult<Bound<'_, PyAny>> {
     let sensor = Sensor::new(&scene);
-    let Some(plan) = sensor.interface().histogram else {
+    let Some(plan) = sensor.interface().histogram() else {
         return Err(bad_argument(
             "bins are of a sensor that keeps a histogram, and this scene's correlates phase step by \
              phase step (hardware.architecture = \"histogram\" keeps one)",

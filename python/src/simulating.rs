@@ -39,7 +39,7 @@ pub(crate) fn expected<'py>(
     let (detector, tier) = (detector_of(&scene, detector)?, tier(fidelity)?);
     let (columns, errors) = wait_for(python, None, move |_| {
         let sensor = Sensor::new(&scene);
-        let columns = match sensor.interface().histogram {
+        let columns = match sensor.interface().histogram() {
             Some(_) => columns_of_bins(&sensor, detector)?,
             None => columns_of_steps(&sensor, detector, tier)?,
         };

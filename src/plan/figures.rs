@@ -54,11 +54,11 @@ impl Figures {
             phase_step_distance_m: distance_m(clock.sample_period_ps()),
             unambiguous_range_m: distance_m(timing.code_period_ps()),
             result_bits: interface.tdata_bits,
-            results: match interface.histogram {
+            results: match interface.histogram() {
                 Some(_) => interface.beats_of_group(),
                 None => timing.scan.steps * interface.reference_codes.len() as u64,
             },
-            at_once: interface.histogram.is_some(),
+            at_once: interface.histogram().is_some(),
         }
     }
 }

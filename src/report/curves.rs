@@ -108,7 +108,7 @@ pub(super) fn integration(
     let detector = curves.detector;
     let Points { rms, scatter, bound } = curves.points?;
     let here = sensor.timing().integration_ps() * 1e-6;
-    let (of_what, along) = match sensor.interface().histogram {
+    let (of_what, along) = match sensor.interface().histogram() {
         Some(_) => ("a histogram", "integration time of a histogram (\u{b5}s)"),
         None => ("a phase step", "integration time of a phase step (\u{b5}s)"),
     };

@@ -73,7 +73,7 @@ pub fn waves(sensor: &Sensor, seed: u64) -> Result<Vec<Wave>, ReferenceError> {
     let mut wanted = vec![("Start: the lasers begin when reset ends", 0..COLUMNS)];
     if first_result < MOST_CLOCKS {
         let from = (first_result + 5).saturating_sub(COLUMNS).max(1);
-        let title = match interface.histogram {
+        let title = match interface.histogram() {
             Some(_) => "First result: a row of the histogram",
             None => "First result: a phase step's count",
         };
@@ -151,7 +151,7 @@ fn shown(sensor: &Sensor, field: &Field, record: &[u64]) -> String {
     if field.port.width == 1 {
         return field.low_word(record).to_string();
     }
-    if field.port.role == Role::Data && interface.total.is_none() && field.port.width <= 64 {
+    if field.port.role == Role::Data && interface.total().is_none() && field.port.width <= 64 {
         let unused = u64::BITS - field.port.width;
         return ((field.low_word(record) << unused).cast_signed() >> unused).to_string();
     }

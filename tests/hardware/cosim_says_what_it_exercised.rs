@@ -155,7 +155,7 @@ fn what_is_counted_is_what_the_ports_show() {
     let interface = Interface::of(&scene);
     let layout = Layout::of(&interface);
     // The hits cannot be told from saturated counts.
-    assert!(!interface.saturates() && interface.total.is_none());
+    assert!(!interface.saturates() && interface.total().is_none());
     let mut reference = Reference::new(interface.clone()).unwrap();
     let mut adversary = Adversarial::new(&interface, 3);
     let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, 60_000);

@@ -141,7 +141,7 @@ fn the_saturation_clamp() {
     let mut compared = 0;
     for case in 0..10 {
         let exact = plain_scene(&mut noise, case);
-        let bits = Interface::of(&exact).exact_count_bits;
+        let bits = Interface::of(&exact).exact_count_bits();
         if bits < 5 {
             continue;
         }
@@ -298,7 +298,9 @@ fn count_segments() {
     let whole = scene(&codes, 0, 8, 3, Some(1), 131_073, None);
     let mut in_segments = whole.clone();
     in_segments.hardware.target = Target::Ice40Hx8k;
-    let segments = |scene: &Scene| Interface::of(scene).count_segments.count;
+    let segments = |scene: &Scene| {
+        Interface::of(scene).correlator().expect("it counts up and down").count_segments.count
+    };
     assert_eq!((segments(&whole), segments(&in_segments)), (1, 2));
     let inputs = endless(8, clocks_to_first_group(&whole), 1);
     let expected = counts(&whole, &inputs);

@@ -6,7 +6,7 @@ use crate::hdl_support::{Family, code, naive_sensor, random_scene, scene, stimul
 use goldtof::rtl::blocks::{CodeSource, SensorTop};
 use goldtof::rtl::front::{Word, tick};
 use goldtof::scene::Scene;
-use goldtof::sensor::interface::{CountSegments, Interface, TotalCount};
+use goldtof::sensor::interface::{Correlator, CountSegments, Counting, Interface, TotalCount};
 use rust_hdl_core::block::Block;
 use rust_hdl_core::simulate::simulate;
 
@@ -51,7 +51,8 @@ fn keeps(interface: &Interface, cycles: usize, seed: u64) {
         stimulus::inputs(interface.lanes() * interface.reference_codes.len() as u32, cycles, seed);
     let expected = naive_sensor::outputs(interface, &inputs, &[]);
     assert!(expected.iter().any(|o| o.valid), "the run is too short");
-    let mut sensor = SensorTop::new(interface.clone());
+    let correlator = *interface.correlator().expect("it counts up and down");
+    let mut sensor = SensorTop::new(interface.clone(), correlator);
     for (cycle, (input, expected)) in inputs.iter().zip(&expected).enumerate() {
         let got = clock(&mut sensor, input);
         assert_eq!(got, *expected, "cycle {cycle}, seed {seed}");
@@ -98,15 +99,17 @@ fn a_total_in_segments_counts_as_one_in_a_piece() {
         let mut scene = scene(&codes, 0, lanes, 3, Some(9), integration, None);
         scene.hardware.total_counts = Some(totals);
         let mut interface = Interface::of(&scene);
-        let bits = interface.exact_count_bits;
+        let mut correlator = *interface.correlator().expect("it counts up and down");
+        let bits = correlator.exact_count_bits;
         let count = bits.div_ceil(segment_bits);
-        assert!(count > 1 && interface.count_segments.count == 1);
-        interface.count_segments = CountSegments {
+        assert!(count > 1 && correlator.count_segments.count == 1);
+        correlator.count_segments = CountSegments {
             count,
             lower_bits: segment_bits,
             top_bits: bits - segment_bits * (count - 1),
         };
-        interface.result_latency_clocks += interface.count_segments.clocks() - 1;
+        interface.counting = Counting::Correlator(correlator);
+        interface.result_latency_clocks += correlator.count_segments.clocks() - 1;
         keeps(&interface, 4000, u64::from(lanes));
     }
 }
@@ -118,12 +121,16 @@ fn counts_and_totals_of_more_than_a_word_agree_at_every_clock() {
     scene.hardware.total_counts = Some(true);
     scene.hardware.parallel = 2;
     let mut interface = Interface::of(&scene);
-    interface.exact_count_bits = 45;
-    interface.count_bits = 45;
-    interface.count_segments = CountSegments { count: 4, lower_bits: 12, top_bits: 9 };
-    interface.total = Some(TotalCount { exact_bits: 44, bits: 44, first_bit: 48 });
+    let correlator = Correlator {
+        exact_count_bits: 45,
+        count_bits: 45,
+        count_segments: CountSegments { count: 4, lower_bits: 12, top_bits: 9 },
+        total: Some(TotalCount { exact_bits: 44, bits: 44, first_bit: 48 }),
+        ..*interface.correlator().expect("it counts up and down")
+    };
+    interface.counting = Counting::Correlator(correlator);
     interface.tdata_bits = 96;
-    interface.result_latency_clocks += interface.count_segments.clocks() - 1;
+    interface.result_latency_clocks += correlator.count_segments.clocks() - 1;
     keeps(&interface, 1000, 5);
 }
 

@@ -8,7 +8,7 @@ use goldtof::reference::level::Level;
 use goldtof::reference::predictor::{Reference, Skip};
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scene::{self, Scene, SourceIndex};
-use goldtof::sensor::interface::{Interface, TotalCount};
+use goldtof::sensor::interface::{Correlator, Counting, Interface, TotalCount};
 use goldtof::sensor::layout::Layout;
 use goldtof::sensor::port::Role;
 
@@ -134,13 +134,14 @@ fn with_detectors(mut scene: Scene, count: usize) -> Scene {
 
 /// The interface with counts of 45 bits and totals of 44.
 fn with_wide_counts(interface: Interface) -> Interface {
-    Interface {
+    let correlator = Correlator {
         exact_count_bits: 45,
         count_bits: 45,
         total: Some(TotalCount { exact_bits: 44, bits: 44, first_bit: 48 }),
-        tdata_bits: 96,
-        ..interface
-    }
+        ..*interface.correlator().expect("it counts up and down")
+    };
+    let counting = Counting::Correlator(correlator);
+    Interface { counting, tdata_bits: 96, ..interface }
 }
 
 #[test]
@@ -221,7 +222,7 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
             let seen = |port: fn(&Outputs) -> bool| expected.iter().any(port);
             assert!(seen(|p| p.valid) && seen(|p| p.overrun), "scene {i}");
             assert_eq!(seen(|p| p.saturated), interface.saturates(), "scene {i}");
-            assert_eq!(seen(|p| p.peak_valid), interface.peak.is_some(), "scene {i}");
+            assert_eq!(seen(|p| p.peak_valid), interface.peak().is_some(), "scene {i}");
         }
     }
 }

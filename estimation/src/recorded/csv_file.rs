@@ -124,7 +124,7 @@ pub(super) fn scans(text: &str, sensor: &Sensor) -> Result<Vec<RecordedScan>, Wr
 
 /// The histograms of a text: one of every detector that it names.
 pub(super) fn histograms(text: &str, sensor: &Sensor) -> Result<Vec<RecordedHistogram>, Wrong> {
-    let Some(plan) = sensor.interface().histogram else {
+    let Some(plan) = sensor.interface().histogram() else {
         let says = "bins are of a sensor that keeps a histogram, and this scene's correlates phase \
                     step by phase step; write hardware.architecture = \"histogram\", or the counts \
                     of its phase steps with the heading phase_step,count";

@@ -23,7 +23,7 @@ pub fn expected_bins(
 ) -> Result<Vec<[f64; 2]>, MeanResponseError> {
     let model = DetectorModel::new(sensor, detector);
     let means = MeanResponse::new(&model)?.mean_bins();
-    let periods = sensor.interface().histogram.map_or(1, |plan| plan.periods) as f64;
+    let periods = sensor.interface().histogram().map_or(1, |plan| plan.periods) as f64;
     Ok(with_std(&means, periods))
 }
 
@@ -52,7 +52,7 @@ fn expected_bins_csv(sensor: &Sensor) -> Result<String, MeanResponseError> {
 /// # Errors
 /// When the mean response cannot be had.
 pub fn expected_csv(sensor: &Sensor, tier: CountingTier) -> Result<String, MeanResponseError> {
-    if sensor.interface().histogram.is_some() {
+    if sensor.interface().histogram().is_some() {
         return expected_bins_csv(sensor);
     }
     let mut text = "measurement,phase_step,distance_m,detector,count_mean,count_std,\

@@ -140,7 +140,7 @@ fn check_testable(sensor: &Sensor, observed: Observed) -> Result<(), String> {
     if matches!(observed, Observed::Bins(_)) {
         return Ok(());
     }
-    if sensor.interface().histogram.is_some() {
+    if sensor.interface().histogram().is_some() {
         return Err(
             "counts of a histogram's phase steps are of the same photons, and their residuals go \
              together; its bins (bins.csv of `goldtof run`) have some that do not"

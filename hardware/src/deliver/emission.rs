@@ -16,6 +16,7 @@ use crate::rtl::blocks::{HistogramTop, ScanRegisters, SensorTop};
 use crate::scene::SceneReference;
 use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
+use crate::sensor::interface::Counting;
 use crate::sensor::port::Port;
 
 /// Everything that `emit` makes.
@@ -219,9 +220,9 @@ fn modules(
 ) -> Result<(Vec<EmittedFile>, Vec<Netlist>), HdlError> {
     let interface = sensor.interface();
     check_limits(sensor, interface)?;
-    let top: Box<dyn Block> = match &interface.histogram {
-        None => Box::new(SensorTop::new(interface.clone())),
-        Some(plan) => Box::new(HistogramTop::new(interface.clone(), *plan)),
+    let top: Box<dyn Block> = match interface.counting {
+        Counting::Correlator(counts) => Box::new(SensorTop::new(interface.clone(), counts)),
+        Counting::Histogram(counts) => Box::new(HistogramTop::new(interface.clone(), counts)),
     };
     let modules = verilog_of(&*top, prefix, &made_by(&printable_ascii(command)))?;
     let netlists = modules.iter().filter_map(|module| module.netlist.clone()).collect();
@@ -249,19 +250,19 @@ fn parameters(sensor: &Sensor) -> Parameters {
         integration_chips: interface.timing.scan.integration_chips,
         realigns: interface.realigns(),
         parallel: interface.parallel(),
-        count_bits: interface.count_bits,
-        exact_count_bits: interface.exact_count_bits,
-        total_count: interface.total.map(|total| TotalParameters {
+        count_bits: interface.count_bits(),
+        exact_count_bits: interface.exact_count_bits(),
+        total_count: interface.total().map(|total| TotalParameters {
             first_bit: total.first_bit,
             bits: total.bits,
             exact_bits: total.exact_bits,
         }),
-        peak: interface.peak.map(|peak| PeakParameters {
+        peak: interface.peak().map(|peak| PeakParameters {
             step_bits: peak.step_bits,
             count_bits: peak.count_bits,
             latency_clocks: peak.latency_clocks,
         }),
-        histogram: interface.histogram.map(|plan| HistogramParameters {
+        histogram: interface.histogram().map(|plan| HistogramParameters {
             rows: plan.rows,
             row_bins: plan.row_bins,
             bin_data_bits: plan.bin_data_bits(),
@@ -270,7 +271,7 @@ fn parameters(sensor: &Sensor) -> Parameters {
             buffers: plan.buffers,
             memory_bits: plan.memory_bits(detectors) as u64,
             block_ram_blocks: block_ram(sensor.scene().hardware.target)
-                .blocks_of_histograms(&plan, detectors),
+                .blocks_of_histograms(plan, detectors),
         }),
     }
 }

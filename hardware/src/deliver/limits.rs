@@ -5,7 +5,7 @@ use crate::code::{Code, Generator, Lfsr, MOST_HARDWARE_DEGREE};
 use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
 use crate::sensor::histogram::{HistogramPlan, LEAST_ROWS, MOST_ROW_BITS};
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Counting, Interface};
 use crate::sensor::peak::PeakPlan;
 
 /// Longest integration, as in a scene file.
@@ -18,9 +18,9 @@ pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(),
     if periods.clone().any(|period| period != interface.reference_codes[0].len()) {
         return Err(HdlError::CodeLengths { found: periods.collect() });
     }
-    match &interface.histogram {
-        None => check_parallel(interface)?,
-        Some(plan) => check_histogram(sensor, plan)?,
+    match &interface.counting {
+        Counting::Correlator(correlator) => check_correlator(interface, correlator)?,
+        Counting::Histogram(plan) => check_histogram(sensor, plan)?,
     }
     if interface.timing.scan.integration_chips > MOST_INTEGRATION_CHIPS {
         return Err(HdlError::Limit {
@@ -29,25 +29,28 @@ pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(),
             limit: "at most 2^60".into(),
         });
     }
-    if let Some(peak) = &interface.peak {
-        check_peak(interface, peak)?;
-    }
     within("samples per chip", interface.lanes(), "1, 2, 4, 8 or 16", |s| {
         s.is_power_of_two() && s <= 16
     })?;
     within(
         "the width of a count that cannot overflow",
-        interface.exact_count_bits,
+        interface.exact_count_bits(),
         "at most 64 bits; integrate over fewer chips",
         |bits| bits <= 64,
     )?;
-    if interface.histogram.is_none() {
-        within("counter_width", interface.count_bits, "2 to 64 bits", |bits| bits >= 2)?;
-    }
     for source in &sensor.scene().sources {
         check_code(&source.name, &source.code)?;
     }
     Ok(())
+}
+
+/// What signed counts and their steps are like.
+fn check_correlator(interface: &Interface, correlator: &Correlator) -> Result<(), HdlError> {
+    check_parallel(interface)?;
+    if let Some(peak) = &correlator.peak {
+        check_peak(interface, peak)?;
+    }
+    within("counter_width", correlator.count_bits, "2 to 64 bits", |bits| bits >= 2)
 }
 
 /// Steps at once, and chips for the reference to go back.

@@ -6,31 +6,30 @@ use crate::scene::SourceIndex;
 use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
 use crate::sensor::histogram::HistogramPlan;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Counting, Interface};
 
 pub fn parts(sensor: &Sensor) -> Vec<Part> {
     let interface = sensor.interface();
     let mut parts: Vec<Part> = SourceIndex::of(&sensor.scene().sources)
         .flat_map(|source| generator_parts(sensor, source.0))
         .collect();
-    if let Some(histogram) = &interface.histogram {
-        parts.extend(histogram_parts(sensor, histogram));
-        return parts;
+    match &interface.counting {
+        Counting::Correlator(correlator) => parts.extend([
+            phase_stepper(sensor),
+            lane_choice(sensor),
+            edge_detector(sensor),
+            updown_correlator(sensor, correlator),
+            parallel_correlators(sensor),
+            count_segments(correlator),
+            saturation(correlator),
+            total_counts(sensor, correlator),
+            scan_controller(sensor),
+            scan_realignment(sensor, interface),
+            peak_detector(sensor, correlator),
+            result_stream(interface),
+        ]),
+        Counting::Histogram(histogram) => parts.extend(histogram_parts(sensor, histogram)),
     }
-    parts.extend([
-        phase_stepper(sensor),
-        lane_choice(sensor),
-        edge_detector(sensor),
-        updown_correlator(sensor, interface),
-        parallel_correlators(sensor),
-        count_segments(interface),
-        saturation(interface),
-        total_counts(sensor, interface),
-        scan_controller(sensor),
-        scan_realignment(sensor, interface),
-        peak_detector(sensor, interface),
-        result_stream(interface),
-    ]);
     parts
 }
 
@@ -193,12 +192,12 @@ fn edge_detector(sensor: &Sensor) -> Part {
     )
 }
 
-fn updown_correlator(sensor: &Sensor, interface: &Interface) -> Part {
+fn updown_correlator(sensor: &Sensor, correlator: &Correlator) -> Part {
     kept(
         "updown_correlator",
         format!(
             "{} bits hold any count of {} chips with at most {} edges each",
-            interface.exact_count_bits,
+            correlator.exact_count_bits,
             sensor.timing().scan.integration_chips,
             (sensor.clock().samples_per_chip / 2).max(1)
         ),
@@ -218,8 +217,8 @@ fn parallel_correlators(sensor: &Sensor) -> Part {
     }
 }
 
-fn count_segments(interface: &Interface) -> Part {
-    let (bits, segments) = (interface.exact_count_bits, interface.count_segments.count);
+fn count_segments(correlator: &Correlator) -> Part {
+    let (bits, segments) = (correlator.exact_count_bits, correlator.count_segments.count);
     match segments {
         1 => left_out(
             "count_segments",
@@ -235,9 +234,9 @@ fn count_segments(interface: &Interface) -> Part {
     }
 }
 
-fn saturation(interface: &Interface) -> Part {
-    let (count, exact) = (interface.count_bits, interface.exact_count_bits);
-    if interface.saturates() {
+fn saturation(correlator: &Correlator) -> Part {
+    let (count, exact) = (correlator.count_bits, correlator.exact_count_bits);
+    if correlator.saturates() {
         kept(
             "saturation",
             format!(
@@ -253,11 +252,11 @@ fn saturation(interface: &Interface) -> Part {
     }
 }
 
-fn total_counts(sensor: &Sensor, interface: &Interface) -> Part {
+fn total_counts(sensor: &Sensor, correlator: &Correlator) -> Part {
     const PART: &str = "total_counts";
     let given = sensor.scene().hardware.total_counts.is_some();
     let estimator = sensor.scene().estimator;
-    match interface.total {
+    match correlator.total {
         Some(total) => kept(
             PART,
             format!(
@@ -320,8 +319,8 @@ fn scan_realignment(sensor: &Sensor, interface: &Interface) -> Part {
     }
 }
 
-fn peak_detector(sensor: &Sensor, interface: &Interface) -> Part {
-    match &interface.peak {
+fn peak_detector(sensor: &Sensor, correlator: &Correlator) -> Part {
+    match correlator.peak {
         Some(peak) => kept(
             "peak_detector",
             format!(

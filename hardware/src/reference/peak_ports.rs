@@ -62,7 +62,7 @@ impl PeakPorts {
         let detectors = interface.reference_codes.len();
         let field = |name| layout.outputs.field(name).clone();
         Some(PeakPorts {
-            plan: interface.peak?,
+            plan: *interface.peak()?,
             step: field(Role::PeakStep),
             count: field(Role::PeakCount),
             valid: field(Role::PeakValid),

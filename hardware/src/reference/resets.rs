@@ -49,7 +49,7 @@ pub(super) struct Upon {
 
 impl ResetWatch {
     pub(super) fn of(interface: &Interface) -> ResetWatch {
-        let peak = interface.peak.map_or(0, |peak| peak.latency_clocks);
+        let peak = interface.peak_latency_clocks();
         ResetWatch {
             depth: u64::from(interface.clocks_of_hit()),
             longest: u64::from(interface.result_latency_clocks.max(peak)),

@@ -61,6 +61,6 @@ pub fn clocks_for_scans(interface: &Interface, scans: u64) -> u64 {
         .saturating_add(RESET_CLOCKS);
     let beats = interface.beats_of_group();
     let stream = u64::from(interface.result_latency_clocks) + beats;
-    let peak = interface.peak.map_or(0, |peak| peak.latency_clocks);
+    let peak = interface.peak_latency_clocks();
     last_word.saturating_add(stream.max(u64::from(peak)) + 1)
 }

@@ -8,7 +8,7 @@ use super::canvas::Canvas;
 use super::coverage::{CoverPoint, CoverTable, Place};
 use super::exercise::{Counted, Exercise};
 use super::resets::PortState;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::layout::{Layout, mask};
 use crate::sensor::port::Role;
 
@@ -174,14 +174,14 @@ impl ResultStream {
             (field.word, field.shift)
         };
         let data = layout.outputs.field(Role::Data);
-        let total = interface.total.map(|total| {
+        let total = interface.total().map(|total| {
             let bit = data.shift + total.first_bit;
             (data.word + (bit / 64) as usize, bit % 64)
         });
         ResultStream {
             fields: StreamFields {
                 count: (data.word, data.shift),
-                count_bits: interface.signed_data_bits(),
+                count_bits: interface.correlator().map_or(0, Correlator::signed_data_bits),
                 total,
                 tvalid: place(Role::Valid),
                 tlast: place(Role::Last),

@@ -9,7 +9,7 @@ use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
 use crate::code::Code;
 use crate::scan::{Grouping, Timing};
-use crate::scene::{Architecture, Polarity, Scene, Target};
+use crate::scene::{Architecture, Polarity, Scene, Source, Target};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
@@ -23,6 +23,29 @@ pub struct Interface {
     /// Code of each detector's reference; lanes d S .. (d + 1) S of
     /// `i_samples` belong to detector d.
     pub reference_codes: Vec<Arc<Code>>,
+    /// Bits of `m_axis_tdata`: a signed count, sign-extended to whole bytes, and above
+    /// it the total count, zero-extended to whole bytes, if it is sent; or a row of a histogram.
+    pub tdata_bits: u32,
+    /// Clocks from the one at which a step's last sample word is on
+    /// `i_samples` to the one after which `m_axis_tvalid` shows its count.
+    pub result_latency_clocks: u32,
+    /// What hits are counted by.
+    pub counting: Counting,
+}
+
+/// What hardware counts hits by.
+#[derive(Debug, Clone, Copy)]
+pub enum Counting {
+    /// The sign of the reference at each phase step: counts go up and down.
+    Correlator(Correlator),
+    /// Their time in the code period. All phase steps are one group, whose results are the
+    /// rows of the histogram.
+    Histogram(HistogramPlan),
+}
+
+/// Correlators: signed counts, and what follows from these.
+#[derive(Debug, Clone, Copy)]
+pub struct Correlator {
     /// Bits of a signed count that no stimulus can overflow:
     /// |count| <= D max(1, S / 2), because a rising edge needs a low sample.
     pub exact_count_bits: u32,
@@ -31,23 +54,15 @@ pub struct Interface {
     pub count_bits: u32,
     /// The total counts beside the signed ones, if the hardware sends them.
     pub total: Option<TotalCount>,
-    /// Bits of `m_axis_tdata`: the count, sign-extended to whole bytes, and above
-    /// it the total count, zero-extended to whole bytes, if it is sent.
-    pub tdata_bits: u32,
     /// Phase steps whose correlators work in the same clock; those of the next
     /// bank are a clock behind.
     pub bank_steps: u32,
+    /// Banks of correlators.
+    pub banks: u32,
     /// How the exact count's adder is split.
     pub count_segments: CountSegments,
-    /// Clocks from the one at which a step's last sample word is on
-    /// `i_samples` to the one after which `m_axis_tvalid` shows its count.
-    pub result_latency_clocks: u32,
     /// The peak detector, if there is one.
     pub peak: Option<PeakPlan>,
-    /// The histogram, of hardware that counts hits by their time in the code period and
-    /// not up and down. Then all phase steps are one group, whose results are the rows
-    /// of the histogram; bits and segments of signed counts are without meaning.
-    pub histogram: Option<HistogramPlan>,
 }
 
 /// A count's carry chain in segments, each one clock behind the one below it.
@@ -83,6 +98,11 @@ impl CountSegments {
     /// serves both.
     pub fn of_total(self, total: TotalCount) -> CountSegments {
         CountSegments { top_bits: self.top_bits - (self.bits() - total.exact_bits), ..self }
+    }
+
+    /// Bits below each border between two segments.
+    pub fn borders(self) -> impl Iterator<Item = u32> + Clone {
+        (1..self.count).map(move |segment| segment * self.lower_bits)
     }
 
     /// Bits of all segments.
@@ -148,74 +168,44 @@ fn longest_carry_chain(target: Target) -> u32 {
     }
 }
 
-impl Interface {
-    /// Derives the interface from a scene.
-    pub fn of(scene: &Scene) -> Interface {
-        let lanes = scene.samples_per_chip;
-        let most_hits = u128::from(scene.scan.integration_chips) * u128::from((lanes / 2).max(1));
+impl Correlator {
+    /// The correlators of a scene.
+    fn of(scene: &Scene, timing: &Timing) -> Correlator {
+        let chips = scene.scan.integration_chips;
+        let most_hits = u128::from(chips) * u128::from((scene.samples_per_chip / 2).max(1));
         let exact_count_bits = signed_bits(most_hits);
-        let count_bits = scene
-            .hardware
-            .counter_width
-            .map_or(exact_count_bits, |bits| bits.min(exact_count_bits));
-        let count_segments =
-            CountSegments::of(exact_count_bits, longest_carry_chain(scene.hardware.target));
-        let total = scene
-            .sends_total_counts()
-            .then(|| TotalCount::of(count_bits, exact_count_bits, scene.scan.integration_chips));
-        let mut interface = Interface {
-            polarity: scene.hardware.polarity,
-            timing: scene.timing(),
-            source_codes: scene.sources.iter().map(|s| s.code.clone()).collect(),
-            reference_codes: scene
-                .detectors
-                .iter()
-                .map(|d| scene.sources[d.reference].code.clone())
-                .collect(),
+        let narrower = scene.hardware.counter_width.unwrap_or(exact_count_bits);
+        let count_bits = narrower.min(exact_count_bits);
+        let bank_steps = bank_steps(scene);
+        let mut correlator = Correlator {
             exact_count_bits,
             count_bits,
-            total,
-            tdata_bits: whole_bytes(count_bits) + total.map_or(0, |total| whole_bytes(total.bits)),
-            bank_steps: bank_steps(scene),
-            count_segments,
-            result_latency_clocks: 0,
+            total: scene
+                .sends_total_counts()
+                .then(|| TotalCount::of(count_bits, exact_count_bits, chips)),
+            bank_steps,
+            banks: timing.parallel.div_ceil(bank_steps),
+            count_segments: CountSegments::of(
+                exact_count_bits,
+                longest_carry_chain(scene.hardware.target),
+            ),
             peak: None,
-            histogram: None,
         };
-        if scene.hardware.architecture == Architecture::Histogram {
-            return interface.with_histogram(scene);
-        }
-        interface.result_latency_clocks =
-            Self::clocks_to_dump(lanes) + interface.clocks_of_counting();
         if scene.hardware.peak_detector {
             let counts = peak::Counts {
-                bits: interface.count_bits,
-                saturate: interface.saturates(),
-                clocks_of_counting: interface.clocks_of_counting(),
-                latency_clocks: interface.result_latency_clocks,
+                bits: count_bits,
+                saturate: correlator.saturates(),
+                clocks_of_counting: correlator.clocks_of_counting(),
+                latency_clocks: correlator.clocks_to_counted(scene.samples_per_chip),
             };
-            interface.peak = Some(PeakPlan::of(&interface.timing, &counts));
+            correlator.peak = Some(PeakPlan::of(timing, &counts));
         }
-        interface
+        correlator
     }
 
-    /// The interface of hardware that keeps a histogram.
-    fn with_histogram(mut self, scene: &Scene) -> Interface {
-        let plan = HistogramPlan::of(scene, &self.timing);
-        self.count_bits = plan.bin_bits;
-        self.exact_count_bits = plan.exact_bits;
-        self.total = None;
-        self.tdata_bits = plan.row_data_bits();
-        self.result_latency_clocks = plan.latency_clocks();
-        self.histogram = Some(plan);
-        self
-    }
-
-    /// Results that a group sends: one for each phase step and detector, or the rows of
-    /// their histograms.
-    pub fn beats_of_group(&self) -> u64 {
-        let results = self.histogram.map_or(u64::from(self.parallel()), |plan| plan.rows);
-        results * self.reference_codes.len() as u64
+    /// Whether counts can saturate.
+    pub fn saturates(&self) -> bool {
+        self.count_bits < self.exact_count_bits
     }
 
     /// Clocks from a step's last one until the lowest segment of the total
@@ -228,22 +218,106 @@ impl Interface {
         hits + lane_pairs + adder_levels + total
     }
 
-    /// Clocks that a hit takes to the total, or to its bin.
-    pub fn clocks_of_hit(&self) -> u32 {
-        match self.histogram {
-            Some(_) => CLOCKS_TO_BIN,
-            None => Self::clocks_to_dump(self.lanes()),
+    /// Clocks from the first bits of a group's counts to the last.
+    pub fn clocks_of_counting(&self) -> u32 {
+        self.count_segments.clocks() + self.banks - 1
+    }
+
+    /// Clocks from a group's last sample word, of so many samples, until its counts are there.
+    pub fn clocks_to_counted(&self, lanes: u32) -> u32 {
+        Self::clocks_to_dump(lanes) + self.clocks_of_counting()
+    }
+
+    /// Bits of `m_axis_tdata` that hold the signed count, sign-extended.
+    pub fn signed_data_bits(&self) -> u32 {
+        whole_bytes(self.count_bits)
+    }
+
+    /// Bits of `m_axis_tdata`.
+    fn tdata_bits(&self) -> u32 {
+        self.signed_data_bits() + self.total.map_or(0, |total| whole_bytes(total.bits))
+    }
+}
+
+impl Interface {
+    /// Derives the interface from a scene.
+    pub fn of(scene: &Scene) -> Interface {
+        let timing = scene.timing();
+        let codes = |source: &Source| source.code.clone();
+        let (counting, tdata_bits, result_latency_clocks) = match scene.hardware.architecture {
+            Architecture::UpDown => {
+                let correlator = Correlator::of(scene, &timing);
+                let latency = correlator.clocks_to_counted(scene.samples_per_chip);
+                (Counting::Correlator(correlator), correlator.tdata_bits(), latency)
+            }
+            Architecture::Histogram => {
+                let histogram = HistogramPlan::of(scene, &timing);
+                let latency = histogram.latency_clocks();
+                (Counting::Histogram(histogram), histogram.row_data_bits(), latency)
+            }
+        };
+        Interface {
+            polarity: scene.hardware.polarity,
+            source_codes: scene.sources.iter().map(codes).collect(),
+            reference_codes: scene
+                .detectors
+                .iter()
+                .map(|detector| codes(&scene.sources[detector.reference]))
+                .collect(),
+            timing,
+            tdata_bits,
+            result_latency_clocks,
+            counting,
         }
     }
 
-    /// Clocks from the first bits of a group's counts to the last.
-    pub fn clocks_of_counting(&self) -> u32 {
-        self.count_segments.clocks() + self.banks() - 1
+    /// The correlators, if hits are counted up and down.
+    pub fn correlator(&self) -> Option<&Correlator> {
+        match &self.counting {
+            Counting::Correlator(correlator) => Some(correlator),
+            Counting::Histogram(_) => None,
+        }
     }
 
-    /// Banks of correlators.
-    pub fn banks(&self) -> u32 {
-        self.parallel().div_ceil(self.bank_steps)
+    /// The histogram, if hits are counted by their time.
+    pub fn histogram(&self) -> Option<&HistogramPlan> {
+        match &self.counting {
+            Counting::Correlator(_) => None,
+            Counting::Histogram(histogram) => Some(histogram),
+        }
+    }
+
+    /// The total counts, if the hardware sends them.
+    pub fn total(&self) -> Option<&TotalCount> {
+        self.correlator()?.total.as_ref()
+    }
+
+    /// The peak detector, if there is one.
+    pub fn peak(&self) -> Option<&PeakPlan> {
+        self.correlator()?.peak.as_ref()
+    }
+
+    /// Clocks from a scan's last sample word to its peak; 0 without a peak detector.
+    pub fn peak_latency_clocks(&self) -> u32 {
+        self.peak().map_or(0, |peak| peak.latency_clocks)
+    }
+
+    /// Results that a group sends: one for each phase step and detector, or the rows of
+    /// their histograms.
+    pub fn beats_of_group(&self) -> u64 {
+        let results = match &self.counting {
+            Counting::Correlator(_) => u64::from(self.parallel()),
+            Counting::Histogram(histogram) => histogram.rows,
+        };
+        results * self.reference_codes.len() as u64
+    }
+
+    /// Clocks that a hit takes to the total, or to its bin.
+    pub fn clocks_of_hit(&self) -> u32 {
+        match self.counting {
+            Counting::Correlator(_) => Correlator::clocks_to_dump(self.lanes()),
+            Counting::Histogram(_) => CLOCKS_TO_BIN,
+        }
     }
 
     /// Samples per clock and detector, S.
@@ -276,15 +350,26 @@ impl Interface {
         u64::try_from(self.timing.scan_chips()).unwrap_or(u64::MAX)
     }
 
-    /// Bits of `m_axis_tdata` that hold the signed count, sign-extended.
-    pub fn signed_data_bits(&self) -> u32 {
-        whole_bytes(self.count_bits)
+    /// Bits of a count in a result: of a signed one, or of a bin.
+    pub fn count_bits(&self) -> u32 {
+        match &self.counting {
+            Counting::Correlator(correlator) => correlator.count_bits,
+            Counting::Histogram(histogram) => histogram.bin_bits,
+        }
+    }
+
+    /// Bits of a count that no stimulus can overflow.
+    pub fn exact_count_bits(&self) -> u32 {
+        match &self.counting {
+            Counting::Correlator(correlator) => correlator.exact_count_bits,
+            Counting::Histogram(histogram) => histogram.exact_bits,
+        }
     }
 
     /// Whether counts can saturate, so that the clamp and its flag exist. Totals
     /// cannot where counts cannot.
     pub fn saturates(&self) -> bool {
-        self.count_bits < self.exact_count_bits
+        self.count_bits() < self.exact_count_bits()
     }
 
     /// Whether a scan is followed by a pause until the next epoch.

@@ -28,7 +28,7 @@ pub mod port;
 
 use std::path::Path;
 
-use self::interface::Interface;
+use self::interface::{Correlator, Counting, Interface};
 use crate::code::Code;
 use crate::scan::{Clock, Timing};
 use crate::scene::{
@@ -89,7 +89,9 @@ impl Sensor {
     pub fn with_latency(&self, result_clocks: u32, peak_clocks: u32) -> Sensor {
         let mut sensor = self.clone();
         sensor.interface.result_latency_clocks = result_clocks;
-        if let Some(peak) = &mut sensor.interface.peak {
+        if let Counting::Correlator(Correlator { peak: Some(peak), .. }) =
+            &mut sensor.interface.counting
+        {
             peak.latency_clocks = peak_clocks;
         }
         sensor

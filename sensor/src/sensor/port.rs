@@ -115,12 +115,12 @@ const PORTS: [Row; 14] = [
     row(Role::Overrun, "o_overrun", Use::Result, |_| Some(1)),
     row(Role::Saturated, "o_saturated", Use::Result, |of| of.saturates().then_some(1)),
     row(Role::PeakStep, "o_peak_step", Use::Result, |of| {
-        of.peak.map(|peak| detectors(of) * peak.step_bits)
+        of.peak().map(|peak| detectors(of) * peak.step_bits)
     }),
     row(Role::PeakCount, "o_peak_count", Use::Result, |of| {
-        of.peak.map(|peak| detectors(of) * peak.count_bits)
+        of.peak().map(|peak| detectors(of) * peak.count_bits)
     }),
-    row(Role::PeakValid, "o_peak_valid", Use::Result, |of| of.peak.map(|_| 1)),
+    row(Role::PeakValid, "o_peak_valid", Use::Result, |of| of.peak().map(|_| 1)),
 ];
 
 fn detectors(interface: &Interface) -> u32 {

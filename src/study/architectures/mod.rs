@@ -206,7 +206,7 @@ fn way(plan: &Plan, scene: &Scene, path: PathIndex, times: &[u64]) -> Way {
         phase_steps: timing.scan.steps,
         whole_range: !plan.near,
         resources: resources(&sensor),
-        memory_bits: match &sensor.interface().histogram {
+        memory_bits: match sensor.interface().histogram() {
             Some(plan) => plan.memory_bits(scene.detectors.len()) as u64,
             None => 0,
         },

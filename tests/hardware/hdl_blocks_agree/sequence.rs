@@ -165,7 +165,8 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
     let mut scene = scene(std::slice::from_ref(&code), 0, 4, 9, Some(6), CHIPS as u64, None);
     scene.hardware.parallel = 6;
     let interface = Interface::of(&scene);
-    assert_eq!(interface.banks(), 2);
+    let correlator = *interface.correlator().expect("it counts up and down");
+    assert_eq!(correlator.banks, 2);
     let to_dump = interface.result_latency_clocks - 2;
     let mut starts = vec![10];
     while starts[starts.len() - 1] < CLOCKS {
@@ -205,7 +206,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
                 let chip = (i - delay).div_euclid(4).rem_euclid(code.len() as i64);
                 if code.chips[chip as usize] == 1 { 1 } else { -1 }
             });
-            wrapped(signs.sum(), interface.count_bits)
+            wrapped(signs.sum(), interface.count_bits())
         });
         let counts: Vec<u128> = counts.collect();
         let changes = pair[1] + CHIPS + to_dump as usize;
@@ -215,7 +216,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
     }
     let names: Vec<String> = (0..6).map(|step| format!("o_count_{step}")).collect();
     let outputs: Vec<(&str, u32)> =
-        names.iter().map(|name| (name.as_str(), interface.count_bits)).collect();
+        names.iter().map(|name| (name.as_str(), interface.count_bits())).collect();
     let inputs_of_block = [
         ("i_samples", 4),
         ("i_run", 1),
@@ -226,7 +227,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
     ];
     let ports = Ports::new(&inputs_of_block, &outputs);
     Case::clocked(
-        DetectorChannel::new(interface, code),
+        DetectorChannel::new(interface, correlator, code),
         ports,
         inputs.clone(),
         expected,

@@ -67,7 +67,7 @@ fn testbench(interface: &Interface, cycles: usize) -> String {
     };
     let detectors = interface.reference_codes.len() as u32;
     let (mut step_top, mut count_top, mut peak) = (0, 0, "1'b0, 1'b0, 1'b0");
-    if let Some(plan) = &interface.peak {
+    if let Some(plan) = interface.peak() {
         connection += ",\n        .o_peak_step(peak_step), .o_peak_count(peak_count), \
                        .o_peak_valid(peak_valid)";
         step_top = detectors * plan.step_bits - 1;

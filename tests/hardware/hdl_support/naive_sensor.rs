@@ -114,9 +114,9 @@ fn run(interface: &Interface, inputs: &[Inputs], skips: &[Skip]) -> Vec<Outputs>
 /// What the stream shows of a count and its hits: the count in whole bytes, and
 /// above it, if the hardware sends them, the hits in whole bytes.
 fn data(interface: &Interface, (count, hits): (i64, u64)) -> u128 {
-    let count_bytes = interface.count_bits.div_ceil(8);
+    let count_bytes = interface.count_bits().div_ceil(8);
     let low = count as u128 & ((1 << (8 * count_bytes)) - 1);
-    match interface.total {
+    match interface.total() {
         None => low,
         Some(_) => low | u128::from(hits) << (8 * count_bytes),
     }
@@ -131,7 +131,7 @@ struct Peaks {
 
 /// The first of each scan's largest counts, detector by detector.
 fn peaks(interface: &Interface, results: &[Results]) -> Vec<Peaks> {
-    let Some(plan) = interface.peak else {
+    let Some(plan) = interface.peak() else {
         return Vec::new();
     };
     let detectors = interface.reference_codes.len();
@@ -189,7 +189,7 @@ fn results(interface: &Interface, inputs: &[Inputs], skips: &[Skip]) -> Vec<Resu
             if edge >= inputs.len() as u64 {
                 return found;
             }
-            let half = 1i64 << (interface.count_bits - 1);
+            let half = 1i64 << (interface.count_bits() - 1);
             let (mut counts, mut saturates) = (Vec::new(), false);
             for detector in 0..interface.reference_codes.len() {
                 for j in group * parallel..((group + 1) * parallel).min(steps) {
@@ -200,7 +200,7 @@ fn results(interface: &Interface, inputs: &[Inputs], skips: &[Skip]) -> Vec<Resu
                     let exact = words.fold((0, 0), |(up, down), word| (up + word.0, down + word.1));
                     let (count, hits) = (exact.0 - exact.1, (exact.0 + exact.1) as u64);
                     let most =
-                        interface.total.map_or(u64::MAX, |_| (1 << interface.count_bits) - 1);
+                        interface.total().map_or(u64::MAX, |_| (1 << interface.count_bits()) - 1);
                     counts.push((count.clamp(-half, half - 1), hits.min(most)));
                     saturates |= counts.last() != Some(&(count, hits));
                 }

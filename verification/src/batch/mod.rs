@@ -69,7 +69,7 @@ pub fn held_to(
             return Err(BatchError::Latency { clocks, most: MOST_CLOCKS });
         }
     }
-    if peak_clocks.is_some() && sensor.interface().peak.is_none() {
+    if peak_clocks.is_some() && sensor.interface().peak().is_none() {
         return Err(BatchError::NoPeak);
     }
     let emitted = sensor.interface().result_latency_clocks;

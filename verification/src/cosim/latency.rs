@@ -92,7 +92,7 @@ impl HeldLatency {
     /// What a sensor is held to, if that is not what is emitted for it.
     pub fn of(sensor: &Sensor) -> Option<HeldLatency> {
         let (held, emitted) = (sensor.interface(), Interface::of(sensor.scene()));
-        let peak = |interface: &Interface| interface.peak.map(|peak| peak.latency_clocks);
+        let peak = |interface: &Interface| interface.peak().map(|peak| peak.latency_clocks);
         let latency = HeldLatency {
             result_clocks: held.result_latency_clocks,
             emitted_result_clocks: emitted.result_latency_clocks,
@@ -172,7 +172,7 @@ fn clocks_to_see(interface: &Interface) -> u64 {
     let chips = interface.timing.scan.integration_chips;
     let beats = interface.beats_of_group();
     let results = chips + u64::from(interface.result_latency_clocks) + RESET_CLOCKS + beats;
-    let all = match interface.peak {
+    let all = match interface.peak() {
         Some(_) => clocks_for_scans(interface, 1).max(results),
         None => results,
     };
@@ -195,7 +195,7 @@ fn shifted(sensor: &Sensor, result: i64, peak: i64) -> Sensor {
     let interface = sensor.interface();
     let by =
         |clocks: u32, late: i64| (i64::from(clocks) + late).clamp(0, i64::from(MOST_CLOCKS)) as u32;
-    let of_peak = interface.peak.map_or(0, |plan| plan.latency_clocks);
+    let of_peak = interface.peak_latency_clocks();
     sensor.with_latency(by(interface.result_latency_clocks, result), by(of_peak, peak))
 }
 

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use crate::sensor::Sensor;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Counting, Interface};
 use crate::sensor::layout::Field;
 use crate::sensor::port::Role;
 
@@ -175,7 +175,6 @@ impl Held {
 
 /// The numbers that a port holds, from its lowest bits up.
 fn held_by(port: Role, interface: &Interface) -> Vec<Held> {
-    let signed_bits = interface.signed_data_bits();
     let of_detectors = |name, bits: u32, is_signed| {
         let detectors = 0..interface.reference_codes.len();
         let held = detectors.map(move |detector| Held {
@@ -187,23 +186,26 @@ fn held_by(port: Role, interface: &Interface) -> Vec<Held> {
         });
         held.collect()
     };
-    match (port, &interface.peak) {
+    let count = |first_bit, bits, is_signed| {
+        let (name, detector) = ("count", None);
+        Held { name, detector, first_bit, bits, is_signed }
+    };
+    let correlator = match &interface.counting {
+        Counting::Correlator(correlator) => correlator,
+        Counting::Histogram(plan) if port == Role::Data => {
+            let bits = plan.bin_data_bits();
+            return (0..plan.row_bins).map(|bin| count(bin * bits, bits, false)).collect();
+        }
+        Counting::Histogram(_) => return Vec::new(),
+    };
+    match (port, &correlator.peak) {
         (Role::Data, _) => {
-            let count = Held {
-                name: "count",
-                detector: None,
-                first_bit: 0,
-                bits: signed_bits,
-                is_signed: true,
-            };
-            let total = interface.total.map(|total| Held {
+            let total = correlator.total.map(|total| Held {
                 name: "total_count",
-                first_bit: total.first_bit,
-                bits: interface.tdata_bits - total.first_bit,
-                is_signed: false,
-                ..count
+                ..count(total.first_bit, interface.tdata_bits - total.first_bit, false)
             });
-            std::iter::once(count).chain(total).collect()
+            let signed = count(0, correlator.signed_data_bits(), true);
+            std::iter::once(signed).chain(total).collect()
         }
         (Role::PeakStep, Some(peak)) => of_detectors("phase_step", peak.step_bits, false),
         (Role::PeakCount, Some(peak)) => of_detectors("count", peak.count_bits, true),
@@ -240,8 +242,8 @@ mod tests {
         let mut scene = scene::load(Path::new("../scenes/quick.toml")).unwrap();
         scene.hardware.total_counts = Some(true);
         let sensor = Sensor::new(&scene);
-        let total_at = sensor.interface().total.unwrap().first_bit;
-        assert_eq!(total_at, sensor.interface().signed_data_bits());
+        let total_at = sensor.interface().total().unwrap().first_bit;
+        assert_eq!(total_at, sensor.interface().correlator().unwrap().signed_data_bits());
         let layout = Layout::of(sensor.interface());
         let field = layout.outputs.field(Role::Data);
         let minus_two = (1u64 << total_at) - 2;

@@ -230,7 +230,7 @@ pub(super) fn coverage(
 
 /// Reads the peak detector's ports, if there are any.
 pub(super) fn peaks(sensor: &Sensor, layout: &Layout, outputs: &[u64]) -> Vec<PortPeak> {
-    let Some(peak) = &sensor.interface().peak else {
+    let Some(peak) = sensor.interface().peak() else {
         return Vec::new();
     };
     let [steps, counts] = [Role::PeakStep, Role::PeakCount].map(|port| layout.outputs.field(port));

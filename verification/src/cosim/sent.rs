@@ -5,7 +5,7 @@ use super::sent_frames::{FrameReader, Misplaced};
 use crate::reference::blocks::Records;
 use crate::scan::{Group, Grouping};
 use crate::scene::DetectorIndex;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Counting, Interface};
 use crate::sensor::layout::{Field, Layout, Record};
 use crate::sensor::port::Role;
 
@@ -75,13 +75,15 @@ impl SentReader {
         let (inputs, outputs) = (&layout.inputs, &layout.outputs);
         let data = outputs.field(Role::Data).clone();
         SentReader {
-            results: match &interface.histogram {
-                Some(plan) => Results::Rows(FrameReader::new(interface, plan, data)),
-                None => Results::Counts {
+            results: match &interface.counting {
+                Counting::Correlator(correlator) => Results::Counts {
                     data,
-                    signed_bits: interface.signed_data_bits(),
-                    total_bits: interface.total.map(|total| interface.tdata_bits - total.first_bit),
+                    signed_bits: correlator.signed_data_bits(),
+                    total_bits: correlator
+                        .total
+                        .map(|total| interface.tdata_bits - total.first_bit),
                 },
+                Counting::Histogram(plan) => Results::Rows(FrameReader::new(interface, plan, data)),
             },
             valid: Bit::of(outputs, Role::Valid),
             last: Bit::of(outputs, Role::Last),

@@ -186,7 +186,7 @@ pub fn refuse(sensor: &Sensor) -> Result<(), CosimError> {
 /// What becomes of the memories of a sensor's hardware.
 fn memories_of(sensor: &Sensor) -> Result<Memories, Refusal> {
     let interface = sensor.interface();
-    let bits = interface.histogram.map(|plan| plan.memory_bits(interface.reference_codes.len()));
+    let bits = interface.histogram().map(|plan| plan.memory_bits(interface.reference_codes.len()));
     match bits {
         None => Ok(Memories::Refused),
         Some(bits) if bits <= MOST_MEMORY_BITS => Ok(Memories::Registers),

@@ -107,7 +107,7 @@ fn bins_file(bins: u64) -> String {
 #[test]
 fn bins_come_into_their_places_in_whatever_form_the_file_has() {
     let sensor = histogram_sensor();
-    let plan = sensor.interface().histogram.unwrap();
+    let plan = sensor.interface().histogram().unwrap();
     let file = bins_file(plan.bins());
     let right = histograms(&file, &sensor).unwrap();
     let expected: Vec<u64> = (0..plan.bins()).map(|bin| bin % 3).collect();
@@ -129,7 +129,7 @@ fn bins_come_into_their_places_in_whatever_form_the_file_has() {
 #[test]
 fn what_is_wrong_with_bins_is_said_with_its_line() {
     let sensor = histogram_sensor();
-    let plan = sensor.interface().histogram.unwrap();
+    let plan = sensor.interface().histogram().unwrap();
     let (bins, periods) = (plan.bins(), plan.periods);
     let wrong = |text: &str| histograms(text, &sensor).expect_err("it is wrong");
     let right = bins_file(bins);

@@ -37,7 +37,7 @@ fn proofs(files: &[EmittedFile], formal: &Formal) -> String {
 /// FuseSoC core with lint, simulation and synthesis targets.
 pub(super) fn core(design: &Design, parts: &Parts) -> EmittedFile {
     let vlnv_name = vlnv_name(&design.prefix.of(&design.sensor.scene().name));
-    let has_memories = design.interface().histogram.is_some();
+    let has_memories = design.interface().histogram().is_some();
     let text = format!(
         "\
 CAPI=2:

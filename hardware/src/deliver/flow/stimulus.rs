@@ -167,7 +167,7 @@ pub struct Skips {
 /// When the reference model cannot predict the ports.
 pub fn adversary(interface: &Interface) -> Result<(Adversarial, u64), ReferenceError> {
     let adversary = Adversarial::with_means(interface, SEED, MEANS)?;
-    let clocks = match interface.histogram {
+    let clocks = match interface.histogram() {
         None => adversary.clone().clocks_to_cover(MOST_CLOCKS),
         // Frames cannot be cut short, so that hardly any recipe has its place: chance does
         // the rest.
@@ -218,7 +218,7 @@ pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, Refe
     }
     let table = reference.cover_table();
     let exercise = &block.exercise;
-    if let Some(plan) = &interface.histogram {
+    if let Some(plan) = interface.histogram() {
         (phase_steps, scans) = (exercise.phase_steps, exercise.phase_steps / plan.bins());
     }
     let coverage = Coverage::new(interface, table, &exercise.covered, names, Some(MEANS));

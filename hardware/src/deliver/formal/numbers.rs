@@ -7,7 +7,7 @@ use crate::deliver::design::Design;
 use crate::rtl::blocks::SequenceCounter;
 use crate::scene::Polarity;
 use crate::sensor::histogram::HistogramPlan;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Counting, Interface};
 use crate::sensor::peak::PeakPlan;
 
 /// Macros with a design's numbers, and modules with its codes.
@@ -19,19 +19,16 @@ pub(super) fn header(design: &Design) -> String {
     };
     define("TOP", design.top());
     of_ports(interface, &mut define);
-    match &interface.histogram {
-        Some(plan) => of_histogram(plan, &mut define),
-        None => of_correlators(interface, &mut define),
-    }
-    if let Some(peak) = &interface.peak {
-        of_peak(peak, &mut define);
+    match &interface.counting {
+        Counting::Histogram(histogram) => of_histogram(histogram, &mut define),
+        Counting::Correlator(correlator) => of_correlators(interface, correlator, &mut define),
     }
     let mut modules = String::new();
     let sources = interface.source_codes.iter();
     modules += &code_module("spec_code_of_source", sources.map(|code| instance(code, 0)));
     let reference = instance(&interface.reference_codes[0], 0);
     modules += &code_module("spec_code_of_reference", [reference].into_iter());
-    if interface.histogram.is_none() {
+    if interface.correlator().is_some() {
         let detectors = interface.reference_codes.iter();
         let of_detectors = detectors
             .map(|code| instance(code, Delay::of(interface).chip(code, present(interface) + 1)));
@@ -53,16 +50,16 @@ fn flag(value: bool) -> String {
 }
 
 fn of_ports(interface: &Interface, define: &mut dyn FnMut(&str, String)) {
-    let total = interface.total;
+    let total = interface.total();
     for (name, value) in [
         ("SOURCES", interface.source_codes.len() as u32),
         ("DETECTORS", interface.reference_codes.len() as u32),
         ("SAMPLES", interface.lanes()),
         ("DATA_BITS", interface.tdata_bits),
-        ("COUNT_BITS", interface.count_bits),
+        ("COUNT_BITS", interface.count_bits()),
         ("TOTAL_BITS", total.map_or(1, |total| total.bits)),
         ("TOTAL_EXACT_BITS", total.map_or(1, |total| total.exact_bits)),
-        ("PEAK_STEP_BITS", interface.peak.map_or(1, |peak| peak.step_bits)),
+        ("PEAK_STEP_BITS", interface.peak().map_or(1, |peak| peak.step_bits)),
     ] {
         define(name, value.to_string());
     }
@@ -70,8 +67,8 @@ fn of_ports(interface: &Interface, define: &mut dyn FnMut(&str, String)) {
         ("INVERTED", interface.polarity == Polarity::Low),
         ("SATURATES", interface.saturates()),
         ("SENDS_TOTAL", total.is_some()),
-        ("FINDS_PEAK", interface.peak.is_some()),
-        ("REALIGNS", interface.realigns() && interface.histogram.is_none()),
+        ("FINDS_PEAK", interface.peak().is_some()),
+        ("REALIGNS", interface.realigns() && interface.correlator().is_some()),
     ] {
         define(name, flag(value));
     }
@@ -89,25 +86,29 @@ pub(super) fn row_bits(plan: &HistogramPlan) -> u32 {
     (u64::BITS - (plan.rows - 1).leading_zeros()).max(1)
 }
 
-fn of_correlators(interface: &Interface, define: &mut dyn FnMut(&str, String)) {
+fn of_correlators(
+    interface: &Interface,
+    correlator: &Correlator,
+    define: &mut dyn FnMut(&str, String),
+) {
     let (chips, groups) = (interface.timing.scan.integration_chips, interface.groups());
     let delay = Delay::of(interface);
     for (name, value) in [
         ("PARALLEL", interface.parallel()),
         ("LAST_STEPS", interface.last_group_steps() as u32),
         ("RESULTS", interface.reference_codes.len() as u32 * interface.parallel()),
-        ("EXACT_BITS", interface.exact_count_bits),
-        ("SIGNED_BITS", interface.signed_data_bits()),
-        ("SEGMENTS", interface.count_segments.count),
-        ("SETTLING_CLOCKS", interface.count_segments.clocks()),
-        ("BANKS", interface.banks()),
-        ("BANK_STEPS", interface.bank_steps),
-        ("CLOCKS_TO_DUMP", Interface::clocks_to_dump(interface.lanes())),
-        ("CLOCKS_TO_COUNTED", clocks_to_counted(interface)),
-        ("COUNTING_CLOCKS", interface.clocks_of_counting()),
-        ("SCAN_CLOCKS", scan_clocks(interface)),
+        ("EXACT_BITS", correlator.exact_count_bits),
+        ("SIGNED_BITS", correlator.signed_data_bits()),
+        ("SEGMENTS", correlator.count_segments.count),
+        ("SETTLING_CLOCKS", correlator.count_segments.clocks()),
+        ("BANKS", correlator.banks),
+        ("BANK_STEPS", correlator.bank_steps),
+        ("CLOCKS_TO_DUMP", Correlator::clocks_to_dump(interface.lanes())),
+        ("CLOCKS_TO_COUNTED", correlator.clocks_to_counted(interface.lanes())),
+        ("COUNTING_CLOCKS", correlator.clocks_of_counting()),
+        ("SCAN_CLOCKS", scan_clocks(interface, correlator)),
         // From a hit in its register to the total: lane pairs and adder levels.
-        ("ADDER_CLOCKS", Interface::clocks_to_dump(interface.lanes()) - 2),
+        ("ADDER_CLOCKS", Correlator::clocks_to_dump(interface.lanes()) - 2),
         ("FIRST_SAMPLE", delay.first),
         ("KEPT_CHIPS", delay.kept_chips()),
     ] {
@@ -129,6 +130,9 @@ fn of_correlators(interface: &Interface, define: &mut dyn FnMut(&str, String)) {
     of_counter("CHIP_COUNT", chip_counter.as_ref(), chips.saturating_sub(3), define);
     define("CHIP_COUNT_RESET", constant(chip_counter.as_ref(), reset.unwrap_or_default()));
     of_counter("STEP_COUNT", counter(1, groups).as_ref(), groups.saturating_sub(2), define);
+    if let Some(peak) = &correlator.peak {
+        of_peak(peak, define);
+    }
 }
 
 /// An LFSR that counts: its bits, taps, first state and the one after `count` steps.
@@ -149,15 +153,10 @@ fn constant(counter: Option<&SequenceCounter>, value: u128) -> String {
     format!("{}'h{value:x}", counter.map_or(1, SequenceCounter::width))
 }
 
-/// Clocks from a step's last chip until its count is there.
-fn clocks_to_counted(interface: &Interface) -> u32 {
-    Interface::clocks_to_dump(interface.lanes()) + interface.clocks_of_counting()
-}
-
 /// Clocks of the induction of `scan`: as many as an end takes on its way to the stream, and what
 /// recognises it before.
-pub(super) fn scan_clocks(interface: &Interface) -> u32 {
-    clocks_to_counted(interface) + 4
+pub(super) fn scan_clocks(interface: &Interface, correlator: &Correlator) -> u32 {
+    correlator.clocks_to_counted(interface.lanes()) + 4
 }
 
 fn of_peak(peak: &PeakPlan, define: &mut dyn FnMut(&str, String)) {

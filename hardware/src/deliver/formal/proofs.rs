@@ -4,7 +4,7 @@ use super::numbers::{row_bits, scan_clocks};
 use crate::deliver::design::Design;
 use crate::rtl::back::BLOCK_MEMORY;
 use crate::sensor::histogram::HistogramPlan;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Counting, Interface};
 
 /// A proof of which the module stands in this folder's files.
 #[derive(Debug, Clone)]
@@ -139,26 +139,30 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
     let channels = channels(design);
     let mut codes = Proof::new("codes", Engine::Induction);
     let mut proofs = vec![Proof::new("reset", Engine::InReset)];
-    if let Some(plan) = &interface.histogram {
-        proofs.extend([codes, frames("scan", interface, plan), frames("stream", interface, plan)]);
-    } else {
-        if interface.realigns() {
-            codes.see("epoch_seen", "controller.i_epoch");
+    match &interface.counting {
+        Counting::Correlator(correlator) => {
+            if interface.realigns() {
+                codes.see("epoch_seen", "controller.i_epoch");
+            }
+            proofs.extend([codes, scan(interface, correlator), reference(interface, &channels)]);
+            proofs.extend([counts(interface, &channels), stream(interface, &channels)]);
+            proofs.extend(correlator.peak.map(|_| peak(interface, &channels)));
         }
-        proofs.extend([codes, scan(interface), reference(interface, &channels)]);
-        proofs.extend([counts(interface, &channels), stream(interface, &channels)]);
+        Counting::Histogram(plan) => {
+            let [scan, stream] = ["scan", "stream"].map(|name| frames(name, interface, plan));
+            proofs.extend([codes, scan, stream]);
+        }
     }
-    proofs.extend(interface.peak.map(|_| peak(interface, &channels)));
     proofs.push(Proof::new("axis", Engine::Reachability));
-    if interface.histogram.is_some() {
+    if let Counting::Histogram(_) = interface.counting {
         // Words in memories are beyond these proofs, and reset does not reach a memory's registers.
         proofs.iter_mut().for_each(|proof| proof.freed.push(BLOCK_MEMORY));
     }
     proofs
 }
 
-fn scan(interface: &Interface) -> Proof {
-    let mut proof = Proof::new("scan", Engine::Steps(scan_clocks(interface)));
+fn scan(interface: &Interface, correlator: &Correlator) -> Proof {
+    let mut proof = Proof::new("scan", Engine::Steps(scan_clocks(interface, correlator)));
     let chips = interface.timing.scan.integration_chips;
     let results = interface.reference_codes.len() as u32 * interface.parallel();
     for (is_there, signal, place) in [
@@ -204,11 +208,11 @@ fn window(interface: &Interface, d: u32, channel: &str) -> (String, String) {
 fn counted(interface: &Interface, d: u32, channel: &str) -> Vec<(String, String)> {
     let parallel = interface.parallel();
     let of = |signal, port: &str, bits| (part(signal, d, bits), format!("{channel}.{port}"));
-    let mut all = vec![of("counts", "o_count", parallel * interface.count_bits)];
+    let mut all = vec![of("counts", "o_count", parallel * interface.count_bits())];
     if interface.saturates() {
         all.push(of("clamped", "o_clamped", parallel));
     }
-    all.extend(interface.total.map(|total| of("totals", "o_total", total.bits)));
+    all.extend(interface.total().map(|total| of("totals", "o_total", total.bits)));
     all
 }
 

@@ -53,7 +53,7 @@ pub(super) fn properties(design: &Design) -> EmittedFile {
         top = design.top(),
         script = script_name(design),
     );
-    if interface.histogram.is_some() {
+    if interface.histogram().is_some() {
         let _ = writeln!(text, "// What a {BLOCK_MEMORY} gives is anything, at any clock.");
     }
     let _ = write!(
@@ -62,11 +62,11 @@ pub(super) fn properties(design: &Design) -> EmittedFile {
         design.made_by,
         header(design)
     );
-    let parts: &[&str] = match interface.histogram {
+    let parts: &[&str] = match interface.histogram() {
         Some(_) => &OF_HISTOGRAMS,
         None => &OF_CORRELATORS,
     };
-    let peaks: &[&str] = if interface.peak.is_some() { &OF_PEAKS } else { &[] };
+    let peaks: &[&str] = if interface.peak().is_some() { &OF_PEAKS } else { &[] };
     for part in SHARED.iter().chain(parts).chain(peaks).chain(&OF_STREAM) {
         text += part;
         text.push('\n');

@@ -97,9 +97,7 @@ impl Size {
     /// `None` for codes that were not measured, and for histograms.
     fn of(sensor: &Sensor) -> Option<Size> {
         let interface = sensor.interface();
-        if interface.histogram.is_some() {
-            return None;
-        }
+        let correlator = interface.correlator()?;
         let mut generators: Vec<_> = interface.reference_codes.clone();
         for (index, code) in interface.source_codes.iter().enumerate() {
             if !interface.source_codes[..index].contains(code) {
@@ -118,12 +116,12 @@ impl Size {
             samples_per_chip: interface.lanes(),
             detectors: interface.reference_codes.len() as u32,
             parallel: interface.parallel(),
-            exact_bits: interface.exact_count_bits,
-            count_bits: interface.count_bits,
-            segmented: interface.count_segments.count > 1,
+            exact_bits: correlator.exact_count_bits,
+            count_bits: correlator.count_bits,
+            segmented: correlator.count_segments.count > 1,
             realigns: interface.realigns(),
-            total_counts: interface.total.is_some(),
-            peak_detector: interface.peak.is_some(),
+            total_counts: correlator.total.is_some(),
+            peak_detector: correlator.peak.is_some(),
         })
     }
 }
@@ -132,7 +130,7 @@ impl Size {
 /// measured.
 pub fn resources(sensor: &Sensor) -> Option<Resources> {
     let target = sensor.scene().hardware.target;
-    let (cells, basis, block_rams) = match &sensor.interface().histogram {
+    let (cells, basis, block_rams) = match sensor.interface().histogram() {
         None => {
             let size = Size::of(sensor)?;
             let (cells, basis) = looked_up(&size, &measured::builds(target))?;

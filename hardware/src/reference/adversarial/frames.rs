@@ -8,7 +8,7 @@ use crate::sensor::histogram::HistogramPlan;
 impl Kitchen<'_> {
     /// What frames, their rows and resets between these need.
     pub(super) fn frames(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
-        let Some(plan) = &self.interface.histogram else {
+        let Some(plan) = self.interface.histogram() else {
             return Ok(Vec::new());
         };
         Ok(match point {

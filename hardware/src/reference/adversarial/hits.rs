@@ -254,7 +254,7 @@ impl<'a> Words<'a> {
     /// Samples of so many hits that no step's count comes near its limit.
     fn total(&self, hits: u64) -> Option<Vec<Sample>> {
         let interface = self.reference.interface();
-        let most = (1i64 << (interface.count_bits - 1)) - 2;
+        let most = (1i64 << (interface.count_bits() - 1)) - 2;
         let mut counts = vec![0i64; interface.parallel() as usize];
         let mut chosen = Vec::new();
         let mut next = self.sampling.first_sample(self.origin) + 2;

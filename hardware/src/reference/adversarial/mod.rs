@@ -296,7 +296,7 @@ impl Adversarial {
         let arrives = origin + chips - 1 + latency;
         self.decide_receiver(plan.receiver, origin, arrives);
         if plan.cut.is_none() {
-            let beats = match self.interface.histogram {
+            let beats = match self.interface.histogram() {
                 Some(_) => self.interface.beats_of_group(),
                 None => {
                     let group = Group(position.group.0 + left_out);

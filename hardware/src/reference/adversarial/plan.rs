@@ -1,7 +1,7 @@
 //! What the adversary means to do with a group of phase steps.
 
 use crate::scene::DetectorIndex;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Interface};
 
 /// Most clocks for which a beat is held by plan.
 pub(super) const LONGEST_HOLD: u64 = 17;
@@ -189,7 +189,7 @@ impl GroupPlan {
 }
 
 fn peak_clocks(interface: &Interface) -> u64 {
-    interface.peak.map_or(0, |peak| u64::from(peak.latency_clocks))
+    u64::from(interface.peak_latency_clocks())
 }
 
 /// What can be shortened, and how far.
@@ -208,12 +208,12 @@ impl Reach {
     pub fn of(interface: &Interface, shortens: bool, most_clocks: u64) -> Reach {
         let chips = interface.timing.scan.integration_chips;
         let parallel = u64::from(interface.parallel());
-        let peak = interface.peak.map_or(0, |peak| peak.least_chips);
+        let peak = interface.peak().map_or(0, |peak| peak.least_chips);
         let shortest = 16
-            + u64::from(interface.clocks_of_counting())
+            + u64::from(interface.correlator().map_or(0, Correlator::clocks_of_counting))
             + parallel.div_ceil(u64::from(interface.lanes()))
             + peak;
-        let is_long = chips >= 2 * shortest + 16 && interface.histogram.is_none();
+        let is_long = chips >= 2 * shortest + 16 && interface.histogram().is_none();
         Reach {
             shortest: if shortens && is_long { shortest } else { chips },
             leaves_out: shortens && interface.groups() > 3 && chips >= 16,
@@ -236,7 +236,7 @@ impl Reach {
         let beats = interface.beats_of_group();
         let latency = u64::from(interface.result_latency_clocks).max(peak_clocks(interface));
         let groups = |clocks: u64| clocks.div_ceil(self.shortest);
-        match interface.histogram {
+        match interface.histogram() {
             // Frames are long: the last one's rows, and what the receiver holds them for.
             Some(_) => groups(latency + beats + 2 + LONGEST_HOLD),
             None => groups(latency + beats + 2) + 1,

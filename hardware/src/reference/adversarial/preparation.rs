@@ -7,7 +7,7 @@ use super::Means;
 use super::hits::length;
 use super::plan::{GroupPlan, Hits, Length, Reach};
 use crate::scene::DetectorIndex;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Interface};
 
 /// Parts of the counters' range from each of which a large count is to begin.
 const PARTS: u64 = 8;
@@ -22,10 +22,13 @@ pub(super) fn plans(
     rng: &mut impl Rng,
 ) -> Vec<GroupPlan> {
     let mut plans = scan_end(interface, reach);
-    plans.extend(large_counts(interface, means.clocks_of_large_counts, rng));
-    plans.extend(close_totals(interface, means.clocks_of_close_counts));
-    let most_clocks = means.clocks_of_close_counts;
-    plans.extend(close_peaks(interface, reach, most_clocks));
+    // Every frame of a histogram begins anew: there is no range of counters to begin all over.
+    if let Some(correlator) = interface.correlator() {
+        let most_clocks = means.clocks_of_close_counts;
+        plans.extend(large_counts(interface, correlator, means.clocks_of_large_counts, rng));
+        plans.extend(close_totals(interface, correlator, most_clocks));
+        plans.extend(close_peaks(interface, correlator, reach, most_clocks));
+    }
     plans
 }
 
@@ -46,12 +49,13 @@ fn scan_end(interface: &Interface, reach: &Reach) -> Vec<GroupPlan> {
 /// then counts beyond every limit, then counts as large as they get that begin all over
 /// the range of the counters. Carries and borrows of a step's difference depend on where
 /// its total stood before it, and short steps from a reset on do not get there.
-fn large_counts(interface: &Interface, most_clocks: u64, rng: &mut impl Rng) -> Vec<GroupPlan> {
+fn large_counts(
+    interface: &Interface,
+    correlator: &Correlator,
+    most_clocks: u64,
+    rng: &mut impl Rng,
+) -> Vec<GroupPlan> {
     let whole = interface.timing.scan.integration_chips;
-    if interface.histogram.is_some() {
-        // Every frame begins anew: there is no range of counters to begin all over.
-        return Vec::new();
-    }
     let any_length: Vec<(u64, GroupPlan)> = (0..GROUPS_OF_ANY_LENGTH)
         .map(|_| {
             let (step, up) = (rng.random_range(0..interface.parallel().into()), rng.random());
@@ -62,7 +66,7 @@ fn large_counts(interface: &Interface, most_clocks: u64, rng: &mut impl Rng) -> 
         .take_while(within(most_clocks / 2))
         .collect();
     let used: u64 = any_length.iter().map(|(chips, _)| chips).sum();
-    let others = beyond_limits(interface).chain(all_over(interface));
+    let others = beyond_limits(interface, correlator).chain(all_over(interface, correlator));
     let others = others.take_while(within(most_clocks - used));
     let plans = any_length.into_iter().chain(others);
     plans.map(|(_, plan)| plan).collect()
@@ -80,22 +84,25 @@ fn within(most_clocks: u64) -> impl FnMut(&(u64, GroupPlan)) -> bool {
 /// Counts of single bits above what the results hold, up to the most hits of a step:
 /// what tells that a count is too large has to look at each of them. With the chips that
 /// they may take.
-fn beyond_limits(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)> {
+fn beyond_limits(
+    interface: &Interface,
+    correlator: &Correlator,
+) -> impl Iterator<Item = (u64, GroupPlan)> {
     let whole = interface.timing.scan.integration_chips;
     let most = whole.saturating_mul(u64::from(interface.lanes().div_ceil(2)));
     let bits = move |from: u32| from..=most.ilog2().min(62);
     let detectors = || DetectorIndex::all().take(interface.reference_codes.len());
-    let total = interface.total.filter(|total| total.saturates());
+    let total = correlator.total.filter(|total| total.saturates());
     let totals = total.into_iter().flat_map(move |total| {
         let all = detectors()
             .flat_map(move |detector| bits(total.bits).map(move |bit| (detector, 1u64 << bit)));
         all.map(|(detector, hits)| Hits::Total { detector, hits })
     });
     let steps = 0..u64::from(interface.parallel());
-    let saturates = interface.saturates();
+    let saturates = correlator.saturates();
     let counts = steps.filter(move |_| saturates).flat_map(move |step| {
         let of_detector = move |detector| {
-            let counts = bits(interface.count_bits - 1);
+            let counts = bits(correlator.count_bits - 1);
             let both = counts.flat_map(|bit| [1i64 << bit, -(1i64 << bit)]);
             both.map(move |count| Hits::Count { detector, step, count })
         };
@@ -107,12 +114,15 @@ fn beyond_limits(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)
 
 /// Counts as large as they get, up and down, from each part of the counters' range. With
 /// their chips.
-fn all_over(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)> {
+fn all_over(
+    interface: &Interface,
+    correlator: &Correlator,
+) -> impl Iterator<Item = (u64, GroupPlan)> {
     let whole = interface.timing.scan.integration_chips;
     let lanes = u64::from(interface.lanes());
     // Of a code's chips half have the sign, and hits are at most on every other sample.
     let chips_to_count = |counts: u64| counts.saturating_mul(4).div_ceil(lanes.max(2));
-    let part_bits = interface.count_segments.bits().saturating_sub(PARTS.ilog2());
+    let part_bits = correlator.count_segments.bits().saturating_sub(PARTS.ilog2());
     let stride = chips_to_count(1u64 << part_bits.min(62));
     // Groups of the same sign go on, or go back, to the next part.
     let (back, on) = (whole.saturating_sub(stride), stride.saturating_sub(whole));
@@ -131,12 +141,17 @@ fn all_over(interface: &Interface) -> impl Iterator<Item = (u64, GroupPlan)> {
 /// Scans whose largest count is by one or two more, or less, than the one before it: a peak's
 /// comparison has to look at each bit, and at the lowest of two that hardly differ. As many
 /// as fit into `most_clocks`.
-fn close_peaks(interface: &Interface, reach: &Reach, most_clocks: u64) -> Vec<GroupPlan> {
-    if interface.peak.is_none() || !reach.leaves_out || interface.histogram.is_some() {
+fn close_peaks(
+    interface: &Interface,
+    correlator: &Correlator,
+    reach: &Reach,
+    most_clocks: u64,
+) -> Vec<GroupPlan> {
+    if correlator.peak.is_none() || !reach.leaves_out {
         return Vec::new();
     }
     let whole = interface.timing.scan.integration_chips;
-    let limit = 1i64 << (interface.count_bits - 1).min(62);
+    let limit = 1i64 << (correlator.count_bits - 1).min(62);
     let near_powers = (4..62).flat_map(|bit| [1i64 << bit, (1i64 << bit) + 1]);
     // Of a code's chips half have the sign, and hits are at most on every other sample.
     let chips = |count: i64| 64 + 4 * count.unsigned_abs();
@@ -169,14 +184,15 @@ fn close_peaks(interface: &Interface, reach: &Reach, most_clocks: u64) -> Vec<Gr
 
 /// Totals round each bit beyond what the results hold, from wherever the running total stands:
 /// the carries of its difference depend on both.
-fn close_totals(interface: &Interface, most_clocks: u64) -> Vec<GroupPlan> {
+fn close_totals(
+    interface: &Interface,
+    correlator: &Correlator,
+    most_clocks: u64,
+) -> Vec<GroupPlan> {
     const ROUNDS: u64 = 4;
-    let Some(total) = interface.total.filter(|total| total.saturates()) else {
+    let Some(total) = correlator.total.filter(|total| total.saturates()) else {
         return Vec::new();
     };
-    if interface.histogram.is_some() {
-        return Vec::new();
-    }
     let whole = interface.timing.scan.integration_chips;
     let most = whole.saturating_mul(u64::from(interface.lanes().div_ceil(2)));
     let bits = total.bits..=most.ilog2().min(62);

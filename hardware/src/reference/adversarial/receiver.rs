@@ -17,7 +17,7 @@ impl Adversarial {
         };
         // No stall can begin in what is decided.
         let from = (arrived + 1).max(origin);
-        let histogram = self.interface.histogram;
+        let histogram = self.interface.histogram();
         // Of histograms in two memories it is decided before the first row shows whether it
         // is read.
         let next = match histogram.is_some_and(|plan| plan.takes_turns()) {

@@ -17,7 +17,7 @@ pub(super) fn recipe(
 ) -> Result<Vec<GroupPlan>, String> {
     let kitchen = Kitchen { interface, reach };
     let mut plans = match point.family() {
-        Family::Stream | Family::Resets if interface.histogram.is_some() => {
+        Family::Stream | Family::Resets if interface.histogram().is_some() => {
             kitchen.frames(point)?
         }
         Family::Saturation => kitchen.saturations(point)?,
@@ -150,7 +150,7 @@ impl Kitchen<'_> {
         let CoverPoint::Bin { detector, point } = point else {
             return Vec::new();
         };
-        let Some(plan) = &self.interface.histogram else {
+        let Some(plan) = self.interface.histogram() else {
             return Vec::new();
         };
         let lane = |lane| Hits::Lane { detector, lane };
@@ -185,7 +185,7 @@ impl Kitchen<'_> {
     }
 
     fn saturations(&self, point: CoverPoint) -> Result<Vec<GroupPlan>, String> {
-        let limit = 1i64 << (self.interface.count_bits - 1);
+        let limit = 1i64 << (self.interface.count_bits() - 1);
         let count = |up: bool, beyond: i64| {
             if up { limit - 1 + beyond } else { -limit - beyond }
         };
@@ -200,7 +200,7 @@ impl Kitchen<'_> {
             }
             CoverPoint::TotalSaturation { detector, beyond } => Hits::Total {
                 detector,
-                hits: self.interface.total.map_or(0, |t| mask(t.bits)) + u64::from(beyond),
+                hits: self.interface.total().map_or(0, |t| mask(t.bits)) + u64::from(beyond),
             },
             _ => Hits::Random,
         };
@@ -221,7 +221,7 @@ impl Kitchen<'_> {
         let side = |up| Hits::AllSteps { up };
         let (first, last) = match kind {
             PeakKind::Step(step) => {
-                let limit = 1i64 << (self.interface.count_bits - 1);
+                let limit = 1i64 << (self.interface.count_bits() - 1);
                 let (step, count) = (step as u64, 4.min(limit - 1));
                 let CoverPoint::Peak { detector, .. } = point else {
                     return Ok(Vec::new());
@@ -314,11 +314,11 @@ impl Kitchen<'_> {
                         after.long(Length::Exactly(self.reach.shortest)),
                     ]
                 }
-                ResetState::Saturated if self.interface.histogram.is_some() => {
+                ResetState::Saturated if self.interface.histogram().is_some() => {
                     vec![self.fresh().with(Hits::EveryOther), plain().after_reset(latency + 2, 1)]
                 }
                 ResetState::Saturated => {
-                    let count = 1i64 << (self.interface.count_bits - 1);
+                    let count = 1i64 << (self.interface.count_bits() - 1);
                     let (detector, step) = (DetectorIndex(0), 0);
                     let clamp = Hits::Count { detector, step, count };
                     vec![self.fresh().with(clamp), plain().after_reset(latency + 2, 1)]

@@ -4,7 +4,7 @@ use super::{BinPoint, CoverPoint, CoverTable, PeakKind, Place, ResetState};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, SourceIndex};
 use crate::sensor::histogram::{CLOCKS_TO_ROW, HistogramPlan};
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Counting, Interface};
 
 /// Most phase steps that are looked at for a sign: a code that has none in these has
 /// hardly one at all.
@@ -22,25 +22,28 @@ const SHORT_STEPS: &str =
 /// Fills the table.
 pub(super) fn fill(interface: &Interface, table: &mut CoverTable) {
     let detectors = interface.reference_codes.len();
-    if let Some(plan) = &interface.histogram {
-        for detector in DetectorIndex::first(detectors) {
-            bins(plan, table, detector);
+    match &interface.counting {
+        Counting::Correlator(correlator) => {
+            for detector in DetectorIndex::first(detectors) {
+                hits(interface, table, detector);
+                counting(interface, correlator, table, detector);
+                if correlator.peak.is_some() {
+                    peaks(interface, table, detector);
+                }
+            }
+            stream(interface, table);
+            resets(interface, table);
+            scans(interface, table);
         }
-        frames(interface, plan, table);
-        resets(interface, table);
-        codes(interface, table);
-        return;
-    }
-    for detector in DetectorIndex::first(detectors) {
-        hits(interface, table, detector);
-        counting(interface, table, detector);
-        if interface.peak.is_some() {
-            peaks(interface, table, detector);
+        Counting::Histogram(plan) => {
+            for detector in DetectorIndex::first(detectors) {
+                bins(plan, table, detector);
+            }
+            frames(interface, plan, table);
+            resets(interface, table);
+            codes(interface, table);
         }
     }
-    stream(interface, table);
-    resets(interface, table);
-    scans(interface, table);
 }
 
 fn steps(interface: &Interface) -> std::ops::Range<usize> {
@@ -175,21 +178,26 @@ fn hits(interface: &Interface, table: &mut CoverTable, detector: DetectorIndex) 
     }
 }
 
-fn counting(interface: &Interface, table: &mut CoverTable, detector: DetectorIndex) {
-    let segments = interface.count_segments;
-    let borders = || (1..segments.count).map(|segment| segment * segments.lower_bits);
+fn counting(
+    interface: &Interface,
+    correlator: &Correlator,
+    table: &mut CoverTable,
+    detector: DetectorIndex,
+) {
+    let segments = correlator.count_segments;
+    let borders = segments.borders();
     for step in steps(interface) {
-        for bit in borders().chain([segments.bits()]) {
+        for bit in borders.clone().chain([segments.bits()]) {
             for up in [false, true] {
                 table.add(CoverPoint::Carry { detector, step, bit, up });
             }
         }
-        for bit in borders() {
+        for bit in borders.clone() {
             table.add(CoverPoint::Borrow { detector, step, bit });
         }
     }
-    if let Some(total) = interface.total {
-        for bit in borders().filter(|&bit| bit <= MOST_HITS.ilog2()) {
+    if let Some(total) = correlator.total {
+        for bit in borders.filter(|&bit| bit <= MOST_HITS.ilog2()) {
             for borrow in [false, true] {
                 table.add(CoverPoint::TotalCarry { detector, bit, borrow });
             }
@@ -200,7 +208,7 @@ fn counting(interface: &Interface, table: &mut CoverTable, detector: DetectorInd
             }
         }
     }
-    if !interface.saturates() {
+    if !correlator.saturates() {
         return;
     }
     for up in [false, true] {
@@ -277,13 +285,13 @@ fn resets(interface: &Interface, table: &mut CoverTable) {
     for age in 0..interface.clocks_of_hit() {
         table.add(CoverPoint::ResetHit { age });
     }
-    if let Some(peak) = interface.peak {
+    if let Some(peak) = interface.peak() {
         for age in 0..peak.latency_clocks {
             let hidden = u64::from(age) >= interface.scan_clocks();
             table.add_or(CoverPoint::PeakReset { age }, hidden.then_some(SHORT_STEPS));
         }
     }
-    if let Some(plan) = &interface.histogram {
+    if let Some(plan) = interface.histogram() {
         for beat in rows_at_borders(interface, plan) {
             table.add(CoverPoint::ResetAtRow { beat });
         }

@@ -62,11 +62,12 @@ struct Hits {
 
 impl Running {
     pub(in crate::reference) fn of(interface: &Interface) -> Running {
-        let segments = interface.count_segments;
-        let borders = (1..segments.count).map(|segment| segment * segments.lower_bits);
+        let borders = interface.correlator().into_iter().flat_map(|correlator| {
+            let segments = correlator.count_segments;
+            segments.borders().chain([segments.bits()])
+        });
         // What no number of hits can reach is no point of the table either.
-        let borders: Vec<u32> =
-            borders.chain([segments.bits()]).filter(|&bit| bit < i64::BITS - 1).collect();
+        let borders: Vec<u32> = borders.filter(|&bit| bit < i64::BITS - 1).collect();
         let detectors = interface.reference_codes.len();
         Running {
             parallel: interface.parallel() as usize,

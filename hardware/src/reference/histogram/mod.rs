@@ -76,7 +76,7 @@ impl HistogramModel {
         layout: &Layout,
         table: Arc<CoverTable>,
     ) -> Option<HistogramModel> {
-        let plan = interface.histogram?;
+        let plan = interface.histogram()?;
         let place = |name| {
             let field = layout.outputs.field(name);
             (field.word, field.shift)
@@ -85,8 +85,8 @@ impl HistogramModel {
         let codes = interface.reference_codes.iter();
         let points = DetectorIndex::first(detectors);
         Some(HistogramModel {
-            plan,
-            points: points.map(|detector| BinPoints::new(&plan, &table, detector)).collect(),
+            plan: *plan,
+            points: points.map(|detector| BinPoints::new(plan, &table, detector)).collect(),
             chips: codes.map(|code| code.chips.clone()).collect(),
             fields: Fields {
                 data: place(Role::Data),

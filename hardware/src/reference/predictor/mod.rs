@@ -213,7 +213,7 @@ impl Reference {
             running: Running::of(&interface),
             resets: ResetWatch::of(&interface),
             before_scan: vec![false; interface.reference_codes.len()],
-            counts: match interface.histogram {
+            counts: match interface.histogram() {
                 None => vec![0; interface.reference_codes.len() * interface.parallel() as usize],
                 Some(_) => Vec::new(),
             },

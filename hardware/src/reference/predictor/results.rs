@@ -55,8 +55,8 @@ impl Reference {
         let grouping = self.interface.grouping();
         let steps = grouping.steps_of(self.scan.group).len();
         let first = grouping.step_of(self.scan.group, 0).0;
-        let limit = 1i128 << (self.interface.count_bits - 1);
-        let most = self.interface.total.map_or(u64::MAX, |total| mask(total.bits));
+        let limit = 1i128 << (self.interface.count_bits() - 1);
+        let most = self.interface.total().map_or(u64::MAX, |total| mask(total.bits));
         let mut beats = Vec::with_capacity(self.counts.len());
         let mut clamps = Clamps::default();
         for (detector, counts) in DetectorIndex::all().zip(self.counts.chunks_exact(parallel)) {
@@ -117,7 +117,7 @@ impl Reference {
             }
         }
         if self.interface.saturates() {
-            let limit = 1i64 << (self.interface.count_bits - 1);
+            let limit = 1i64 << (self.interface.count_bits() - 1);
             for (at, &count) in self.counts.iter().enumerate() {
                 let detector = DetectorIndex(at / self.interface.parallel() as usize);
                 let step = at % self.interface.parallel() as usize;
@@ -127,7 +127,7 @@ impl Reference {
                 }
             }
             for (detector, &total) in DetectorIndex::all().zip(self.totals.iter()) {
-                if self.interface.total.is_some_and(|t| total == mask(t.bits)) {
+                if self.interface.total().is_some_and(|t| total == mask(t.bits)) {
                     let beyond = false;
                     add(CoverPoint::TotalSaturation { detector, beyond });
                 }

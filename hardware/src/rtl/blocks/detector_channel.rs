@@ -21,12 +21,13 @@ use super::{
 };
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
-use crate::sensor::interface::{CountSegments, Interface};
+use crate::sensor::interface::{Correlator, CountSegments, Interface};
 
 /// One detector's hits, its reference, and the counts of its phase steps.
-#[block(describe(&interface))]
+#[block(describe(&counts))]
 pub struct DetectorChannel {
     interface: Interface,
+    counts: Correlator,
     code: Arc<Code>,
     #[set(interface.lanes() as usize)]
     lanes: usize,
@@ -34,7 +35,7 @@ pub struct DetectorChannel {
     pairs: usize,
     #[set(interface.parallel() as usize)]
     parallel: usize,
-    #[set(interface.count_segments)]
+    #[set(counts.count_segments)]
     segments: CountSegments,
     #[set(interface.realigns())]
     realigns: bool,
@@ -49,10 +50,10 @@ pub struct DetectorChannel {
     #[set(reference_start(&interface, &code, geometry.kept_chips()))]
     start: (ReferenceStart, u64),
     /// Banks of correlators; none where a group is a single step.
-    #[set(if parallel > 1 { interface.banks() as usize } else { 0 })]
+    #[set(if parallel > 1 { counts.banks as usize } else { 0 })]
     banks: usize,
     /// Steps in every bank but the last.
-    #[set(interface.bank_steps.min(interface.parallel()) as usize)]
+    #[set(counts.bank_steps.min(interface.parallel()) as usize)]
     bank_steps: usize,
     #[set(if banks > 0 { parallel / bank_steps } else { 0 })]
     whole_banks: usize,
@@ -65,9 +66,9 @@ pub struct DetectorChannel {
     /// Samples of the reference that all banks but the first take.
     #[set(window_bits(lanes, parallel - bank_steps))]
     later_bits: usize,
-    #[set(if interface.saturates() { parallel } else { 0 })]
+    #[set(if counts.saturates() { parallel } else { 0 })]
     clamps: usize,
-    #[set(interface.total.is_some_and(|total| total.saturates()))]
+    #[set(counts.total.is_some_and(|total| total.saturates()))]
     total_saturates: bool,
     /// level of the SPAD, bit 0 earliest
     #[width(lanes)]
@@ -89,12 +90,12 @@ pub struct DetectorChannel {
     /// Counts of the group's steps.
     #[each(step in 0..parallel)]
     #[about(first_of(step, &count_about(parallel, "signed")))]
-    #[width(interface.count_bits)]
+    #[width(counts.count_bits)]
     pub o_count: Vec<Output<Word>>,
     /// Total count of each of them.
-    #[when(interface.total.is_some())]
+    #[when(counts.total.is_some())]
     #[about("hits of a phase step, up and down together")]
-    #[width(interface.total.map_or(1, |total| total.bits))]
+    #[width(counts.total.map_or(1, |total| total.bits))]
     pub o_total: Optional<Output<Word>>,
     /// Which of them were clamped; the first also when the total was.
     #[each(step in 0..clamps)]
@@ -145,12 +146,12 @@ pub struct DetectorChannel {
     last_bank: Optional<CorrelatorBank>,
     #[each(step in 0..parallel)]
     #[about(first_of(step, &count_about(parallel, "exact")))]
-    #[width(interface.exact_count_bits)]
+    #[width(counts.exact_count_bits)]
     exact: Vec<Local<Word>>,
     #[each(_step in 0..clamps)]
-    #[is(CountClamp::new(interface.exact_count_bits as usize, interface.count_bits as usize))]
+    #[is(CountClamp::new(counts.exact_count_bits as usize, counts.count_bits as usize))]
     clamp: Vec<CountClamp>,
-    #[each(total in interface.total.iter())]
+    #[each(total in counts.total.iter())]
     #[is(HitCounter::new(lanes, *total, segments))]
     total: Vec<HitCounter>,
 }
@@ -176,19 +177,18 @@ fn clamped_about(parallel: usize, total_saturates: bool) -> &'static str {
     }
 }
 
-fn describe(interface: &Interface) -> About {
+fn describe(counts: &Correlator) -> About {
     let about =
         About::new("detector_channel", "one detector's hits, correlated with its reference").note(
             "The reference runs as the code of the detector's source and is delayed by the phase \
          step; a hit counts up or down as the reference says (eq. 11).",
         );
-    if interface.banks() > 1 {
+    if counts.banks > 1 {
         about.fact(
             "Banks",
             format!(
                 "{} of up to {} steps, each a clock behind the one before it",
-                interface.banks(),
-                interface.bank_steps
+                counts.banks, counts.bank_steps
             ),
         )
     } else {

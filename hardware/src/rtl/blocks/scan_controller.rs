@@ -16,7 +16,7 @@
 use super::StateMatch;
 use super::sequence_counter::SequenceCounter;
 use crate::rtl::front::prelude::*;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Interface};
 
 /// Says when a phase step, and when a scan, ends. With several steps at once
 /// a step here is a group of them.
@@ -153,15 +153,15 @@ pub struct ScanPlan {
 
 impl ScanPlan {
     /// That of a sensor.
-    pub fn of(interface: &Interface) -> ScanPlan {
+    pub fn of(interface: &Interface, correlator: &Correlator) -> ScanPlan {
         let detectors = interface.reference_codes.len() as u32;
         ScanPlan {
             chips: interface.timing.scan.integration_chips,
             steps: interface.groups(),
             realigns: interface.realigns(),
-            clocks_to_dump: Interface::clocks_to_dump(interface.lanes()),
-            segments: interface.count_segments.count,
-            clocks_to_count: interface.clocks_of_counting(),
+            clocks_to_dump: Correlator::clocks_to_dump(interface.lanes()),
+            segments: correlator.count_segments.count,
+            clocks_to_count: correlator.clocks_of_counting(),
             counts_early: detectors * interface.parallel() > 1,
         }
     }

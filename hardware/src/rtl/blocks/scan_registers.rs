@@ -42,11 +42,11 @@ pub struct CountRegister {
 impl ScanRegisters {
     /// Of the hardware that keeps an interface.
     pub fn of(interface: &Interface) -> ScanRegisters {
-        if interface.histogram.is_some() {
-            // Its counters are not LFSRs.
+        // Those of a histogram's hardware are not LFSRs.
+        let Some(correlator) = interface.correlator() else {
             return ScanRegisters { chips: None, groups: None };
-        }
-        let plan = ScanPlan::of(interface);
+        };
+        let plan = ScanPlan::of(interface, correlator);
         let register = |name, counter| CountRegister {
             module: MODULE.to_owned(),
             name,

@@ -19,13 +19,14 @@ use super::{CodeSource, DetectorChannel, PeakDetector, ResultStream, ScanControl
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
-use crate::sensor::interface::Interface;
+use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::port::Direction;
 
 /// Transmit generators, the scan, a channel for each detector, and the results.
-#[block(describe(&interface))]
+#[block(describe(&interface, &counts))]
 pub struct SensorTop {
     interface: Interface,
+    counts: Correlator,
     #[set(distinct_codes(&interface.reference_codes[0], &interface.source_codes))]
     codes: DistinctCodes,
     #[set(interface.reference_codes.len())]
@@ -48,7 +49,7 @@ pub struct SensorTop {
     pub i_samples: Input<Word>,
     /// Count of a phase step.
     #[under(RESULTS)]
-    #[about(data_about(&interface))]
+    #[about(data_about(&counts))]
     #[width(width(&interface, "m_axis_tdata"))]
     pub m_axis_tdata: Output<Word>,
     /// a result waits
@@ -66,23 +67,23 @@ pub struct SensorTop {
     /// A count was clamped since reset.
     #[under(FLAGS)]
     #[when(interface.saturates())]
-    #[about(saturated_about(&interface))]
+    #[about(saturated_about(&counts))]
     pub o_saturated: Optional<Output<bool>>,
     /// Phase step of each detector's peak in the last scan.
     #[under(PEAK)]
-    #[when(interface.peak.is_some())]
+    #[when(counts.peak.is_some())]
     #[about(peak_about(detectors, "step k of the last scan's peak"))]
     #[width(width(&interface, "o_peak_step"))]
     pub o_peak_step: Optional<Output<Word>>,
     /// Its count.
     #[under(PEAK)]
-    #[when(interface.peak.is_some())]
+    #[when(counts.peak.is_some())]
     #[about(peak_about(detectors, "the count, signed"))]
     #[width(width(&interface, "o_peak_count"))]
     pub o_peak_count: Optional<Output<Word>>,
     /// high for one clock when they have changed
     #[under(PEAK)]
-    #[when(interface.peak.is_some())]
+    #[when(counts.peak.is_some())]
     pub o_peak_valid: Optional<Output<bool>>,
     #[width(codes.of_sources.len())]
     laser: Register<Word>,
@@ -95,14 +96,14 @@ pub struct SensorTop {
     #[each(_detector in 0..shared_words(detectors))]
     #[width(lanes)]
     samples: Vec<Wiring>,
-    #[is(ScanController::new(ScanPlan::of(&interface)))]
+    #[is(ScanController::new(ScanPlan::of(&interface, &counts)))]
     controller: ScanController,
     #[each(code in interface.reference_codes.iter())]
-    #[is(DetectorChannel::new(interface.clone(), code.clone()))]
+    #[is(DetectorChannel::new(interface.clone(), counts, code.clone()))]
     channel: Vec<DetectorChannel>,
-    #[is(ResultStream::new(stream(&interface)))]
+    #[is(ResultStream::new(stream(&interface, &counts)))]
     results: ResultStream,
-    #[each(peak in interface.peak.iter())]
+    #[each(peak in counts.peak.iter())]
     #[is(PeakDetector::new(*peak, detectors))]
     peak: Vec<PeakDetector>,
 }
@@ -113,11 +114,11 @@ fn width(interface: &Interface, name: &str) -> u32 {
     port.map_or(1, |p| p.width)
 }
 
-fn stream(interface: &Interface) -> StreamPlan {
+fn stream(interface: &Interface, counts: &Correlator) -> StreamPlan {
     StreamPlan {
-        count_bits: interface.count_bits,
-        saturates: interface.saturates(),
-        total: interface.total,
+        count_bits: counts.count_bits,
+        saturates: counts.saturates(),
+        total: counts.total,
         data_bits: interface.tdata_bits,
         detectors: interface.reference_codes.len(),
         steps: interface.parallel() as usize,
@@ -138,15 +139,15 @@ fn peak_about(detectors: usize, about: &str) -> String {
     }
 }
 
-fn saturated_about(interface: &Interface) -> &'static str {
-    match interface.total {
+fn saturated_about(counts: &Correlator) -> &'static str {
+    match counts.total {
         None => "a count was clamped since reset",
         Some(_) => "a count or a total was clamped since reset",
     }
 }
 
-fn data_about(interface: &Interface) -> String {
-    match interface.total {
+fn data_about(counts: &Correlator) -> String {
+    match counts.total {
         None => "count of a phase step, signed".to_owned(),
         Some(total) => format!("from bit {} its hits, below its signed count", total.first_bit),
     }
@@ -163,9 +164,9 @@ pub(super) fn samples_about(detectors: usize, lanes: u32, polarity: Polarity) ->
     }
 }
 
-fn describe(interface: &Interface) -> About {
-    let about = describe_counts(interface);
-    match interface.total {
+fn describe(interface: &Interface, counts: &Correlator) -> About {
+    let about = describe_counts(interface, counts);
+    match counts.total {
         None => about,
         Some(total) => about.fact(
             "Totals",
@@ -180,7 +181,7 @@ fn describe(interface: &Interface) -> About {
     }
 }
 
-fn describe_counts(interface: &Interface) -> About {
+fn describe_counts(interface: &Interface, counts: &Correlator) -> About {
     let scan = &interface.timing.scan;
     let outputs = interface.ports().iter().filter(|p| p.direction == Direction::Output).count();
     About::new(
@@ -207,8 +208,8 @@ fn describe_counts(interface: &Interface) -> About {
         "Counts",
         format!(
             "{} bits, signed{}",
-            interface.count_bits,
-            if interface.saturates() {
+            counts.count_bits,
+            if counts.saturates() {
                 ", clamped"
             } else {
                 "; no stimulus can overflow them"

@@ -99,7 +99,7 @@ pub struct Prepared {
 /// # Errors
 /// When the hardware keeps a histogram.
 pub fn refuse_memories(interface: &Interface) -> Result<(), Unfit> {
-    match interface.histogram {
+    match interface.histogram() {
         None => Ok(()),
         Some(_) => Err(Unfit::new("a histogram is kept in memories, which have no place in lanes")),
     }

@@ -84,7 +84,7 @@ impl Slices {
 /// Clocks after which nothing of the samples is left on its way to the counts, the
 /// peak and the stream.
 pub(super) fn settling_clocks(interface: &Interface) -> u64 {
-    let peak = interface.peak.map_or(0, |peak| peak.latency_clocks);
+    let peak = interface.peak_latency_clocks();
     let beats = interface.beats_of_group();
     u64::from(interface.result_latency_clocks.max(peak)) + beats + 8
 }
