@@ -93,17 +93,14 @@ impl<'a> BothEstimates<'a> {
                 self.other.source
             ));
         }
-        match (phase.bound_m, &phase.bound_remark) {
-            (Some(bound_m), _) => notes.push(format!(
-                "Cramer-Rao bound: no unbiased estimate from such counts, signed and total{}, scatters \
+        if let Some(bound_m) = phase.bound_m {
+            notes.push(format!(
+                "Cramer-Rao bound: no unbiased estimate from such counts, signed and total, scatters \
                  less than {}",
-                // Of a path that moves.
-                self.own.true_distance_at_s.map_or("", |_| ", of the steps round the peak"),
                 millimetres(bound_m, false)
-            )),
-            (None, Some(remark)) => notes.push(remark.clone()),
-            (None, None) => {}
+            ));
         }
+        notes.extend(phase.bound_remark.clone());
         if phase.expected_bias_m.is_some_and(|bias_m| bias_m.abs() > NOTABLE_BIAS_M) {
             notes.push(PHASE_BIAS.to_owned());
         }

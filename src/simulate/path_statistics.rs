@@ -67,7 +67,7 @@ pub struct PathStatistics {
     pub bound_m: Option<f64>,
     /// `std_m` in bounds.
     pub std_over_bound: Option<f64>,
-    /// Why there is no bound, where that is so.
+    /// Why there is no bound, or of which steps it is where not of all.
     pub bound_remark: Option<String>,
     /// Share of this detector's fits whose chi-square says that the light or the
     /// detector is not as modelled; none for the phase estimator.

@@ -64,9 +64,7 @@ fn every_proof_holds_for_a_design_with_every_part() {
 /// In a pause the counters stand where the next step begins, and in no other state.
 #[test]
 fn steps_of_scans_that_wait_for_an_epoch_are_proven() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/moving.toml");
-    let scene = scene::load(Path::new(path)).expect("a standard scene is sound");
-    let emission = emit(&Sensor::new(&scene), "goldtof emit moving.toml").expect("it can be built");
+    let emission = standard("moving");
     let folder = tempfile::tempdir().expect("a temporary folder");
     write(&emission, folder.path()).expect("the files can be written");
     for task in ["scan", "reference"] {
@@ -88,13 +86,31 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     // Edges at word borders, and hits outside a scan.
     ("counts", "edge_detector", "{i_samples[2:0], last_sample_r}", "{i_samples[2:0], 1'b0}"),
     ("counts", "edge_detector", " & {4{i_run}}", ""),
+    // Counts that a step takes long to come to.
+    ("counts", "count_clamp", "(i_count[10] ? SMALLEST : LARGEST)", "LARGEST"),
+    ("counts", "hit_counter", "exact[5:0] | {6{o_clamped}}", "exact[5:0]"),
     ("stream", "result_stream", "(~i_last & (|i_clamped))", "(|i_clamped)"),
     ("axis", "result_stream", "o_valid <= i_counted | blocked", "o_valid <= i_counted | more_r"),
+];
+
+/// The same for one step at once, whose delay grows to a whole chip over several steps.
+const FAULTS_OF_SINGLE_STEPS: &[(&str, &str, &str, &str)] = &[
+    ("reference", "lane_delay", "{delayed_r[5:0], 1'b1}", "{1'b0, delayed_r[4:0], 1'b1}"),
+    ("reference", "lane_delay", "delayed_r <= 7'd0;", "delayed_r <= 7'd1;"),
+    ("reference", "chip_history", "o_advance = ~i_wrap", "o_advance = 1'b1"),
 ];
 
 #[test]
 fn each_proof_refuses_a_fault() {
     each_is_refused(&rich(), FAULTS);
+    each_is_refused(&standard("quick"), FAULTS_OF_SINGLE_STEPS);
+}
+
+/// What is emitted for a standard scene.
+fn standard(name: &str) -> Emission {
+    let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let scene = scene::load(Path::new(&path)).expect("a standard scene is sound");
+    emit(&Sensor::new(&scene), "goldtof emit scene.toml").expect("it can be built")
 }
 
 fn each_is_refused(emission: &Emission, faults: &[(&str, &str, &str, &str)]) {

@@ -29,7 +29,12 @@ fn scene(chips: u64, walk_steps: f64) -> Scene {
 }
 
 fn bound_of(scene: &Scene) -> PathBound {
-    bound(&Sensor::new(scene), SPAD, TIER).expect("a bound").paths[0]
+    let bound = bound(&Sensor::new(scene), SPAD, TIER).expect("a bound");
+    // Whoever reads the number is told that it is not of the whole scan.
+    let remark = bound.remark().unwrap_or_default();
+    let said = format!("of the {} phase steps round the peak", bound.steps);
+    assert!(remark.contains(&said), "{remark}");
+    bound.paths[0]
 }
 
 /// What the steps of a scan expect, each by a path that stands still at many places of its

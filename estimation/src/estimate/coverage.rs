@@ -102,6 +102,22 @@ pub fn bound_m(
     bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
 }
 
+/// The same as a report has it: beside the bound, or in its place, what there is to say of it.
+///
+/// # Panics
+/// If the scene has no such path.
+pub fn bound_and_remark(
+    sensor: &Sensor,
+    path: PathIndex,
+    counting: CountingTier,
+    bound: &Result<Bound, FitError>,
+) -> (Option<f64>, Option<String>) {
+    match bound_m(sensor, path, counting, bound) {
+        Ok(bound_m) => (Some(bound_m), bound.as_ref().ok().and_then(Bound::remark)),
+        Err(reason) => (None, Some(format!("no bound: {reason}"))),
+    }
+}
+
 /// How far a path's delay is outside of the scan.
 fn outside_scan(asked: &Asked) -> Approximation {
     let scan = &asked.sensor.timing().scan;

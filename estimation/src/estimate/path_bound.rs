@@ -32,6 +32,17 @@ impl Bound {
         self.of_path(path).map_or(std_m, |bound_m| bound_m.max(std_m))
     }
 
+    /// What has to be known of it where it is not of all steps.
+    pub fn remark(&self) -> Option<String> {
+        let moves = |path: &PathBound| path.velocity_bound_m_per_s.is_some();
+        self.paths.iter().any(moves).then(|| {
+            format!(
+                "the bound is of the {} phase steps round the peak, as the fit of a path that moves",
+                self.steps
+            )
+        })
+    }
+
     /// The bound of path `path` of the sensor, if it carries modulated light.
     pub fn of_path(&self, path: PathIndex) -> Option<f64> {
         let entry = self.paths.iter().find(|entry| entry.path == path)?;

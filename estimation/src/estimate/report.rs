@@ -71,7 +71,7 @@ pub struct EstimateReport {
     pub bound_m: Option<f64>,
     /// `expected_std_m` in bounds.
     pub std_over_bound: Option<f64>,
-    /// Why there is no bound, where that is so.
+    /// Why there is no bound, or of which steps it is where not of all.
     pub bound_remark: Option<String>,
     /// The fit behind the estimate; none for the phase estimator.
     pub fit: Option<FitReport>,
@@ -323,10 +323,8 @@ impl EstimateReport {
         self.true_distance_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
         let bound = bound(sensor, detector, CountingTier::Sampled);
-        match coverage::bound_m(sensor, path, CountingTier::Sampled, &bound) {
-            Ok(bound_m) => self.bound_m = Some(bound_m),
-            Err(reason) => self.bound_remark = Some(format!("no bound: {reason}")),
-        }
+        (self.bound_m, self.bound_remark) =
+            coverage::bound_and_remark(sensor, path, CountingTier::Sampled, &bound);
         match expectation(sensor, detector, path, of_steps) {
             Ok((ExpectedErrors { bias_m, std_m }, missed)) => {
                 let std_m = match (self.estimator, &bound) {

@@ -3,6 +3,25 @@
 
 `default_nettype none
 
+`ifdef PROVE_REFERENCE
+module scan_controller (
+    input  wire i_clk,
+    input  wire i_rst,
+
+    input  wire i_epoch,         // the next clock is the first of a code period
+
+    output wire o_run,           // the present chip belongs to a scan
+    output wire o_pre_last_chip, // it is the last but one of a phase step
+    output wire o_last_chip,     // it is the last of a phase step
+    output wire o_start,         // a scan begins with the next clock
+    output wire o_dump,          // the total has just taken in a step's last hits
+    output wire o_counted,       // the step's count is there
+    output wire o_scan_counted   // the count of the scan's last step is there
+);
+    wire nothing = 1'b0;
+endmodule
+`endif
+
 `ifdef PROVE_COUNTS
 module scan_controller (
     input  wire i_clk,

@@ -365,9 +365,12 @@ endmodule
 
 // Each sample's reference is the chip of the detector's code that the delay of its phase step gives
 // it: in step k sample l of chip n has chip floor((n S + l - k) / S). The delay is a number here;
-// the reference's generator stands still, and chips come again, as it grows.
+// the reference's generator stands still, and chips come again, as it grows. When steps end and
+// scans begin is anything here that `scan` allows, and more: steps may be short.
 module prove_reference (
-    `INPUTS
+    `INPUTS,
+    input wire may_end,
+    input wire may_start
 );
     `DESIGN
     localparam WINDOW = `SAMPLES + `PARALLEL - 1;
@@ -378,8 +381,15 @@ module prove_reference (
     localparam KEPT = `KEPT_CHIPS;
     localparam SAMPLE_BITS = `SAMPLES > 1 ? $clog2(`SAMPLES) : 1;
 
-    wire ends, start_seen;
-    wire start = `REALIGNS ? start_seen : 1'b0;
+    // A step ends with the clock behind its last chip but one; no two ends are nearer to each other
+    // than the step is long, or than the chips that come again. A scan begins behind an end or in a
+    // pause, and so not where a step has a chip to go.
+    localparam APART = `CHIPS - 1 < REPLAYED + 1 ? `CHIPS - 1 : REPLAYED + 1;
+    reg [APART+1:1] ended;
+    wire before_last = may_end & ~i_rst & ~(|(ended & ((1 << APART) - 1)));
+    always @(posedge i_clk) ended <= i_rst ? 0 : {ended, before_last};
+    wire ends = `CHIPS > 1 ? ended[1] : before_last;
+    wire start = `REALIGNS ? may_start & ~i_rst & ~(`CHIPS > 1 & before_last) : 1'b0;
     wire [`DETECTORS*WINDOW-1:0] windows;
 
     // Samples of the delay beside whole chips, and the whole chips by which it grows.
@@ -445,7 +455,8 @@ module prove_reference (
     `REACHES(ends & ~i_rst)
 endmodule
 
-// A running sum of the words of hits, and what it grew by from dump to dump.
+// A running sum of the words of hits, and what it grew by from dump to dump. It begins as the
+// design's does, which may have counted anything since the last dump.
 module spec_count #(
     parameter BITS = 1,
     parameter DELAY = 1,   // clocks from a word to the sum
@@ -455,19 +466,24 @@ module spec_count #(
     input wire i_rst,
     input wire signed [5:0] word,
     input wire dump,
+    input wire [BITS-1:0] base_seen, // of the design, at first
     output reg signed [BITS-1:0] exact,
     output wire is_settled
 );
     reg [6*DELAY-1:0] words;
     wire signed [5:0] added = words[6*DELAY-1 -: 6];
-    reg signed [BITS-1:0] sum, total, base;
+    reg has_begun;
+    reg signed [BITS-1:0] sum_since, total, base_since;
+    wire [BITS-1:0] base = has_begun ? base_since : base_seen;
+    wire signed [BITS-1:0] sum = has_begun ? sum_since : -base_seen;
     wire [BITS-1:0] growth = total - base;
     always @* assert (growth == sum);
     always @(posedge i_clk) begin
         words <= i_rst ? 0 : {words, word};
-        sum <= i_rst ? 0 : dump ? added : sum + added;
+        has_begun <= 1'b1;
+        sum_since <= i_rst ? 0 : dump ? added : sum + added;
         total <= i_rst ? 0 : total + added;
-        base <= i_rst ? 0 : dump ? total : base;
+        base_since <= i_rst ? 0 : dump ? total : base;
         exact <= i_rst ? 0 : dump ? sum : exact;
     end
     generate
@@ -489,7 +505,8 @@ endmodule
 // within a scan. A count is the sum since the last dump of hits that the reference counts up less
 // those that it counts down: all that came before a dump, and nothing twice or lost at it. A count
 // that does not fit is saturated and flagged, never wrapped. (Dumps, the scan's clocks and the
-// reference are arbitrary here.)
+// reference are arbitrary here, and so is, at first, what a total of one segment grew by since the
+// last dump: the clocks that it takes to count so far show nothing.)
 module prove_counts (
     `INPUTS,
     input wire run,
@@ -501,6 +518,8 @@ module prove_counts (
     wire [`DETECTORS*`PARALLEL*`COUNT_BITS-1:0] counts;
     wire [`DETECTORS*`PARALLEL-1:0] clamped;
     wire [`DETECTORS*`TOTAL_BITS-1:0] totals;
+    wire [`DETECTORS*`PARALLEL*`EXACT_BITS-1:0] bases;
+    wire [`DETECTORS*`TOTAL_EXACT_BITS-1:0] total_bases;
 
     // Segments of a total are settled one after another.
     reg [`SEGMENTS+`BANKS:1] dumped;
@@ -534,6 +553,9 @@ module prove_counts (
                     .BITS(`TOTAL_EXACT_BITS), .DELAY(`ADDER_CLOCKS), .SETTLING(`SETTLING_CLOCKS)
                 ) spec (
                     .i_clk(i_clk), .i_rst(i_rst), .word(word), .dump(dump),
+                    .base_seen(
+                        `SEGMENTS == 1 ? total_bases[d*`TOTAL_EXACT_BITS +: `TOTAL_EXACT_BITS] : 0
+                    ),
                     .exact(exact), .is_settled(is_settled)
                 );
                 assign above_total = |(exact >> `TOTAL_BITS);
@@ -560,6 +582,7 @@ module prove_counts (
                     .BITS(`EXACT_BITS), .DELAY(`ADDER_CLOCKS + BANK), .SETTLING(`SETTLING_CLOCKS)
                 ) spec (
                     .i_clk(i_clk), .i_rst(i_rst), .word(word), .dump(dumps_since[BANK]),
+                    .base_seen(`SEGMENTS == 1 ? bases[PLACE*`EXACT_BITS +: `EXACT_BITS] : 0),
                     .exact(exact), .is_settled(is_settled)
                 );
                 wire [`COUNT_BITS-1:0] count = counts[PLACE*`COUNT_BITS +: `COUNT_BITS];

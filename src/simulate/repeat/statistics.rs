@@ -8,7 +8,7 @@ use crate::estimate::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
 use crate::estimate::{Prediction, Theory, distance_m, folded, share_error};
-use crate::scene::{EstimatorKind, PathIndex};
+use crate::scene::EstimatorKind;
 use crate::simulate::path_statistics::PathStatistics;
 
 /// What is expected of a path's errors, or why nothing is.
@@ -37,7 +37,8 @@ pub fn statistics(
         let bias_m = moments.mean.map(|mean| fold(mean, range_m));
         let missed_scans = tally.scans - tally.found[place];
         let of_scans = |count: u64| (tally.scans > 0).then(|| count as f64 / tally.scans as f64);
-        let (bound_m, bound_remark) = bound_of(ranging, path, theory);
+        let (bound_m, bound_remark) =
+            coverage::bound_and_remark(ranging.sensor, path, ranging.counting, &theory.bound);
         let with_error = |share| (share, share_error(ranging.sensor, ranging.detector, share));
         let expectation = Expectation {
             errors: expected[place].as_ref().ok().copied(),
@@ -82,14 +83,6 @@ pub fn statistics(
         }
     };
     (0..ranging.paths.len()).map(of_path).collect()
-}
-
-/// The bound of a path, in metres, or why there is none.
-fn bound_of(ranging: &Ranging, path: PathIndex, theory: &Theory) -> (Option<f64>, Option<String>) {
-    match coverage::bound_m(ranging.sensor, path, ranging.counting, &theory.bound) {
-        Ok(bound_m) => (Some(bound_m), None),
-        Err(reason) => (None, Some(format!("no bound: {reason}"))),
-    }
 }
 
 /// Why nothing is expected of a path's errors, where that is so.

@@ -1,4 +1,5 @@
-// A running sum of the words of hits, and what it grew by from dump to dump.
+// A running sum of the words of hits, and what it grew by from dump to dump. It begins as the
+// design's does, which may have counted anything since the last dump.
 module spec_count #(
     parameter BITS = 1,
     parameter DELAY = 1,   // clocks from a word to the sum
@@ -8,19 +9,24 @@ module spec_count #(
     input wire i_rst,
     input wire signed [5:0] word,
     input wire dump,
+    input wire [BITS-1:0] base_seen, // of the design, at first
     output reg signed [BITS-1:0] exact,
     output wire is_settled
 );
     reg [6*DELAY-1:0] words;
     wire signed [5:0] added = words[6*DELAY-1 -: 6];
-    reg signed [BITS-1:0] sum, total, base;
+    reg has_begun;
+    reg signed [BITS-1:0] sum_since, total, base_since;
+    wire [BITS-1:0] base = has_begun ? base_since : base_seen;
+    wire signed [BITS-1:0] sum = has_begun ? sum_since : -base_seen;
     wire [BITS-1:0] growth = total - base;
     always @* assert (growth == sum);
     always @(posedge i_clk) begin
         words <= i_rst ? 0 : {words, word};
-        sum <= i_rst ? 0 : dump ? added : sum + added;
+        has_begun <= 1'b1;
+        sum_since <= i_rst ? 0 : dump ? added : sum + added;
         total <= i_rst ? 0 : total + added;
-        base <= i_rst ? 0 : dump ? total : base;
+        base_since <= i_rst ? 0 : dump ? total : base;
         exact <= i_rst ? 0 : dump ? sum : exact;
     end
     generate
@@ -42,7 +48,8 @@ endmodule
 // within a scan. A count is the sum since the last dump of hits that the reference counts up less
 // those that it counts down: all that came before a dump, and nothing twice or lost at it. A count
 // that does not fit is saturated and flagged, never wrapped. (Dumps, the scan's clocks and the
-// reference are arbitrary here.)
+// reference are arbitrary here, and so is, at first, what a total of one segment grew by since the
+// last dump: the clocks that it takes to count so far show nothing.)
 module prove_counts (
     `INPUTS,
     input wire run,
@@ -54,6 +61,8 @@ module prove_counts (
     wire [`DETECTORS*`PARALLEL*`COUNT_BITS-1:0] counts;
     wire [`DETECTORS*`PARALLEL-1:0] clamped;
     wire [`DETECTORS*`TOTAL_BITS-1:0] totals;
+    wire [`DETECTORS*`PARALLEL*`EXACT_BITS-1:0] bases;
+    wire [`DETECTORS*`TOTAL_EXACT_BITS-1:0] total_bases;
 
     // Segments of a total are settled one after another.
     reg [`SEGMENTS+`BANKS:1] dumped;
@@ -87,6 +96,9 @@ module prove_counts (
                     .BITS(`TOTAL_EXACT_BITS), .DELAY(`ADDER_CLOCKS), .SETTLING(`SETTLING_CLOCKS)
                 ) spec (
                     .i_clk(i_clk), .i_rst(i_rst), .word(word), .dump(dump),
+                    .base_seen(
+                        `SEGMENTS == 1 ? total_bases[d*`TOTAL_EXACT_BITS +: `TOTAL_EXACT_BITS] : 0
+                    ),
                     .exact(exact), .is_settled(is_settled)
                 );
                 assign above_total = |(exact >> `TOTAL_BITS);
@@ -113,6 +125,7 @@ module prove_counts (
                     .BITS(`EXACT_BITS), .DELAY(`ADDER_CLOCKS + BANK), .SETTLING(`SETTLING_CLOCKS)
                 ) spec (
                     .i_clk(i_clk), .i_rst(i_rst), .word(word), .dump(dumps_since[BANK]),
+                    .base_seen(`SEGMENTS == 1 ? bases[PLACE*`EXACT_BITS +: `EXACT_BITS] : 0),
                     .exact(exact), .is_settled(is_settled)
                 );
                 wire [`COUNT_BITS-1:0] count = counts[PLACE*`COUNT_BITS +: `COUNT_BITS];

@@ -20,15 +20,17 @@ pub(super) struct Proof {
     emptied: Vec<&'static str>,
     /// Modules whose outputs may be anything at any clock.
     freed: Vec<&'static str>,
+    /// Registers that may begin with anything, by their name in each module.
+    pub(super) begun: Option<&'static str>,
 }
 
 /// How a proof is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Engine {
-    /// A search through the first clocks after reset, induction over four clocks with all
+    /// A search through so many clocks after reset, induction over four clocks with all
     /// equivalences of design and specification as hypotheses, then property directed
     /// reachability for what is left.
-    Induction,
+    Induction(u32),
     /// Property directed reachability alone.
     Reachability,
     /// Property directed reachability from any state of the registers, with i_rst high.
@@ -43,8 +45,8 @@ pub(super) enum Engine {
 
 impl Proof {
     fn new(name: &'static str, engine: Engine) -> Proof {
-        let (seen, cut, emptied, freed) = Default::default();
-        Proof { name, engine, seen, cut, emptied, freed }
+        let (seen, cut, emptied, freed, begun) = Default::default();
+        Proof { name, engine, seen, cut, emptied, freed, begun }
     }
 
     /// Makes a signal inside readable.
@@ -107,12 +109,14 @@ impl Proof {
     }
 
     /// The engine's line in the `.sby` file.
-    pub(super) fn engine_line(&self) -> &'static str {
+    pub(super) fn engine_line(&self) -> String {
         match self.engine {
             // What shows within the pipelines is found at once; scorr and pdr would look long for it.
-            Engine::Induction => "abc bmc3 -F 9; scorr -F 4 -C 100000; pdr",
-            Engine::Reachability | Engine::InReset => "abc pdr",
-            Engine::Steps(_) | Engine::Bounded(_) => "abc bmc3",
+            Engine::Induction(clocks) => {
+                format!("abc bmc3 -F {clocks}; scorr -F 4 -C 100000; pdr")
+            }
+            Engine::Reachability | Engine::InReset => "abc pdr".to_owned(),
+            Engine::Steps(_) | Engine::Bounded(_) => "abc bmc3".to_owned(),
         }
     }
 }
@@ -133,11 +137,14 @@ fn part(signal: &str, number: u32, bits: u32) -> String {
     }
 }
 
+/// Clocks in which what is wrong in a pipeline shows.
+const PIPELINE_CLOCKS: u32 = 9;
+
 /// The proofs of a design.
 pub(super) fn proofs(design: &Design) -> Vec<Proof> {
     let interface = design.interface();
     let channels = channels(design);
-    let mut codes = Proof::new("codes", Engine::Induction);
+    let mut codes = Proof::new("codes", Engine::Induction(PIPELINE_CLOCKS));
     let mut proofs = vec![Proof::new("reset", Engine::InReset)];
     match &interface.counting {
         Counting::Correlator(correlator) => {
@@ -145,7 +152,7 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
                 codes.see("epoch_seen", "controller.i_epoch");
             }
             proofs.extend([codes, scan(interface, correlator), reference(interface, &channels)]);
-            proofs.extend([counts(interface, &channels), stream(interface, &channels)]);
+            proofs.extend([counts(interface, correlator, &channels), stream(interface, &channels)]);
             proofs.extend(correlator.peak.map(|_| peak(interface, &channels)));
         }
         Counting::Histogram(plan) => {
@@ -217,30 +224,62 @@ fn counted(interface: &Interface, d: u32, channel: &str) -> Vec<(String, String)
 }
 
 fn reference(interface: &Interface, channels: &[String]) -> Proof {
-    let mut proof = Proof::new("reference", Engine::Induction);
-    proof.see("ends", "controller.o_last_chip");
+    // The delay grows to a whole chip, a sample with each step, before the reference waits.
+    let clocks = PIPELINE_CLOCKS.max(interface.lanes() + 6);
+    let mut proof = Proof::new("reference", Engine::Induction(clocks));
+    proof.emptied = vec!["scan_controller"];
+    proof.drive("controller.o_last_chip", "ends");
+    if interface.timing.scan.integration_chips > 1 {
+        proof.drive("controller.o_pre_last_chip", "before_last");
+    }
     if interface.realigns() {
-        proof.see("start_seen", "controller.o_start");
+        proof.drive("controller.o_start", "start");
     }
     let windows = (0..).zip(channels);
     proof.seen.extend(windows.map(|(d, channel)| window(interface, d, channel)));
     proof
 }
 
-fn counts(interface: &Interface, channels: &[String]) -> Proof {
-    let mut proof = Proof::new("counts", Engine::Induction);
+fn counts(interface: &Interface, correlator: &Correlator, channels: &[String]) -> Proof {
+    let mut proof = Proof::new("counts", Engine::Induction(PIPELINE_CLOCKS));
+    let begins = correlator.count_segments.count == 1;
+    proof.begun = begins.then_some("base_r");
     proof.emptied = vec!["scan_controller", "phase_stepper"];
     proof.drive("controller.o_run", "run");
     proof.drive("controller.o_dump", "dumps");
     for (d, channel) in (0..).zip(channels) {
         proof.cut.push(window(interface, d, channel));
         proof.seen.extend(counted(interface, d, channel));
+        if begins {
+            proof.seen.extend(bases(correlator, interface.parallel(), d, channel));
+        }
     }
     proof
 }
 
+/// What each total of a detector was at the last dump, and its places.
+fn bases(counting: &Correlator, steps: u32, d: u32, channel: &str) -> Vec<(String, String)> {
+    let (bits, bank_steps) = (counting.exact_count_bits, counting.bank_steps);
+    let whole_banks = steps / bank_steps;
+    let correlator = |step: u32| {
+        let (bank, step_of_bank) = (step / bank_steps, step % bank_steps);
+        let bank = match whole_banks {
+            _ if steps == 1 => return "correlator".to_owned(),
+            whole if bank == whole && bank > 0 => "last_bank".to_owned(),
+            0 | 1 => "bank".to_owned(),
+            _ => format!("gen_bank[{bank}].bank"),
+        };
+        format!("{bank}.gen_correlator[{step_of_bank}].correlator")
+    };
+    let place = |part: &str| format!("{channel}.{part}.total.base_r");
+    let of_step = |q: u32| (part("bases", d * steps + q, bits), place(&correlator(q)));
+    let of_total = |bits| (part("total_bases", d, bits), place("total"));
+    let total = counting.total.map(|total| of_total(total.exact_bits));
+    (0..steps).map(of_step).chain(total).collect()
+}
+
 fn stream(interface: &Interface, channels: &[String]) -> Proof {
-    let mut proof = Proof::new("stream", Engine::Induction);
+    let mut proof = Proof::new("stream", Engine::Induction(PIPELINE_CLOCKS));
     proof.emptied = vec!["scan_controller", "detector_channel"];
     for (d, channel) in (0..).zip(channels) {
         proof.cut.extend(counted(interface, d, channel));

@@ -1,8 +1,11 @@
 // Each sample's reference is the chip of the detector's code that the delay of its phase step gives
 // it: in step k sample l of chip n has chip floor((n S + l - k) / S). The delay is a number here;
-// the reference's generator stands still, and chips come again, as it grows.
+// the reference's generator stands still, and chips come again, as it grows. When steps end and
+// scans begin is anything here that `scan` allows, and more: steps may be short.
 module prove_reference (
-    `INPUTS
+    `INPUTS,
+    input wire may_end,
+    input wire may_start
 );
     `DESIGN
     localparam WINDOW = `SAMPLES + `PARALLEL - 1;
@@ -13,8 +16,15 @@ module prove_reference (
     localparam KEPT = `KEPT_CHIPS;
     localparam SAMPLE_BITS = `SAMPLES > 1 ? $clog2(`SAMPLES) : 1;
 
-    wire ends, start_seen;
-    wire start = `REALIGNS ? start_seen : 1'b0;
+    // A step ends with the clock behind its last chip but one; no two ends are nearer to each other
+    // than the step is long, or than the chips that come again. A scan begins behind an end or in a
+    // pause, and so not where a step has a chip to go.
+    localparam APART = `CHIPS - 1 < REPLAYED + 1 ? `CHIPS - 1 : REPLAYED + 1;
+    reg [APART+1:1] ended;
+    wire before_last = may_end & ~i_rst & ~(|(ended & ((1 << APART) - 1)));
+    always @(posedge i_clk) ended <= i_rst ? 0 : {ended, before_last};
+    wire ends = `CHIPS > 1 ? ended[1] : before_last;
+    wire start = `REALIGNS ? may_start & ~i_rst & ~(`CHIPS > 1 & before_last) : 1'b0;
     wire [`DETECTORS*WINDOW-1:0] windows;
 
     // Samples of the delay beside whole chips, and the whole chips by which it grows.

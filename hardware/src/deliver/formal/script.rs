@@ -251,6 +251,9 @@ fn write_yosys(design: &Design, proofs: &[Proof], properties: &str, text: &mut S
         if let Some(mode) = proof.register_map() {
             let _ = writeln!(text, "{}: techmap -autoproc {mode}-map {REGISTERS}", proof.name);
         }
+        if let Some(register) = proof.begun {
+            let _ = writeln!(text, "{}: setattr -unset init w:*.{register}", proof.name);
+        }
     }
     *text += "opt_expr\nopt_clean\n";
 }
