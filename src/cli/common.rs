@@ -8,7 +8,7 @@ use clap::Args;
 use super::values::parse_shard;
 use crate::cosim::MOST_CLOCKS;
 use crate::printable::{printable, printable_path, shell_word};
-use crate::scene::{self, Scene, SceneErrors, Setting};
+use crate::scene::{Scene, SceneErrors, SceneText, Setting};
 use crate::shard::Part;
 
 #[derive(Debug, Args)]
@@ -27,15 +27,15 @@ impl SceneArgument {
     /// # Errors
     /// If it cannot be read, and everything that is wrong with it.
     pub fn load(&self) -> Result<Scene, SceneErrors> {
-        scene::load_with(&self.scene, &self.settings)
+        self.read()?.scene()
     }
 
-    /// [`SceneArgument::load`], and the file's text.
+    /// The file's text, and the settings.
     ///
     /// # Errors
-    /// As there.
-    pub fn load_with_text(&self) -> Result<(Scene, String), SceneErrors> {
-        scene::load_with_text(&self.scene, &self.settings)
+    /// If it cannot be read.
+    pub fn read(&self) -> Result<SceneText, SceneErrors> {
+        SceneText::read(&self.scene, &self.settings)
     }
 
     /// The file's name and the settings, as a command line has them. Where the file lies

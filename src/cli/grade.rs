@@ -13,11 +13,11 @@ use super::provenance::typed_command;
 use crate::document::Document;
 use crate::door::{grade, grade_some, sha256_of};
 use crate::grade::{Grade, GradeOptions, GradeStimulus, Score};
-use crate::printable::{printable_lines, printable_path};
+use crate::printable::printable_lines;
 use crate::report::quantities::percent;
 use crate::scene::SceneReference;
 use crate::sensor::Sensor;
-use crate::shard::{self, GradeJob, Job, Part, Results, SceneText};
+use crate::shard::{self, GradeJob, Job, Part, Results};
 
 /// Survivors that are printed; the JSON has all.
 const SHOWN: usize = 20;
@@ -40,17 +40,13 @@ pub(super) fn run(
     seed: u64,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let (scene, scene_text) = arguments.scene.load_with_text()?;
+    let scene = arguments.scene.read()?;
     let made_by = command_line(&arguments.scene);
     let options = GradeOptions { seed, made_by, ..arguments.options.clone() };
-    let sensor = Sensor::new(&scene);
+    let sensor = Sensor::new(&scene.scene()?);
     if let Some(order) = arguments.shard.order() {
         let job = GradeJob {
-            scene: SceneText::new(
-                &printable_path(&arguments.scene.scene),
-                scene_text,
-                &arguments.scene.settings,
-            ),
+            scene: scene.without_folder(),
             verilog_sha256: sha256_of(&sensor, &options)?,
             options,
         };

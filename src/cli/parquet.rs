@@ -58,7 +58,7 @@ pub(super) fn parquet(
     });
     let about = About {
         goldtof: VERSION,
-        scene: sweep.scene(),
+        scene: sweep.scene.reference(),
         sweep: &sweep.options,
         units: units.collect(),
     };

@@ -43,14 +43,15 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let (scene, scene_text) = arguments.scene.load_with_text()?;
+    let text = arguments.scene.read()?;
+    let scene = text.scene()?;
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     let options = RunOptions {
         seed,
         made_by: command_line(&arguments.scene),
         window: arguments.vcd_window.clocks(),
-        provenance: provenance(scene_text)?,
+        provenance: provenance(text.text)?,
         ..arguments.options.clone()
     };
     let mut progress = CosimProgress::new(output);

@@ -9,7 +9,8 @@ use super::provenance::typed_command;
 use crate::document::{Body, Document};
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
-use crate::shard::{Folder, Job, Results, SceneText, Shard};
+use crate::scene::SceneText;
+use crate::shard::{Folder, Job, Results, Shard};
 use crate::study::sweep::Store;
 
 /// The JSON of a command with `--shard`.

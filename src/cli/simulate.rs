@@ -13,9 +13,9 @@ use super::warnings::warn_of_far_paths;
 use crate::document::Document;
 use crate::files;
 use crate::recorded::expected_csv;
-use crate::scene::SceneReference;
+use crate::scene::{SceneReference, SceneText};
 use crate::sensor::Sensor;
-use crate::shard::{self, Job, Part, Results, SceneText, SimulateJob};
+use crate::shard::{self, Job, Part, Results, SimulateJob};
 use crate::simulate::repeat::{Simulated, Simulation, simulate};
 use crate::simulate::scans::Prepared;
 use crate::simulate::{SimulateOptions, forecast};
@@ -44,10 +44,9 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let (scene, text) = arguments.scene.load_with_text()?;
-    let reference = scene.reference();
+    let text = arguments.scene.read()?;
     let options = SimulateOptions { seed, ..arguments.options };
-    let scene = scene.with_estimator(options.estimator)?;
+    let scene = text.scene()?.with_estimator(options.estimator)?;
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     let order = arguments.shard.order();
@@ -59,14 +58,14 @@ pub(super) fn run(
         announce(output, "the simulation", seconds);
     }
     if let Some(order) = order {
-        return part(arguments, &options, &sensor, text, &order, output);
+        return part(arguments, &options, &sensor, &text, &order, output);
     }
     if let Some(path) = &arguments.expected {
         let expected = expected_csv(&sensor, options.fidelity.counting())?;
         files::write(path, &expected)?;
     }
     let simulation = simulate(&sensor, &options, None)?;
-    tell(reference, &simulation, arguments.check.check, output)
+    tell(text.reference(), &simulation, arguments.check.check, output)
 }
 
 /// Some of the scans.
@@ -74,7 +73,7 @@ fn part(
     arguments: &SimulateArguments,
     options: &SimulateOptions,
     sensor: &Sensor,
-    text: String,
+    text: &SceneText,
     order: &Order,
     output: &Output,
 ) -> anyhow::Result<Ending> {
@@ -83,9 +82,8 @@ fn part(
         tier.draws(),
         "the tier {tier} has no scans that could be shared out; leave out --shard"
     );
-    let path = crate::printable::printable_path(&arguments.scene.scene);
     let job = Job::Simulate(SimulateJob {
-        scene: SceneText::new(&path, text, &arguments.scene.settings),
+        scene: text.without_folder(),
         options: *options,
         check: arguments.check.check,
     });

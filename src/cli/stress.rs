@@ -10,18 +10,14 @@ use super::ending::Ending;
 use super::forecast::Forecast;
 use super::output::Output;
 use crate::document::Body;
-use crate::shard::{self, Job, Part, Results, StressJob};
-use crate::study::stress::{Case, Group, StressReport, cases, run as run_cases};
+use crate::shard::{self, Job, Part, Results};
+use crate::study::stress::{Case, Group, StressOptions, StressReport, run as run_cases};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof stress --quick")]
 pub(super) struct StressArguments {
-    /// One case, for example --case no-light-at-all [default: all]
-    #[arg(long, value_name = "NAME", conflicts_with = "quick")]
-    pub case: Option<String>,
-    /// The fast subset
-    #[arg(long)]
-    pub quick: bool,
+    #[command(flatten)]
+    pub options: StressOptions,
     /// List the cases without running them
     #[arg(long, conflicts_with = "shard")]
     pub list: bool,
@@ -62,7 +58,8 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let chosen = choose(arguments)?;
+    let options = StressOptions { seed, ..arguments.options.clone() };
+    let chosen = options.chosen()?;
     if arguments.list {
         let cases = chosen.iter().map(ListedCase::of).collect();
         let mut text = String::new();
@@ -73,7 +70,7 @@ pub(super) fn run(
         return Ok(Ending::Done);
     }
     if let Some(order) = arguments.shard.order() {
-        return some_cases(&chosen, seed, &order, output);
+        return some_cases(&options, &chosen, &order, output);
     }
     tell(&watched(&chosen, seed, output)?, output)
 }
@@ -91,58 +88,28 @@ fn watched(chosen: &[Case], seed: u64, output: &Output) -> anyhow::Result<Stress
 
 /// A part of the cases.
 fn some_cases(
+    options: &StressOptions,
     chosen: &[Case],
-    seed: u64,
     order: &Order,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let job = Job::Stress(StressJob {
-        cases: chosen.iter().map(|case| case.name.to_owned()).collect(),
-        seed,
-    });
-    order.fulfil(job, output, |_| {
+    order.fulfil(Job::Stress(options.named(chosen)), output, |_| {
         let numbers = order.part.every(chosen.len() as u64);
         let some: Vec<Case> = numbers.map(|number| chosen[number as usize]).collect();
-        Ok(Results::Stress(watched(&some, seed, output)?.cases))
+        Ok(Results::Stress(watched(&some, options.seed, output)?.cases))
     })
 }
 
 /// The cases of all shards.
 pub(super) fn merge(
-    job: &StressJob,
+    options: &StressOptions,
     shards: Vec<(Part, Results)>,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    tell(&shard::stress_report(job, shards)?, output)
+    tell(&shard::stress_report(options, shards)?, output)
 }
 
 fn tell(report: &StressReport, output: &Output) -> anyhow::Result<Ending> {
     output.answer(None, report, &report.to_text())?;
     Ok(if report.all_hold() { Ending::Done } else { Ending::DoesNotHold })
-}
-
-/// The cases that the command line asks for.
-fn choose(arguments: &StressArguments) -> anyhow::Result<Vec<Case>> {
-    let all = cases();
-    let Some(name) = &arguments.case else {
-        let mut chosen = all;
-        chosen.retain(|case| case.quick || !arguments.quick);
-        return Ok(chosen);
-    };
-    match all.iter().find(|case| case.name == name) {
-        Some(&case) => Ok(vec![case]),
-        None => {
-            let nearest = all
-                .iter()
-                .max_by(|a, b| {
-                    let likeness = |case: &Case| strsim::jaro(case.name, name);
-                    likeness(a).total_cmp(&likeness(b))
-                })
-                .map_or("", |case| case.name);
-            anyhow::bail!(
-                "there is no case \"{name}\"; did you mean \"{nearest}\"? \
-                 `goldtof stress --list` names all of them"
-            )
-        }
-    }
 }

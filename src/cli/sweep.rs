@@ -17,8 +17,7 @@ use crate::document::{Body, Document};
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::report::table::Table;
-use crate::scene;
-use crate::shard::{self, Job, Part, Results, SceneText, SweepJob};
+use crate::shard::{self, Job, Part, Results, SweepJob};
 use crate::study::sweep::{self, Store, Sweep, SweepError, SweepOptions};
 
 /// Points that are looked at side by side.
@@ -70,9 +69,7 @@ pub(super) fn run(
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
     let sweep = Sweep {
-        file: printable_path(&arguments.scene.scene),
-        text: scene::read_scene_text(&arguments.scene.scene)?,
-        settings: arguments.scene.settings.clone(),
+        scene: arguments.scene.read()?,
         options: SweepOptions { seed, ..arguments.options.clone() },
     };
     sweep.check_axes()?;
@@ -135,11 +132,8 @@ fn some_points(
     check: bool,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let job = Job::Sweep(SweepJob {
-        scene: SceneText::new(&sweep.file, sweep.text.clone(), &sweep.settings),
-        options: sweep.options.clone(),
-        check,
-    });
+    let of_all = Sweep { scene: sweep.scene.without_folder(), options: sweep.options.clone() };
+    let job = Job::Sweep(SweepJob { sweep: of_all, check });
     let part = order.part;
     order.fulfil(job, output, |folder| {
         let mut store = Store::open(folder, sweep, &typed_command())?;
@@ -158,11 +152,11 @@ pub(super) fn merge(
     out: &Path,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let sweep = job.sweep()?;
+    let sweep = &job.sweep;
     sweep.check_axes()?;
-    let tables = shard::tables(&sweep, shards)?;
-    let rows = Rows { sweep: &sweep, of: &|numbers| Ok(Table::joined(&tables[numbers])) };
-    tell(&sweep, rows, sweep.len(), job.check, &output.folder(out)?, output)
+    let tables = shard::tables(sweep, shards)?;
+    let rows = Rows { sweep, of: &|numbers| Ok(Table::joined(&tables[numbers])) };
+    tell(sweep, rows, sweep.len(), job.check, &output.folder(out)?, output)
 }
 
 /// Writes both tables and the plot, all three or none.
@@ -187,8 +181,8 @@ fn tell(
     );
     let seed = sweep.options.seed;
     let report = SweepReport { points, points_done_before: done_before, seed, rows };
-    let document =
-        Document { scene: Some(sweep.scene()), ..Document::new(report, typed_command(), None) };
+    let scene = Some(sweep.scene.reference());
+    let document = Document { scene, ..Document::new(report, typed_command(), None) };
     output.answer_document(&document, &text)?;
     if written.contradicted > 0 {
         output.note(&format!(

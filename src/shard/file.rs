@@ -5,12 +5,13 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::ShardError;
-use super::job::{Job, Results, SceneText};
+use super::job::{Job, Results};
 use super::part::Part;
 use crate::digest::sha256;
 use crate::document::{Body, Document};
 use crate::files::read_regular;
 use crate::printable::printable_path;
+use crate::scene::SceneText;
 
 /// Largest file that is read back: a million scans with several paths.
 const MOST_BYTES: u64 = 1 << 30;

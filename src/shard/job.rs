@@ -3,15 +3,14 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::ShardError;
 use crate::differences::differences;
 use crate::grade::{GradeOptions, Graded};
-use crate::scene::{self, Scene, SceneErrors, SceneReference, Setting};
+use crate::scene::SceneText;
 use crate::simulate::SimulateOptions;
 use crate::simulate::repeat::Gathered;
 use crate::study::reproduce::{MadeFigure, ReproduceOptions};
-use crate::study::stress::CaseReport;
-use crate::study::sweep::{Sweep, SweepOptions};
+use crate::study::stress::{CaseReport, StressOptions};
+use crate::study::sweep::Sweep;
 
 /// A job in shards. Two shards belong together if their jobs are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -35,7 +34,7 @@ pub enum Job {
     /// Of `goldtof stress`.
     Stress(
         /// The cases.
-        StressJob,
+        StressOptions,
     ),
     /// Of `goldtof grade`.
     Grade(
@@ -75,17 +74,6 @@ pub enum Results {
     ),
 }
 
-/// A scene as it was read, so that what is made of shards needs no other file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct SceneText {
-    /// Name of the file, without its folder.
-    pub file: String,
-    /// Its text.
-    pub text: String,
-    /// Overridden keys: `path.distance=5 m`.
-    pub settings: Vec<String>,
-}
-
 /// Scans of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct SimulateJob {
@@ -101,22 +89,11 @@ pub struct SimulateJob {
 /// Points of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct SweepJob {
-    /// The scene.
-    pub scene: SceneText,
-    /// Its points, those of all shards.
+    /// The sweep, with the points of all shards.
     #[serde(flatten)]
-    pub options: SweepOptions,
+    pub sweep: Sweep,
     /// Whether the exit status says if scans are as expected.
     pub check: bool,
-}
-
-/// Stress cases.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct StressJob {
-    /// Names of all cases.
-    pub cases: Vec<String>,
-    /// Seed of each case.
-    pub seed: u64,
 }
 
 /// Faults and mutants of a design.
@@ -140,58 +117,12 @@ pub struct PointRows {
     pub rows_csv: String,
 }
 
-impl SceneText {
-    /// The scene of the file `path`, whose text it is.
-    pub fn new(path: &str, text: String, settings: &[Setting]) -> SceneText {
-        let SceneReference { file, settings, .. } = SceneReference::of_text(path, &text, settings);
-        SceneText { file, text, settings }
-    }
-
-    /// The settings.
-    ///
-    /// # Errors
-    /// When one is none.
-    pub fn settings(&self) -> Result<Vec<Setting>, String> {
-        self.settings.iter().map(|text| text.parse()).collect()
-    }
-
-    /// The scene.
-    ///
-    /// # Errors
-    /// What is wrong with it.
-    pub fn scene(&self) -> Result<Scene, SceneErrors> {
-        // What is not a setting was none when it was written.
-        let settings = self.settings().unwrap_or_default();
-        scene::parse_with(&self.file, &self.text, &settings)
-    }
-
-    /// What documents name it by.
-    pub fn reference(&self) -> SceneReference {
-        SceneReference::of_text(&self.file, &self.text, &self.settings().unwrap_or_default())
-    }
-}
-
-impl SweepJob {
-    /// The sweep that it is.
-    ///
-    /// # Errors
-    /// When a setting is none.
-    pub fn sweep(&self) -> Result<Sweep, ShardError> {
-        Ok(Sweep {
-            file: self.scene.file.clone(),
-            text: self.scene.text.clone(),
-            settings: self.scene.settings().map_err(|reason| ShardError::NoJob { reason })?,
-            options: self.options.clone(),
-        })
-    }
-}
-
 impl Job {
     /// The scene that it is of, if it is of one.
     pub fn scene(&self) -> Option<&SceneText> {
         match self {
             Job::Simulate(job) => Some(&job.scene),
-            Job::Sweep(job) => Some(&job.scene),
+            Job::Sweep(job) => Some(&job.sweep.scene),
             Job::Grade(job) => Some(&job.scene),
             Job::Reproduce(_) | Job::Stress(_) => None,
         }

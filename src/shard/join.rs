@@ -1,14 +1,14 @@
 //! What the shards of a job are together.
 
 use super::ShardError;
-use super::job::{GradeJob, PointRows, Results, SimulateJob, StressJob};
+use super::job::{GradeJob, PointRows, Results, SimulateJob};
 use super::part::Part;
 use crate::grade::{Grade, Graded, Outcomes};
 use crate::report::table::Table;
 use crate::sensor::Sensor;
 use crate::simulate::repeat::{Gathered, Simulated, Simulation, Tally};
 use crate::study::reproduce::{MadeFigure, ReproduceOptions};
-use crate::study::stress::{Case, CaseReport, StressReport, cases};
+use crate::study::stress::{CaseReport, StressOptions, StressReport, UnknownCase};
 use crate::study::sweep::{Store, StoreError, Sweep, empty};
 
 /// Results of one kind, if they are of it.
@@ -59,35 +59,20 @@ pub fn figures(
     in_order(options.figures.len(), shards, "it has other figures", figures, is_its)
 }
 
-impl StressJob {
-    /// The cases, in their order.
-    ///
-    /// # Errors
-    /// When a name is unknown.
-    pub fn cases(&self) -> Result<Vec<Case>, ShardError> {
-        let all = cases();
-        let of_name = |name: &String| {
-            let reason = || format!("there is no stress case \"{name}\"");
-            let found = all.iter().find(|case| case.name == name);
-            found.copied().ok_or_else(|| ShardError::NoJob { reason: reason() })
-        };
-        self.cases.iter().map(of_name).collect()
-    }
-}
-
 /// The report that all shards together are.
 ///
 /// # Errors
 /// When a shard's cases are not those of its part.
 pub fn stress_report(
-    job: &StressJob,
+    options: &StressOptions,
     shards: Vec<(Part, Results)>,
 ) -> Result<StressReport, ShardError> {
-    let cases = job.cases()?;
+    let unknown = |error: UnknownCase| ShardError::NoJob { reason: error.to_string() };
+    let cases = options.chosen().map_err(unknown)?;
     let is_its = |number: usize, report: &CaseReport| report.name == cases[number].name;
     let reports = |results| of_kind!(Stress, results);
     let cases = in_order(cases.len(), shards, "it has other cases", reports, is_its)?;
-    Ok(StressReport { seed: job.seed, cases })
+    Ok(StressReport { seed: options.seed, cases })
 }
 
 /// The finished points of a part, from where they were kept.

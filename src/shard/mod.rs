@@ -13,7 +13,7 @@ mod part;
 
 pub use file::Shard;
 pub use folder::{Collected, Folder, listed};
-pub use job::{GradeJob, Job, PointRows, Results, SceneText, SimulateJob, StressJob, SweepJob};
+pub use job::{GradeJob, Job, PointRows, Results, SimulateJob, SweepJob};
 pub use join::{figures, rows, simulation, stress_report, tables, variants, whole_grade};
 pub use part::Part;
 

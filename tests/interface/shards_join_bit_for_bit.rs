@@ -9,12 +9,12 @@ use std::time::{Duration, Instant};
 use goldtof::OutputFolder;
 use goldtof::scene::{self, Setting};
 use goldtof::sensor::Sensor;
-use goldtof::shard::{self, Part, Results, StressJob};
+use goldtof::shard::{self, Part, Results};
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::{Simulated, Simulation};
 use goldtof::simulate::scans::Prepared;
 use goldtof::study::reproduce::{FigureId, MadeFigure, ReproduceOptions, Reproduction, reproduce};
-use goldtof::study::stress::{self, StressReport};
+use goldtof::study::stress::{self, StressOptions, StressReport};
 use serde_json::{Value, json};
 use sha2::Digest as _;
 
@@ -522,8 +522,9 @@ fn stress_cases_come_back_from_shards_in_their_order() {
         "detection-probability-0",
         "interleaving-0-to-8",
     ];
-    let job = StressJob { cases: names.map(str::to_owned).into(), seed: 3 };
-    let cases = job.cases().unwrap();
+    let cases = names.map(str::to_owned).into();
+    let job = StressOptions { cases, seed: 3, ..Default::default() };
+    let cases = job.chosen().unwrap();
     let verdicts = |mut report: StressReport| {
         for case in &mut report.cases {
             case.run_time_s = 0.0;

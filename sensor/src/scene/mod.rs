@@ -56,8 +56,8 @@ pub use estimator::{EstimatorKind, OtherLight, TotalsMissing};
 pub use hardware::{Architecture, Hardware, Polarity, Target};
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use movement::{Fluctuation, Movement};
-pub use origin::{Origin, SceneReference};
-pub use read::{load, load_with, load_with_text, parse, parse_with, read as read_scene_text};
+pub use origin::{Origin, SceneReference, SceneText};
+pub use read::{load, load_with, parse, parse_with, read as read_scene_text};
 pub use setting::{MOST_KEY_PARTS, Setting};
 pub use waveform::{Curve, JitterTail, LaserResponse};
 
@@ -102,7 +102,7 @@ impl Scene {
 
     /// Its name in documents.
     pub fn reference(&self) -> SceneReference {
-        SceneReference::new(&self.name, &self.origin)
+        SceneReference { name: self.name.clone(), origin: self.origin.clone() }
     }
 
     /// The paths from a detector's own source to it.

@@ -1,4 +1,4 @@
-//! Where a scene comes from, as documents name it.
+//! Where a scene comes from: as documents name it, and as it was read.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -6,11 +6,12 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::setting::Setting;
+use super::{Scene, SceneErrors, read};
 use crate::digest::sha256;
 use crate::printable::printable_path;
 
 /// The text that a scene was read from. Empty for a scene that was made in a program.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Origin {
     /// Name of the file, without its folder.
     pub file: String,
@@ -20,49 +21,76 @@ pub struct Origin {
     pub settings: Vec<String>,
 }
 
-impl Origin {
-    fn of(file: &str, text: &str, settings: &[Setting]) -> Origin {
-        let assignment = |setting: &Setting| setting.assignment().to_owned();
-        Origin {
-            file: file.to_owned(),
-            sha256: sha256(text),
-            settings: settings.iter().map(assignment).collect(),
-        }
-    }
-}
-
 /// The scene of a document. What is made of a scene does not depend on the folder that it
 /// lies in, and so the folder is not named.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct SceneReference {
     /// The file's stem.
     pub name: String,
-    /// Name of the file, without its folder.
-    pub file: String,
-    /// SHA-256 of its text, in hexadecimal digits.
-    pub sha256: String,
-    /// Overridden keys: `path.distance=5 m`.
-    pub settings: Vec<String>,
+    /// The text that it was read from.
+    #[serde(flatten)]
+    pub origin: Origin,
 }
 
 impl SceneReference {
     /// Of the text of the file `path`, whose stem names the scene.
     pub fn of_text(path: &str, text: &str, settings: &[Setting]) -> SceneReference {
         let path = Path::new(path);
-        let shown = |part: Option<&OsStr>| {
-            part.map_or_else(String::new, |part| printable_path(Path::new(part)))
-        };
-        let origin = Origin::of(&shown(path.file_name()), text, settings);
-        SceneReference::new(&shown(path.file_stem()), &origin)
+        let settings = settings.iter().map(|setting| setting.assignment().to_owned());
+        SceneReference {
+            name: shown(path.file_stem()),
+            origin: Origin {
+                file: shown(path.file_name()),
+                sha256: sha256(text),
+                settings: settings.collect(),
+            },
+        }
+    }
+}
+
+/// Part of a path, as it may be written.
+fn shown(part: Option<&OsStr>) -> String {
+    part.map_or_else(String::new, |part| printable_path(Path::new(part)))
+}
+
+/// A scene as it was read, so that what is made of it needs no other file. It is read once:
+/// whoever changes the file meanwhile changes nothing here.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+pub struct SceneText {
+    /// Name of the file, without its folder.
+    pub file: String,
+    /// Its text.
+    pub text: String,
+    /// Overridden keys: `path.distance=5 m`.
+    pub settings: Vec<Setting>,
+}
+
+impl SceneText {
+    /// That of the file `path`, with some of its keys overridden. Its name has the folder, for
+    /// messages.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn read(path: &Path, settings: &[Setting]) -> Result<SceneText, SceneErrors> {
+        let text = read::read(path)?;
+        Ok(SceneText { file: printable_path(path), text, settings: settings.to_vec() })
     }
 
-    /// Of a scene with this name.
-    pub(super) fn new(name: &str, origin: &Origin) -> SceneReference {
-        SceneReference {
-            name: name.to_owned(),
-            file: origin.file.clone(),
-            sha256: origin.sha256.clone(),
-            settings: origin.settings.clone(),
-        }
+    /// The same without the folder in its name, on which nothing may depend.
+    pub fn without_folder(&self) -> SceneText {
+        SceneText { file: shown(Path::new(&self.file).file_name()), ..self.clone() }
+    }
+
+    /// The scene.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn scene(&self) -> Result<Scene, SceneErrors> {
+        read::parse_with(&self.file, &self.text, &self.settings)
+    }
+
+    /// What documents name it by.
+    pub fn reference(&self) -> SceneReference {
+        SceneReference::of_text(&self.file, &self.text, &self.settings)
     }
 }

@@ -13,7 +13,7 @@ use super::reader::Section;
 use super::setting::Setting;
 use super::whole::read_scene;
 use super::wording::nearest;
-use super::{Scene, SceneErrors, SceneReference};
+use super::{Scene, SceneErrors, SceneReference, SceneText};
 use crate::files::read_text;
 use crate::printable::printable_path;
 
@@ -34,20 +34,7 @@ pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
 /// # Errors
 /// As there; an error in a setting names the setting, not a line.
 pub fn load_with(path: &FilePath, settings: &[Setting]) -> Result<Scene, SceneErrors> {
-    load_with_text(path, settings).map(|(scene, _)| scene)
-}
-
-/// [`load_with`], and the file's text, which is without the settings.
-///
-/// # Errors
-/// As there.
-pub fn load_with_text(
-    path: &FilePath,
-    settings: &[Setting],
-) -> Result<(Scene, String), SceneErrors> {
-    let text = read(path)?;
-    let scene = parse_with(&printable_path(path), &text, settings)?;
-    Ok((scene, text))
+    SceneText::read(path, settings)?.scene()
 }
 
 /// The text of the scene in the file `path`.

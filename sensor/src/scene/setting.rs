@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -14,8 +15,10 @@ use super::wording::{alternatives, quoted};
 /// Keys are those of the file, joined by dots. A table of several of its kind is told
 /// by its number, from 0, or by its name: `source[0].mean_power`,
 /// `source[laser].mean_power`; of an only one that may be left out. The value is TOML; what
-/// is none is a text, so that a quantity needs no quotation marks.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// is none is a text, so that a quantity needs no quotation marks. In JSON it is key and value.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(into = "String", try_from = "String")]
+#[schemars(with = "String")]
 pub struct Setting {
     places: Vec<Place>,
     /// The value, as TOML.
@@ -43,6 +46,20 @@ impl FromStr for Setting {
     fn from_str(text: &str) -> Result<Setting, String> {
         let (key, value) = split(text)?;
         Setting::of(key, value, "--set")
+    }
+}
+
+impl From<Setting> for String {
+    fn from(setting: Setting) -> String {
+        setting.assignment().to_owned()
+    }
+}
+
+impl TryFrom<String> for Setting {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Setting, String> {
+        text.parse()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::declare::*;
 use super::names::Names;
-use super::{Architecture, Detector, Origin, Path, Scene, SceneReference, Source};
+use super::{Architecture, Detector, Path, Scene, SceneReference, Source};
 use super::{detector, estimator, hardware, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
 use crate::scan::Clock;
@@ -51,11 +51,7 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     let clock = clock?;
     let scene = Scene {
         name: reference.name,
-        origin: Origin {
-            file: reference.file,
-            sha256: reference.sha256,
-            settings: reference.settings,
-        },
+        origin: reference.origin,
         chip_period_ps: clock.chip_period_ps,
         samples_per_chip: clock.samples_per_chip,
         sources: sources?,

@@ -1,17 +1,10 @@
 //! What a stress case is: a measurement, and the bound that it must keep.
 
+use std::error::Error;
+
 use serde::{Deserialize, Serialize};
 
 use super::statistics::worst;
-
-use crate::code::CodeError;
-use crate::cosim::error::CosimError;
-use crate::deliver::HdlError;
-use crate::estimate::{NoEstimate, PredictionError};
-use crate::reference::predictor::ReferenceError;
-use crate::response::MeanResponseError;
-use crate::scene::SceneErrors;
-use crate::simulate::scans::ScansError;
 
 /// What a case is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -73,47 +66,15 @@ pub(super) const fn is_quick(speed: &str) -> bool {
     }
 }
 
-/// Why a case has no measurement.
-#[derive(Debug, thiserror::Error)]
-pub enum CaseError {
-    /// Its scene is not sound.
-    #[error(transparent)]
-    Scene(#[from] SceneErrors),
-    /// Its code is not.
-    #[error(transparent)]
-    Code(#[from] CodeError),
-    /// The hardware cannot be emitted.
-    #[error(transparent)]
-    Hdl(#[from] HdlError),
-    /// The reference model cannot be made.
-    #[error(transparent)]
-    Reference(#[from] ReferenceError),
-    /// A tool is missing or fails, or the Verilog ends its simulation.
-    #[error(transparent)]
-    Cosim(#[from] CosimError),
-    /// There is no mean response.
-    #[error(transparent)]
-    MeanResponse(#[from] MeanResponseError),
-    /// There is no prediction.
-    #[error(transparent)]
-    Prediction(#[from] PredictionError),
-    /// Scans cannot be simulated.
-    #[error(transparent)]
-    Scans(#[from] ScansError),
-    /// There is no estimate.
-    #[error(transparent)]
-    NoEstimate(#[from] NoEstimate),
-    /// What the measurement rests on is not so.
-    #[error("{0}")]
-    Unmet(String),
-}
+/// Why a case has no measurement: what went wrong, or that what it rests on is not so.
+pub type CaseError = Box<dyn Error>;
 
 /// Ends a case whose measurement would rest on something that is not so.
 macro_rules! ensure {
     ($condition:expr, $($message:tt)+) => {
         let holds: bool = $condition;
         if !holds {
-            return Err($crate::study::stress::case::CaseError::Unmet(format!($($message)+)));
+            return Err(format!($($message)+).into());
         }
     };
 }

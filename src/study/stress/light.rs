@@ -165,7 +165,7 @@ fn estimate_in_saturation(seed: u64) -> Result<Measured, CaseError> {
     let (Some(bias_m), Some(error_m), Some(expected_m)) =
         (path.bias_m, path.bias_std_error_m, path.expected_bias_m)
     else {
-        return Err(CaseError::Unmet(format!("no estimates: {:?}", path.remark)));
+        return Err(format!("no estimates: {:?}", path.remark).into());
     };
     Measured::deviation([(bias_m - expected_m) / error_m])
 }

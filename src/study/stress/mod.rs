@@ -12,6 +12,7 @@ mod hardware;
 mod light;
 mod modulation;
 mod numbers;
+mod options;
 mod ranging;
 mod reading;
 mod report;
@@ -23,6 +24,7 @@ mod testbench;
 use std::time::Instant;
 
 pub use case::{Bound, Case, CaseError, Group, Measured};
+pub use options::{StressOptions, UnknownCase};
 pub use report::{CaseReport, StressReport};
 
 use crate::cosim::error::CosimError;
@@ -67,14 +69,25 @@ fn run_case(case: &Case, seed: u64) -> Result<CaseReport, CosimError> {
     let started = Instant::now();
     let outcome = (case.run)(seed);
     let run_time_s = started.elapsed().as_secs_f64();
-    match outcome {
-        Err(CaseError::Cosim(tool) | CaseError::Scans(ScansError::Cosim(tool)))
-            if tool.is_tool() =>
-        {
-            Err(tool)
-        }
-        outcome => Ok(CaseReport::new(case, outcome, run_time_s)),
-    }
+    let outcome = match outcome.map_err(of_tool) {
+        Err(Ok(tool)) => return Err(tool),
+        Err(Err(other)) => Err(other),
+        Ok(measured) => Ok(measured),
+    };
+    Ok(CaseReport::new(case, outcome, run_time_s))
+}
+
+/// The error of an external tool, if it is one.
+fn of_tool(error: CaseError) -> Result<CosimError, CaseError> {
+    let error = match error.downcast() {
+        Ok(scans) => match *scans {
+            ScansError::Cosim(error) => error.into(),
+            other => other.into(),
+        },
+        Err(other) => other,
+    };
+    let error: Box<CosimError> = error.downcast()?;
+    if error.is_tool() { Ok(*error) } else { Err(error) }
 }
 
 #[cfg(test)]
@@ -95,7 +108,7 @@ mod tests {
     #[test]
     fn a_case_outside_its_bound_or_with_an_error_does_not_hold() {
         let outside = case(|_| Measured::largest([-2.5], "apples", 2.0));
-        let failing = case(|_| Err(CaseError::Unmet("out of apples".to_owned())));
+        let failing = case(|_| Err("out of apples".into()));
         let undefined = case(|_| Measured::largest([1.0, f64::NAN], "apples", 2.0));
         let of_none = case(|_| Measured::largest([], "apples", 2.0));
         let none_seen = case(|_| Measured::none(0, 0, "worms"));

@@ -143,7 +143,7 @@ pub(super) fn mean_count(scene: &Scene, step: Step) -> Result<MeanCount, CaseErr
     let model = model(scene);
     let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
     let means = some(1, [zero, undefined], || vec![response.mean_count(step)]);
-    means.first().copied().ok_or_else(|| CaseError::Unmet("nothing is expected".to_owned()))
+    means.first().copied().ok_or_else(|| "nothing is expected".into())
 }
 
 /// What is expected of a scene's first path, by a tier.

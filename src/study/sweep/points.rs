@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::axis::{Axis, Value};
 use crate::document::{Body, Document};
-use crate::scene::{self, EstimatorKind, SceneErrors, SceneReference, Setting, TotalsMissing};
+use crate::scene::{EstimatorKind, SceneErrors, SceneText, Setting, TotalsMissing};
 use crate::sensor::Sensor;
 use crate::simulate::{SimulateOptions, Tier};
 
@@ -12,16 +12,12 @@ use crate::simulate::{SimulateOptions, Tier};
 const MOST_POINTS: usize = 1_000_000;
 
 /// What is simulated.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Sweep {
-    /// Name of the scene's file, for messages; its stem names the scene.
-    pub file: String,
-    /// The scene as it was read. It is read once: whoever changes the file meanwhile
-    /// changes nothing here.
-    pub text: String,
-    /// Settings of all points.
-    pub settings: Vec<Setting>,
+    /// The scene.
+    pub scene: SceneText,
     /// What differs from point to point, and how each is simulated.
+    #[serde(flatten)]
     pub options: SweepOptions,
 }
 
@@ -107,16 +103,11 @@ impl Sweep {
         self.len() == 0
     }
 
-    /// What documents name the scene by.
-    pub fn scene(&self) -> SceneReference {
-        SceneReference::of_text(&self.file, &self.text, &self.settings)
-    }
-
     /// What its numbers depend on, with version and scene in the head. `command` is that of the run
     /// that begins the sweep.
     pub fn definition(&self, command: &str) -> Document<SweepOptions> {
         let document = Document::new(self.options.clone(), command, None);
-        Document { scene: Some(self.scene()), ..document }
+        Document { scene: Some(self.scene.reference()), ..document }
     }
 
     /// Whether the points can be numbered: there are not too many, and no key is swept
@@ -150,16 +141,15 @@ impl Sweep {
             rest /= axis.values.len();
         }
         values.reverse();
-        let mut settings = self.settings.clone();
+        let mut scene = self.scene.clone();
         for (axis, value) in &values {
             let setting = Setting::of(&axis.key, &value.text, "--over");
-            settings.push(setting.map_err(SweepError::Setting)?);
+            scene.settings.push(setting.map_err(SweepError::Setting)?);
         }
-        let scene = scene::parse_with(&self.file, &self.text, &settings)?;
         Ok(Point {
             number,
             values,
-            sensor: Sensor::new(&scene.with_estimator(self.options.estimator)?),
+            sensor: Sensor::new(&scene.scene()?.with_estimator(self.options.estimator)?),
         })
     }
 }
