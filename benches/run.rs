@@ -13,13 +13,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use goldtof::cosim::build::{Built, build, cache_dir};
-use goldtof::cosim::engine::Engine;
 use goldtof::cosim::error::CosimError;
 use goldtof::cosim::lanes::{Prepared, Refusal};
-use goldtof::cosim::source::{SourceFile, sources_of};
+use goldtof::cosim::source::{SourceFile, Verilog, sources_of};
 use goldtof::cosim::verilated::Verilated;
-use goldtof::cosim::window::Window;
-use goldtof::cosim::{Cosimulation, Request, StimulusKind, TOP, cosimulate};
+use goldtof::cosim::{CosimOptions, Cosimulation, TOP, cosimulate};
 use goldtof::deliver::Emission;
 use goldtof::estimate::report::estimate_scan;
 use goldtof::photons::DetectorModel;
@@ -109,18 +107,14 @@ impl Scan {
     }
 
     fn cosimulate(&self, seed: u64) -> Result<Cosimulation, CosimError> {
-        let request = Request {
+        let verilog = Verilog {
             top: TOP.to_owned(),
             sources: self.sources.clone(),
             registers: Some(self.emission.scan_registers.clone()),
             cache: self.cache.clone(),
-            stimulus: StimulusKind::Photons,
-            clocks: None,
-            seed,
-            window: Window::Found,
-            engine: Engine::Auto,
         };
-        cosimulate(&self.sensor, &request, |_, _| ())
+        let options = CosimOptions { seed, ..Default::default() };
+        cosimulate(&self.sensor, &verilog, &options, |_, _| ())
     }
 
     fn built(&self) -> Result<Built, CosimError> {

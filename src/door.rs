@@ -1,21 +1,16 @@
 //! The library's doors: the jobs of a [`Sensor`] are methods ([`Jobs`]) whose options have
 //! defaults. The function of a longer job's name does the same and tells its [`Progress`].
 
-use crate::cosim::build::cache_dir;
-use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
-use crate::cosim::latency::{Latency, held_to};
-use crate::cosim::own::{self, OwnDesign, OwnRtl};
-use crate::cosim::source::sources_of;
-use crate::cosim::window::Window;
-use crate::cosim::{Cosimulation, MOST_CLOCKS, Request, StimulusKind, cosimulate};
+use crate::cosim::own::{self, OwnRtl};
+use crate::cosim::source::Verilog;
+use crate::cosim::{CosimOptions, Cosimulation, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
 use crate::estimate::report::{EstimateReport, estimate_scan};
 use crate::estimate::{ImpossibleScan, possible_scan};
-use crate::grade::{Grade, GradeOptions, GradeRequest, Graded, not_graded};
+use crate::grade::{Grade, GradeOptions, Graded, not_graded};
 use crate::photons::StepCount;
 use crate::progress::Progress;
-use crate::rtl::blocks::ScanRegisters;
 use crate::run::{Run, RunError, RunOptions, run};
 use crate::scene::{Detector, DetectorIndex, EstimatorKind, TotalsMissing};
 use crate::sensor::Sensor;
@@ -228,56 +223,6 @@ impl Default for EmitOptions {
     }
 }
 
-/// What to compare, and how.
-#[derive(Debug, Clone, clap::Args)]
-pub struct CosimOptions {
-    /// The Verilog; the emitted one if none is given
-    #[command(flatten)]
-    pub own: OwnRtl,
-    /// What emitted files say that they were made by. A build is found again by its files, so
-    /// that the same words spare another one
-    #[arg(skip)]
-    pub made_by: String,
-    /// Latency of the Verilog's results in clocks: "auto" to measure it, N, or N,P with
-    /// that of the peak, for example --latency 7 [default: the emitted design's]
-    #[arg(long, value_name = "L", default_value = "", hide_default_value = true,
-          value_parser = Latency::of_option)]
-    pub latency: Latency,
-    /// Clocks to run, reset included, 1 to 2^50, for example --clocks 100000 [default: one
-    /// whole scan of photons, or as many as the adversarial stimulus needs]
-    #[arg(long, alias = "cycles", value_name = "N",
-          value_parser = clap::value_parser!(u64).range(1..=MOST_CLOCKS))]
-    pub clocks: Option<u64>,
-    /// Stimulus of both sides
-    #[arg(long, value_enum, default_value_t)]
-    pub stimulus: StimulusKind,
-    /// Co-simulation engine: lanes run 64 or more time slices of the scan in parallel;
-    /// auto takes them for long photon runs, and lock-step otherwise
-    #[arg(long, value_name = "E", value_enum, default_value_t)]
-    pub engine: Engine,
-    /// Seed of all random numbers
-    #[arg(skip)]
-    pub seed: u64,
-    /// The clocks to keep for waveforms
-    #[arg(skip)]
-    pub window: Window,
-}
-
-impl Default for CosimOptions {
-    fn default() -> CosimOptions {
-        CosimOptions {
-            own: OwnRtl::default(),
-            made_by: MADE_BY.to_owned(),
-            latency: Latency::Emitted,
-            clocks: None,
-            stimulus: StimulusKind::Photons,
-            engine: Engine::Auto,
-            seed: 1,
-            window: Window::Found,
-        }
-    }
-}
-
 /// Why nothing was compared.
 #[derive(Debug, thiserror::Error)]
 pub enum CosimFailed {
@@ -342,22 +287,10 @@ pub fn cosim(
     options: &CosimOptions,
     mut on_progress: impl FnMut(Progress),
 ) -> Result<Cosimulation, CosimFailed> {
-    let design = design(sensor, &options.own, &options.made_by)?;
-    let request = Request {
-        top: design.top,
-        sources: design.sources,
-        registers: design.registers,
-        cache: cache_dir()?,
-        stimulus: options.stimulus,
-        clocks: options.clocks,
-        seed: options.seed,
-        window: options.window.clone(),
-        engine: options.engine,
-    };
-    let sensor = held_to(sensor, options.latency, &request)?;
+    let (verilog, remarks) = verilog(sensor, &options.own, &options.made_by)?;
     let parts = |done, of| on_progress(Progress::Parts { done, of });
-    let mut done = cosimulate(&sensor, &request, parts)?;
-    done.report.remarks.splice(0..0, design.remarks);
+    let mut done = cosimulate(sensor, &verilog, options, parts)?;
+    done.report.remarks.splice(0..0, remarks);
     Ok(done)
 }
 
@@ -385,16 +318,9 @@ pub(crate) fn grade_some(
     choose: impl Fn(usize) -> Vec<usize> + Sync,
     mut on_progress: impl FnMut(Progress),
 ) -> Result<Graded, CosimFailed> {
-    let design = design(sensor, &options.own, &options.made_by)?;
-    let request = GradeRequest {
-        top: design.top,
-        sources: design.sources,
-        registers: design.registers,
-        cache: cache_dir()?,
-        options: options.clone(),
-    };
+    let (verilog, _) = verilog(sensor, &options.own, &options.made_by)?;
     let stage = |what| on_progress(Progress::Stage(what));
-    Ok(crate::grade::grade(sensor, &request, choose, stage).map_err(not_graded)?)
+    Ok(crate::grade::grade(sensor, &verilog, options, choose, stage).map_err(not_graded)?)
 }
 
 /// SHA-256 of the design that is graded, in hexadecimal digits: of its top module's name and of
@@ -403,21 +329,20 @@ pub(crate) fn grade_some(
 /// # Errors
 /// When it cannot be emitted or read.
 pub(crate) fn sha256_of(sensor: &Sensor, options: &GradeOptions) -> Result<String, CosimFailed> {
-    let design = design(sensor, &options.own, &options.made_by)?;
-    let files = design.sources.iter().flat_map(|file| [&file.name, &file.text]);
-    Ok(crate::digest::sha256_of_all(std::iter::once(&design.top).chain(files)))
+    let (verilog, _) = verilog(sensor, &options.own, &options.made_by)?;
+    let files = verilog.sources.iter().flat_map(|file| [&file.name, &file.text]);
+    Ok(crate::digest::sha256_of_all(std::iter::once(&verilog.top).chain(files)))
 }
 
-/// The user's own design, or else the emitted one.
-fn design(sensor: &Sensor, own: &OwnRtl, made_by: &str) -> Result<OwnDesign, CosimFailed> {
+/// The user's own Verilog, or else the emitted one; and what was ignored of it, or assumed.
+fn verilog(
+    sensor: &Sensor,
+    own: &OwnRtl,
+    made_by: &str,
+) -> Result<(Verilog, Vec<String>), CosimFailed> {
     if own.is_given() {
         return Ok(own::read(own, sensor.interface())?);
     }
     let files = deliver::verilog(sensor, &Prefix::default(), made_by)?;
-    Ok(OwnDesign {
-        sources: sources_of(&files),
-        top: deliver::TOP.to_owned(),
-        registers: Some(ScanRegisters::of(sensor.interface())),
-        remarks: Vec::new(),
-    })
+    Ok((Verilog::emitted(sensor, &files)?, Vec::new()))
 }

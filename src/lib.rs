@@ -70,10 +70,10 @@ use goldtof_system::{digest, files, interrupt, printable, programs};
 #[doc(inline)]
 pub use goldtof_verification::{batch, cosim, grade};
 
+pub use cosim::CosimOptions;
 pub use cosim::own::OwnRtl;
 pub use door::{
-    CosimFailed, CosimOptions, EmitOptions, EstimateError, EstimateOptions, Jobs, cosim, grade,
-    simulate,
+    CosimFailed, EmitOptions, EstimateError, EstimateOptions, Jobs, cosim, grade, simulate,
 };
 pub use files::{FileError, OutputFolder};
 pub use grade::{Bounds as ProofBounds, GradeOptions, GradeStimulus};

@@ -6,18 +6,17 @@ use std::thread;
 
 use serde::Serialize;
 
-use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::sent::SentCount;
-use crate::cosim::source::sources_of;
+use crate::cosim::source::Verilog;
 use crate::cosim::window::Window;
-use crate::cosim::{self, Cosimulation, Request, StimulusKind, Verdict, cosimulate};
+use crate::cosim::{self, CosimOptions, Cosimulation, Verdict, cosimulate};
 use crate::deliver::{self, Emission, HdlError};
 use crate::document::Body;
 use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
 use crate::files::{FileError, OutputFolder};
-use crate::grade::{self, Grade, GradeOptions, GradeRequest};
+use crate::grade::{self, Grade, GradeOptions};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::plan::figures::Figures;
@@ -179,10 +178,16 @@ pub fn run(
     deliver::write_into(&emission, &rtl)?;
     on_event(RunEvent::Emitted(&emission, &folder.join(RTL)));
 
-    let request = request(&emission, options)?;
+    let verilog = Verilog::emitted(&sensor, &emission.files)?;
+    let how = CosimOptions {
+        seed: options.seed,
+        engine: options.engine,
+        window: options.window.clone().map_or(Window::Found, Window::Clocks),
+        ..Default::default()
+    };
     let clocks = |done, of| on_event(RunEvent::Progress(Progress::Parts { done, of }));
     let (cosimulation, shown) =
-        beside(|| Shown::of(&sensor, options.seed), || cosimulate(&sensor, &request, clocks));
+        beside(|| Shown::of(&sensor, options.seed), || cosimulate(&sensor, &verilog, &how, clocks));
     let mut cosimulation = cosimulation?;
     if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_mismatch(&folder.join(MISMATCH))?;
@@ -197,7 +202,11 @@ pub fn run(
     let mutants =
         options.graded_mutants.filter(|_| cosimulation.report.verdict != Verdict::Mismatch);
     let stage = |stage| on_event(RunEvent::Progress(Progress::Stage(stage)));
-    let grade = mutants.map(|mutants| graded(&sensor, &request, mutants, stage));
+    let grade = mutants.map(|mutants| {
+        let how = GradeOptions { mutants, seed: options.seed, ..Default::default() };
+        let graded = grade::grade(&sensor, &verilog, &how, |count| (0..count).collect(), stage);
+        Ok::<_, CosimError>(graded.map_err(grade::not_graded)?.grade(&how))
+    });
     let run = Run {
         scene: scene.name.clone(),
         seed: options.seed,
@@ -253,39 +262,6 @@ fn beside<This, Other: Send>(
         let other = other.join();
         (this, other.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
-}
-
-fn request(emission: &Emission, options: &RunOptions) -> Result<Request, CosimError> {
-    Ok(Request {
-        top: emission.top.clone(),
-        sources: sources_of(&emission.files),
-        registers: Some(emission.scan_registers.clone()),
-        cache: cache_dir()?,
-        stimulus: StimulusKind::Photons,
-        clocks: None,
-        seed: options.seed,
-        window: options.window.clone().map_or(Window::Found, Window::Clocks),
-        engine: options.engine,
-    })
-}
-
-/// Fault coverage of the adversarial stimulus on the design of a co-simulation.
-fn graded(
-    sensor: &Sensor,
-    cosimulated: &Request,
-    mutants: u32,
-    on_stage: impl FnMut(&'static str),
-) -> Result<Grade, CosimError> {
-    let request = GradeRequest {
-        top: cosimulated.top.clone(),
-        sources: cosimulated.sources.clone(),
-        registers: cosimulated.registers.clone(),
-        cache: cosimulated.cache.clone(),
-        options: GradeOptions { mutants, seed: cosimulated.seed, ..Default::default() },
-    };
-    let graded = grade::grade(sensor, &request, |count| (0..count).collect(), on_stage);
-    let graded = graded.map_err(grade::not_graded)?;
-    Ok(graded.grade(&request.options))
 }
 
 /// Distances from the counts that the Verilog sent, detector by detector.

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
-use super::codes::CodesArguments;
 use super::common::SceneArgument;
 use super::compare_architectures::CompareArchitecturesArguments;
 use super::cosim::CosimArguments;
@@ -22,6 +21,7 @@ use super::simulate::SimulateArguments;
 use super::stress::StressArguments;
 use super::sweep::SweepArguments;
 use super::values::parse_time;
+use crate::code::CodeSpec;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
@@ -59,7 +59,8 @@ pub(super) enum Command {
     #[command(after_help = "Example: goldtof plan scenes/quick.toml")]
     Plan(SceneArgument),
     /// Show a code and its correlation properties
-    Codes(CodesArguments),
+    #[command(after_help = "Example: goldtof codes --degree 11 --index 3 --interleave 1")]
+    Codes(CodeSpec),
     /// Write the Verilog of a scene, with testbench, constraints and file lists
     Emit(EmitArguments),
     /// Compare Verilog with the reference model, clock by clock

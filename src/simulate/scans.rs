@@ -10,17 +10,17 @@ use super::effort::TooMuch;
 use super::histograms::{self, HistogramsError};
 use super::run_up::begun_by;
 use super::{Tier, effort};
-use crate::cosim::build::{Built, build, cache_dir};
+use crate::cosim::build::{Built, build};
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::exercised::Exercised;
 use crate::cosim::lanes::refuse_memories;
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::sent::SentCount;
-use crate::cosim::source::{SourceFile, sources_of};
+use crate::cosim::source::Verilog;
 use crate::cosim::verilated::Verilated;
 use crate::cosim::window::Window;
-use crate::cosim::{Cosimulation, Request, StimulusKind, TOP, Verdict, cosimulate};
+use crate::cosim::{CosimOptions, Cosimulation, Verdict, cosimulate};
 use crate::deliver::{self, HdlError, Prefix};
 use crate::estimate::PredictionError;
 use crate::histogram::Histogram;
@@ -87,7 +87,7 @@ pub struct Prepared {
 /// The Verilog, and how it is clocked.
 #[derive(Debug, Clone)]
 struct Rtl {
-    sources: Vec<SourceFile>,
+    verilog: Verilog,
     library: Built,
     engine: Engine,
 }
@@ -146,13 +146,11 @@ impl Prepared {
         engine: Engine,
     ) -> Result<Prepared, ScansError> {
         let rtl = if tier == Tier::Rtl {
-            let sources =
-                sources_of(&deliver::verilog(sensor, &Prefix::default(), "goldtof simulate")?);
-            Some(Rtl {
-                library: build(TOP, &sources, sensor.interface(), &cache_dir()?)?,
-                sources,
-                engine,
-            })
+            let files = deliver::verilog(sensor, &Prefix::default(), "goldtof simulate")?;
+            let verilog = Verilog::emitted(sensor, &files)?;
+            let Verilog { top, sources, cache, .. } = &verilog;
+            let library = build(top, sources, sensor.interface(), cache)?;
+            Some(Rtl { library, verilog, engine })
         } else {
             None
         };
@@ -280,18 +278,9 @@ impl Rtl {
         seed: u64,
         on_scan: &mut dyn FnMut(&[StepCount]),
     ) -> Result<Option<Exercised>, ScansError> {
-        let request = Request {
-            top: TOP.to_owned(),
-            sources: self.sources.clone(),
-            registers: None,
-            cache: cache_dir()?,
-            stimulus: StimulusKind::Photons,
-            clocks: None,
-            seed,
-            window: Window::Found,
-            engine: self.engine,
-        };
-        let Cosimulation { report, counts, hits, .. } = cosimulate(sensor, &request, |_, _| ())?;
+        let options = CosimOptions { seed, engine: self.engine, ..Default::default() };
+        let Cosimulation { report, counts, hits, .. } =
+            cosimulate(sensor, &self.verilog, &options, |_, _| ())?;
         if report.verdict == Verdict::Mismatch {
             return Err(ScansError::Mismatch);
         }

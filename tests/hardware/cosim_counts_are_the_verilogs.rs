@@ -7,8 +7,8 @@ use crate::hdl_support::models;
 use goldtof::cosim::Verdict;
 use goldtof::cosim::engine::Engine;
 use goldtof::cosim::sent::SentReader;
-use goldtof::cosim::source::{SourceFile, sources_of};
-use goldtof::cosim::{Cosimulation, Request, StimulusKind, cosimulate};
+use goldtof::cosim::source::{SourceFile, Verilog, sources_of};
+use goldtof::cosim::{CosimOptions, Cosimulation, cosimulate};
 use goldtof::deliver::emit;
 use goldtof::photons::StepCount;
 use goldtof::reference::adversarial::Adversarial;
@@ -64,18 +64,10 @@ fn cosimulated(scene: &Scene, edits: &[(&str, &str, &str)]) -> Cosimulation {
         assert_eq!(text.matches(from).count(), 1, "{name}: {from}");
         *text = text.replace(from, to);
     }
-    let request = Request {
-        top: goldtof::cosim::TOP.to_owned(),
-        window: goldtof::cosim::window::Window::Found,
-        sources,
-        registers: None,
-        cache: models(),
-        stimulus: StimulusKind::Photons,
-        clocks: None,
-        seed: SEED,
-        engine: Engine::Lockstep,
-    };
-    cosimulate(&Sensor::new(scene), &request, |_, _| ()).expect("the tools are there")
+    let top = goldtof::cosim::TOP.to_owned();
+    let verilog = Verilog { top, sources, registers: None, cache: models() };
+    let options = CosimOptions { seed: SEED, engine: Engine::Lockstep, ..Default::default() };
+    cosimulate(&Sensor::new(scene), &verilog, &options, |_, _| ()).expect("the tools are there")
 }
 
 /// The reference model's counts of the first scans.

@@ -9,9 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use goldtof::cosim::engine::Engine;
-use goldtof::cosim::source::SourceFile;
-use goldtof::cosim::window::Window;
-use goldtof::cosim::{Report, Request, StimulusKind, Verdict, cosimulate};
+use goldtof::cosim::source::{SourceFile, Verilog};
+use goldtof::cosim::{CosimOptions, Report, StimulusKind, Verdict, cosimulate};
 use goldtof::sensor::Sensor;
 
 use crate::hdl_support::models;
@@ -269,18 +268,15 @@ fn cosim(scene: &str, rtl: &Path, stimulus: StimulusKind, clocks: Option<u64>) -
         text: fs::read_to_string(&path).unwrap(),
         origin: Some(path),
     };
-    let request = Request {
+    let verilog = Verilog {
         top: goldtof::cosim::TOP.to_owned(),
         sources: files.into_iter().map(source).collect(),
         registers: None,
         cache: models(),
-        stimulus,
-        clocks,
-        seed: 1,
-        window: Window::Found,
-        engine: Engine::Lockstep,
     };
-    cosimulate(&sensor, &request, |_, _| ()).unwrap().report
+    let engine = Engine::Lockstep;
+    let options = CosimOptions { stimulus, clocks, engine, ..Default::default() };
+    cosimulate(&sensor, &verilog, &options, |_, _| ()).unwrap().report
 }
 
 /// Copies the emitted files.

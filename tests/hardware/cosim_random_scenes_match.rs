@@ -5,8 +5,8 @@
 use crate::hdl_support::draw::{self, Extent};
 use crate::hdl_support::models;
 use goldtof::cosim::engine::Engine;
-use goldtof::cosim::source::sources_of;
-use goldtof::cosim::{Request, StimulusKind, Verdict, cosimulate};
+use goldtof::cosim::source::{Verilog, sources_of};
+use goldtof::cosim::{CosimOptions, StimulusKind, Verdict, cosimulate};
 use goldtof::sensor::Sensor;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -19,20 +19,22 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
     let shown = (0..scenes).into_par_iter().map(|number| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64((seed << 32) + number);
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
-        let request = Request {
+        let verilog = Verilog {
             top: goldtof::cosim::TOP.to_owned(),
-            window: goldtof::cosim::window::Window::Found,
             sources: sources_of(&emission.files),
             // Shortened steps and scans, and whole ones.
             registers: (number % 2 == 0 && emission.parameters.histogram.is_none())
                 .then(|| emission.scan_registers.clone()),
             cache: models(),
+        };
+        let options = CosimOptions {
             stimulus: StimulusKind::Adversarial,
             clocks: Some(MOST_CLOCKS),
             seed: number,
             engine: Engine::Lockstep,
+            ..Default::default()
         };
-        let report = cosimulate(&Sensor::new(&scene), &request, |_, _| ())
+        let report = cosimulate(&Sensor::new(&scene), &verilog, &options, |_, _| ())
             .expect("the tools are there")
             .report;
         let parameters = &emission.parameters;

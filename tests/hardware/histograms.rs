@@ -1,10 +1,8 @@
 //! Hardware that keeps histograms: Verilog and reference model agree under hostile inputs
 //! and photons, what the Verilog sends is what the definition says.
 
-use goldtof::cosim::engine::Engine;
-use goldtof::cosim::source::{SourceFile, sources_of};
-use goldtof::cosim::window::Window;
-use goldtof::cosim::{Cosimulation, Request, StimulusKind, TOP, Verdict, cosimulate};
+use goldtof::cosim::source::{SourceFile, Verilog, sources_of};
+use goldtof::cosim::{CosimOptions, Cosimulation, StimulusKind, TOP, Verdict, cosimulate};
 use goldtof::deliver::emit;
 use goldtof::histogram::Histogram;
 use goldtof::photons::DetectorModel;
@@ -133,18 +131,9 @@ fn cosimulated(sensor: &Sensor, memories: Memories, stimulus: StimulusKind) -> C
     let emission = emit(sensor, "goldtof test").unwrap_or_else(|error| panic!("{error}"));
     let mut sources = sources_of(&emission.files);
     memories.put_into(&mut sources);
-    let request = Request {
-        top: TOP.to_owned(),
-        window: Window::Found,
-        sources,
-        registers: None,
-        cache: models(),
-        stimulus,
-        clocks: None,
-        seed: SEED,
-        engine: Engine::Auto,
-    };
-    cosimulate(sensor, &request, |_, _| ()).expect("the tools are there")
+    let verilog = Verilog { top: TOP.to_owned(), sources, registers: None, cache: models() };
+    let options = CosimOptions { stimulus, seed: SEED, ..Default::default() };
+    cosimulate(sensor, &verilog, &options, |_, _| ()).expect("the tools are there")
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A code and its correlation properties, for people and as JSON.
 
+use std::convert::Infallible;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -20,20 +21,24 @@ pub struct MalformedPolynomials(String);
 
 /// Reads polynomials from text: "11,2,0;11,8,5,2,0".
 pub fn parse_polynomials(text: &str) -> Result<Vec<Vec<u32>>, MalformedPolynomials> {
-    text.split(';')
-        .map(|polynomial| {
-            polynomial
-                .split(',')
-                .map(|exponent| exponent.trim().parse().ok())
-                .collect::<Option<Vec<u32>>>()
-        })
-        .collect::<Option<Vec<_>>>()
-        .ok_or_else(|| MalformedPolynomials(text.to_owned()))
+    let all: Result<Vec<_>, _> = text.split(';').map(parse_polynomial).collect();
+    all.map_err(|_| MalformedPolynomials(text.to_owned()))
+}
+
+/// Reads one of them.
+pub(super) fn parse_polynomial(text: &str) -> Result<Vec<u32>, MalformedPolynomials> {
+    let exponents = text.split(',').map(|exponent| exponent.trim().parse().ok());
+    exponents.collect::<Option<_>>().ok_or_else(|| MalformedPolynomials(text.to_owned()))
 }
 
 /// Reads seeds from text: "11111,10110".
 pub fn parse_seeds(text: &str) -> Vec<String> {
     text.split(',').map(|seed| seed.trim().to_owned()).collect()
+}
+
+/// Reads one of them: whether it is one is known with the polynomials.
+pub(super) fn parse_seed(text: &str) -> Result<String, Infallible> {
+    Ok(text.trim().to_owned())
 }
 
 /// A code and its correlation properties.

@@ -3,27 +3,43 @@
 use super::family::Family;
 use super::gold::{GoldSet, default_pair, default_polynomial};
 use super::lfsr::Lfsr;
+use super::report::{parse_polynomial, parse_seed};
 use super::{Code, CodeError, Generator, MAX_DEGREE, MIN_DEGREE, parse_chips};
 
-/// The parameters of a code, unchecked. `None` means not given.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// The parameters of a code, unchecked; the options of `goldtof codes`. `None` means not given.
+#[derive(Debug, Clone, PartialEq, Eq, clap::Args)]
 pub struct CodeSpec {
-    /// Family of the code.
-    pub family: Family,
-    /// Degree n of the polynomials, 3..=20.
+    /// Degree n of the polynomials, 2 to 20, for example --degree 11; the code has
+    /// 2^n - 1 chips before interleaving
+    #[arg(long, value_name = "N")]
     pub degree: Option<u32>,
-    /// Code of the Gold set, -2..L (default 0).
-    pub index: Option<i64>,
-    /// Interleaving depth nu, 0..=8.
-    pub interleave: u32,
-    /// One polynomial for each LFSR (default: the program's own choice).
+    /// Family, for example --family m-sequence
+    #[arg(long, value_name = "F", value_enum, default_value_t = Family::Gold)]
+    pub family: Family,
+    /// Exponents in descending order, the two polynomials of a Gold pair
+    /// separated by a semicolon: --polynomials "11,2,0;11,8,5,2,0"
+    /// [default: a preferred pair]
+    #[arg(long, value_name = "LIST", value_delimiter = ';', value_parser = parse_polynomial,
+          num_args = 1, action = clap::ArgAction::Set)]
     pub polynomials: Option<Vec<Vec<u32>>>,
-    /// One seed for each LFSR (default: all-ones).
+    /// First chips of each m-sequence, separated by a comma: --seeds
+    /// 11111,11111 [default: all ones]
+    #[arg(long, value_name = "A,B", value_delimiter = ',', value_parser = parse_seed,
+          num_args = 1, action = clap::ArgAction::Set)]
     pub seeds: Option<Vec<String>>,
-    /// Whether a Gold set may be made from a pair that is not preferred.
-    pub allow_non_preferred: Option<bool>,
-    /// Chips of family `chips`, "0110...".
+    /// Index in the Gold set: -2 is u, -1 is v, i is u XOR v advanced by i chips,
+    /// up to 2^n - 2, for example --index 3 [default: 0]
+    #[arg(long, value_name = "I", allow_negative_numbers = true)]
+    pub index: Option<i64>,
+    /// Interleaving depth nu, 0 to 8, for example --interleave 1
+    #[arg(long, value_name = "V", default_value_t = 0)]
+    pub interleave: u32,
+    /// Chips of family chips, first chip first: --chips 0110100
+    #[arg(long, value_name = "BITS")]
     pub chips: Option<String>,
+    /// Permit a Gold set from a pair that is not preferred
+    #[arg(long, num_args = 0, default_missing_value = "true")]
+    pub allow_non_preferred: Option<bool>,
 }
 
 impl CodeSpec {

@@ -13,8 +13,9 @@ use super::lanes::{Prepared, Refusal, Unfit, refuse_memories};
 use super::lockstep::Outcome;
 use super::report::{Verdict, coverage, part_of, peaks, report};
 use super::side_by_side::run;
+use super::source::Verilog;
 use super::window::Window;
-use super::{Cosimulation, Request, StimulusKind};
+use super::{CosimOptions, Cosimulation, StimulusKind};
 use crate::photons::DetectorModel;
 use crate::reference::coverage::CoverTable;
 use crate::reference::predictor::Reference;
@@ -35,19 +36,20 @@ const WITNESSED_CLOCKS: u64 = 500_000;
 /// fails.
 pub(super) fn in_lanes(
     sensor: &Sensor,
-    request: &Request,
+    verilog: &Verilog,
+    options: &CosimOptions,
     on_progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Cosimulation, Refusal> {
-    let clocks = request.clocks.unwrap_or_else(|| clocks_for_scans(sensor.interface(), 1));
-    refuse_unfit(sensor, request, clocks)?;
-    let (built, prepared) = built(sensor, request, clocks)?;
+    let clocks = options.clocks.unwrap_or_else(|| clocks_for_scans(sensor.interface(), 1));
+    refuse_unfit(sensor, options, clocks)?;
+    let (built, prepared) = built(sensor, verilog, clocks)?;
     let stop = AtomicBool::new(false);
     let started = Instant::now();
     let (photons, adversarial, lanes) = thread::scope(|scope| {
         let witness = |stimulus| {
             let (built, stop) = (&built, &stop);
             scope.spawn(move || {
-                let found = witness(sensor, request, built, clocks, stimulus);
+                let found = witness(sensor, options, built, clocks, stimulus);
                 let is_match = |found: &Cosimulation| found.report.verdict != Verdict::Mismatch;
                 // What the lanes say is not asked for any more.
                 if !found.as_ref().is_ok_and(is_match) {
@@ -58,8 +60,8 @@ pub(super) fn in_lanes(
         };
         let photons = witness(StimulusKind::Photons);
         let adversarial =
-            (request.engine == Engine::Auto).then(|| witness(StimulusKind::Adversarial));
-        let lanes = of_scan(sensor, &prepared, (request.seed, clocks), &stop, on_progress);
+            (options.engine == Engine::Auto).then(|| witness(StimulusKind::Adversarial));
+        let lanes = of_scan(sensor, &prepared, (options.seed, clocks), &stop, on_progress);
         (joined(photons), adversarial.map(joined), lanes)
     });
     let photons = photons?;
@@ -91,20 +93,20 @@ pub(super) fn in_lanes(
         elapsed: started.elapsed(),
         ..photons.outcome.clone()
     };
-    Ok(told(sensor, request, photons, outcome, lanes, parts))
+    Ok(told(sensor, options, photons, outcome, lanes, parts))
 }
 
 /// # Errors
 /// What of a run is for lock-step, before anything is built.
-fn refuse_unfit(sensor: &Sensor, request: &Request, clocks: u64) -> Result<(), Unfit> {
-    if request.stimulus != StimulusKind::Photons {
+fn refuse_unfit(sensor: &Sensor, options: &CosimOptions, clocks: u64) -> Result<(), Unfit> {
+    if options.stimulus != StimulusKind::Photons {
         return Err(Unfit::new("lanes are for photons"));
     }
     refuse_memories(sensor.interface())?;
-    if request.engine == Engine::Auto && clocks < LEAST_CLOCKS {
+    if options.engine == Engine::Auto && clocks < LEAST_CLOCKS {
         return Err(Unfit::new(format!("{clocks} clocks are few")));
     }
-    match &request.window {
+    match &options.window {
         Window::Clocks(asked) if asked.end > WITNESSED_CLOCKS => Err(Unfit::new(format!(
             "waveforms of clocks from {WITNESSED_CLOCKS} on are for lock-step"
         ))),
@@ -113,11 +115,11 @@ fn refuse_unfit(sensor: &Sensor, request: &Request, clocks: u64) -> Result<(), U
 }
 
 /// The model for lock-step and the one for lanes, built side by side.
-fn built(sensor: &Sensor, request: &Request, clocks: u64) -> Result<(Built, Prepared), Refusal> {
-    let (interface, cache) = (sensor.interface(), &request.cache);
-    let (top, sources) = (&request.top, &request.sources);
+fn built(sensor: &Sensor, verilog: &Verilog, clocks: u64) -> Result<(Built, Prepared), Refusal> {
+    let (interface, cache) = (sensor.interface(), &verilog.cache);
+    let (top, sources) = (&verilog.top, &verilog.sources);
     let (built, prepared) = thread::scope(|scope| {
-        let registers = request.registers.as_ref();
+        let registers = verilog.registers.as_ref();
         let built =
             scope.spawn(move || build::build_with(top, sources, interface, registers, cache));
         let prepared = Prepared::new(top, sources, interface, clocks, cache);
@@ -130,16 +132,16 @@ fn built(sensor: &Sensor, request: &Request, clocks: u64) -> Result<(Built, Prep
 /// The RTL itself beside the reference model, for a stated part of the clocks.
 fn witness(
     sensor: &Sensor,
-    request: &Request,
+    options: &CosimOptions,
     built: &Built,
     clocks: u64,
     stimulus: StimulusKind,
 ) -> Result<Cosimulation, CosimError> {
-    let part = Request {
+    let part = CosimOptions {
         stimulus,
         clocks: Some(WITNESSED_CLOCKS.min(clocks)),
         engine: Engine::Lockstep,
-        ..request.clone()
+        ..options.clone()
     };
     let reference = Reference::new(sensor.interface().clone())?;
     run(sensor, reference, built, &part, &mut |_, _| ())
@@ -179,7 +181,7 @@ fn joined<T>(thread: ScopedJoinHandle<T>) -> T {
 /// lock-step.
 fn told(
     sensor: &Sensor,
-    request: &Request,
+    options: &CosimOptions,
     photons: Cosimulation,
     outcome: Outcome,
     lanes: LanesOutcome,
@@ -190,7 +192,7 @@ fn told(
         counts[sent.detector].push(sent);
     }
     let coverage = coverage(sensor, &CoverTable::of(sensor.interface()), &outcome, None);
-    let mut report = report(sensor, request, &outcome, &photons.layout, coverage);
+    let mut report = report(sensor, options, &outcome, &photons.layout, coverage);
     if outcome.clocks >= clocks_for_scans(sensor.interface(), 1) {
         report.peaks = peaks(sensor, &photons.layout, &outcome.last_outputs);
     }

@@ -12,7 +12,8 @@ use serde::Serialize;
 use super::engine::Engine;
 use super::error::CosimError;
 use super::shift::PortDifference;
-use super::{Cosimulation, Request, StimulusKind, cosimulate};
+use super::source::Verilog;
+use super::{CosimOptions, Cosimulation, StimulusKind, cosimulate};
 use crate::reference::stimulus::{RESET_CLOCKS, clocks_for_scans};
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
@@ -128,11 +129,15 @@ impl HeldLatency {
 ///
 /// # Errors
 /// As a co-simulation, which shows a design's own.
-pub fn held_to(sensor: &Sensor, latency: Latency, request: &Request) -> Result<Sensor, CosimError> {
-    match latency {
+pub(super) fn held_to(
+    sensor: &Sensor,
+    verilog: &Verilog,
+    options: &CosimOptions,
+) -> Result<Sensor, CosimError> {
+    match options.latency {
         Latency::Emitted => Ok(sensor.clone()),
         Latency::Clocks { result, peak } => Ok(held_to_clocks(sensor, result, peak)),
-        Latency::Auto => found(sensor, request),
+        Latency::Auto => found(sensor, verilog, options),
     }
 }
 
@@ -148,17 +153,17 @@ pub(crate) fn held_to_clocks(sensor: &Sensor, result: u32, peak: Option<u32>) ->
 }
 
 /// The latency that a run of photons shows, in which the receiver takes everything at once.
-fn found(sensor: &Sensor, request: &Request) -> Result<Sensor, CosimError> {
+fn found(sensor: &Sensor, verilog: &Verilog, options: &CosimOptions) -> Result<Sensor, CosimError> {
     let mut held = sensor.clone();
     for _ in 0..MOST_RUNS {
-        let request = Request {
+        let options = CosimOptions {
+            latency: Latency::Emitted,
             stimulus: StimulusKind::Photons,
-            registers: None,
             engine: Engine::Lockstep,
             clocks: Some(clocks_to_see(held.interface())),
-            ..request.clone()
+            ..options.clone()
         };
-        let run = cosimulate(&held, &request, |_, _| ())?;
+        let run = cosimulate(&held, verilog, &options, |_, _| ())?;
         let Some(next) = adjusted(&held, &run) else {
             break;
         };

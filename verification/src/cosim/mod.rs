@@ -17,6 +17,7 @@ pub mod latency;
 pub mod lockstep;
 mod low_half;
 pub mod mismatch;
+mod options;
 pub mod own;
 #[doc(hidden)]
 pub mod ports;
@@ -38,7 +39,7 @@ mod viewers;
 mod wave;
 pub mod window;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 
@@ -46,16 +47,17 @@ use self::comparison::Comparison;
 use self::engine::Engine;
 use self::error::CosimError;
 use self::lanes::Refusal;
+use self::latency::held_to;
 use self::lockstep::Outcome;
+pub use self::options::CosimOptions;
 pub(crate) use self::rejected::in_users_terms;
 pub use self::report::{PortPeak, Report, VcdClocks, Verdict};
 use self::sent::SentCount;
-use self::source::{SourceFile, is_users};
+use self::source::Verilog;
 pub use self::viewers::views_beside;
-use self::window::{Shown, Window};
+use self::window::Shown;
 use crate::files::stage;
 use crate::reference::predictor::Reference;
-use crate::rtl::blocks::ScanRegisters;
 use crate::scan::{Clock, Timescale};
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
@@ -77,31 +79,6 @@ pub enum StimulusKind {
     Photons,
     /// Inputs chosen to hurt.
     Adversarial,
-}
-
-/// What to co-simulate, and how long.
-#[derive(Debug, Clone)]
-pub struct Request {
-    /// Its top module, with exactly the interface's ports.
-    pub top: String,
-    /// The Verilog.
-    pub sources: Vec<SourceFile>,
-    /// The scan's counters in it, if they may be moved on: with them the adversary
-    /// shortens steps and scans.
-    pub registers: Option<ScanRegisters>,
-    /// Where built models are kept.
-    pub cache: PathBuf,
-    /// What drives both sides.
-    pub stimulus: StimulusKind,
-    /// Number of clocks; `None` runs one whole scan of photons, or until the adversary
-    /// has covered all that it can, at most [`LONGEST_DEFAULT`](crate::reference::adversarial::LONGEST_DEFAULT).
-    pub clocks: Option<u64>,
-    /// Seed of the stimulus.
-    pub seed: u64,
-    /// The clocks to keep for waveforms.
-    pub window: Window,
-    /// How both sides are clocked.
-    pub engine: Engine,
 }
 
 /// A finished co-simulation.
@@ -168,43 +145,48 @@ impl Cosimulation {
     }
 }
 
-/// Builds the Verilog and runs it beside the reference model.
+/// Builds Verilog and runs it beside the reference model, whatever Verilog the options name. Without
+/// a number of clocks it runs one whole scan of photons, or until the adversary has covered all
+/// that it can, at most [`LONGEST_DEFAULT`](crate::reference::adversarial::LONGEST_DEFAULT).
 ///
 /// # Errors
 /// When a tool is missing or fails, the Verilog does not compile, its ports do not
 /// fit, or it ends the simulation. A mismatch is a result.
 pub fn cosimulate(
     sensor: &Sensor,
-    request: &Request,
+    verilog: &Verilog,
+    options: &CosimOptions,
     mut on_progress: impl FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
-    let done = cosimulate_by_engine(sensor, request, &mut on_progress);
+    let sensor = &held_to(sensor, verilog, options)?;
+    let done = by_engine(sensor, verilog, options, &mut on_progress);
     let mut done = done.map_err(|error| match error {
         CosimError::Halted { when, reason } => {
-            CosimError::Halted { when, reason: in_users_terms(&reason, &request.sources) }
+            CosimError::Halted { when, reason: in_users_terms(&reason, &verilog.sources) }
         }
         other => other,
     })?;
-    if is_users(&request.sources) {
+    if verilog.is_users() {
         done.report.remarks =
-            lanes::meaning::remarks(&request.top, &request.sources, &request.cache)?;
+            lanes::meaning::remarks(&verilog.top, &verilog.sources, &verilog.cache)?;
     }
     Ok(done)
 }
 
-fn cosimulate_by_engine(
+fn by_engine(
     sensor: &Sensor,
-    request: &Request,
+    verilog: &Verilog,
+    options: &CosimOptions,
     on_progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
     let mut not_in_lanes = None;
-    if request.engine != Engine::Lockstep {
-        match beside_lanes::in_lanes(sensor, request, on_progress) {
+    if options.engine != Engine::Lockstep {
+        match beside_lanes::in_lanes(sensor, verilog, options, on_progress) {
             Ok(done) => return Ok(done),
-            Err(Refusal::Unfit(reason)) if request.engine == Engine::Lanes => {
+            Err(Refusal::Unfit(reason)) if options.engine == Engine::Lanes => {
                 return Err(CosimError::NoLanes(reason.to_string()));
             }
-            Err(Refusal::NoVerdict(reason)) if request.engine == Engine::Lanes => {
+            Err(Refusal::NoVerdict(reason)) if options.engine == Engine::Lanes => {
                 return Err(CosimError::NoVerdict(reason));
             }
             Err(Refusal::Unfit(reason)) => not_in_lanes = Some(reason.to_string()),
@@ -215,18 +197,18 @@ fn cosimulate_by_engine(
     let interface = sensor.interface();
     let reference = Reference::new(interface.clone())?;
     let registers =
-        request.registers.as_ref().filter(|_| request.stimulus == StimulusKind::Adversarial);
+        verilog.registers.as_ref().filter(|_| options.stimulus == StimulusKind::Adversarial);
     let build = |registers| {
-        build::build_with(&request.top, &request.sources, interface, registers, &request.cache)
+        build::build_with(&verilog.top, &verilog.sources, interface, registers, &verilog.cache)
     };
     let built = match build(registers) {
         // A manifest names counters that its Verilog has not, or no longer.
-        Err(CosimError::ToolFailed { .. }) if registers.is_some() && is_users(&request.sources) => {
+        Err(CosimError::ToolFailed { .. }) if registers.is_some() && verilog.is_users() => {
             build(None)?
         }
         built => built?,
     };
-    let mut done = side_by_side::run(sensor, reference, &built, request, on_progress)?;
+    let mut done = side_by_side::run(sensor, reference, &built, options, on_progress)?;
     done.report.not_in_lanes = not_in_lanes;
     Ok(done)
 }

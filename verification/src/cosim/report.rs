@@ -10,8 +10,7 @@ use super::latency::HeldLatency;
 use super::lockstep::Outcome;
 use super::mismatch::FirstMismatch;
 use super::shift::{PortDifference, differences};
-use super::source::is_users;
-use super::{Request, StimulusKind};
+use super::{CosimOptions, StimulusKind};
 use crate::document::Body;
 use crate::reference::adversarial::Means;
 use crate::reference::cover_report::Coverage;
@@ -154,7 +153,7 @@ fn path_text<S: serde::Serializer>(path: &Option<PathBuf>, json: S) -> Result<S:
 /// What is to be said of an outcome.
 pub(super) fn report(
     sensor: &Sensor,
-    request: &Request,
+    options: &CosimOptions,
     outcome: &Outcome,
     layout: &Layout,
     coverage: Coverage,
@@ -165,7 +164,7 @@ pub(super) fn report(
     let exercised = Exercised::new(&outcome.exercise, names);
     let missing = match &outcome.first {
         Some(_) => Vec::new(),
-        None => exercised.missing(sensor.interface(), request.stimulus),
+        None => exercised.missing(sensor.interface(), options.stimulus),
     };
     let mut report = Report {
         verdict: match &outcome.first {
@@ -187,10 +186,10 @@ pub(super) fn report(
             .map(|first| FirstMismatch::new(sensor, &fields[first.field], first)),
         clocks_per_s: outcome.clocks as f64 / outcome.elapsed.as_secs_f64(),
         peaks: Vec::new(),
-        stimulus: request.stimulus,
-        seed: request.seed,
+        stimulus: options.stimulus,
+        seed: options.seed,
         differences: match &outcome.first {
-            Some(_) => differences(&outcome.found.records, layout, is_users(&request.sources)),
+            Some(_) => differences(&outcome.found.records, layout, outcome.ignores_idle_payload),
             None => Vec::new(),
         },
         latency: HeldLatency::of(sensor),

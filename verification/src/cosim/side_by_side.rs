@@ -7,7 +7,7 @@ use super::report::{coverage, peaks, report};
 use super::sent::SentCount;
 use super::verilated::Verilated;
 use super::window::Window;
-use super::{Cosimulation, Request, StimulusKind};
+use super::{CosimOptions, Cosimulation, StimulusKind};
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use crate::reference::photons::Photons;
@@ -25,7 +25,7 @@ pub(super) fn run(
     sensor: &Sensor,
     mut reference: Reference,
     built: &Built,
-    request: &Request,
+    options: &CosimOptions,
     on_progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Cosimulation, CosimError> {
     let interface = sensor.interface();
@@ -35,7 +35,7 @@ pub(super) fn run(
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
     let means = Means::cosim(built.registers.is_some());
-    let (mut stimulus, clocks) = stimulus(sensor, &detectors, request, means)?;
+    let (mut stimulus, clocks) = stimulus(sensor, &detectors, options, means)?;
     let mut counts: Vec<Vec<SentCount>> = vec![Vec::new(); sensor.scene().detectors.len()];
     let mut hits: Vec<Vec<u64>> = vec![Vec::new(); counts.len()];
     let outcome = Lockstep {
@@ -43,7 +43,7 @@ pub(super) fn run(
         reference: &mut reference,
         stimulus: stimulus.as_mut(),
         layout: &layout,
-        window: request.window.clone(),
+        window: options.window.clone(),
     }
     .run_and_read(
         clocks,
@@ -60,10 +60,10 @@ pub(super) fn run(
         &mut |done| on_progress(done, clocks),
     )?;
     finish(&mut model, &outcome)?;
-    let means = (request.stimulus == StimulusKind::Adversarial).then_some(means);
+    let means = (options.stimulus == StimulusKind::Adversarial).then_some(means);
     let coverage = coverage(sensor, reference.cover_table(), &outcome, means);
-    let mut report = report(sensor, request, &outcome, &layout, coverage);
-    if request.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(interface, 1)
+    let mut report = report(sensor, options, &outcome, &layout, coverage);
+    if options.stimulus == StimulusKind::Photons && outcome.clocks >= clocks_for_scans(interface, 1)
     {
         report.peaks = peaks(sensor, &layout, &outcome.last_outputs);
     }
@@ -75,26 +75,26 @@ pub(super) fn run(
 fn stimulus<'d>(
     sensor: &'d Sensor,
     detectors: &'d [DetectorModel],
-    request: &Request,
+    options: &CosimOptions,
     means: Means,
 ) -> Result<(Box<dyn Stimulus + 'd>, u64), CosimError> {
     let interface = sensor.interface();
-    let (stimulus, clocks): (Box<dyn Stimulus + 'd>, u64) = match request.stimulus {
+    let (stimulus, clocks): (Box<dyn Stimulus + 'd>, u64) = match options.stimulus {
         StimulusKind::Photons => {
-            let photons = Photons::new(detectors, interface, request.seed);
-            let clocks = request.clocks;
+            let photons = Photons::new(detectors, interface, options.seed);
+            let clocks = options.clocks;
             let clocks = clocks.unwrap_or_else(|| clocks_for_scans(interface, 1));
             (Box::new(photons), clocks)
         }
         StimulusKind::Adversarial => {
-            let adversarial = Adversarial::with_means(interface, request.seed, means)?;
-            let clocks = request.clocks;
+            let adversarial = Adversarial::with_means(interface, options.seed, means)?;
+            let clocks = options.clocks;
             let clocks =
                 clocks.unwrap_or_else(|| adversarial.clone().clocks_to_cover(LONGEST_DEFAULT));
             (Box::new(adversarial), clocks)
         }
     };
-    match &request.window {
+    match &options.window {
         Window::Clocks(asked) if asked.start >= clocks => {
             Err(CosimError::BeyondTheRun { asked: asked.start, clocks })
         }

@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::GradeRequest;
+use super::GradeOptions;
 use super::labels::Labels;
 use crate::cosim::lanes::mutants::{Mutant, mutants};
 use crate::cosim::lanes::netlist::{CHOICE, Net, Netlist};
 use crate::cosim::lanes::variants::{Site, with_faults};
 use crate::cosim::lanes::{Memories, Refusal};
+use crate::cosim::source::Verilog;
 
 /// Variants of a design, all of a kind.
 pub(super) struct Family {
@@ -36,19 +37,19 @@ impl Family {
     /// # Errors
     /// What of the design has no place in lanes; or a tool fails.
     pub(super) fn mutants(
-        request: &GradeRequest,
+        verilog: &Verilog,
+        options: &GradeOptions,
         memories: Memories,
         count: u32,
     ) -> Result<Family, Refusal> {
-        let kept: Vec<String> = request
+        let kept: Vec<String> = verilog
             .registers
             .iter()
             .flat_map(|registers| registers.present())
             .map(|register| register.path("."))
             .collect();
-        let (top, sources) = (&request.top, &request.sources);
-        let seed = request.options.seed;
-        let (all, list) = mutants(top, sources, count, seed, &kept, memories, &request.cache)?;
+        let (top, sources, cache) = (&verilog.top, &verilog.sources, &verilog.cache);
+        let (all, list) = mutants(top, sources, count, options.seed, &kept, memories, cache)?;
         Ok(Family { good: chosen(&all, None), all, kind: Kind::Mutants(list) })
     }
 

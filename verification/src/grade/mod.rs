@@ -18,7 +18,6 @@ mod run;
 mod tests;
 mod tried;
 
-use std::path::PathBuf;
 use std::thread;
 
 use serde::{Deserialize, Serialize};
@@ -33,32 +32,9 @@ use self::tried::Tried;
 use crate::cosim::error::CosimError;
 use crate::cosim::lanes::design::Design;
 use crate::cosim::lanes::{Memories, Refusal};
-use crate::cosim::source::{SourceFile, is_users};
+use crate::cosim::source::Verilog;
 use crate::document::Body;
-use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::Sensor;
-
-/// A design, and what of it to grade.
-#[derive(Debug, Clone)]
-pub struct GradeRequest {
-    /// Name of the module that is graded on.
-    pub top: String,
-    /// The scan's counters in it, if they may be moved on.
-    pub registers: Option<ScanRegisters>,
-    /// The Verilog.
-    pub sources: Vec<SourceFile>,
-    /// Where built models are kept.
-    pub cache: PathBuf,
-    /// The stimulus, mutants and limits.
-    pub options: GradeOptions,
-}
-
-impl GradeRequest {
-    /// Whether the Verilog is the user's own.
-    fn is_users(&self) -> bool {
-        is_users(&self.sources)
-    }
-}
 
 /// What a stimulus is worth; the JSON of `goldtof grade`.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
@@ -214,13 +190,14 @@ pub fn not_graded(refusal: Refusal) -> CosimError {
 /// What of the design has no place in lanes; or a tool fails.
 pub fn grade(
     sensor: &Sensor,
-    request: &GradeRequest,
+    verilog: &Verilog,
+    options: &GradeOptions,
     choose: impl Fn(usize) -> Vec<usize> + Sync,
     mut on_progress: impl FnMut(&'static str),
 ) -> Result<Graded, Refusal> {
     let memories = memories_of(sensor)?;
-    let design = Design::netlist(&request.top, &request.sources, memories, &request.cache)?;
-    let stream = Stream::of(sensor, request, &design)?;
+    let design = Design::netlist(&verilog.top, &verilog.sources, memories, &verilog.cache)?;
+    let stream = Stream::of(sensor, verilog, options, &design)?;
     on_progress("comparing the design with the reference model");
     stream.check()?;
     on_progress("running faults and mutants");
@@ -230,9 +207,9 @@ pub fn grade(
         Tried::new(family, chosen, &stream, witness.as_ref())
     };
     let (faults, mutants) = thread::scope(|scope| {
-        let mutants = scope.spawn(|| match request.options.mutants {
+        let mutants = scope.spawn(|| match options.mutants {
             0 => Ok(None),
-            count => run(Family::mutants(request, memories, count)?).map(Some),
+            count => run(Family::mutants(verilog, options, memories, count)?).map(Some),
         });
         let faults = run(Family::faults(&design));
         let mutants = mutants.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -241,11 +218,13 @@ pub fn grade(
     on_progress("proving what is left");
     let tried = || std::iter::once(&faults).chain(&mutants);
     let questions: Vec<_> = tried().flat_map(Tried::questions).collect();
-    let mut answers =
-        prove(&questions, request.is_users(), request.options.proof_bounds())?.into_iter();
+    let mut answers = prove(&questions, verilog.is_users(), options.proof_bounds())?.into_iter();
     let mut outcomes = |tried: &Tried| {
         let answers: Vec<Answer> = answers.by_ref().take(tried.open.len()).collect();
-        Outcomes { total: tried.total(), of: tried.outcomes(&answers, request) }
+        Outcomes {
+            total: tried.total(),
+            of: tried.outcomes(&answers, &verilog.sources, options.seed),
+        }
     };
     Ok(Graded {
         clocks: stream.clocks,

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::family::Family;
-use super::{GradeRequest, GradeStimulus};
+use super::{GradeOptions, GradeStimulus};
 use crate::cosim::build::build_with;
 use crate::cosim::error::CosimError;
 use crate::cosim::lanes::Refusal;
@@ -12,6 +12,7 @@ use crate::cosim::lanes::netlist::{CHOICE, Netlist};
 use crate::cosim::lanes::variants::{Counters, Flips, Variants, build_variants};
 use crate::cosim::lanes::verilog::LANES;
 use crate::cosim::lockstep::Lockstep;
+use crate::cosim::source::Verilog;
 use crate::cosim::verilated::Verilated;
 use crate::cosim::window::Window;
 use crate::deliver::flow::testbench_adversary;
@@ -36,7 +37,8 @@ const MOST_PHOTON_CLOCKS: u64 = 4_000_000;
 pub(super) struct Stream<'a> {
     pub(super) clocks: u64,
     sensor: &'a Sensor,
-    request: &'a GradeRequest,
+    verilog: &'a Verilog,
+    options: &'a GradeOptions,
     models: Vec<DetectorModel>,
     /// The adversary, if it is the one that drives.
     adversary: Option<Adversarial>,
@@ -70,20 +72,21 @@ impl<'a> Stream<'a> {
     /// design.
     pub(super) fn of(
         sensor: &'a Sensor,
-        request: &'a GradeRequest,
+        verilog: &'a Verilog,
+        options: &'a GradeOptions,
         good: &Netlist,
     ) -> Result<Stream<'a>, Refusal> {
         let interface = sensor.interface();
-        let registers = request.registers.clone();
+        let registers = verilog.registers.clone();
         let registers = registers.filter(|found| Counters::find(good, found).is_some());
-        let (adversary, clocks) = match request.options.stimulus {
+        let (adversary, clocks) = match options.stimulus {
             GradeStimulus::Photons => {
                 let scan = clocks_for_scans(interface, 1);
                 (None, scan.min(MOST_PHOTON_CLOCKS))
             }
             GradeStimulus::Adversarial => {
-                let adversary = hostile(interface, request, registers.as_ref())?;
-                let clocks = match request.options.clocks {
+                let adversary = hostile(interface, options.seed, registers.as_ref())?;
+                let clocks = match options.clocks {
                     Some(clocks) => clocks,
                     None => adversary.clone().clocks_to_cover(LONGEST_DEFAULT),
                 };
@@ -102,12 +105,13 @@ impl<'a> Stream<'a> {
             }
         };
         Ok(Stream {
-            clocks: request.options.clocks.unwrap_or(clocks),
+            clocks: options.clocks.unwrap_or(clocks),
             models: DetectorIndex::of(&sensor.scene().detectors)
                 .map(|detector| DetectorModel::new(sensor, detector))
                 .collect(),
             sensor,
-            request,
+            verilog,
+            options,
             adversary,
             registers,
         })
@@ -116,11 +120,9 @@ impl<'a> Stream<'a> {
     fn stimulus(&self) -> Box<dyn Stimulus + '_> {
         match &self.adversary {
             Some(adversary) => Box::new(adversary.clone()),
-            None => Box::new(Photons::new(
-                &self.models,
-                self.sensor.interface(),
-                self.request.options.seed,
-            )),
+            None => {
+                Box::new(Photons::new(&self.models, self.sensor.interface(), self.options.seed))
+            }
         }
     }
 
@@ -133,9 +135,8 @@ impl<'a> Stream<'a> {
         let interface = self.sensor.interface();
         let layout = Layout::of(interface);
         let registers = self.registers.as_ref();
-        let request = self.request;
-        let (top, sources) = (&request.top, &request.sources);
-        let built = build_with(top, sources, interface, registers, &request.cache)?;
+        let Verilog { top, sources, cache, .. } = self.verilog;
+        let built = build_with(top, sources, interface, registers, cache)?;
         let outcome = Lockstep {
             model: &mut Verilated::load(&built, &layout)?,
             reference: &mut Reference::new(interface.clone()).map_err(CosimError::from)?,
@@ -155,16 +156,17 @@ impl<'a> Stream<'a> {
     /// # Errors
     /// When the hardware is not modelled.
     pub(super) fn witness(&self) -> Result<Option<Stream<'a>>, Refusal> {
-        if self.request.options.stimulus == GradeStimulus::Adversarial {
+        if self.options.stimulus == GradeStimulus::Adversarial {
             return Ok(None);
         }
         let interface = self.sensor.interface();
-        let adversary = hostile(interface, self.request, self.registers.as_ref())?;
+        let adversary = hostile(interface, self.options.seed, self.registers.as_ref())?;
         let clocks = adversary.clone().clocks_to_cover(LONGEST_DEFAULT);
         Ok(Some(Stream {
             clocks,
             sensor: self.sensor,
-            request: self.request,
+            verilog: self.verilog,
+            options: self.options,
             models: Vec::new(),
             adversary: Some(adversary),
             registers: self.registers.clone(),
@@ -187,8 +189,8 @@ impl<'a> Stream<'a> {
             &family.all,
             &counters,
             interface,
-            self.request.is_users(),
-            &self.request.cache,
+            self.verilog.is_users(),
+            &self.verilog.cache,
         )?;
         Ok(Machines {
             model: Variants::load(&built, &family.all, interface)?,
@@ -238,11 +240,11 @@ impl<'a> Stream<'a> {
 /// The adversary of a co-simulation.
 fn hostile(
     interface: &Interface,
-    request: &GradeRequest,
+    seed: u64,
     registers: Option<&ScanRegisters>,
 ) -> Result<Adversarial, CosimError> {
     let means = Means::cosim(registers.is_some());
-    Ok(Adversarial::with_means(interface, request.options.seed, means)?)
+    Ok(Adversarial::with_means(interface, seed, means)?)
 }
 
 /// What moves the counters on in clocks from `first_clock` on.

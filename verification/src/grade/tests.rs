@@ -3,9 +3,6 @@
 use std::path::Path;
 
 use super::*;
-use crate::cosim::TOP;
-use crate::cosim::build::cache_dir;
-use crate::cosim::source::sources_of;
 use crate::deliver;
 use crate::scene;
 
@@ -17,35 +14,28 @@ fn sensor() -> Sensor {
     Sensor::new(&scene)
 }
 
-fn request(sensor: &Sensor, clocks: u64, mutants: u32) -> GradeRequest {
-    let emission = deliver::emit(sensor, "goldtof test").unwrap();
-    GradeRequest {
-        top: TOP.to_owned(),
-        sources: sources_of(&emission.files),
-        registers: Some(emission.scan_registers),
-        cache: cache_dir().unwrap(),
-        options: GradeOptions {
-            clocks: Some(clocks),
-            mutants,
-            proof_time_s: 1,
-            proof_budget_s: 4,
-            ..Default::default()
-        },
-    }
+fn emitted(sensor: &Sensor) -> Verilog {
+    Verilog::emitted(sensor, &deliver::emit(sensor, "goldtof test").unwrap().files).unwrap()
+}
+
+fn options(clocks: u64, mutants: u32) -> GradeOptions {
+    let clocks = Some(clocks);
+    GradeOptions { clocks, mutants, proof_time_s: 1, proof_budget_s: 4, ..Default::default() }
 }
 
 /// The grade by all faults and mutants.
-fn whole_grade(sensor: &Sensor, request: &GradeRequest) -> Grade {
-    let graded = grade(sensor, request, |count| (0..count).collect(), |_| ()).unwrap();
-    graded.grade(&request.options)
+fn whole_grade(sensor: &Sensor, verilog: &Verilog, options: &GradeOptions) -> Grade {
+    let graded = grade(sensor, verilog, options, |count| (0..count).collect(), |_| ()).unwrap();
+    graded.grade(options)
 }
 
 #[test]
 fn a_longer_stimulus_catches_more_and_all_are_accounted_for() {
     let sensor = sensor();
+    let verilog = emitted(&sensor);
     let mut shares = Vec::new();
     for clocks in [400, 40_000] {
-        let grade = whole_grade(&sensor, &request(&sensor, clocks, 60));
+        let grade = whole_grade(&sensor, &verilog, &options(clocks, 60));
         let mutants = grade.mutants.unwrap();
         assert_eq!(mutants.total, 60);
         for score in [&grade.faults, &mutants] {
@@ -63,11 +53,11 @@ fn a_longer_stimulus_catches_more_and_all_are_accounted_for() {
 fn a_redundant_register_is_proven_equivalent_and_a_port_that_is_stuck_is_not() {
     let sensor = sensor();
     // What the stimulus leaves is little, and is decided far within the bounds.
-    let mut request = request(&sensor, 40_000, 0);
-    (request.options.proof_time_s, request.options.proof_budget_s) = (20, 60);
-    let with = |request: &GradeRequest| whole_grade(&sensor, request).faults;
-    let before = with(&request);
-    let top = request.sources.iter_mut().find(|file| file.name == "sensor_top.v");
+    let options = GradeOptions { proof_time_s: 20, proof_budget_s: 60, ..options(40_000, 0) };
+    let with = |verilog: &Verilog| whole_grade(&sensor, verilog, &options).faults;
+    let mut verilog = emitted(&sensor);
+    let before = with(&verilog);
+    let top = verilog.sources.iter_mut().find(|file| file.name == "sensor_top.v");
     let text = &mut top.unwrap().text;
     // Two registers that never have the same value, and a gate that waits for it.
     let end = text.rfind("endmodule").unwrap();
@@ -81,7 +71,7 @@ fn a_redundant_register_is_proven_equivalent_and_a_port_that_is_stuck_is_not() {
     let open = found + text[found..].find('(').unwrap();
     let close = open + text[open..].find(')').unwrap();
     text.replace_range(open..=close, "(i_rst | never)");
-    let after = with(&request);
+    let after = with(&verilog);
     // The gate stuck at 0 cannot be seen; stuck at 1 it is a reset that never ends.
     assert!(after.proven_equivalent > before.proven_equivalent, "{before:?} {after:?}");
     let stuck = |survivor: &&Judged| survivor.net.starts_with("never");

@@ -7,9 +7,10 @@ use super::labels::{Labels, places};
 use super::outcome::Outcome;
 use super::proof::{Answer, PROOF, Question};
 use super::run::{Caught, Stream};
-use super::{GradeRequest, Judged, Verdict};
+use super::{Judged, Verdict};
 use crate::cosim::in_users_terms;
 use crate::cosim::lanes::Refusal;
+use crate::cosim::source::SourceFile;
 
 /// Variants under a stimulus.
 pub(super) struct Tried {
@@ -61,11 +62,16 @@ impl Tried {
     }
 
     /// What became of each, with an answer for each that nothing has shown.
-    pub(super) fn outcomes(&self, answers: &[Answer], request: &GradeRequest) -> Vec<Outcome> {
+    pub(super) fn outcomes(
+        &self,
+        answers: &[Answer],
+        sources: &[SourceFile],
+        seed: u64,
+    ) -> Vec<Outcome> {
         let labels = Labels::of(&self.family.good);
         let outcome = |&number: &usize| Outcome {
             number,
-            judged: self.judge(number, answers, &labels, request),
+            judged: self.judge(number, answers, &labels, (sources, seed)),
         };
         self.chosen.iter().map(outcome).collect()
     }
@@ -75,10 +81,10 @@ impl Tried {
         number: usize,
         answers: &[Answer],
         labels: &Labels,
-        request: &GradeRequest,
+        (sources, seed): (&[SourceFile], u64),
     ) -> Judged {
         let (change, net, source) = self.family.describe(labels, number);
-        let in_users = |text: &str| in_users_terms(text, &request.sources);
+        let in_users = |text: &str| in_users_terms(text, sources);
         let judged = |verdict| Judged {
             change,
             net: in_users(&net),
@@ -92,7 +98,6 @@ impl Tried {
             return Judged { clock: Some(clock), ..judged(Verdict::Caught) };
         }
         if let Some(clock) = self.shown.get(&number) {
-            let seed = request.options.seed;
             let needs = format!("the adversarial inputs of seed {seed} show it at clock {clock}");
             return Judged { needs: Some(needs), ..judged(Verdict::NotCaught) };
         }

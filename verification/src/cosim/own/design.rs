@@ -3,22 +3,24 @@
 use super::manifest::{Named as Manifest, check_top};
 use super::search::{Search, check_folders};
 use super::wrapper::wrapper;
-use super::{Named, OwnDesign, OwnRtl, bad_option, check_define, filelist, folder};
+use super::{Named, OwnRtl, bad_option, check_define, filelist, folder};
 use crate::cosim::TOP;
 use crate::cosim::cache::cache_dir;
 use crate::cosim::error::CosimError;
 use crate::cosim::ports;
+use crate::cosim::source::Verilog;
 use crate::cosim::tools::Tools;
 use crate::rtl::back::Prefix;
 use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::interface::Interface;
 
-/// Reads a design, as far as it is needed.
+/// Reads a design, as far as it is needed; and what was ignored of it, or assumed. A manifest may
+/// name its counters as those of the emitted design.
 ///
 /// # Errors
 /// When a file is missing or cannot be read, when Verilator does not take the Verilog, or
 /// when the top module's ports are not the interface's.
-pub fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, CosimError> {
+pub fn read(own: &OwnRtl, interface: &Interface) -> Result<(Verilog, Vec<String>), CosimError> {
     if let Some(top) = &own.top {
         check_top(top).map_err(|reason| bad_option("--top", reason))?;
     }
@@ -38,7 +40,8 @@ pub fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, CosimError
     let top = own.top.as_deref().or(manifest.top.as_deref());
     let top = top.unwrap_or(TOP);
     check_folders(&named.include_folders)?;
-    let tools = Tools::find(&cache_dir()?)?;
+    let cache = cache_dir()?;
+    let tools = Tools::find(&cache)?;
     let (taken, ports) = Search::new(&tools, top, named)?.find()?;
     let differences = ports::differences(&interface.ports(), &ports);
     if !differences.is_empty() {
@@ -56,7 +59,7 @@ pub fn read(own: &OwnRtl, interface: &Interface) -> Result<OwnDesign, CosimError
         true => registers(top, &manifest, interface),
         false => None,
     };
-    Ok(OwnDesign { registers, top: design_top, sources, remarks })
+    Ok((Verilog { top: design_top, sources, registers, cache }, remarks))
 }
 
 /// The scan's counters, if the manifest names those that a design emitted for `interface`

@@ -23,8 +23,6 @@ use std::path::PathBuf;
 pub use self::design::read;
 
 use super::error::CosimError;
-use super::source::SourceFile;
-use crate::rtl::blocks::ScanRegisters;
 
 /// Verilog to check in place of the emitted one, as simulators are told of it.
 #[derive(Debug, Clone, Default, PartialEq, clap::Args)]
@@ -63,18 +61,6 @@ impl OwnRtl {
     pub fn is_given(&self) -> bool {
         self.folder.is_some() || !self.file_lists.is_empty()
     }
-}
-
-/// A design that is ready to be built.
-pub struct OwnDesign {
-    /// The module with exactly the interface's ports.
-    pub top: String,
-    /// Its text, and the files that the tools may speak of.
-    pub sources: Vec<SourceFile>,
-    /// The scan's counters, if a manifest names them as those of the emitted design.
-    pub registers: Option<ScanRegisters>,
-    /// What was ignored or assumed.
-    pub remarks: Vec<String>,
 }
 
 /// What the user named, before any tool has seen it.
