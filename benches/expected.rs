@@ -7,6 +7,7 @@
 //!
 //!     cargo bench --bench expected
 
+use goldtof::Jobs as _;
 use goldtof::scene::{DetectorIndex, PathIndex};
 use std::error::Error;
 use std::hint::black_box;
@@ -21,8 +22,7 @@ use goldtof::response::{
 use goldtof::scan::Step;
 use goldtof::scene;
 use goldtof::sensor::Sensor;
-use goldtof::simulate::repeat::simulate;
-use goldtof::simulate::{SimulateOptions, Tier};
+use goldtof::simulate::Tier;
 use rustix::time::{ClockId, clock_gettime};
 
 const ROUNDS: usize = 15;
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         theory(&Sensor::new(&scene), DetectorIndex(0), &[PathIndex(0)], CountingTier::Events)
     });
     measure("expected: as the command does", || {
-        simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Expected, 1, 1), None)
+        Sensor::new(&scene).simulate(Tier::Expected.scans(1))
     });
     measure("counts: set-up and one scan", || {
         let response = MeanResponse::of_tier(&model, CountingTier::Events)?;

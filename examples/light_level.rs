@@ -8,7 +8,8 @@
 use std::error::Error;
 
 use goldtof::scene::Setting;
-use goldtof::{Jobs as _, Sensor, SimulateOptions};
+use goldtof::simulate::Tier;
+use goldtof::{Jobs as _, Sensor};
 
 /// Mean optical powers of the source, in picowatts.
 const POWERS_PW: [f64; 3] = [2.0, 8.0, 32.0];
@@ -27,7 +28,7 @@ fn table(repetitions: u64) -> Result<Vec<Line>, Box<dyn Error>> {
     for power_pw in POWERS_PW {
         let power: Setting = format!("source[0].mean_power={power_pw} pW").parse()?;
         let sensor = Sensor::load_with("scenes/quick.toml", &[power])?;
-        let simulation = sensor.simulate(&SimulateOptions { repetitions, ..Default::default() })?;
+        let simulation = sensor.simulate(Tier::Events.scans(repetitions))?;
         let path = &simulation.estimates[0];
         let millimetres = |metres: Option<f64>| metres.map_or(f64::NAN, |metres| 1e3 * metres);
         lines.push(Line {

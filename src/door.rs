@@ -14,9 +14,9 @@ use crate::progress::Progress;
 use crate::run::{Run, RunError, RunOptions, run};
 use crate::scene::{Detector, DetectorIndex, EstimatorKind, TotalsMissing};
 use crate::sensor::Sensor;
-use crate::simulate::repeat::{self, Simulation};
+use crate::simulate::repeat::Simulation;
 use crate::simulate::scans::ScansError;
-use crate::simulate::{SimulateOptions, Tier};
+use crate::simulate::{SimulateOptions, Tier, simulate};
 use crate::version::MADE_BY;
 
 /// What can be done with a sensor.
@@ -70,17 +70,16 @@ pub trait Jobs {
     /// # Errors
     /// When the scene is beyond the exact response.
     fn expected(&self) -> Result<Simulation, ScansError> {
-        self.simulate(&SimulateOptions { fidelity: Tier::Expected, ..Default::default() })
+        self.simulate(Tier::Expected.scans(1))
     }
 
     /// Repeated scans, photons to distances.
     ///
     /// ```
+    /// use goldtof::simulate::Tier;
     /// use goldtof::{Jobs as _, Sensor};
     ///
-    /// let sensor = Sensor::load("scenes/quick.toml")?;
-    /// let options = goldtof::SimulateOptions { repetitions: 20, ..Default::default() };
-    /// let simulation = sensor.simulate(&options)?;
+    /// let simulation = Sensor::load("scenes/quick.toml")?.simulate(Tier::Counts.scans(20))?;
     /// let path = &simulation.estimates[0];
     /// assert_eq!(path.estimates + path.missed_scans, 20);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -88,7 +87,7 @@ pub trait Jobs {
     ///
     /// # Errors
     /// When the scene is outside the tier's domain, or a tool that it needs is missing or fails.
-    fn simulate(&self, options: &SimulateOptions) -> Result<Simulation, ScansError> {
+    fn simulate(&self, options: SimulateOptions) -> Result<Simulation, ScansError> {
         simulate(self.sensor(), options, |_| ())
     }
 
@@ -262,20 +261,6 @@ pub enum EstimateError {
     /// The estimator needs counts that the hardware does not send.
     #[error(transparent)]
     Totals(#[from] TotalsMissing),
-}
-
-/// [`Jobs::simulate`] with its progress in scans, of all detectors. If `on_progress` unwinds,
-/// the simulation ends there, and leaves nothing behind.
-///
-/// # Errors
-/// As there.
-pub fn simulate(
-    sensor: &Sensor,
-    options: &SimulateOptions,
-    mut on_progress: impl FnMut(Progress),
-) -> Result<Simulation, ScansError> {
-    let mut parts = |done, of| on_progress(Progress::Parts { done, of });
-    repeat::simulate(&sensor.with_estimator(options.estimator)?, options, Some(&mut parts))
 }
 
 /// [`Jobs::cosim`] with its progress in clocks.

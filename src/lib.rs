@@ -24,12 +24,12 @@
 //! [`SPEED_OF_LIGHT_M_PER_S`].
 //!
 //! ```
-//! use goldtof::{Jobs as _, Sensor, SimulateOptions};
+//! use goldtof::simulate::Tier;
+//! use goldtof::{Jobs as _, Sensor};
 //!
 //! let sensor = Sensor::load("scenes/quick.toml")?;
 //! let expected = sensor.expected()?;
-//! let options = SimulateOptions { repetitions: 200, ..Default::default() };
-//! let simulated = sensor.simulate(&options)?;
+//! let simulated = sensor.simulate(Tier::Counts.scans(200))?;
 //! let (expected, simulated) = (&expected.estimates[0], &simulated.estimates[0]);
 //! let ratio = simulated.std_m.unwrap() / expected.expected_std_m.unwrap();
 //! assert!((ratio - 1.0).abs() < 0.2);
@@ -72,9 +72,7 @@ pub use goldtof_verification::{batch, cosim, grade};
 
 pub use cosim::CosimOptions;
 pub use cosim::own::OwnRtl;
-pub use door::{
-    CosimFailed, EmitOptions, EstimateError, EstimateOptions, Jobs, cosim, grade, simulate,
-};
+pub use door::{CosimFailed, EmitOptions, EstimateError, EstimateOptions, Jobs, cosim, grade};
 pub use files::{FileError, OutputFolder};
 pub use grade::{Bounds as ProofBounds, GradeOptions, GradeStimulus};
 pub use interrupt::watch as watch_signals;
@@ -84,4 +82,4 @@ pub use progress::Progress;
 pub use report::provenance::Provenance;
 pub use run::{Run, RunError, RunEvent, RunOptions, run};
 pub use sensor::Sensor;
-pub use simulate::SimulateOptions;
+pub use simulate::{SimulateOptions, simulate};

@@ -1,10 +1,10 @@
 //! Biases and scatter with noise: many scans drawn by the counts tier.
 
+use goldtof::Jobs as _;
 use goldtof::scene::{EstimatorKind, OtherLight, Scene};
 use goldtof::sensor::Sensor;
+use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
-use goldtof::simulate::repeat::simulate;
-use goldtof::simulate::{SimulateOptions, Tier};
 
 use crate::noiseless::{add_interferer, gold};
 use crate::{Outcome, cut_scan, set_detection_rate};
@@ -14,8 +14,7 @@ const SEED: u64 = 20_231;
 fn statistics(scene: &Scene, estimator: EstimatorKind, scans: u64) -> Outcome<PathStatistics> {
     let mut scene = scene.clone();
     scene.estimator = estimator;
-    let mut simulation =
-        simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Counts, SEED, scans), None)?;
+    let mut simulation = Sensor::new(&scene).simulate(Tier::Counts.scans(scans).seeded(SEED))?;
     Ok(simulation.estimates.swap_remove(0))
 }
 

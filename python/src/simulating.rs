@@ -1,14 +1,15 @@
 //! Expected counts, simulated ones, and the distances that they give.
 
 use goldtof::SimulateOptions;
+use goldtof::cosim::engine::Engine;
 use goldtof::estimate::report::expected_errors;
 use goldtof::photons::DetectorModel;
 use goldtof::recorded::expected_bins;
 use goldtof::response::{CountMoments, MeanResponse, SecondMoments};
-use goldtof::scene::{Architecture, DetectorIndex, Scene};
+use goldtof::scene::{Architecture, DetectorIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
-use goldtof::simulate::scans::Prepared;
+use goldtof::simulate::scans::{Counted, Prepared};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -109,7 +110,7 @@ pub(crate) fn simulate<'py>(
     };
     let simulation = wait_for(python, on_progress, move |watch| {
         let sensor = Sensor::new(&scene);
-        goldtof::simulate(&sensor, &options, |so_far| watch.hear(so_far)).map_err(of_scans)
+        goldtof::simulate(&sensor, options, |so_far| watch.hear(so_far)).map_err(of_scans)
     })?;
     to_python(python, &simulation)
 }
@@ -135,58 +136,37 @@ pub(crate) fn scans<'py>(
         return Err(bad_argument("the tier expected draws no counts; expected() has their means"));
     }
     within(repetitions, MOST_REPETITIONS, "repetitions")?;
-    if scene.hardware.architecture == Architecture::Histogram {
-        return histograms(python, scene, detector, tier, seed, repetitions, on_progress);
-    }
     let steps = scene.scan.steps as usize;
-    let counts = wait_for(python, on_progress, move |watch| {
+    let is_histogram = scene.hardware.architecture == Architecture::Histogram;
+    let (signed, total, bins) = wait_for(python, on_progress, move |watch| {
         let sensor = Sensor::new(&scene);
-        let prepared = Prepared::new(&sensor, tier).map_err(of_scans)?;
-        let (mut signed, mut total) = (Vec::new(), Vec::new());
+        let prepared = Prepared::new(&sensor, tier, Engine::Auto).map_err(of_scans)?;
+        let (mut signed, mut total, mut bins) = (Vec::new(), Vec::new(), Vec::new());
         let mut done = 0;
-        let taken = prepared.scans(&sensor, detector, seed, 0..repetitions, &mut |counts| {
+        let taken = prepared.scans(&sensor, detector, seed, 0..repetitions, &mut |counted| {
             done += 1;
             watch.progress(done, repetitions);
-            signed.extend(counts.iter().map(|count| count.signed));
-            total.extend(counts.iter().map(|count| count.total));
+            match counted {
+                Counted::Steps(counts) => {
+                    signed.extend(counts.iter().map(|count| count.signed));
+                    total.extend(counts.iter().map(|count| count.total));
+                }
+                Counted::Bins(histogram) => bins.extend_from_slice(histogram.bins()),
+            }
         });
         taken.map_err(of_scans)?;
-        Ok((signed, total))
+        Ok((signed, total, bins))
     })?;
-    let shape = [counts.0.len() / steps, steps];
     let told = PyDict::new(python);
-    told.set_item("signed", PyArray1::from_vec(python, counts.0).reshape(shape)?)?;
-    let total: Bound<'_, PyArray2<u64>> = PyArray1::from_vec(python, counts.1).reshape(shape)?;
+    if is_histogram {
+        let rows = repetitions as usize;
+        let shape = [rows, bins.len().checked_div(rows).unwrap_or(0)];
+        told.set_item("bins", PyArray1::from_vec(python, bins).reshape(shape)?)?;
+        return Ok(told);
+    }
+    let shape = [signed.len() / steps, steps];
+    told.set_item("signed", PyArray1::from_vec(python, signed).reshape(shape)?)?;
+    let total: Bound<'_, PyArray2<u64>> = PyArray1::from_vec(python, total).reshape(shape)?;
     told.set_item("total", total)?;
-    Ok(told)
-}
-
-/// The bins of simulated histograms.
-fn histograms<'py>(
-    python: Python<'py>,
-    scene: Scene,
-    detector: DetectorIndex,
-    tier: Tier,
-    seed: u64,
-    repetitions: u64,
-    on_progress: Option<Py<PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let bins = wait_for(python, on_progress, move |watch| {
-        let sensor = Sensor::new(&scene);
-        let prepared = Prepared::new(&sensor, tier).map_err(of_scans)?;
-        let (mut bins, mut done) = (Vec::new(), 0);
-        let taken =
-            prepared.histograms(&sensor, detector, seed, 0..repetitions, &mut |histogram| {
-                done += 1;
-                watch.progress(done, repetitions);
-                bins.extend_from_slice(histogram.bins());
-            });
-        taken.map_err(of_scans)?;
-        Ok(bins)
-    })?;
-    let rows = repetitions as usize;
-    let shape = [rows, bins.len().checked_div(rows).unwrap_or(0)];
-    let told = PyDict::new(python);
-    told.set_item("bins", PyArray1::from_vec(python, bins).reshape(shape)?)?;
     Ok(told)
 }

@@ -16,9 +16,9 @@ use crate::recorded::expected_csv;
 use crate::scene::{SceneReference, SceneText};
 use crate::sensor::Sensor;
 use crate::shard::{self, Job, Part, Results, SimulateJob};
-use crate::simulate::repeat::{Simulated, Simulation, simulate};
+use crate::simulate::repeat::{Simulated, Simulation};
 use crate::simulate::scans::Prepared;
-use crate::simulate::{SimulateOptions, forecast};
+use crate::simulate::{SimulateOptions, forecast, simulate};
 
 #[derive(Debug, Args)]
 #[command(
@@ -64,7 +64,7 @@ pub(super) fn run(
         let expected = expected_csv(&sensor, options.fidelity.counting())?;
         files::write(path, &expected)?;
     }
-    let simulation = simulate(&sensor, &options, None)?;
+    let simulation = simulate(&sensor, options, |_| ())?;
     tell(text.reference(), &simulation, arguments.check.check, output)
 }
 
@@ -77,7 +77,7 @@ fn part(
     order: &Order,
     output: &Output,
 ) -> anyhow::Result<Ending> {
-    let SimulateOptions { fidelity: tier, repetitions, engine, seed, .. } = *options;
+    let tier = options.fidelity;
     anyhow::ensure!(
         tier.draws(),
         "the tier {tier} has no scans that could be shared out; leave out --shard"
@@ -88,11 +88,10 @@ fn part(
         check: arguments.check.check,
     });
     order.fulfil(job, output, |_| {
-        let simulated = Simulated::new(sensor, tier)?;
-        let scans = order.part.stretch(repetitions);
-        let prepared = Prepared::with_engine(sensor, tier, engine)?;
-        let gathered = simulated.gather(&prepared, seed, scans, None)?;
-        Ok(Results::Simulate(gathered))
+        let simulated = Simulated::new(sensor, *options)?;
+        let scans = order.part.stretch(options.repetitions);
+        let prepared = Prepared::new(sensor, tier, options.engine)?;
+        Ok(Results::Simulate(simulated.gather(&prepared, scans, &mut |_| ())?))
     })
 }
 

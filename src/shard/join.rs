@@ -156,7 +156,7 @@ pub fn simulation(
     sensor: &Sensor,
     shards: Vec<(Part, Results)>,
 ) -> Result<Simulation, ShardError> {
-    let simulated = Simulated::new(sensor, job.options.fidelity)?;
+    let simulated = Simulated::new(sensor, job.options)?;
     let mut all = simulated.nothing();
     for (part, results) in shards {
         let unfit = |reason| ShardError::Unfit { part, reason };
@@ -165,7 +165,7 @@ pub fn simulation(
         check(stretch.end - stretch.start, &all, &gathered).map_err(unfit)?;
         all.append(gathered);
     }
-    Ok(simulated.conclude(job.options.seed, job.options.repetitions, all)?)
+    Ok(simulated.conclude(all)?)
 }
 
 /// Whether results are of so many scans; `nothing` has as many detectors and paths.

@@ -1,16 +1,12 @@
 //! Ways of simulating a sensor, from exact to cheap, and what they say.
 //!
 //! ```
-//! use std::path::Path;
+//! use goldtof::simulate::Tier;
+//! use goldtof::{Jobs as _, Sensor};
 //!
-//! use goldtof::sensor::Sensor;
-//! use goldtof::simulate::repeat::simulate;
-//! use goldtof::simulate::{SimulateOptions, Tier};
-//!
-//! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
+//! let sensor = Sensor::load("scenes/quick.toml")?;
 //! // Without random numbers, so that one repetition says it all.
-//! let options = SimulateOptions::of(Tier::Expected, 1, 1);
-//! let simulation = simulate(&Sensor::new(&scene), &options, None)?;
+//! let simulation = sensor.simulate(Tier::Expected.scans(1))?;
 //! let path = &simulation.estimates[0];
 //! assert_eq!(path.bias_m, path.expected_bias_m);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -27,10 +23,34 @@ pub mod repeat;
 mod run_up;
 pub mod scans;
 
+use std::time::Instant;
+
 pub use options::SimulateOptions;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::CountingTier;
+use crate::progress::Progress;
+use crate::sensor::Sensor;
+use repeat::{Simulated, Simulation};
+use scans::{Prepared, ScansError};
+
+/// [`Jobs::simulate`](crate::Jobs::simulate) with its progress in scans, of all detectors, in order.
+/// If `on_progress` unwinds, the simulation ends there, and leaves nothing behind.
+///
+/// # Errors
+/// As there.
+pub fn simulate(
+    sensor: &Sensor,
+    options: SimulateOptions,
+    mut on_progress: impl FnMut(Progress),
+) -> Result<Simulation, ScansError> {
+    let started = Instant::now();
+    let sensor = sensor.with_estimator(options.estimator)?;
+    let prepared = Prepared::new(&sensor, options.fidelity, options.engine)?;
+    let simulated = Simulated::new(&sensor, options)?;
+    let simulation = simulated.simulate(&prepared, &mut on_progress)?;
+    Ok(Simulation { run_time_s: started.elapsed().as_secs_f64(), ..simulation })
+}
 
 /// How much of the sensor a simulation goes through, from least to most.
 #[derive(

@@ -11,8 +11,9 @@ use crate::scene::EstimatorKind;
 /// ```
 /// use goldtof::simulate::{SimulateOptions, Tier};
 ///
-/// let options = SimulateOptions { fidelity: Tier::Counts, repetitions: 200, ..Default::default() };
-/// assert_eq!(options.seed, 1);
+/// let options = Tier::Counts.scans(200).seeded(7);
+/// let same = SimulateOptions { fidelity: Tier::Counts, repetitions: 200, seed: 7, ..options };
+/// assert_eq!(options, same);
 /// ```
 #[derive(
     Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args,
@@ -36,10 +37,17 @@ pub struct SimulateOptions {
     pub seed: u64,
 }
 
+impl Tier {
+    /// So many scans of this tier.
+    pub fn scans(self, repetitions: u64) -> SimulateOptions {
+        SimulateOptions { fidelity: self, repetitions, ..SimulateOptions::default() }
+    }
+}
+
 impl SimulateOptions {
-    /// So many scans of a tier.
-    pub fn of(fidelity: Tier, seed: u64, repetitions: u64) -> SimulateOptions {
-        SimulateOptions { fidelity, seed, repetitions, ..SimulateOptions::default() }
+    /// The same with other random numbers.
+    pub fn seeded(self, seed: u64) -> SimulateOptions {
+        SimulateOptions { seed, ..self }
     }
 }
 

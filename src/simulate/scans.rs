@@ -1,6 +1,6 @@
 //! Counts of whole scans, one tier or another.
 
-use crate::scene::{DetectorIndex, TotalsMissing};
+use crate::scene::{Architecture, DetectorIndex, TotalsMissing};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::num::NonZero;
@@ -92,26 +92,17 @@ struct Rtl {
     engine: Engine,
 }
 
-/// [`Prepared::histograms`] of a tier that is prepared for them alone.
-///
-/// # Errors
-/// When the tier cannot do the scene.
-///
-/// # Panics
-/// If the scene has no such detector.
-pub fn histograms(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    tier: Tier,
-    seed: u64,
-    repetitions: u64,
-    mut on_histogram: impl FnMut(Histogram),
-) -> Result<Option<Exercised>, ScansError> {
-    let all = 0..repetitions;
-    Prepared::new(sensor, tier)?.histograms(sensor, detector, seed, all, &mut on_histogram)
+/// What a detector's hardware counts in a scan.
+#[derive(Debug)]
+pub enum Counted<'c> {
+    /// Up and down, in each phase step in order.
+    Steps(&'c [StepCount]),
+    /// By arrival time.
+    Bins(Histogram),
 }
 
-/// [`Prepared::scans`] of a tier that is prepared for them alone.
+/// [`Prepared::scans`] of a tier that is prepared for them alone, of hardware that counts up and
+/// down.
 ///
 /// # Errors
 /// When the tier cannot do the scene.
@@ -123,38 +114,48 @@ pub fn scans(
     repetitions: u64,
     mut on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Option<Exercised>, ScansError> {
-    let all = 0..repetitions;
-    Prepared::new(sensor, tier)?.scans(sensor, detector, seed, all, &mut on_scan)
+    let prepared = Prepared::new(sensor, tier, Engine::Auto)?;
+    prepared.scans(sensor, detector, seed, 0..repetitions, &mut |counted| {
+        if let Counted::Steps(counts) = counted {
+            on_scan(counts);
+        }
+    })
+}
+
+/// The same of hardware that keeps histograms.
+///
+/// # Errors
+/// When the tier cannot do the scene.
+pub fn histograms(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: Tier,
+    seed: u64,
+    repetitions: u64,
+    mut on_histogram: impl FnMut(Histogram),
+) -> Result<Option<Exercised>, ScansError> {
+    let prepared = Prepared::new(sensor, tier, Engine::Auto)?;
+    prepared.scans(sensor, detector, seed, 0..repetitions, &mut |counted| {
+        if let Counted::Bins(histogram) = counted {
+            on_histogram(histogram);
+        }
+    })
 }
 
 impl Prepared {
-    /// Prepares a tier for a scene.
+    /// Prepares a tier for a scene; the engine is that of the Verilog, where the tier clocks it.
     ///
     /// # Errors
     /// When the Verilog cannot be emitted or built.
-    pub fn new(sensor: &Sensor, tier: Tier) -> Result<Prepared, ScansError> {
-        Prepared::with_engine(sensor, tier, Engine::Auto)
-    }
-
-    /// [`Prepared::new`], with a way to clock the Verilog where the tier does.
-    ///
-    /// # Errors
-    /// When the Verilog cannot be emitted or built.
-    pub fn with_engine(
-        sensor: &Sensor,
-        tier: Tier,
-        engine: Engine,
-    ) -> Result<Prepared, ScansError> {
-        let rtl = if tier == Tier::Rtl {
-            let files = deliver::verilog(sensor, &Prefix::default(), "goldtof simulate")?;
-            let verilog = Verilog::emitted(sensor, &files)?;
-            let Verilog { top, sources, cache, .. } = &verilog;
-            let library = build(top, sources, sensor.interface(), cache)?;
-            Some(Rtl { library, verilog, engine })
-        } else {
-            None
-        };
-        Ok(Prepared { tier, rtl })
+    pub fn new(sensor: &Sensor, tier: Tier, engine: Engine) -> Result<Prepared, ScansError> {
+        if tier != Tier::Rtl {
+            return Ok(Prepared { tier, rtl: None });
+        }
+        let files = deliver::verilog(sensor, &Prefix::default(), "goldtof simulate")?;
+        let verilog = Verilog::emitted(sensor, &files)?;
+        let Verilog { top, sources, cache, .. } = &verilog;
+        let library = build(top, sources, sensor.interface(), cache)?;
+        Ok(Prepared { tier, rtl: Some(Rtl { library, verilog, engine }) })
     }
 
     /// The tier.
@@ -163,13 +164,38 @@ impl Prepared {
     }
 
     /// Simulates some scans of one detector of the scene, by their numbers among all
-    /// scans of the seed. `on_scan` gets the counts of each, those of the scan's steps
-    /// in order; they do not depend on which other scans are asked for. The tier that
-    /// draws nothing has no scans. Gives what the Verilog was made to show, if it was run.
+    /// scans of the seed. `on_scan` gets what each counts, in order; that does not depend on
+    /// which other scans are asked for. The tier that draws nothing has no scans. Gives what the
+    /// Verilog was made to show, if it was run.
     ///
     /// # Errors
     /// When the tier cannot do the scene.
+    ///
+    /// # Panics
+    /// If the scene has no such detector.
     pub fn scans(
+        &self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        seed: u64,
+        scans: Range<u64>,
+        on_scan: &mut dyn FnMut(Counted),
+    ) -> Result<Option<Exercised>, ScansError> {
+        effort::check(sensor, detector, self.tier, scans.end - scans.start)?;
+        if scans.is_empty() || !self.tier.draws() {
+            return Ok(None);
+        }
+        match sensor.scene().hardware.architecture {
+            Architecture::UpDown => self.steps(sensor, detector, seed, scans, &mut |counts| {
+                on_scan(Counted::Steps(counts));
+            }),
+            Architecture::Histogram => self.bins(sensor, detector, seed, scans, &mut |histogram| {
+                on_scan(Counted::Bins(histogram));
+            }),
+        }
+    }
+
+    fn steps(
         &self,
         sensor: &Sensor,
         detector: DetectorIndex,
@@ -177,10 +203,7 @@ impl Prepared {
         scans: Range<u64>,
         on_scan: &mut dyn FnMut(&[StepCount]),
     ) -> Result<Option<Exercised>, ScansError> {
-        effort::check(sensor, detector, self.tier, scans.end - scans.start)?;
         match (self.tier, &self.rtl) {
-            (Tier::Expected, _) => {}
-            _ if scans.is_empty() => {}
             (Tier::Counts, _) => counts(sensor, detector, seed, scans, on_scan)?,
             (Tier::Events, _) => events(sensor, detector, seed, scans, on_scan),
             (_, None) => sampled(sensor, detector, seed, scans, on_scan)?,
@@ -196,18 +219,8 @@ impl Prepared {
         }
         Ok(None)
     }
-}
 
-impl Prepared {
-    /// Simulates some histograms of one detector of a scene whose hardware keeps them, as
-    /// [`Prepared::scans`] does scans.
-    ///
-    /// # Errors
-    /// When the tier cannot do the scene.
-    ///
-    /// # Panics
-    /// If the scene has no such detector.
-    pub fn histograms(
+    fn bins(
         &self,
         sensor: &Sensor,
         detector: DetectorIndex,
@@ -215,18 +228,13 @@ impl Prepared {
         numbers: Range<u64>,
         on_histogram: &mut dyn FnMut(Histogram),
     ) -> Result<Option<Exercised>, ScansError> {
-        effort::check(sensor, detector, self.tier, numbers.end - numbers.start)?;
         let model = DetectorModel::new(sensor, detector);
         match (self.tier, &self.rtl) {
-            (Tier::Expected, _) => {}
-            _ if numbers.is_empty() => {}
             (Tier::Counts, _) => {
                 histograms::counts(sensor, detector, seed, numbers, on_histogram)?;
             }
             (Tier::Events, _) => histograms::events(&model, seed, numbers, on_histogram)?,
-            (_, None) => {
-                histograms::sampled(sensor, &model, seed, numbers, on_histogram)?;
-            }
+            (_, None) => histograms::sampled(sensor, &model, seed, numbers, on_histogram)?,
             (_, Some(rtl)) => {
                 let mut made = Ok(());
                 let mut on_bins = |bins| match histograms::histogram(&model, bins) {

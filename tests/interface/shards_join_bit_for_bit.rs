@@ -7,6 +7,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use goldtof::OutputFolder;
+use goldtof::cosim::engine::Engine;
 use goldtof::scene::{self, Setting};
 use goldtof::sensor::Sensor;
 use goldtof::shard::{self, Part, Results};
@@ -77,10 +78,10 @@ fn written(simulation: &Simulation) -> String {
 
 /// Simulates scans in one go, and cut into stretches at `cuts`, and expects the same.
 fn assert_cut_anywhere(sensor: &Sensor, tier: Tier, repetitions: u64, cuts: &[u64]) {
-    let prepared = Prepared::new(sensor, tier).unwrap();
-    let simulated = Simulated::new(sensor, tier).unwrap();
-    let gather = |scans| simulated.gather(&prepared, 7, scans, None).unwrap();
-    let conclude = |gathered| written(&simulated.conclude(7, repetitions, gathered).unwrap());
+    let prepared = Prepared::new(sensor, tier, Engine::Auto).unwrap();
+    let simulated = Simulated::new(sensor, tier.scans(repetitions).seeded(7)).unwrap();
+    let gather = |scans| simulated.gather(&prepared, scans, &mut |_| ()).unwrap();
+    let conclude = |gathered| written(&simulated.conclude(gathered).unwrap());
     let whole = conclude(gather(0..repetitions));
     let ends = cuts.iter().copied().chain([repetitions]);
     let starts = [0].into_iter().chain(cuts.iter().copied());
@@ -154,12 +155,12 @@ fn what_the_verilog_was_not_made_to_show_is_that_of_all_shards() {
         "source[0].mean_power=2 pW",
     ];
     let sensor = sensor(QUICK, &dim);
-    let prepared = Prepared::new(&sensor, Tier::Rtl).unwrap();
-    let simulated = Simulated::new(&sensor, Tier::Rtl).unwrap();
+    let prepared = Prepared::new(&sensor, Tier::Rtl, Engine::Auto).unwrap();
     let mut said = [0; 3];
     for seed in 0..24 {
-        let gather = |scans| simulated.gather(&prepared, seed, scans, None).unwrap();
-        let conclude = |gathered| simulated.conclude(seed, 2, gathered).unwrap();
+        let simulated = Simulated::new(&sensor, Tier::Rtl.scans(2).seeded(seed)).unwrap();
+        let gather = |scans| simulated.gather(&prepared, scans, &mut |_| ()).unwrap();
+        let conclude = |gathered| simulated.conclude(gathered).unwrap();
         let [mut joined, second] = [gather(0..1), gather(1..2)];
         let alone = [&joined, &second].map(|one| conclude(one.clone()).warnings.len());
         joined.append(second);

@@ -2,10 +2,10 @@
 
 use std::sync::LazyLock;
 
+use goldtof::Jobs as _;
 use goldtof::scene::{Architecture, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::repeat::simulate;
-use goldtof::simulate::{SimulateOptions, Tier};
+use goldtof::simulate::Tier;
 use goldtof::study::architectures::{Comparison, Point, compare};
 use optics_support::{gold_11, table_i_scene};
 
@@ -105,8 +105,7 @@ fn photons_say_so_too() {
         scene.estimator = EstimatorKind::Model;
         change(&mut scene);
         let said =
-            simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Sampled, 3, 250), None)
-                .expect("it does");
+            Sensor::new(&scene).simulate(Tier::Sampled.scans(250).seeded(3)).expect("it does");
         let path = &said.estimates[0];
         assert_eq!(path.estimates, 250, "{:?}", path.remark);
         [path.std_m, path.std_std_error_m].map(|value| value.expect("some"))

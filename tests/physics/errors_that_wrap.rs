@@ -1,13 +1,13 @@
 //! Estimates of a code so short that errors come round its period.
 
+use goldtof::Jobs as _;
 use goldtof::estimate::distance_m;
 use goldtof::estimate::report::estimate_scan;
 use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
+use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
-use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::scans;
-use goldtof::simulate::{SimulateOptions, Tier};
 use optics_support::{code, table_i_scene};
 
 const RANGE_PS: f64 = 16_000.0;
@@ -31,7 +31,8 @@ fn misled(delay_ps: f64) -> Scene {
 }
 
 fn statistics(scene: &Scene, tier: Tier, scans: u64) -> PathStatistics {
-    let simulated = simulate(&Sensor::new(scene), &SimulateOptions::of(tier, 3, scans), None)
+    let simulated = Sensor::new(scene)
+        .simulate(tier.scans(scans).seeded(3))
         .expect("the scene can be simulated");
     simulated.estimates.into_iter().next().expect("its path")
 }

@@ -3,16 +3,16 @@
 
 use std::path::Path;
 
+use goldtof::Jobs as _;
 use goldtof::scene::{Scene, load_with};
 use goldtof::sensor::Sensor;
+use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
-use goldtof::simulate::repeat::{Simulation, simulate};
-use goldtof::simulate::{SimulateOptions, Tier};
+use goldtof::simulate::repeat::Simulation;
 use optics_support::{gold_5, table_i_scene};
 
 fn simulated(scene: &Scene, tier: Tier, scans: u64) -> Simulation {
-    simulate(&Sensor::new(scene), &SimulateOptions::of(tier, 5, scans), None)
-        .expect("it can be simulated")
+    Sensor::new(scene).simulate(tier.scans(scans).seeded(5)).expect("it can be simulated")
 }
 
 fn of_first_path(scene: &Scene, tier: Tier, scans: u64) -> PathStatistics {

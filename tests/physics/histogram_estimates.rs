@@ -1,6 +1,7 @@
 //! Estimates from histograms against expected ones of a detector stepped through time, and
 //! against photons.
 
+use goldtof::Jobs as _;
 use goldtof::estimate::fit::{BinFitter, FitError};
 use goldtof::estimate::histogram::{Uncorrected, dead_time};
 use goldtof::estimate::report::{estimate_histogram, estimate_scan};
@@ -12,9 +13,8 @@ use goldtof::response::{MeanResponse, SecondMoments};
 use goldtof::scan::Sample;
 use goldtof::scene::{Architecture, DetectorIndex, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::repeat::simulate;
+use goldtof::simulate::Tier;
 use goldtof::simulate::scans::histograms;
-use goldtof::simulate::{SimulateOptions, Tier};
 use optics_support::stepped::Stepped;
 use optics_support::{Moments, assert_within_standard_errors, gold_5, gold_11, table_i_scene};
 
@@ -131,8 +131,7 @@ fn bins_go_together_as_photons_do() {
 fn drawn_bins_fit_as_those_of_photons() {
     let mut scene = scene(8e6, 70);
     scene.estimator = EstimatorKind::Model;
-    let said = simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Counts, 1, 300), None)
-        .expect("it does");
+    let said = Sensor::new(&scene).simulate(Tier::Counts.scans(300)).expect("it does");
     let path = &said.estimates[0];
     let bound = path.bound_m.expect("there is one");
     let [std, std_error] = [path.std_m, path.std_std_error_m].map(|m| m.expect("some"));
@@ -150,8 +149,7 @@ fn few_periods_are_fitted_from_more_than_one_start() {
     scene.paths[0].delay_ps = 77_300.0;
     scene.hardware.architecture = Architecture::Histogram;
     scene.estimator = EstimatorKind::Model;
-    let said = simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Events, 1, 120), None)
-        .expect("it does");
+    let said = Sensor::new(&scene).simulate(Tier::Events.scans(120)).expect("it does");
     let path = &said.estimates[0];
     let [std, bound] = [path.std_m, path.bound_m].map(|m| m.expect("some"));
     assert_eq!(path.estimates, 120);
@@ -186,12 +184,7 @@ fn the_corrected_light_has_no_bias() {
 fn the_phase_of_corrected_light_is_what_theory_expects() {
     for (primary_cps, periods, repetitions) in [(8e6, 28, 1_000), (60e6, 70, 1_000)] {
         let scene = scene(primary_cps, periods);
-        let said = simulate(
-            &Sensor::new(&scene),
-            &SimulateOptions::of(Tier::Events, 1, repetitions),
-            None,
-        )
-        .expect("it does");
+        let said = Sensor::new(&scene).simulate(Tier::Events.scans(repetitions)).expect("it does");
         let path = &said.estimates[0];
         assert_eq!(path.estimates, repetitions, "{:?}", path.remark);
         let [bias, expected] = [path.bias_m, path.expected_bias_m].map(|m| 1e3 * m.expect("some"));
@@ -226,8 +219,7 @@ fn the_fit_to_bins_has_no_walk() {
 fn the_fit_to_bins_scatters_as_the_bound_says() {
     let mut scene = scene(8e6, 70);
     scene.estimator = EstimatorKind::Model;
-    let said = simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Sampled, 1, 200), None)
-        .expect("it does");
+    let said = Sensor::new(&scene).simulate(Tier::Sampled.scans(200)).expect("it does");
     let path = &said.estimates[0];
     assert_eq!(path.estimates, 200, "{:?}", path.remark);
     let bound = path.bound_m.expect("there is one");
@@ -261,8 +253,8 @@ fn what_histograms_do_not_show_is_said() {
     // said, of 2047 it is nothing.
     let mut scene_of_31 = table_i_scene(gold_5(), 8e6, 31 * 40);
     scene_of_31.hardware.architecture = Architecture::Histogram;
-    let told = |sensor: &Sensor, tier| {
-        let said = simulate(sensor, &SimulateOptions::of(tier, 1, 2), None).expect("it does");
+    let told = |sensor: &Sensor, tier: Tier| {
+        let said = sensor.simulate(tier.scans(2)).expect("it does");
         let is_it = |warning: &String| warning.contains("of the code period: drawn first bins");
         said.warnings.iter().any(is_it)
     };
@@ -270,8 +262,7 @@ fn what_histograms_do_not_show_is_said() {
     assert!(told(&of_31, Tier::Counts) && !told(&of_31, Tier::Sampled));
     assert!(!told(&of(&|_| ()), Tier::Counts));
     // The phase goes without the correction, and says so.
-    let said =
-        simulate(&merging, &SimulateOptions::of(Tier::Sampled, 1, 2), None).expect("it does");
+    let said = merging.simulate(Tier::Sampled.scans(2)).expect("it does");
     assert!(said.warnings.iter().any(|warning| warning.contains("range walk is left in")));
     let refused = histograms(&short, FIRST, Tier::Counts, 1, 1, |_| ()).expect_err("it draws none");
     assert!(refused.to_string().contains("between two samples"), "{refused}");

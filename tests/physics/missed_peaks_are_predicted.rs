@@ -1,11 +1,11 @@
 //! The share of scans that miss the peak, as theory has it, against photons: two-sided,
 //! with the binomial's standard error.
 
+use goldtof::Jobs as _;
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::scene::{EstimatorKind, Path, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::repeat::simulate;
-use goldtof::simulate::{SimulateOptions, Tier};
+use goldtof::simulate::Tier;
 use optics_support::{code, gold, gold_5, gold_11, table_i_scene};
 use std::sync::Arc;
 
@@ -37,7 +37,8 @@ fn with(mut scene: Scene, change: impl Fn(&mut Scene)) -> Scene {
 /// Holds the expected share of each path against that of `scans` scans.
 #[track_caller]
 fn check(name: &str, scene: &Scene, tier: Tier, scans: u64) {
-    let simulated = simulate(&Sensor::new(scene), &SimulateOptions::of(tier, 5, scans), None)
+    let simulated = Sensor::new(scene)
+        .simulate(tier.scans(scans).seeded(5))
         .expect("the scene can be simulated");
     for path in &simulated.estimates {
         let expected = path.expected_missed_fraction.expect("an expected share");

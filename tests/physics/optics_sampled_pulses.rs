@@ -2,6 +2,7 @@
 //! and those without a low sample between them are one rising edge. Means, variances
 //! and covariance of the counts against simulated photons, painted sample by sample.
 
+use goldtof::Jobs as _;
 use goldtof::estimate::fit::{Fitter, OtherLight, expected_fit};
 use goldtof::estimate::{bound::bound, calibration_offset_ps, distance_m, estimate, predict};
 use goldtof::photons::{DetectorModel, StepCount};
@@ -11,8 +12,7 @@ use goldtof::response::{
 use goldtof::scan::Step;
 use goldtof::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::repeat::simulate;
-use goldtof::simulate::{SimulateOptions, Tier};
+use goldtof::simulate::Tier;
 use optics_support::{
     Moments, assert_within_standard_errors, full_scan, gold_5, painted_counts, table_i_scene,
 };
@@ -226,18 +226,14 @@ fn what_is_not_worked_out_is_refused_by_name() {
         assert!(MeanResponse::of_tier(&model, CountingTier::Events).is_ok());
         assert!(bound(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Sampled).is_err());
         for tier in [Tier::Expected, Tier::Counts] {
-            assert!(
-                simulate(&Sensor::new(&scene), &SimulateOptions::of(tier, 1, 2), None).is_err(),
-                "{tier}"
-            );
+            assert!(Sensor::new(&scene).simulate(tier.scans(2)).is_err(), "{tier}");
         }
         for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
             scene.estimator = estimator;
             scene.scan.integration_chips = 310;
             let of_path =
-                &simulate(&Sensor::new(&scene), &SimulateOptions::of(Tier::Sampled, 1, 2), None)
-                    .expect("photons")
-                    .estimates[0];
+                &Sensor::new(&scene).simulate(Tier::Sampled.scans(2)).expect("photons").estimates
+                    [0];
             assert_eq!(of_path.expected_bias_m, None);
             assert_eq!(of_path.expected_std_m, None);
             assert_eq!(of_path.bound_m, None);

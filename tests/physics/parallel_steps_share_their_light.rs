@@ -1,6 +1,7 @@
 //! With `parallel` phase steps at once, the steps of a group count the same
 //! detections: in every tier, and in what theory expects.
 
+use goldtof::Jobs as _;
 use goldtof::estimate::bound::bound;
 use goldtof::estimate::fit::{Fitter, ModelEstimate, OtherLight};
 use goldtof::estimate::predict;
@@ -10,10 +11,9 @@ use goldtof::response::{CountSampler, CountingTier, MeanResponse, SecondMoments}
 use goldtof::scan::{Group, Step};
 use goldtof::scene::{DetectorIndex, PathIndex, Scene};
 use goldtof::sensor::Sensor;
+use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
-use goldtof::simulate::repeat::simulate;
 use goldtof::simulate::scans::scans;
-use goldtof::simulate::{SimulateOptions, Tier};
 use optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
 
 const PARALLEL: u32 = 4;
@@ -195,10 +195,8 @@ fn the_predicted_scatter_knows_that_steps_of_a_group_go_together() {
     let scene = scene();
     let mut alone = scene.clone();
     alone.hardware.parallel = 1;
-    let of = |tier, repetitions| -> PathStatistics {
-        simulate(&Sensor::new(&scene), &SimulateOptions::of(tier, 5, repetitions), None)
-            .unwrap()
-            .estimates[0]
+    let of = |tier: Tier, repetitions| -> PathStatistics {
+        Sensor::new(&scene).simulate(tier.scans(repetitions).seeded(5)).unwrap().estimates[0]
             .clone()
     };
     let independent =

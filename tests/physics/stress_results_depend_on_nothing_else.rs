@@ -4,6 +4,7 @@
 use std::num::NonZero;
 use std::process::Command;
 
+use goldtof::Jobs as _;
 use goldtof::estimate::{CountingTier, predict};
 use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, PulseStream, StepCount};
@@ -11,8 +12,7 @@ use goldtof::response::MeanResponse;
 use goldtof::scan::Sample;
 use goldtof::scene::{DetectorIndex, PathIndex, Scene, SourceIndex, parse};
 use goldtof::sensor::Sensor;
-use goldtof::simulate::repeat::simulate;
-use goldtof::simulate::{SimulateOptions, Tier};
+use goldtof::simulate::Tier;
 use optics_support::{gold_5, table_i_scene};
 use serde_json::Value;
 
@@ -161,16 +161,16 @@ fn the_order_of_tables_changes_no_expected_count() {
 fn the_order_of_tables_changes_no_estimate() {
     // By detector and true distance: (estimates, mean, scatter).
     let estimates = |scene: &Scene, tier: Tier| {
-        let mut found: Vec<_> =
-            simulate(&Sensor::new(scene), &SimulateOptions::of(tier, 5, 3), None)
-                .unwrap()
-                .estimates
-                .into_iter()
-                .map(|e| {
-                    let true_um = (e.true_distance_m * 1e6).round() as i64;
-                    (e.detector, true_um, e.estimates, e.mean_distance_m, e.std_m)
-                })
-                .collect();
+        let mut found: Vec<_> = Sensor::new(scene)
+            .simulate(tier.scans(3).seeded(5))
+            .unwrap()
+            .estimates
+            .into_iter()
+            .map(|e| {
+                let true_um = (e.true_distance_m * 1e6).round() as i64;
+                (e.detector, true_um, e.estimates, e.mean_distance_m, e.std_m)
+            })
+            .collect();
         found.sort_by(|a, b| (&a.0, a.1).cmp(&(&b.0, b.1)));
         assert_eq!(found.len(), 4);
         found
@@ -271,10 +271,8 @@ fn simulate_twice(scene: &Scene, tiers: &[Tier]) -> Vec<(Option<f64>, Option<f64
                 predict(&Sensor::new(scene), DetectorIndex(0), PathIndex(0), CountingTier::Sampled)
                     .unwrap();
             assert!(expected.std_m > 0.0);
-            let path = simulate(&Sensor::new(scene), &SimulateOptions::of(tier, 9, 4), None)
-                .unwrap()
-                .estimates
-                .remove(0);
+            let path =
+                Sensor::new(scene).simulate(tier.scans(4).seeded(9)).unwrap().estimates.remove(0);
             (path.bias_m, path.std_m)
         })
         .collect()

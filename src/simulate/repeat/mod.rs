@@ -12,17 +12,19 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::path_statistics::PathStatistics;
-use super::scans::{Prepared, ScansError};
+use super::scans::{Counted, Prepared, ScansError};
 use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
 use crate::cosim::exercised::Exercised;
 use crate::document::Body;
 use crate::estimate::evidence::Family;
 use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
+use crate::histogram::Histogram;
+use crate::photons::StepCount;
+use crate::progress::Progress;
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
-use answers::Answer;
 pub(crate) use answers::Ranging;
 use statistics::statistics;
 pub use tally::Tally;
@@ -66,25 +68,6 @@ impl Body for Simulation {
     const NAME: &'static str = "simulate";
 }
 
-/// Simulates a scene's detectors, and estimates with the scene's estimator. `on_progress` hears
-/// of each scan, in order, how many are done and how many there are, of all detectors. If it
-/// unwinds, the simulation ends there, and leaves nothing behind.
-///
-/// # Errors
-/// When the tier cannot do the scene.
-pub fn simulate(
-    sensor: &Sensor,
-    options: &SimulateOptions,
-    on_progress: Option<&mut dyn FnMut(u64, u64)>,
-) -> Result<Simulation, ScansError> {
-    let started = Instant::now();
-    let SimulateOptions { fidelity, engine, seed, repetitions, .. } = *options;
-    let prepared = Prepared::with_engine(sensor, fidelity, engine)?;
-    let simulated = Simulated::new(sensor, fidelity)?;
-    let simulation = simulated.simulate(&prepared, seed, repetitions, on_progress)?;
-    Ok(Simulation { run_time_s: started.elapsed().as_secs_f64(), ..simulation })
-}
-
 /// What the scans of a stretch say, detector by detector.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Gathered {
@@ -111,11 +94,11 @@ impl Gathered {
     }
 }
 
-/// A sensor that is simulated scan by scan: what the scans say is gathered, all at once or
-/// stretch by stretch, and concluded from in the end.
+/// A sensor that is simulated scan by scan, with its scene's estimator: what the scans say is
+/// gathered, all at once or stretch by stretch, and concluded from in the end.
 pub struct Simulated<'a> {
     sensor: &'a Sensor,
-    tier: Tier,
+    options: SimulateOptions,
     /// For each detector.
     rangings: Vec<Ranging<'a>>,
     /// The comparisons of scans with expectations that it belongs to.
@@ -127,7 +110,8 @@ impl<'a> Simulated<'a> {
     ///
     /// # Errors
     /// When what the tier that draws nothing has to work out takes too long.
-    pub fn new(sensor: &'a Sensor, tier: Tier) -> Result<Simulated<'a>, ScansError> {
+    pub fn new(sensor: &'a Sensor, options: SimulateOptions) -> Result<Simulated<'a>, ScansError> {
+        let tier = options.fidelity;
         let detectors = || DetectorIndex::of(&sensor.scene().detectors);
         if !tier.draws() {
             // Before anything that takes as long as there are steps or paths.
@@ -142,7 +126,7 @@ impl<'a> Simulated<'a> {
         };
         let ranging = |detector| Ranging::new(sensor, detector, counting);
         let family = Family::of_paths(sensor.scene().paths.len());
-        Ok(Simulated { sensor, tier, rangings: detectors().map(ranging).collect(), family })
+        Ok(Simulated { sensor, options, rangings: detectors().map(ranging).collect(), family })
     }
 
     /// The same as one of so many simulations whose scans are held against expectations
@@ -158,12 +142,9 @@ impl<'a> Simulated<'a> {
     pub fn simulate(
         &self,
         prepared: &Prepared,
-        seed: u64,
-        repetitions: u64,
-        on_progress: Option<&mut dyn FnMut(u64, u64)>,
+        on_progress: &mut dyn FnMut(Progress),
     ) -> Result<Simulation, ScansError> {
-        let gathered = self.gather(prepared, seed, 0..repetitions, on_progress)?;
-        self.conclude(seed, repetitions, gathered)
+        self.conclude(self.gather(prepared, 0..self.options.repetitions, on_progress)?)
     }
 
     /// What is gathered of no scans.
@@ -177,30 +158,27 @@ impl<'a> Simulated<'a> {
     }
 
     /// Simulates some scans of every detector, by their numbers among all of the seed, with
-    /// the tier prepared. `on_progress` is that of [`simulate`].
+    /// the tier prepared. `on_progress` hears of each scan, in order.
     ///
     /// # Errors
     /// When the tier cannot do the scene.
     pub fn gather(
         &self,
         prepared: &Prepared,
-        seed: u64,
         scans: Range<u64>,
-        mut on_progress: Option<&mut dyn FnMut(u64, u64)>,
+        on_progress: &mut dyn FnMut(Progress),
     ) -> Result<Gathered, ScansError> {
         let started = Instant::now();
-        let all = (scans.end - scans.start).saturating_mul(self.rangings.len() as u64);
+        let of = (scans.end - scans.start).saturating_mul(self.rangings.len() as u64);
         let mut done = 0;
         let mut on_scan = || {
             done += 1;
-            if let Some(on_progress) = &mut on_progress {
-                on_progress(done, all);
-            }
+            on_progress(Progress::Parts { done, of });
         };
         let mut gathered = Gathered { tallies: Vec::new(), exercised: None, run_time_s: 0.0 };
         for ranging in &self.rangings {
             let (tally, exercised) =
-                of_scans(ranging, prepared, seed, scans.clone(), &mut on_scan)?;
+                of_scans(ranging, prepared, self.options.seed, scans.clone(), &mut on_scan)?;
             // Every detector's scans run the whole hardware.
             if ranging.detector == DetectorIndex(0) {
                 gathered.exercised = exercised;
@@ -216,29 +194,25 @@ impl<'a> Simulated<'a> {
     ///
     /// # Errors
     /// When the tier that draws nothing cannot do the scene.
-    pub fn conclude(
-        &self,
-        seed: u64,
-        repetitions: u64,
-        gathered: Gathered,
-    ) -> Result<Simulation, ScansError> {
+    pub fn conclude(&self, gathered: Gathered) -> Result<Simulation, ScansError> {
         let started = Instant::now();
         let scene = self.sensor.scene();
+        let tier = self.options.fidelity;
         let mut estimates = Vec::new();
         let mut warnings = self.not_shown(gathered.exercised.as_ref());
         for (ranging, tally) in self.rangings.iter().zip(&gathered.tallies) {
-            let of_detector = self.statistics(ranging, tally, repetitions)?;
+            let of_detector = self.statistics(ranging, tally)?;
             warnings.extend(of_detector.warnings);
             estimates.extend(of_detector.estimates);
         }
         Ok(Simulation {
             scene: scene.name.clone(),
-            seed,
-            fidelity: self.tier,
-            domain: domain::of(self.tier, scene.hardware.architecture),
+            seed: self.options.seed,
+            fidelity: tier,
+            domain: domain::of(tier, scene.hardware.architecture),
             warnings,
             estimator: scene.estimator,
-            repetitions: if self.tier.draws() { repetitions } else { 0 },
+            repetitions: gathered.tallies.first().map_or(0, |tally| tally.scans),
             estimates,
             run_time_s: gathered.run_time_s + started.elapsed().as_secs_f64(),
         })
@@ -257,12 +231,7 @@ impl<'a> Simulated<'a> {
     }
 
     /// The statistics of all scans of a detector.
-    fn statistics(
-        &self,
-        ranging: &Ranging,
-        tally: &Tally,
-        repetitions: u64,
-    ) -> Result<OfDetector, ScansError> {
+    fn statistics(&self, ranging: &Ranging, tally: &Tally) -> Result<OfDetector, ScansError> {
         let (sensor, detector) = (self.sensor, ranging.detector);
         let architecture = sensor.scene().hardware.architecture;
         let integrations = match architecture {
@@ -270,16 +239,16 @@ impl<'a> Simulated<'a> {
             Architecture::Histogram => 1.0,
         };
         let integration_s = sensor.timing().integration_ps() * 1e-12;
-        let measured_s = repetitions as f64 * integrations * integration_s;
+        let measured_s = tally.scans as f64 * integrations * integration_s;
         let rate_cps = tally.detections as f64 / measured_s;
         let theory = theory(sensor, detector, &ranging.paths, ranging.counting);
         let mut estimates = statistics(ranging, tally, &theory, rate_cps, self.family);
-        if !self.tier.draws() {
+        if !self.options.fidelity.draws() {
             expected::answer(sensor, detector, &theory, &mut estimates)?;
         }
         let predicted = ranging.paths.iter().copied().zip(theory.predictions);
         let predicted: Vec<_> = predicted.collect();
-        let mut warnings = domain::warnings(sensor, detector, self.tier, &predicted);
+        let mut warnings = domain::warnings(sensor, detector, self.options.fidelity, &predicted);
         let by_phase = sensor.scene().estimator == EstimatorKind::Fft;
         if architecture == Architecture::Histogram && by_phase {
             let name = &sensor.scene().detectors[detector].name;
@@ -303,65 +272,62 @@ fn of_scans(
     scans: Range<u64>,
     on_scan: &mut dyn FnMut(),
 ) -> Result<(Tally, Option<Exercised>), ScansError> {
+    let mut batches = Batches::new(ranging);
     let (sensor, detector) = (ranging.sensor, ranging.detector);
-    match sensor.scene().hardware.architecture {
-        Architecture::UpDown => {
-            let mut batches = Batches::new(ranging, Ranging::answers);
-            let exercised = prepared.scans(sensor, detector, seed, scans, &mut |counts| {
-                on_scan();
-                let detections = counts.iter().map(|count| count.total).sum();
-                batches.add(counts.iter().copied(), counts.len(), detections);
-            })?;
-            Ok((batches.tally(), exercised))
-        }
-        Architecture::Histogram => {
-            let mut batches = Batches::new(ranging, Ranging::answers_of_histograms);
-            let exercised =
-                prepared.histograms(sensor, detector, seed, scans, &mut |histogram| {
-                    on_scan();
-                    let (bins, detections) = (histogram.bins().len(), histogram.total());
-                    batches.add([histogram], bins, detections);
-                })?;
-            Ok((batches.tally(), exercised))
-        }
-    }
+    let exercised = prepared.scans(sensor, detector, seed, scans, &mut |counted| {
+        on_scan();
+        batches.add(counted);
+    })?;
+    Ok((batches.tally(), exercised))
 }
 
 /// Scans that wait until there are enough of them to be estimated from on all cores.
-struct Batches<'r, 's, T> {
+struct Batches<'r, 's> {
     ranging: &'r Ranging<'s>,
-    answers: fn(&Ranging<'s>, &[T]) -> Vec<Answer>,
     tally: Tally,
-    waiting: Vec<T>,
+    steps: Vec<StepCount>,
+    histograms: Vec<Histogram>,
     /// Counts, or bins, of the scans that wait.
     counts: usize,
 }
 
-impl<'r, 's, T> Batches<'r, 's, T> {
-    fn new(ranging: &'r Ranging<'s>, answers: fn(&Ranging<'s>, &[T]) -> Vec<Answer>) -> Self {
+impl<'r, 's> Batches<'r, 's> {
+    fn new(ranging: &'r Ranging<'s>) -> Self {
         Batches {
             ranging,
-            answers,
             tally: Tally::of_paths(ranging.paths.len()),
-            waiting: Vec::new(),
+            steps: Vec::new(),
+            histograms: Vec::new(),
             counts: 0,
         }
     }
 
-    /// A scan of so many counts, or bins, and detections.
-    fn add(&mut self, scan: impl IntoIterator<Item = T>, counts: usize, detections: u64) {
-        self.waiting.extend(scan);
+    fn add(&mut self, scan: Counted) {
+        let counts = match scan {
+            Counted::Steps(counts) => {
+                self.tally.detections += counts.iter().map(|count| count.total).sum::<u64>();
+                self.steps.extend_from_slice(counts);
+                counts.len()
+            }
+            Counted::Bins(histogram) => {
+                let bins = histogram.bins().len();
+                self.tally.detections += histogram.total();
+                self.histograms.push(histogram);
+                bins
+            }
+        };
         self.counts += counts;
-        self.tally.detections += detections;
         if self.counts + counts > COUNTS_AT_ONCE {
             self.estimate();
         }
     }
 
     fn estimate(&mut self) {
-        let answers = (self.answers)(self.ranging, &self.waiting);
+        let mut answers = self.ranging.answers(&self.steps);
+        answers.extend(self.ranging.answers_of_histograms(&self.histograms));
         self.tally.add(answers, self.ranging.tolerance_m());
-        self.waiting.clear();
+        self.steps.clear();
+        self.histograms.clear();
         self.counts = 0;
     }
 

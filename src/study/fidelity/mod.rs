@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use crate::cosim::engine::Engine;
 use crate::document::Body;
 use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
@@ -300,7 +301,7 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
     let share = (budget.div_f64(5.0), target_error);
     let of_reference = (budget.mul_f64(choice::REFERENCE_SHARE), target_error);
 
-    let prepared = Prepared::new(&windowed, Tier::Sampled)?;
+    let prepared = Prepared::new(&windowed, Tier::Sampled, Engine::Auto)?;
     let mut sampled = points::grow(&windowed, &prepared, path, seed, of_reference)?;
     let reference = points::reference(sampled.last())?;
     let refusal = choice::refuse(&sampled, &reference, target_error);
@@ -311,7 +312,7 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
     for tier in Tier::ALL {
         let mut warnings = domain::warnings(&windowed, DetectorIndex(0), tier, &predicted);
         let started = Instant::now();
-        let prepared = Prepared::new(&windowed, tier)?;
+        let prepared = Prepared::new(&windowed, tier, Engine::Auto)?;
         let build_time_s = (tier == Tier::Rtl).then(|| started.elapsed().as_secs_f64());
         // The reference's own runs share their random numbers with it: their errors
         // are a little too small, and that of the last is none.

@@ -43,11 +43,13 @@ pub fn grow(
     let tier = prepared.tier();
     let mut runs: Vec<Run> = Vec::new();
     // The runs of all tiers are held against expectations together.
-    let simulated = Simulated::new(sensor, tier)?.one_of(Tier::ALL.len() * REPETITIONS.len());
+    let simulated = Simulated::new(sensor, tier.scans(0).seeded(seed))?;
+    let simulated = simulated.one_of(Tier::ALL.len() * REPETITIONS.len());
     let started = Instant::now();
     let mut repetitions = REPETITIONS[0];
     loop {
-        let simulation = simulated.simulate(prepared, seed, repetitions, None)?;
+        let gathered = simulated.gather(prepared, 0..repetitions, &mut |_| ())?;
+        let simulation = simulated.conclude(gathered)?;
         let mut statistics = simulation.estimates.into_iter();
         let run = Run {
             tier,

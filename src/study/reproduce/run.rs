@@ -6,6 +6,7 @@ use super::many::Fits;
 use super::phase::{Errors, phase_errors};
 use super::printed::printed_distance_m;
 use super::statistics::{Measured, rate, sample_mean, sample_mean_of, sample_std};
+use crate::door::Jobs as _;
 use crate::estimate::fit::Fitter;
 use crate::estimate::unwrap::unwrap;
 use crate::estimate::{CountingTier, delay_error_ps, distance_m};
@@ -13,9 +14,8 @@ use crate::photons::DetectorModel;
 use crate::response::{CountSampler, MeanResponse, SecondMoments};
 use crate::scene::{DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
-use crate::simulate::repeat::simulate;
+use crate::simulate::Tier;
 use crate::simulate::scans::scans;
-use crate::simulate::{SimulateOptions, Tier};
 
 pub use super::run_error::RunError;
 
@@ -56,9 +56,8 @@ impl Run {
             EstimatorKind::Fft => SEARCH_SCANS,
             EstimatorKind::Model => FITTED_SEARCH_SCANS,
         });
-        let path =
-            &simulate(&Sensor::new(scene), &SimulateOptions::of(Tier::Events, seed, scans), None)?
-                .estimates[0];
+        let options = Tier::Events.scans(scans).seeded(seed);
+        let path = &Sensor::new(scene).simulate(options)?.estimates[0];
         Ok(rate(scans - path.missed_scans, scans))
     }
 
@@ -109,12 +108,8 @@ impl Run {
         tier: Tier,
         scans: u64,
     ) -> Result<Measured, RunError> {
-        let path = &simulate(
-            &Sensor::new(scene),
-            &SimulateOptions::of(tier, self.next_seed(), scans),
-            None,
-        )?
-        .estimates[0];
+        let options = tier.scans(scans).seeded(self.next_seed());
+        let path = &Sensor::new(scene).simulate(options)?.estimates[0];
         let (Some(bias_m), Some(error_m)) = (path.bias_m, path.bias_std_error_m) else {
             return Err(RunError::NoStatistics { scans });
         };

@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::case::CaseError;
 use super::statistics::{Sample, step_s};
 use crate::code::correlate;
+use crate::door::Jobs as _;
 use crate::estimate::{
     CountingTier, Estimate, NoEstimate, Prediction, PredictionError, estimate, predict,
 };
@@ -15,9 +16,9 @@ use crate::response::{CountSampler, MeanCount, MeanResponse, MeanResponseError};
 use crate::scan::{Group, Step};
 use crate::scene::{DetectorIndex, PathIndex, Scene};
 use crate::sensor::Sensor;
-use crate::simulate::repeat::{Simulation, simulate};
+use crate::simulate::Tier;
+use crate::simulate::repeat::Simulation;
 use crate::simulate::scans::scans;
-use crate::simulate::{SimulateOptions, Tier};
 
 /// Readings in which there is nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -195,8 +196,7 @@ pub(super) fn simulated(
     seed: u64,
     scans: u64,
 ) -> Result<Simulation, CaseError> {
-    let simulation =
-        |scans| simulate(&Sensor::new(scene), &SimulateOptions::of(tier, seed, scans), None);
+    let simulation = |scans| Sensor::new(scene).simulate(tier.scans(scans).seeded(seed));
     match nothing() {
         None => Ok(simulation(scans)?),
         Some(nothing) => {

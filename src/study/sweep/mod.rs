@@ -1,6 +1,6 @@
 //! A scene simulated many times over, with other values of some keys each time.
 //!
-//! Every point is what [`simulate`](crate::simulate::repeat::simulate) gives of the scene with
+//! Every point is what [`simulate`](crate::simulate::simulate) gives of the scene with
 //! the point's settings and the sweep's seed, whatever came before it: neither order nor interruption nor threads
 //! change a number. Points are simulated side by side, and each is appended to one file of the
 //! folder as soon as it is finished, so that a sweep that was cut off goes on with those that
@@ -22,6 +22,7 @@ use rayon::ThreadPoolBuilder;
 pub use store::{Store, StoreError};
 pub use table::{contradicted, empty};
 
+use crate::cosim::engine::Engine;
 use crate::simulate::Tier;
 use crate::simulate::repeat::{Simulated, Simulation};
 use crate::simulate::scans::{Prepared, ScansError};
@@ -119,7 +120,7 @@ fn rows_csv(sweep: &Sweep, number: usize) -> Result<String, RunError> {
 /// A point as one of all, whose scans are held against what is expected of them together.
 fn simulation(sweep: &Sweep, point: &Point) -> Result<Simulation, ScansError> {
     let SweepOptions { fidelity, seed, repetitions, .. } = sweep.options;
-    let prepared = Prepared::new(&point.sensor, fidelity)?;
-    let simulated = Simulated::new(&point.sensor, fidelity)?.one_of(sweep.len());
-    simulated.simulate(&prepared, seed, repetitions, None)
+    let prepared = Prepared::new(&point.sensor, fidelity, Engine::Auto)?;
+    let simulated = Simulated::new(&point.sensor, fidelity.scans(repetitions).seeded(seed))?;
+    simulated.one_of(sweep.len()).simulate(&prepared, &mut |_| ())
 }
