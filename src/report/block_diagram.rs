@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::figure::{Figure, coordinate, label, shortened};
-use super::layers::{Layers, Place, layers};
+use super::layers::{Layers, Slot, layers};
 use crate::rtl::back::{Connections, End, Netlist};
 
 const WIDTH: f64 = 480.0;
@@ -197,7 +197,7 @@ impl Places {
         Places { centres, height: y - PITCH + BOX / 2.0 + MARGIN }
     }
 
-    fn centre(&self, layers: &Layers, layer: usize, place: Place) -> (f64, f64) {
+    fn centre(&self, layers: &Layers, layer: usize, place: Slot) -> (f64, f64) {
         let index = layers.rows[layer].iter().position(|&other| other == place);
         index.map_or((0.0, 0.0), |index| self.centres[layer][index])
     }
@@ -220,10 +220,10 @@ fn lines(widths: &[f64]) -> usize {
     (1..widths.len()).find(fits).unwrap_or(widths.len().max(1))
 }
 
-fn width(place: &Place, nodes: &[Node]) -> f64 {
+fn width(place: &Slot, nodes: &[Node]) -> f64 {
     match place {
-        Place::Passing(_) => 8.0,
-        Place::Node(node) => {
+        Slot::Passing(_) => 8.0,
+        Slot::Node(node) => {
             let lines = &nodes[*node].lines;
             let is_bold = |line: usize| line == 0 && lines.len() > 1;
             let widths = lines.iter().enumerate().map(|(number, line)| {
@@ -255,7 +255,7 @@ fn drawing(
         }
         @for (layer, row) in layers.rows.iter().enumerate() {
             @for place in row {
-                @if let Place::Node(node) = place {
+                @if let Slot::Node(node) = place {
                     (block(&nodes[*node], places.centre(layers, layer, *place), width(place, nodes)))
                 }
             }
@@ -281,7 +281,7 @@ fn block(node: &Node, (x, y): (f64, f64), width: f64) -> Markup {
 fn wire(layers: &Layers, places: &Places, number: usize, (from, to): (usize, usize)) -> String {
     let [first, last] = [from, to].map(|node| layers.layer_of[node]);
     let half = |layer: usize, node: usize| {
-        let (_, y) = places.centre(layers, layer, Place::Node(node));
+        let (_, y) = places.centre(layers, layer, Slot::Node(node));
         (y, BOX / 2.0)
     };
     let upward = last < first;
@@ -289,13 +289,13 @@ fn wire(layers: &Layers, places: &Places, number: usize, (from, to): (usize, usi
         true => (last + 1..first).rev().collect(),
         false => (first + 1..last).collect(),
     };
-    let (start_x, _) = places.centre(layers, first, Place::Node(from));
-    let (end_x, _) = places.centre(layers, last, Place::Node(to));
+    let (start_x, _) = places.centre(layers, first, Slot::Node(from));
+    let (end_x, _) = places.centre(layers, last, Slot::Node(to));
     let sign = if upward { -1.0 } else { 1.0 };
     let side = if upward { 14.0 } else { 0.0 };
     let mut stops = vec![(start_x + side, half(first, from).0 + sign * half(first, from).1)];
     for layer in between {
-        stops.push(places.centre(layers, layer, Place::Passing(number)));
+        stops.push(places.centre(layers, layer, Slot::Passing(number)));
     }
     stops.push((end_x + side, half(last, to).0 - sign * (half(last, to).1 + 1.0)));
     let mut path = format!("M{},{}", coordinate(stops[0].0), coordinate(stops[0].1));
@@ -371,8 +371,8 @@ mod tests {
             let boxes: Vec<(f64, f64, f64)> = all
                 .iter()
                 .map(|&node| {
-                    let (x, y) = places.centre(&layers, 0, Place::Node(node));
-                    (x, y, width(&Place::Node(node), &nodes) / 2.0)
+                    let (x, y) = places.centre(&layers, 0, Slot::Node(node));
+                    (x, y, width(&Slot::Node(node), &nodes) / 2.0)
                 })
                 .collect();
             for (index, &(x, y, half)) in boxes.iter().enumerate() {

@@ -8,7 +8,7 @@ const SWEEPS: usize = 8;
 
 /// A node in its layer: of the graph, or where an edge passes a layer on its way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum Slot {
     /// A node, by its number.
     Node(usize),
     /// An edge, by its number.
@@ -19,7 +19,7 @@ pub(super) enum Place {
 #[derive(Debug, Clone)]
 pub(super) struct Layers {
     /// The layers from first to last, each in order.
-    pub rows: Vec<Vec<Place>>,
+    pub rows: Vec<Vec<Slot>>,
     /// Layer of each node.
     pub layer_of: Vec<usize>,
 }
@@ -47,14 +47,14 @@ pub(super) fn layers(
     last.iter().for_each(|&node| layer_of[node] = deepest + 1);
 
     let depth = layer_of.iter().max().map_or(0, |deepest| deepest + 1);
-    let mut rows: Vec<Vec<Place>> = vec![Vec::new(); depth];
+    let mut rows: Vec<Vec<Slot>> = vec![Vec::new(); depth];
     for (node, &layer) in layer_of.iter().enumerate() {
-        rows[layer].push(Place::Node(node));
+        rows[layer].push(Slot::Node(node));
     }
     for (number, &(from, to)) in edges.iter().enumerate() {
         let (low, high) = ends(layer_of[from], layer_of[to]);
         for row in &mut rows[(low + 1).min(high)..high] {
-            row.push(Place::Passing(number));
+            row.push(Slot::Passing(number));
         }
     }
     let mut layers = Layers { rows, layer_of };
@@ -122,19 +122,19 @@ impl Layers {
         for layer in order {
             let shares = self.shares();
             let beside = if downward { layer - 1 } else { layer + 1 };
-            let mean = |place: &Place| {
+            let mean = |place: &Slot| {
                 let mut places = Vec::new();
                 for (number, &(from, to)) in edges.iter().enumerate() {
                     let at_edge = match *place {
-                        Place::Node(node) => from == node || to == node,
-                        Place::Passing(edge) => edge == number,
+                        Slot::Node(node) => from == node || to == node,
+                        Slot::Passing(edge) => edge == number,
                     };
                     if !at_edge {
                         continue;
                     }
-                    let passing = shares.get(&key(Place::Passing(number), beside));
+                    let passing = shares.get(&key(Slot::Passing(number), beside));
                     let ends = [from, to].into_iter().filter(|&end| self.layer_of[end] == beside);
-                    let ends = ends.filter_map(|end| shares.get(&key(Place::Node(end), beside)));
+                    let ends = ends.filter_map(|end| shares.get(&key(Slot::Node(end), beside)));
                     places.extend(passing.into_iter().chain(ends).copied());
                 }
                 match places.len() {
@@ -142,7 +142,7 @@ impl Layers {
                     number => places.iter().sum::<f64>() / number as f64,
                 }
             };
-            let mut keyed: Vec<(f64, Place)> =
+            let mut keyed: Vec<(f64, Slot)> =
                 self.rows[layer].iter().map(|place| (mean(place), *place)).collect();
             keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
             self.rows[layer] = keyed.into_iter().map(|(_, place)| place).collect();
@@ -151,10 +151,10 @@ impl Layers {
 }
 
 /// Passing edges are counted from the other end of all numbers.
-fn key(place: Place, layer: usize) -> (usize, usize) {
+fn key(place: Slot, layer: usize) -> (usize, usize) {
     match place {
-        Place::Node(node) => (layer, node),
-        Place::Passing(edge) => (layer, usize::MAX - edge),
+        Slot::Node(node) => (layer, node),
+        Slot::Passing(edge) => (layer, usize::MAX - edge),
     }
 }
 
@@ -169,7 +169,7 @@ mod tests {
         let layers = layers(4, &edges, &[0], &[3]);
         assert_eq!(layers.layer_of, [0, 1, 2, 3]);
         for row in &layers.rows[1..3] {
-            assert!(row.contains(&Place::Passing(3)), "{row:?}");
+            assert!(row.contains(&Slot::Passing(3)), "{row:?}");
         }
         assert_eq!(layers.rows[1].len(), 2);
     }

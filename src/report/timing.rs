@@ -86,7 +86,7 @@ pub fn waves(sensor: &Sensor, seed: u64) -> Result<Vec<Wave>, ReferenceError> {
 }
 
 /// One clock: its inputs, and the outputs before its edge.
-struct Row {
+struct ClockRecord {
     inputs: Vec<u64>,
     outputs: Vec<u64>,
 }
@@ -96,7 +96,7 @@ fn record(
     seed: u64,
     clocks: u64,
     wanted: impl Iterator<Item = Range<u64>>,
-) -> Result<Vec<Vec<Row>>, ReferenceError> {
+) -> Result<Vec<Vec<ClockRecord>>, ReferenceError> {
     let layout = Layout::of(sensor.interface());
     let detectors = DetectorIndex::of(&sensor.scene().detectors);
     let models: Vec<_> = detectors.map(|d| DetectorModel::new(sensor, d)).collect();
@@ -105,7 +105,7 @@ fn record(
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     let wanted: Vec<Range<u64>> = wanted.collect();
-    let mut found: Vec<Vec<Row>> = wanted.iter().map(|_| Vec::new()).collect();
+    let mut found: Vec<Vec<ClockRecord>> = wanted.iter().map(|_| Vec::new()).collect();
     // Nothing is known before the first edge; in reset all outputs are 0.
     let mut before = vec![0; layout.outputs.words];
     while maker.make(&mut block) {
@@ -114,7 +114,7 @@ fn record(
         for ((clock, inputs), outputs) in block.clocks.clone().zip(inputs).zip(outputs) {
             for (wanted, found) in wanted.iter().zip(&mut found) {
                 if wanted.contains(&clock) {
-                    found.push(Row { inputs: inputs.to_vec(), outputs: before.clone() });
+                    found.push(ClockRecord { inputs: inputs.to_vec(), outputs: before.clone() });
                 }
             }
             before.copy_from_slice(outputs);
@@ -123,7 +123,7 @@ fn record(
     Ok(found)
 }
 
-fn wave(sensor: &Sensor, title: &str, first: u64, rows: &[Row]) -> Wave {
+fn wave(sensor: &Sensor, title: &str, first: u64, rows: &[ClockRecord]) -> Wave {
     let layout = Layout::of(sensor.interface());
     let mut signal = vec![Signal {
         name: Layout::CLOCK.to_owned(),

@@ -2,7 +2,8 @@
 
 pub(super) use super::keys::{
     Absent::{Needed, Or, Otherwise},
-    BOOLEAN, Form, Key, Kind, Table, choice, integer, names, number, quantity, ratio, table, words,
+    BOOLEAN, Form, Key, KeyTable, Kind, choice, integer, names, number, quantity, ratio, table,
+    words,
 };
 pub(super) use super::reader::Section;
 pub(super) use super::units::Quantity::{self, *};
@@ -62,7 +63,7 @@ macro_rules! tables {
         }
         $($rest:tt)*
     ) => {
-        pub(in crate::scene) static $name: Table = Table::new(
+        pub(in crate::scene) static $name: KeyTable = KeyTable::new(
             $path,
             &[$(Key {
                 name: stringify!($key),

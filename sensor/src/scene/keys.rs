@@ -100,21 +100,21 @@ pub(super) enum Form {
 }
 
 /// The keys of a table.
-pub(super) struct Table {
+pub(super) struct KeyTable {
     /// Keys from the root to here, as error messages show them.
     pub path: &'static str,
     keys: &'static [Key],
     /// Tables whose keys it has too.
-    shared: &'static [&'static Table],
+    shared: &'static [&'static KeyTable],
 }
 
-impl Table {
+impl KeyTable {
     pub const fn new(
         path: &'static str,
         keys: &'static [Key],
-        shared: &'static [&'static Table],
-    ) -> Table {
-        Table { path, keys, shared }
+        shared: &'static [&'static KeyTable],
+    ) -> KeyTable {
+        KeyTable { path, keys, shared }
     }
 
     /// All of its keys, shared ones last.

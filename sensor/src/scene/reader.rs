@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::error::Diagnostics;
-use super::keys::{Absent, Key, Kind, Table};
+use super::keys::{Absent, Key, KeyTable, Kind};
 use super::units::{self, Quantity};
 use super::wording::{alternatives, nearest, quoted};
 
@@ -20,7 +20,7 @@ pub(super) type Value<'r, 't> = &'r Spanned<DeValue<'t>>;
 pub(super) struct Section<'r, 't> {
     diagnostics: &'r Diagnostics<'t>,
     /// Every table of a scene.
-    tables: &'static [&'static Table],
+    tables: &'static [&'static KeyTable],
     /// `None` for one that is left out: every key of it is, too.
     table: Option<&'r DeTable<'t>>,
     span: Range<usize>,
@@ -33,7 +33,7 @@ pub(super) struct Section<'r, 't> {
 impl<'r, 't> Section<'r, 't> {
     pub(super) fn new(
         diagnostics: &'r Diagnostics<'t>,
-        tables: &'static [&'static Table],
+        tables: &'static [&'static KeyTable],
         table: &'r DeTable<'t>,
         span: Range<usize>,
         path: String,

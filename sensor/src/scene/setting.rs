@@ -20,7 +20,7 @@ use super::wording::{alternatives, quoted};
 #[serde(into = "String", try_from = "String")]
 #[schemars(with = "String")]
 pub struct Setting {
-    places: Vec<Place>,
+    parts: Vec<KeyPart>,
     /// The value, as TOML.
     value: String,
     /// Where it comes from, for error messages.
@@ -29,7 +29,7 @@ pub struct Setting {
 
 /// One step of the way to a key.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Place {
+enum KeyPart {
     Key(String),
     Index(usize),
     Name(String),
@@ -84,7 +84,7 @@ impl Setting {
     /// If the key is none.
     pub fn of(key: &str, value: &str, option: &str) -> Result<Setting, String> {
         Ok(Setting {
-            places: places(key)?,
+            parts: parts(key)?,
             value: as_toml(value),
             origin: format!("{option} {key}={value}"),
         })
@@ -114,15 +114,15 @@ impl Setting {
         root: &mut DeTable<'t>,
         value: Spanned<DeValue<'t>>,
     ) -> Result<(), String> {
-        into_table(root, &self.places, value, "")
+        into_table(root, &self.parts, value, "")
     }
 }
 
-/// The places of a key: `a`, `a[0].b`, `a[name].b`.
-fn places(key: &str) -> Result<Vec<Place>, String> {
+/// The parts of a key: `a`, `a[0].b`, `a[name].b`.
+fn parts(key: &str) -> Result<Vec<KeyPart>, String> {
     let too_long =
         || format!("a key of more than {MOST_KEY_PARTS} parts is none of a scene; {EXAMPLE}");
-    let mut places = Vec::new();
+    let mut parts = Vec::new();
     let mut rest = key;
     loop {
         let end = rest.find(['.', '[']).unwrap_or(rest.len());
@@ -131,28 +131,28 @@ fn places(key: &str) -> Result<Vec<Place>, String> {
         if name.is_empty() || !name.chars().all(is_bare) {
             return Err(format!("\"{key}\" is not a key; {EXAMPLE}"));
         }
-        if places.len() >= MOST_KEY_PARTS {
+        if parts.len() >= MOST_KEY_PARTS {
             return Err(too_long());
         }
-        places.push(Place::Key(name.to_owned()));
+        parts.push(KeyPart::Key(name.to_owned()));
         rest = after;
         while let Some(inside) = rest.strip_prefix('[') {
             let Some((which, after)) = inside.split_once(']') else {
                 return Err(format!("\"{key}\" has no closing bracket; {EXAMPLE}"));
             };
-            if places.len() >= MOST_KEY_PARTS {
+            if parts.len() >= MOST_KEY_PARTS {
                 return Err(too_long());
             }
             let which = which.trim().trim_matches('"');
-            places.push(match which.parse() {
-                Ok(index) => Place::Index(index),
-                Err(_) => Place::Name(which.to_owned()),
+            parts.push(match which.parse() {
+                Ok(index) => KeyPart::Index(index),
+                Err(_) => KeyPart::Name(which.to_owned()),
             });
             rest = after;
         }
         match rest.strip_prefix('.') {
             Some(after) => rest = after,
-            None if rest.is_empty() => return Ok(places),
+            None if rest.is_empty() => return Ok(parts),
             None => return Err(format!("\"{key}\" is not a key; {EXAMPLE}")),
         }
     }
@@ -174,11 +174,11 @@ fn key<'t>(name: &str, span: Range<usize>) -> Spanned<Cow<'t, str>> {
 
 fn into_table<'t>(
     table: &mut DeTable<'t>,
-    places: &[Place],
+    parts: &[KeyPart],
     value: Spanned<DeValue<'t>>,
     path: &str,
 ) -> Result<(), String> {
-    let Some((Place::Key(name), rest)) = places.split_first() else {
+    let Some((KeyPart::Key(name), rest)) = parts.split_first() else {
         return Err(EXAMPLE.to_owned());
     };
     let path = match path {
@@ -204,14 +204,14 @@ fn into_table<'t>(
 
 fn into_value<'t>(
     found: &mut DeValue<'t>,
-    places: &[Place],
+    parts: &[KeyPart],
     value: Spanned<DeValue<'t>>,
     path: &str,
 ) -> Result<(), String> {
-    match (found, places) {
-        (DeValue::Table(table), [Place::Key(_), ..]) => into_table(table, places, value, path),
-        (DeValue::Array(array), [Place::Key(_), ..]) => match array.len() {
-            1 => into_value((**array)[0].get_mut(), places, value, path),
+    match (found, parts) {
+        (DeValue::Table(table), [KeyPart::Key(_), ..]) => into_table(table, parts, value, path),
+        (DeValue::Array(array), [KeyPart::Key(_), ..]) => match array.len() {
+            1 => into_value((**array)[0].get_mut(), parts, value, path),
             count => Err(format!(
                 "the scene has {count} [[{path}]]; write which one is meant, {path}[0] to \
                  {path}[{}]{}",
@@ -246,21 +246,21 @@ fn by_name(array: &[Spanned<DeValue>], path: &str) -> String {
     }
 }
 
-fn index_of(array: &[Spanned<DeValue>], which: &Place, path: &str) -> Result<usize, String> {
+fn index_of(array: &[Spanned<DeValue>], which: &KeyPart, path: &str) -> Result<usize, String> {
     let found = match which {
-        Place::Index(index) => Some(*index).filter(|&index| index < array.len()),
-        Place::Name(wanted) => array.iter().position(|value| {
+        KeyPart::Index(index) => Some(*index).filter(|&index| index < array.len()),
+        KeyPart::Name(wanted) => array.iter().position(|value| {
             let table = value.get_ref().as_table();
             let name = table.and_then(|table| table.get("name")?.get_ref().as_str());
             name == Some(wanted)
         }),
-        Place::Key(_) => None,
+        KeyPart::Key(_) => None,
     };
     found.ok_or_else(|| match (which, names(array).as_slice()) {
-        (Place::Name(wanted), []) => {
+        (KeyPart::Name(wanted), []) => {
             format!("`{path}` has no names; write its number, {path}[0], not \"{wanted}\"")
         }
-        (Place::Name(wanted), names) => {
+        (KeyPart::Name(wanted), names) => {
             format!("no `{path}` is named \"{wanted}\"; there is {}", alternatives(&quoted(names)))
         }
         (_, _) => format!(

@@ -1,7 +1,7 @@
 //! Which tier is worth its time, and whether that can be told at all.
 
 use super::points::{RESOLUTION, Run, cost, needed_scans, worst};
-use super::{Recommendation, Reference, Refusal, TierPoint, Verdict};
+use super::{Agreement, Recommendation, Reference, Refusal, TierPoint};
 use crate::math::NORMAL_95;
 
 /// Share of the whole budget that the reference gets.
@@ -64,7 +64,7 @@ pub fn recommend(tiers: &[TierPoint], target_error: f64) -> Option<Recommendatio
     tiers
         .iter()
         .filter(largest)
-        .filter(|tier| tier.verdict == Verdict::Holds)
+        .filter(|tier| tier.verdict == Agreement::Holds)
         .map(|tier| (tier, time_of(tiers, tier, target_error)))
         .min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))
         .map(|(tier, (repetitions, run_time_s))| Recommendation {
@@ -112,7 +112,7 @@ impl TierPoint {
 mod tests {
     use super::*;
 
-    fn point(name: &str, scans: Option<u64>, run_time_s: f64, verdict: Verdict) -> TierPoint {
+    fn point(name: &str, scans: Option<u64>, run_time_s: f64, verdict: Agreement) -> TierPoint {
         TierPoint {
             fidelity: name.to_owned(),
             repetitions: scans,
@@ -136,7 +136,7 @@ mod tests {
     fn a_point_that_another_beats_in_time_and_error_is_not_on_the_front() {
         let of = |name, run_time_s, error: f64| TierPoint {
             std_relative_error_ci95: [-error, error],
-            ..point(name, Some(10), run_time_s, Verdict::Holds)
+            ..point(name, Some(10), run_time_s, Agreement::Holds)
         };
         let mut tiers = [of("a", 1.0, 0.4), of("b", 2.0, 0.5), of("c", 3.0, 0.1)];
         mark_pareto(&mut tiers);
@@ -146,10 +146,10 @@ mod tests {
     #[test]
     fn the_cheapest_tier_that_holds_is_recommended_with_the_scans_it_needs() {
         let tiers = [
-            point("expected", None, 0.01, Verdict::Differs),
-            point("counts", Some(1_000), 0.1, Verdict::Unresolved),
-            point("events", Some(1_000), 1.0, Verdict::Holds),
-            point("rtl", Some(100), 5.0, Verdict::Holds),
+            point("expected", None, 0.01, Agreement::Differs),
+            point("counts", Some(1_000), 0.1, Agreement::Unresolved),
+            point("events", Some(1_000), 1.0, Agreement::Holds),
+            point("rtl", Some(100), 5.0, Agreement::Holds),
         ];
         let best = recommend(&tiers, 0.05).expect("one holds");
         assert_eq!(best.fidelity, "events");
@@ -164,9 +164,9 @@ mod tests {
     fn what_a_tier_sets_up_counts_however_few_the_scans() {
         // 20 ms and 1 us a scan, against 16 ms in all.
         let tiers = [
-            point("expected", None, 0.016, Verdict::Holds),
-            point("counts", Some(1_000), 0.021, Verdict::Holds),
-            point("counts", Some(100_000), 0.120, Verdict::Holds),
+            point("expected", None, 0.016, Agreement::Holds),
+            point("counts", Some(1_000), 0.021, Agreement::Holds),
+            point("counts", Some(100_000), 0.120, Agreement::Holds),
         ];
         let best = recommend(&tiers, 0.05).expect("both hold");
         assert_eq!(best.fidelity, "expected");

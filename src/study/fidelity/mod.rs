@@ -118,7 +118,7 @@ pub struct TierPoint {
     /// Its 95 % confidence interval.
     pub missed_fraction_error_ci95: Option<[f64; 2]>,
     /// Whether all three errors are within the target.
-    pub verdict: Verdict,
+    pub verdict: Agreement,
     /// No other point is both faster and surer of the standard deviation.
     pub pareto: bool,
 }
@@ -127,7 +127,7 @@ pub struct TierPoint {
 /// deviations) and share of missed peaks (of all scans) are within the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum Agreement {
     /// The 95 % intervals of all three are within it.
     Holds,
     /// That of one is outside.
@@ -136,12 +136,12 @@ pub enum Verdict {
     Unresolved,
 }
 
-impl std::fmt::Display for Verdict {
+impl std::fmt::Display for Agreement {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Verdict::Holds => "holds",
-            Verdict::Differs => "differs",
-            Verdict::Unresolved => "unresolved",
+            Agreement::Holds => "holds",
+            Agreement::Differs => "differs",
+            Agreement::Unresolved => "unresolved",
         })
     }
 }

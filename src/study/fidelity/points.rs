@@ -4,7 +4,7 @@ use crate::math::NORMAL_95;
 use crate::scene::PathIndex;
 use std::time::{Duration, Instant};
 
-use super::{FidelityError, Reference, TierPoint, Verdict};
+use super::{Agreement, FidelityError, Reference, TierPoint};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::path_statistics::PathStatistics;
@@ -179,12 +179,12 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
         bias_error_in_std_ci95: interval(bias_error, of_bias),
         missed_fraction_error: s.missed_fraction.map(|m| m - reference.missed_fraction),
         missed_fraction_error_ci95: missed_ci,
-        verdict: Verdict::Unresolved,
+        verdict: Agreement::Unresolved,
         pareto: false,
     };
     point.verdict = match run.tier {
         // It is the reference.
-        Tier::Sampled => Verdict::Holds,
+        Tier::Sampled => Agreement::Holds,
         _ => point.judge(target_error),
     };
     Some(point)
@@ -192,17 +192,17 @@ pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<Tier
 
 impl TierPoint {
     /// Whether all three errors are seen to be within the target.
-    fn judge(&self, target_error: f64) -> Verdict {
+    fn judge(&self, target_error: f64) -> Agreement {
         let Some(missed_ci) = self.missed_fraction_error_ci95 else {
-            return Verdict::Unresolved;
+            return Agreement::Unresolved;
         };
         let intervals = [self.std_relative_error_ci95, self.bias_error_in_std_ci95, missed_ci];
         if intervals.iter().all(|&ci| worst(ci) <= target_error) {
-            Verdict::Holds
+            Agreement::Holds
         } else if intervals.iter().any(|&ci| least(ci) > target_error) {
-            Verdict::Differs
+            Agreement::Differs
         } else {
-            Verdict::Unresolved
+            Agreement::Unresolved
         }
     }
 }

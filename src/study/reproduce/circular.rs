@@ -30,7 +30,7 @@ const SCANS: u64 = 20;
 const LIMIT_MM: f64 = 0.05;
 
 /// An error at a delay, in phase steps beyond a whole one.
-struct Row {
+struct ErrorAt {
     series: String,
     delay: f64,
     error: [Option<f64>; 3],
@@ -78,11 +78,11 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
 }
 
 /// The phase estimator's errors with 2^zeta phase steps of a chip.
-fn phase_errors(code: &Arc<Code>, zeta: u32, rows: &mut Vec<Row>) -> Result<(), RunError> {
+fn phase_errors(code: &Arc<Code>, zeta: u32, rows: &mut Vec<ErrorAt>) -> Result<(), RunError> {
     for sixtieth in 0..=60 {
         let delay = f64::from(sixtieth) / 60.0;
         let error = phase_error_m(code, 1 << zeta, delay)?.spread();
-        rows.push(Row { series: format!("phase ζ = {zeta}"), delay, error });
+        rows.push(ErrorAt { series: format!("phase ζ = {zeta}"), delay, error });
     }
     Ok(())
 }
@@ -92,7 +92,7 @@ fn model_errors(
     run: &mut Run,
     code: &Arc<Code>,
     zeta: u32,
-    rows: &mut Vec<Row>,
+    rows: &mut Vec<ErrorAt>,
 ) -> Result<(), RunError> {
     for sixth in 0..=6 {
         // Side by side in the drawing.
@@ -100,7 +100,7 @@ fn model_errors(
         let mut scene = ideal_scene(code, 1 << zeta, delay, PERIODS_WITH_NOISE);
         scene.estimator = EstimatorKind::Model;
         let error = run.fitted_bias_in_continuous_time_m(&scene, SCANS)?.spread();
-        rows.push(Row { series: format!("model ζ = {zeta}"), delay, error });
+        rows.push(ErrorAt { series: format!("model ζ = {zeta}"), delay, error });
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use super::sensor::{
     sensor, window,
 };
 use super::statistics::Measured;
-use super::verdict::Verdict;
+use super::verdict::ClaimVerdict;
 use crate::report::chart::{Axis, Mark, Panel};
 use crate::report::table::Table;
 use crate::scene::Scene;
@@ -188,7 +188,7 @@ fn resolution(dips: &[(usize, Measured)]) -> Option<Claim> {
          but the window of 2 T_c of each holds the other's flank: the phase estimator's distances \
          of paths closer than 2 T_c are biased"
     );
-    let verdict = Verdict::at_least(resolved, 0.99);
+    let verdict = ClaimVerdict::at_least(resolved, 0.99);
     Some(Claim::measured(claim, resolved, "of the scans", verdict, remark))
 }
 
@@ -217,10 +217,10 @@ mod tests {
     fn the_verdict_is_that_of_one_and_a_half_chips() {
         let claim = |found: u64| resolution(&[(8, rate(200, 500)), (12, rate(found, 500))]);
         let verdict = |found| claim(found).map(|claim| claim.verdict);
-        assert_eq!(verdict(500), Some(Verdict::Holds));
+        assert_eq!(verdict(500), Some(ClaimVerdict::Holds));
         // 496 of 500 are 99.2 %, and as well as anything from 97.9 to 99.8 %.
-        assert_eq!(verdict(496), Some(Verdict::Undecided));
-        assert_eq!(verdict(480), Some(Verdict::DoesNotHold));
+        assert_eq!(verdict(496), Some(ClaimVerdict::Undecided));
+        assert_eq!(verdict(480), Some(ClaimVerdict::DoesNotHold));
         assert!(resolution(&[(8, rate(500, 500))]).is_none());
     }
 }

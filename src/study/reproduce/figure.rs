@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::statistics::Measured;
-use super::verdict::Verdict;
+use super::verdict::ClaimVerdict;
 use crate::exact;
 use crate::report::chart::{Chart, Panel};
 use crate::report::table::Table;
@@ -132,7 +132,7 @@ pub struct Claim {
     pub measured_ci95: Option<[f64; 2]>,
     /// Whether the criterion is met; `holds` and `verdict` in JSON.
     #[serde(flatten)]
-    pub verdict: Verdict,
+    pub verdict: ClaimVerdict,
     /// In which range, and at what price.
     pub remark: String,
 }
@@ -143,7 +143,7 @@ impl Claim {
         [id, article, criterion]: [&'static str; 3],
         measured: Measured,
         unit: &'static str,
-        verdict: Verdict,
+        verdict: ClaimVerdict,
         remark: String,
     ) -> Claim {
         let measured_ci95 = Some(measured.interval());
@@ -156,7 +156,7 @@ impl Claim {
         [id, article, criterion]: [&'static str; 3],
         measured: f64,
         unit: &'static str,
-        verdict: Verdict,
+        verdict: ClaimVerdict,
         remark: String,
     ) -> Claim {
         Claim {

@@ -67,7 +67,7 @@ impl MadeFigure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::reproduce::Verdict;
+    use crate::study::reproduce::ClaimVerdict;
 
     #[test]
     fn a_figure_comes_back_with_every_bit() {
@@ -78,7 +78,7 @@ mod tests {
             measured: 0.1 + 0.2,
             unit: "mm".into(),
             measured_ci95: Some([f64::NEG_INFINITY, 5e-324]),
-            verdict: Verdict::Undecided,
+            verdict: ClaimVerdict::Undecided,
             remark: "r".to_owned(),
         };
         let figure = MadeFigure {

@@ -40,7 +40,7 @@ pub use self::figure::{Claim, FigureId};
 pub use self::made::MadeFigure;
 use self::run::Run;
 pub use self::run::RunError;
-pub use self::verdict::Verdict;
+pub use self::verdict::ClaimVerdict;
 use crate::document::Body;
 use crate::files::{FileError, OutputFolder};
 
@@ -192,7 +192,7 @@ fn make(id: FigureId, options: &ReproduceOptions) -> Result<Figure, RunError> {
 impl Reproduction {
     /// Whether every claim that was measured holds.
     pub fn holds(&self) -> bool {
-        let holds = |claim: &Claim| claim.verdict == Verdict::Holds;
+        let holds = |claim: &Claim| claim.verdict == ClaimVerdict::Holds;
         self.claims.iter().all(holds)
     }
 

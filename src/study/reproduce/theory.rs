@@ -6,7 +6,7 @@ use super::sensor::{
     CHIP_PERIOD_PS, Light, POWER_PW, balanced_gold, balanced_index, gold, sensor, square,
 };
 use super::statistics::Measured;
-use super::verdict::Verdict;
+use super::verdict::ClaimVerdict;
 use crate::code::{Code, CodeError, bound, correlate};
 use crate::estimate::distance_m;
 use crate::report::chart::{Axis, Mark, Panel};
@@ -89,7 +89,7 @@ fn unambiguous_range(run: &mut Run) -> Result<Claim, RunError> {
         found.low * 100.0,
         found.high * 100.0,
     );
-    Ok(Claim::exact(claim, range_m(&code), "m", Verdict::exact(is_met), remark))
+    Ok(Claim::exact(claim, range_m(&code), "m", ClaimVerdict::exact(is_met), remark))
 }
 
 /// C8: every code's autocorrelation, and the figures' code against every other.
@@ -124,7 +124,7 @@ fn side_lobes() -> Result<Claim, CodeError> {
          partial correlation, and interleaving adds the near peaks of eq. 24",
         100.0 * largest as f64 / first.len() as f64
     );
-    let verdict = Verdict::exact(outside == 0);
+    let verdict = ClaimVerdict::exact(outside == 0);
     Ok(Claim::exact(claim, outside as f64, "other values", verdict, remark))
 }
 

@@ -10,7 +10,7 @@ use super::statistics::Measured;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(into = "VerdictFields", try_from = "VerdictFields")]
 #[schemars(with = "VerdictFields")]
-pub enum Verdict {
+pub enum ClaimVerdict {
     /// The whole interval meets it.
     Holds,
     /// The whole interval misses it.
@@ -19,49 +19,51 @@ pub enum Verdict {
     Undecided,
 }
 
-impl Verdict {
+impl ClaimVerdict {
     /// Of what is exact.
-    pub fn exact(met: bool) -> Verdict {
-        if met { Verdict::Holds } else { Verdict::DoesNotHold }
+    pub fn exact(met: bool) -> ClaimVerdict {
+        if met { ClaimVerdict::Holds } else { ClaimVerdict::DoesNotHold }
     }
 
     /// That a value is below a limit.
-    pub fn below(measured: Measured, limit: f64) -> Verdict {
-        Verdict::between(measured, f64::NEG_INFINITY, limit)
+    pub fn below(measured: Measured, limit: f64) -> ClaimVerdict {
+        ClaimVerdict::between(measured, f64::NEG_INFINITY, limit)
     }
 
     /// That a value is at least a limit.
-    pub fn at_least(measured: Measured, limit: f64) -> Verdict {
-        Verdict::between(measured, limit, f64::INFINITY)
+    pub fn at_least(measured: Measured, limit: f64) -> ClaimVerdict {
+        ClaimVerdict::between(measured, limit, f64::INFINITY)
     }
 
     /// That a value is in a range.
-    pub fn between(measured: Measured, least: f64, most: f64) -> Verdict {
+    pub fn between(measured: Measured, least: f64, most: f64) -> ClaimVerdict {
         let inside = |end: f64| (least..=most).contains(&end);
         if inside(measured.low) && inside(measured.high) {
-            Verdict::Holds
+            ClaimVerdict::Holds
         } else if measured.low > most || measured.high < least {
-            Verdict::DoesNotHold
+            ClaimVerdict::DoesNotHold
         } else {
-            Verdict::Undecided
+            ClaimVerdict::Undecided
         }
     }
 
     /// That two criteria are met, of which each has its verdict.
-    pub fn and(self, other: Verdict) -> Verdict {
+    pub fn and(self, other: ClaimVerdict) -> ClaimVerdict {
         match (self, other) {
-            (Verdict::DoesNotHold, _) | (_, Verdict::DoesNotHold) => Verdict::DoesNotHold,
-            (Verdict::Undecided, _) | (_, Verdict::Undecided) => Verdict::Undecided,
-            (Verdict::Holds, Verdict::Holds) => Verdict::Holds,
+            (ClaimVerdict::DoesNotHold, _) | (_, ClaimVerdict::DoesNotHold) => {
+                ClaimVerdict::DoesNotHold
+            }
+            (ClaimVerdict::Undecided, _) | (_, ClaimVerdict::Undecided) => ClaimVerdict::Undecided,
+            (ClaimVerdict::Holds, ClaimVerdict::Holds) => ClaimVerdict::Holds,
         }
     }
 
     /// In words, for people.
     pub fn text(self) -> &'static str {
         match self {
-            Verdict::Holds => "holds",
-            Verdict::DoesNotHold => "DOES NOT HOLD",
-            Verdict::Undecided => "UNDECIDED",
+            ClaimVerdict::Holds => "holds",
+            ClaimVerdict::DoesNotHold => "DOES NOT HOLD",
+            ClaimVerdict::Undecided => "UNDECIDED",
         }
     }
 }
@@ -75,25 +77,25 @@ struct VerdictFields {
     verdict: Cow<'static, str>,
 }
 
-impl From<Verdict> for VerdictFields {
-    fn from(verdict: Verdict) -> VerdictFields {
+impl From<ClaimVerdict> for VerdictFields {
+    fn from(verdict: ClaimVerdict) -> VerdictFields {
         let name = match verdict {
-            Verdict::Holds => "holds",
-            Verdict::DoesNotHold => "does_not_hold",
-            Verdict::Undecided => "undecided",
+            ClaimVerdict::Holds => "holds",
+            ClaimVerdict::DoesNotHold => "does_not_hold",
+            ClaimVerdict::Undecided => "undecided",
         };
-        VerdictFields { holds: verdict == Verdict::Holds, verdict: name.into() }
+        VerdictFields { holds: verdict == ClaimVerdict::Holds, verdict: name.into() }
     }
 }
 
-impl TryFrom<VerdictFields> for Verdict {
+impl TryFrom<VerdictFields> for ClaimVerdict {
     type Error = String;
 
-    fn try_from(fields: VerdictFields) -> Result<Verdict, String> {
+    fn try_from(fields: VerdictFields) -> Result<ClaimVerdict, String> {
         match &*fields.verdict {
-            "holds" => Ok(Verdict::Holds),
-            "does_not_hold" => Ok(Verdict::DoesNotHold),
-            "undecided" => Ok(Verdict::Undecided),
+            "holds" => Ok(ClaimVerdict::Holds),
+            "does_not_hold" => Ok(ClaimVerdict::DoesNotHold),
+            "undecided" => Ok(ClaimVerdict::Undecided),
             other => Err(format!("there is no verdict \"{other}\"")),
         }
     }
@@ -109,20 +111,20 @@ mod tests {
 
     #[test]
     fn an_interval_across_a_limit_decides_nothing() {
-        assert_eq!(Verdict::below(measured(1.2, 1.4), 1.5), Verdict::Holds);
-        assert_eq!(Verdict::below(measured(1.4, 1.6), 1.5), Verdict::Undecided);
-        assert_eq!(Verdict::below(measured(1.6, 1.7), 1.5), Verdict::DoesNotHold);
-        assert_eq!(Verdict::at_least(measured(0.98, 1.0), 0.99), Verdict::Undecided);
-        let range = |low, high| Verdict::between(measured(low, high), 2.9, 3.5);
-        assert_eq!(range(3.0, 3.1), Verdict::Holds);
-        assert_eq!(range(2.8, 3.1), Verdict::Undecided);
-        assert_eq!(range(2.8, 3.6), Verdict::Undecided);
-        assert_eq!(range(2.7, 2.8), Verdict::DoesNotHold);
+        assert_eq!(ClaimVerdict::below(measured(1.2, 1.4), 1.5), ClaimVerdict::Holds);
+        assert_eq!(ClaimVerdict::below(measured(1.4, 1.6), 1.5), ClaimVerdict::Undecided);
+        assert_eq!(ClaimVerdict::below(measured(1.6, 1.7), 1.5), ClaimVerdict::DoesNotHold);
+        assert_eq!(ClaimVerdict::at_least(measured(0.98, 1.0), 0.99), ClaimVerdict::Undecided);
+        let range = |low, high| ClaimVerdict::between(measured(low, high), 2.9, 3.5);
+        assert_eq!(range(3.0, 3.1), ClaimVerdict::Holds);
+        assert_eq!(range(2.8, 3.1), ClaimVerdict::Undecided);
+        assert_eq!(range(2.8, 3.6), ClaimVerdict::Undecided);
+        assert_eq!(range(2.7, 2.8), ClaimVerdict::DoesNotHold);
     }
 
     #[test]
     fn of_two_criteria_the_worse_verdict_stays() {
-        let all = [Verdict::Holds, Verdict::Undecided, Verdict::DoesNotHold];
+        let all = [ClaimVerdict::Holds, ClaimVerdict::Undecided, ClaimVerdict::DoesNotHold];
         for (i, a) in all.into_iter().enumerate() {
             for (j, b) in all.into_iter().enumerate() {
                 assert_eq!(a.and(b), all[i.max(j)]);

@@ -24,14 +24,14 @@ use super::budget::{BACKGROUND, LINK};
 use super::detector::{AFTERPULSING, COUNTER, DETECTOR, JITTER_TAIL};
 use super::estimator::ESTIMATE;
 use super::hardware::HARDWARE;
-use super::keys::Table;
+use super::keys::KeyTable;
 use super::movement::FLUCTUATION;
 use super::scan::{SCAN, STEPS};
 use super::source::{CODE, PATH, SOURCE};
 use super::whole::CLOCK;
 
 /// Every table of a scene.
-pub(super) const TABLES: [&Table; 15] = [
+pub(super) const TABLES: [&KeyTable; 15] = [
     &CLOCK,
     &SOURCE,
     &CODE,

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::TABLES;
-use crate::scene::keys::{Absent, Form, Key, Kind, Table};
+use crate::scene::keys::{Absent, Form, Key, KeyTable, Kind};
 use crate::scene::units::{self, Quantity};
 
 /// Tables at the root, whether there may be several, and whether one must be there.
@@ -50,12 +50,12 @@ pub fn schema() -> String {
 ///
 /// # Panics
 /// If there is none, which a test of the schema would have shown.
-fn table(path: &str) -> &'static Table {
+fn table(path: &str) -> &'static KeyTable {
     let found = TABLES.iter().find(|table| table.path == path);
     found.unwrap_or_else(|| unreachable!("there is no table of keys \"{path}\""))
 }
 
-fn of_table(table: &Table) -> Value {
+fn of_table(table: &KeyTable) -> Value {
     let properties: Map<String, Value> =
         table.keys().map(|key| (key.name.to_owned(), of_key(key))).collect();
     let needed: Vec<&str> = table

@@ -5,7 +5,7 @@ use crate::scene::{SceneErrors, parse};
 
 /// Keys that a table must have, with their examples, or with values that suit the others' bounds,
 /// for one that has key `name`.
-fn needed(table: &Table, name: &str) -> Vec<(&'static str, String)> {
+fn needed(table: &KeyTable, name: &str) -> Vec<(&'static str, String)> {
     let must_be = |key: &&Key| matches!(key.absent, Absent::Needed);
     let examples = table.keys().filter(must_be).filter(|key| key.name != "code");
     let mut keys: Vec<_> = examples.map(|key| (key.name, key.example_toml())).collect();
@@ -34,7 +34,7 @@ fn needed(table: &Table, name: &str) -> Vec<(&'static str, String)> {
 }
 
 /// A table's keys in a scene that gives key `name` of table `changed` a value.
-fn written(table: &Table, changed: &str, name: &'static str, value: &str) -> String {
+fn written(table: &KeyTable, changed: &str, name: &'static str, value: &str) -> String {
     let mut keys = needed(table, name);
     if table.path == changed {
         match (table.path, name) {
@@ -56,8 +56,8 @@ fn written(table: &Table, changed: &str, name: &'static str, value: &str) -> Str
 /// right value, if it must have one.
 fn scene_with(changed: &str, name: &'static str, value: &str) -> String {
     let mut text = String::new();
-    let written = |table: &Table| written(table, changed, name, value);
-    let lines = |table: &Table| written(table).replace(", ", "\n") + "\n";
+    let written = |table: &KeyTable| written(table, changed, name, value);
+    let lines = |table: &KeyTable| written(table).replace(", ", "\n") + "\n";
     for (header, table, nested) in [
         ("[clock]", &CLOCK, &[][..]),
         ("[[source]]", &SOURCE, &[("code", &CODE)][..]),
@@ -272,7 +272,7 @@ fn every_default_that_is_a_value_can_be_read() {
 /// What the bounds promise of the arithmetic, from the bounds themselves.
 #[test]
 fn doubles_and_64_bits_hold_what_the_bounds_allow() {
-    let most = |table: &Table, name: &str| table.key(name).bounds()[1];
+    let most = |table: &KeyTable, name: &str| table.key(name).bounds()[1];
     let shortest_chip_ps = CLOCK.key("chip_period").bounds()[0];
     let delay_ps = most(&PATH, "delay");
     // 2 fs between neighbouring doubles.

@@ -13,7 +13,7 @@ use crate::study::reproduce::figure::{Claim, Figure};
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{Light, balanced_gold, sensor, square};
 use crate::study::reproduce::statistics::{Measured, mean};
-use crate::study::reproduce::verdict::Verdict;
+use crate::study::reproduce::verdict::ClaimVerdict;
 
 const INTEGRATION_S: f64 = 104.8e-6;
 /// To where the Gold code scatters by a few millimetres.
@@ -118,7 +118,7 @@ fn degradation(losses: &[(f64, Measured)], range_pw: f64, reasons: &str) -> Opti
     };
     let verdict = |loss| {
         let [least, most] = [CLAIMED_DB - TOLERANCE_DB, CLAIMED_DB + TOLERANCE_DB];
-        Verdict::between(loss, least, most)
+        ClaimVerdict::between(loss, least, most)
     };
     let loss = up_to(range_pw)?;
     let by_power = losses
@@ -169,7 +169,7 @@ mod tests {
             ]
         };
         let claim = degradation(&losses(3.24, 3.24), 4.0, "").expect("powers are compared");
-        assert_eq!(claim.verdict, Verdict::Holds);
+        assert_eq!(claim.verdict, ClaimVerdict::Holds);
         assert!((claim.measured - 3.24).abs() < 1e-12);
         // Two independent errors of 0.05 dB average to 0.05 / sqrt(2).
         let [low, high] = claim.measured_ci95.expect("it is measured");
@@ -180,9 +180,9 @@ mod tests {
             claim.verdict
         };
         let falling = losses(3.24, 2.0);
-        assert_eq!(verdict(&falling, 4.0), Verdict::Holds);
-        assert_eq!(verdict(&falling, 128.0), Verdict::DoesNotHold);
-        assert_eq!(verdict(&losses(2.94, 2.94), 4.0), Verdict::Undecided);
+        assert_eq!(verdict(&falling, 4.0), ClaimVerdict::Holds);
+        assert_eq!(verdict(&falling, 128.0), ClaimVerdict::DoesNotHold);
+        assert_eq!(verdict(&losses(2.94, 2.94), 4.0), ClaimVerdict::Undecided);
         assert!(degradation(&[], 4.0, "").is_none());
         assert!(degradation(&falling, 0.5, "").is_none());
     }

@@ -10,7 +10,7 @@ use crate::study::reproduce::figure::{Claim, Figure};
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{Light, balanced_gold, sensor, square};
 use crate::study::reproduce::statistics::Measured;
-use crate::study::reproduce::verdict::Verdict;
+use crate::study::reproduce::verdict::ClaimVerdict;
 
 /// Fig. 6, which decides C4.
 pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
@@ -65,7 +65,7 @@ fn recovery(curves: &[Curve], by_amplitude: &str) -> Option<Claim> {
         thrice_wins.value - 0.5 * once_wins.value,
         thrice_wins.standard_error().hypot(0.5 * once_wins.standard_error()),
     );
-    let little_more = Verdict::below(beyond, 0.0);
+    let little_more = ClaimVerdict::below(beyond, 0.0);
     let claim = [
         "C4",
         "interleaving wins the loss back, nu = 1 most of it, nu > 1 little more (eq. 25)",
@@ -80,7 +80,7 @@ fn recovery(curves: &[Curve], by_amplitude: &str) -> Option<Claim> {
         with_interval(once_wins),
         with_interval(thrice_wins),
     );
-    let verdict = Verdict::at_least(share, 0.5).and(little_more);
+    let verdict = ClaimVerdict::at_least(share, 0.5).and(little_more);
     Some(Claim::measured(claim, share, "of the loss", verdict, remark))
 }
 
@@ -95,9 +95,9 @@ mod tests {
         let curves = [2.0, 2f64.powf(0.25), 2f64.powf(0.2), 2f64.powf(0.1), 1.0].map(curve);
         let claim = recovery(&curves, "").expect("powers are compared");
         assert!((claim.measured - 0.75).abs() < 1e-12);
-        assert_eq!(claim.verdict, Verdict::Holds);
+        assert_eq!(claim.verdict, ClaimVerdict::Holds);
         // No gain from the first step is no recovery.
         let claim = recovery(&[2.0, 1.9, 1.5, 1.2, 1.0].map(curve), "").expect("compared");
-        assert_eq!(claim.verdict, Verdict::DoesNotHold);
+        assert_eq!(claim.verdict, ClaimVerdict::DoesNotHold);
     }
 }

@@ -10,7 +10,7 @@ use crate::study::reproduce::figure::Claim;
 use crate::study::reproduce::run::{Run, RunError};
 use crate::study::reproduce::sensor::{Light, balanced_gold, sensor, square};
 use crate::study::reproduce::statistics::Measured;
-use crate::study::reproduce::verdict::Verdict;
+use crate::study::reproduce::verdict::ClaimVerdict;
 
 /// Integration of the measurements with one source and with two.
 pub const INTEGRATION_S: f64 = 1.04e-3;
@@ -70,7 +70,7 @@ fn best_of(codes: &[(&str, Arc<Code>)]) -> Result<String, RunError> {
 fn decide(single: &Curve, best: &Best) -> [Claim; 2] {
     let std = best.again.std_m().scaled(1e3);
     let claim = |claim, limit_mm| {
-        let verdict = Verdict::below(std, limit_mm);
+        let verdict = ClaimVerdict::below(std, limit_mm);
         Claim::measured(claim, std, "mm", verdict, remark(single, best, limit_mm))
     };
     let precise = [
@@ -144,10 +144,10 @@ mod tests {
             };
             decide(&single, &best).map(|claim| claim.verdict)
         };
-        let (yes, no) = (Verdict::Holds, Verdict::DoesNotHold);
+        let (yes, no) = (ClaimVerdict::Holds, ClaimVerdict::DoesNotHold);
         assert_eq!(verdicts(1.1e-3), [yes, yes]);
         assert_eq!(verdicts(1.4e-3), [yes, no]);
         assert_eq!(verdicts(1.6e-3), [no, no]);
-        assert_eq!(verdicts(1.5e-3), [Verdict::Undecided, no]);
+        assert_eq!(verdicts(1.5e-3), [ClaimVerdict::Undecided, no]);
     }
 }

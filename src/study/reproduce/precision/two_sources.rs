@@ -14,7 +14,7 @@ use crate::study::reproduce::sensor::{
     CHIP_PERIOD_PS, Light, TARGET_PS, balanced_gold, sensor, square,
 };
 use crate::study::reproduce::statistics::Measured;
-use crate::study::reproduce::verdict::Verdict;
+use crate::study::reproduce::verdict::ClaimVerdict;
 
 /// The second light comes this much later: outside the scan.
 const SECOND_LATER_PS: f64 = 20.0 * CHIP_PERIOD_PS;
@@ -80,9 +80,9 @@ fn multi_view(
     let Some((in_all, by_code)) = losses else {
         return Vec::new();
     };
-    let found = Verdict::exact(unique.value >= 1.0);
+    let found = ClaimVerdict::exact(unique.value >= 1.0);
     let claim = |claim, loss, limit_db, remark| {
-        Claim::measured(claim, loss, "dB", Verdict::below(loss, limit_db).and(found), remark)
+        Claim::measured(claim, loss, "dB", ClaimVerdict::below(loss, limit_db).and(found), remark)
     };
     let of_all = [
         "C6",
@@ -139,7 +139,7 @@ mod tests {
             let claims = multi_view(&curve(1.0), &curve(by_gold), &curve(1.4), unique);
             [claims[0].verdict, claims[1].verdict]
         };
-        let (yes, no) = (Verdict::Holds, Verdict::DoesNotHold);
+        let (yes, no) = (ClaimVerdict::Holds, ClaimVerdict::DoesNotHold);
         // 1.43 to 1.4 are 0.09 dB, 1.5 to 1.4 are 0.30 dB; 1.5 alone is 1.76 dB.
         assert_eq!(verdicts(1.43, 1.0), [yes, yes]);
         assert_eq!(verdicts(1.5, 1.0), [yes, no]);
