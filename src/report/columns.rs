@@ -1,4 +1,4 @@
-//! Text in columns, as wide as the terminal.
+//! Text in columns: of words, as wide as the terminal, and of numbers.
 
 /// Least width of a column that is wrapped; narrower, lines run over.
 const LEAST_WRAPPED: usize = 24;
@@ -63,12 +63,73 @@ fn wrap(text: &str, room: usize) -> Vec<String> {
     lines
 }
 
+/// Rows of numbers as lines for people, in columns of a fixed width, under their headings.
+pub struct Lines<'a, T> {
+    of: &'a [T],
+    /// The headings, then a line for each row.
+    lines: Vec<String>,
+}
+
+impl<'a, T> Lines<'a, T> {
+    /// A line for each of these, whose columns are to be declared; all lines begin with `indent`.
+    pub fn of(rows: &'a [T], indent: &str) -> Lines<'a, T> {
+        Lines { of: rows, lines: vec![indent.to_owned(); rows.len() + 1] }
+    }
+
+    /// Declares a column: its heading, and what a row has there; `pad` brings either to its width.
+    fn column(
+        mut self,
+        heading: &str,
+        value: impl Fn(&'a T) -> String,
+        pad: impl Fn(&str) -> String,
+    ) -> Lines<'a, T> {
+        let cells = std::iter::once(heading.to_owned()).chain(self.of.iter().map(value));
+        self.lines.iter_mut().zip(cells).for_each(|(line, cell)| *line += &pad(&cell));
+        self
+    }
+
+    /// Declares the first column, or the last, to the left.
+    pub fn left(
+        self,
+        heading: &str,
+        width: usize,
+        value: impl Fn(&'a T) -> String,
+    ) -> Lines<'a, T> {
+        self.column(heading, value, |cell| format!("{cell:width$}"))
+    }
+
+    /// Declares a column to the right, behind a blank.
+    pub fn right(
+        self,
+        heading: &str,
+        width: usize,
+        value: impl Fn(&'a T) -> String,
+    ) -> Lines<'a, T> {
+        self.column(heading, value, |cell| format!(" {cell:>width$}"))
+    }
+
+    /// The lines.
+    pub fn text(&self) -> String {
+        self.lines.iter().map(|line| format!("{}\n", line.trim_end())).collect()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn row(cells: &[&str]) -> Vec<String> {
         cells.iter().map(|&cell| cell.to_owned()).collect()
+    }
+
+    #[test]
+    fn numbers_stand_under_their_headings() {
+        let text = Lines::of(&[(1, 2.5), (20, 0.5)], "  ")
+            .left("n", 4, |row| row.0.to_string())
+            .right("x mm", 6, |row| format!("{:.1}", row.1))
+            .left("", 0, |row| if row.0 > 1 { "  many".to_owned() } else { String::new() })
+            .text();
+        assert_eq!(text, "  n      x mm\n  1       2.5\n  20      0.5  many\n");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 mod block_diagram;
 pub(crate) mod chart;
-mod columns;
+pub(crate) mod columns;
 mod coordinate;
 pub mod curves;
 pub mod estimates;

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Comparison, Way};
+use crate::report::columns::Lines;
 
 impl Comparison {
     /// The comparison as a table.
@@ -38,35 +39,19 @@ impl Way {
             if self.whole_range { "" } else { "; for a distance known to a chip" },
         );
         if !self.points.is_empty() {
-            let _ = writeln!(
-                text,
-                "  {:9} {:>12} {:>14} {:>9} {:>9} {:>10} {:>13}",
-                "estimator",
-                "time ms",
-                "frames per s",
-                "bias mm",
-                "std mm",
-                "error mm",
-                "missed below"
-            );
-        }
-        for point in &self.points {
-            let missed = match point.coarse_failure_bound_fraction {
-                Some(share) => format!("{:.1e}", share),
-                None => "-".to_owned(),
-            };
-            let _ = writeln!(
-                text,
-                "  {:9} {:>12.4} {:>14.2} {:>9.3} {:>9.3} {:>10.3} {:>13}{}",
-                point.estimator.to_string(),
-                point.measuring_time_s * 1e3,
-                point.frame_rate_hz,
-                point.bias_m * 1e3,
-                point.std_m * 1e3,
-                point.rms_error_m * 1e3,
-                missed,
-                if point.pareto { "  Pareto" } else { "" },
-            );
+            *text += &Lines::of(&self.points, "  ")
+                .left("estimator", 9, |point| point.estimator.to_string())
+                .right("time ms", 12, |point| format!("{:.4}", point.measuring_time_s * 1e3))
+                .right("frames per s", 14, |point| format!("{:.2}", point.frame_rate_hz))
+                .right("bias mm", 9, |point| format!("{:.3}", point.bias_m * 1e3))
+                .right("std mm", 9, |point| format!("{:.3}", point.std_m * 1e3))
+                .right("error mm", 10, |point| format!("{:.3}", point.rms_error_m * 1e3))
+                .right("missed below", 13, |point| {
+                    let missed = point.coarse_failure_bound_fraction;
+                    missed.map_or("-".to_owned(), |share| format!("{share:.1e}"))
+                })
+                .left("", 0, |point| if point.pareto { "  Pareto" } else { "" }.to_owned())
+                .text();
         }
         for remark in &self.remarks {
             let _ = writeln!(text, "  {remark}");

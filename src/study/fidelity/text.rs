@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::FidelityReport;
+use crate::report::columns::Lines;
 
 impl FidelityReport {
     /// The report in words.
@@ -44,38 +45,30 @@ impl FidelityReport {
     }
 
     fn write_tiers(&self, text: &mut String) {
-        let _ = writeln!(
-            text,
-            "{:10} {:>7} {:>10} {:>9} {:>9} {:>8}  {:>24}  {:>24}  {:>24}",
-            "tier",
-            "scans",
-            "time s",
-            "std mm",
-            "bias mm",
-            "missed %",
-            "error of std, 95 %",
-            "of bias, in std",
-            "of missed, of all scans"
-        );
-        for tier in &self.tiers {
-            let missed = tier.missed_fraction_error.zip(tier.missed_fraction_error_ci95);
-            let scans = tier.repetitions.map_or("-".to_owned(), |n| n.to_string());
-            let _ = writeln!(
-                text,
-                "{:10} {:>7} {:>10.4} {:>9.3} {:>9.3} {:>8}  {:>24}  {:>24}  {:>24}  {}{}",
-                tier.fidelity,
-                scans,
-                tier.run_time_s,
-                tier.std_m * 1e3,
-                tier.bias_m * 1e3,
-                percent(tier.missed_fraction),
-                interval(tier.std_relative_error, tier.std_relative_error_ci95),
-                interval(tier.bias_error_in_std, tier.bias_error_in_std_ci95),
-                missed.map_or("unknown".to_owned(), |(error, ci)| interval(error, ci)),
-                tier.verdict,
-                if tier.pareto { ", Pareto" } else { "" },
-            );
-        }
+        let interval = |error: f64, ci: [f64; 2]| {
+            format!(" {:+.2} % [{:+.2}, {:+.2}]", error * 100.0, ci[0] * 100.0, ci[1] * 100.0)
+        };
+        *text += &Lines::of(&self.tiers, "")
+            .left("tier", 10, |tier| tier.fidelity.clone())
+            .right("scans", 7, |tier| tier.repetitions.map_or("-".to_owned(), |n| n.to_string()))
+            .right("time s", 10, |tier| format!("{:.4}", tier.run_time_s))
+            .right("std mm", 9, |tier| format!("{:.3}", tier.std_m * 1e3))
+            .right("bias mm", 9, |tier| format!("{:.3}", tier.bias_m * 1e3))
+            .right("missed %", 8, |tier| percent(tier.missed_fraction))
+            .right("error of std, 95 %", 25, |tier| {
+                interval(tier.std_relative_error, tier.std_relative_error_ci95)
+            })
+            .right("of bias, in std", 25, |tier| {
+                interval(tier.bias_error_in_std, tier.bias_error_in_std_ci95)
+            })
+            .right("of missed, of all scans", 25, |tier| {
+                let missed = tier.missed_fraction_error.zip(tier.missed_fraction_error_ci95);
+                missed.map_or("unknown".to_owned(), |(error, ci)| interval(error, ci))
+            })
+            .left("", 0, |tier| {
+                format!("  {}{}", tier.verdict, if tier.pareto { ", Pareto" } else { "" })
+            })
+            .text();
         for tier in &self.domains {
             if let Some(build_time_s) = tier.build_time_s {
                 let _ = writeln!(
@@ -107,23 +100,15 @@ impl FidelityReport {
     }
 
     fn write_sensor(&self, text: &mut String) {
-        let _ = writeln!(
-            text,
-            "\n{:>10} {:>12} {:>16} {:>9} {:>9} {:>9}",
-            "power", "Mcps", "integration us", "std mm", "bias mm", "missed %"
-        );
-        for point in &self.sensor {
-            let _ = writeln!(
-                text,
-                "{:>9}x {:>12.3} {:>16.1} {:>9.3} {:>9.3} {:>9}",
-                point.relative_power,
-                point.detected_rate_cps / 1e6,
-                point.integration_s * 1e6,
-                point.std_m * 1e3,
-                point.bias_m * 1e3,
-                percent(point.missed_fraction)
-            );
-        }
+        text.push('\n');
+        *text += &Lines::of(&self.sensor, "")
+            .left("     power", 0, |point| format!("{:>9}x", point.relative_power))
+            .right("Mcps", 12, |point| format!("{:.3}", point.detected_rate_cps / 1e6))
+            .right("integration us", 16, |point| format!("{:.1}", point.integration_s * 1e6))
+            .right("std mm", 9, |point| format!("{:.3}", point.std_m * 1e3))
+            .right("bias mm", 9, |point| format!("{:.3}", point.bias_m * 1e3))
+            .right("missed %", 9, |point| percent(point.missed_fraction))
+            .text();
     }
 }
 
@@ -132,8 +117,4 @@ fn percent(share: Option<f64>) -> String {
         Some(share) => format!("{:.2}", share * 100.0),
         None => "unknown".to_owned(),
     }
-}
-
-fn interval(error: f64, ci: [f64; 2]) -> String {
-    format!("{:+.2} % [{:+.2}, {:+.2}]", error * 100.0, ci[0] * 100.0, ci[1] * 100.0)
 }

@@ -24,7 +24,6 @@ mod phase;
 mod precision;
 mod printed;
 mod run;
-mod run_error;
 mod sensor;
 mod statistics;
 mod theory;
