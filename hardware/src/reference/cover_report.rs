@@ -58,7 +58,7 @@ impl Coverage {
         let mut not_covered = Vec::new();
         for (number, point) in table.points().iter().enumerate() {
             let is_covered = covered.contains(number);
-            let family = point.family().name();
+            let family = point.family();
             let place = families.iter().position(|f| f.family == family);
             let place = place.unwrap_or_else(|| {
                 let (points, covered) = (0, 0);

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::canvas::Canvas;
-use super::coverage::{CoverPoint, CoverTable, Covered, PeakKind};
+use super::coverage::{CoverTable, Covered, PeakKind, PeakPoint};
 use crate::scan::Group;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout};
@@ -121,7 +121,7 @@ impl PeakPorts {
                 (!best.is_shared, PeakKind::Step(best.place)),
             ];
             for (_, kind) in kinds.into_iter().filter(|(is, _)| *is) {
-                proves.extend(table.number(CoverPoint::Peak { detector, kind }));
+                proves.extend(table.number(PeakPoint { detector, kind }));
             }
         }
         let peaks = self.best.iter().map(|best| best.map_or_else(Peak::default, |best| best.peak));

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::coverage::{CoverPoint, CoverTable, ResetState};
+use super::coverage::{CoverTable, ResetPoint, ResetState};
 use crate::sensor::interface::Interface;
 
 /// Watches what is in the pipelines when a reset comes.
@@ -97,23 +97,23 @@ impl ResetWatch {
             (length == 1 && upon.has_hit, ResetState::Hit),
         ];
         for (_, state) in states.into_iter().filter(|(is, _)| *is) {
-            self.of_results.extend(table.number(CoverPoint::Reset { state }));
+            self.of_results.extend(table.number(ResetPoint::In { state }));
         }
         if length == 1 {
-            let row = ports.row.and_then(|beat| table.number(CoverPoint::ResetAtRow { beat }));
+            let row = ports.row.and_then(|beat| table.number(ResetPoint::AtRow { beat }));
             self.of_results.extend(row);
             if let Some(age) = age(self.group_end) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
-                self.of_results.extend(table.number(CoverPoint::ResetAge { age }));
+                self.of_results.extend(table.number(ResetPoint::Age { age }));
             }
             let is_lone = age(self.hit_before).is_none_or(|age| age >= self.depth);
             if let Some(age) = age(self.hit).filter(|_| is_lone) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
-                self.of_results.extend(table.number(CoverPoint::ResetHit { age }));
+                self.of_results.extend(table.number(ResetPoint::Hit { age }));
             }
             if let Some(age) = age(self.scan_end) {
                 let age = u32::try_from(age).unwrap_or(u32::MAX);
-                self.of_peaks.extend(table.number(CoverPoint::PeakReset { age }));
+                self.of_peaks.extend(table.number(ResetPoint::Peak { age }));
             }
         }
         (self.group_end, self.scan_end) = (None, None);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::canvas::Canvas;
-use super::coverage::{CoverPoint, CoverTable, Place};
+use super::coverage::{CoverTable, Place, StreamPoint};
 use super::exercise::{Counted, Exercise};
 use super::resets::PortState;
 use crate::sensor::interface::{Correlator, Interface};
@@ -122,22 +122,22 @@ impl AxisState {
     }
 
     /// The cover points of a beat that is taken at the rising edge of `clock`.
-    fn taken_points(&mut self, clock: u64, mut mark: impl FnMut(CoverPoint)) {
+    fn taken_points(&mut self, clock: u64, mut mark: impl FnMut(StreamPoint)) {
         let group = &mut self.group;
         if self.is_held {
-            mark(CoverPoint::Held { beat: group.beat });
+            mark(StreamPoint::Held { beat: group.beat });
         }
         if self.waiting.is_empty() {
-            group.across.drain(..).for_each(|beat| mark(CoverPoint::HeldAcross { beat }));
+            group.across.drain(..).for_each(|beat| mark(StreamPoint::HeldAcross { beat }));
             if group.lost_at.take().is_some_and(|lost| lost + 1 == clock) {
-                mark(CoverPoint::TooLate);
+                mark(StreamPoint::TooLate);
             }
             if std::mem::take(&mut group.last_stood) {
-                mark(CoverPoint::LastHeldAcross);
+                mark(StreamPoint::LastHeldAcross);
             }
             let beats = group.beat as u64 + 1;
             if beats > 1 && group.shown_at + beats == clock {
-                mark(CoverPoint::Burst);
+                mark(StreamPoint::Burst);
             }
         }
         group.beat += 1;
@@ -250,7 +250,7 @@ impl ResultStream {
                 break;
             };
             if was_valid && !blocked {
-                self.mark(CoverPoint::BackToBack);
+                self.mark(StreamPoint::BackToBack);
             }
             self.arrives(results, event, blocked);
         }
@@ -258,7 +258,7 @@ impl ResultStream {
         self.fill(filled..clocks.end, expected);
     }
 
-    fn mark(&mut self, point: CoverPoint) {
+    fn mark(&mut self, point: StreamPoint) {
         if let Some(number) = self.table.number(point) {
             self.exercise.covered.mark(number);
         }
@@ -291,7 +291,7 @@ impl ResultStream {
             self.exercise.groups_lost += 1;
             self.axis.loses(clock);
             let place = results.place;
-            self.mark(CoverPoint::Lost { place });
+            self.mark(StreamPoint::Lost { place });
             return;
         }
         self.axis.waiting.extend(results.beats);

@@ -4,9 +4,9 @@ use crate::scene::DetectorIndex;
 use serde::{Deserialize, Serialize};
 
 use super::StimulusKind;
+use crate::reference::coverage::signs_reached;
 use crate::reference::exercise::Exercise;
 use crate::reference::stimulus::RESET_CLOCKS;
-use crate::scan::Step;
 use crate::sensor::interface::Interface;
 
 /// What the compared outputs have shown.
@@ -106,7 +106,7 @@ impl Exercised {
                 ));
                 continue;
             }
-            let [ups, downs] = signs_reached(interface, DetectorIndex(number));
+            let [downs, ups] = signs_reached(interface, DetectorIndex(number));
             let counted =
                 [(ups && detector.hits_up == 0, "up"), (downs && detector.hits_down == 0, "down")];
             let lacking: Vec<&str> =
@@ -188,43 +188,10 @@ fn clocks_for_a_result(interface: &Interface) -> u64 {
         .saturating_add(u64::from(interface.result_latency_clocks) + RESET_CLOCKS + beats + 1)
 }
 
-/// Whether a detector's reference has the sign of a hit that counts up, and one
-/// that counts down, in any phase step of a scan: with few chips per step it may
-/// not.
-fn signs_reached(interface: &Interface, detector: DetectorIndex) -> [bool; 2] {
-    let code = &interface.reference_codes[detector];
-    let lanes = u64::from(interface.lanes());
-    let period = code.len() * lanes;
-    let integration = interface.timing.scan.integration_chips;
-    let ones: Vec<u64> = std::iter::once(0)
-        .chain(code.chips.iter().scan(0, |sum, &chip| {
-            *sum += u64::from(chip);
-            Some(*sum)
-        }))
-        .collect();
-    let up_to = |chip: u64| {
-        let (periods, rest) = (chip / code.len(), chip % code.len());
-        periods * ones[code.len() as usize] + ones[rest as usize]
-    };
-    let mut reached = [false; 2];
-    for number in 0..interface.timing.scan.steps {
-        let from = number / u64::from(interface.parallel()) * integration % code.len() * lanes;
-        let first = from + period - interface.timing.scan.phase_step(Step(number)) % period;
-        let (chip, end) =
-            (first / lanes, (first + integration.min(code.len()) * lanes).div_ceil(lanes));
-        let up = up_to(end) - up_to(chip);
-        reached[0] |= up > 0;
-        reached[1] |= up < end - chip;
-        if reached == [true; 2] {
-            break;
-        }
-    }
-    reached
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scan::Step;
     use crate::scene;
 
     /// A scene of one m-sequence with `parallel` steps at once.
@@ -262,7 +229,7 @@ mod tests {
                 let delayed =
                     sample + period - interface.timing.scan.phase_step(Step(number)) % period;
                 let chip = code.chips[(delayed % period / lanes) as usize];
-                reached[usize::from(chip == 0)] = true;
+                reached[usize::from(chip == 1)] = true;
             }
         }
         reached

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use rand::{Rng, RngExt};
 
-use super::plan::Hits;
 use crate::photons::Pulse;
+use crate::reference::planned::Hits;
 use crate::reference::predictor::{GroupSigns, Reference};
 use crate::scan::{Sample, Sampling};
 

@@ -3,16 +3,13 @@
 //! The adversary has a reference model of its own, which tells it what it has
 //! reached. It begins with some phase steps in peace, with the steps round a scan's end
 //! and with large counts from all over the counters' range; then it goes from cover point
-//! to cover point ([`recipes`]), each time from a reset; and when there is nothing
+//! to cover point ([`CoverPoint::recipe`]), each time from a reset; and when there is nothing
 //! left to aim at it goes on by chance.
 
-mod frames;
 mod hits;
 mod means;
-mod plan;
 mod preparation;
 mod receiver;
-mod recipes;
 
 use crate::scene::DetectorIndex;
 use std::collections::VecDeque;
@@ -23,10 +20,10 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use self::hits::{Pattern, Words, length};
 pub use self::means::Means;
-use self::plan::{GroupPlan, Hits, Lead, Length, Reach, Receiver};
-use self::recipes::recipe;
 use super::coverage::CoverPoint;
+use super::kitchen::Kitchen;
 use super::level::Level;
+use super::planned::{Hits, Lead, Length, PlannedGroup, Reach, Receiver};
 use super::predictor::{Position, Reference, ReferenceError, Skip, Surroundings};
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::photons::Pulse;
@@ -66,7 +63,7 @@ pub struct Adversarial {
     /// End of the last stall that has been decided.
     stalls_until: u64,
     /// Groups that come next, by plan.
-    plans: VecDeque<GroupPlan>,
+    plans: VecDeque<PlannedGroup>,
     under_way: Option<UnderWay>,
     /// When the results of the last group arrive, and how many they are.
     arrival: Option<(u64, u64)>,
@@ -76,7 +73,7 @@ pub struct Adversarial {
 /// A group of which a part is decided.
 #[derive(Debug, Clone)]
 struct UnderWay {
-    plan: GroupPlan,
+    plan: PlannedGroup,
     origin: u64,
     chips: u64,
     done: u64,
@@ -200,7 +197,7 @@ impl Adversarial {
     }
 
     /// The next group that is planned. When all plans are done, the next aim.
-    fn next_plan(&mut self) -> GroupPlan {
+    fn next_plan(&mut self) -> PlannedGroup {
         if let Some(plan) = self.plans.pop_front() {
             return plan;
         }
@@ -212,13 +209,13 @@ impl Adversarial {
             } else {
                 Receiver::Random
             };
-            return GroupPlan::random().long(Length::Whole).received(receiver);
+            return PlannedGroup::random().long(Length::Whole).received(receiver);
         }
         if !std::mem::replace(&mut self.aims.has_prepared, true) {
             let plans =
                 preparation::plans(&self.interface, &self.reach, &self.means, &mut self.rng);
             self.plans = plans.into();
-            return self.plans.pop_front().unwrap_or_else(GroupPlan::random);
+            return self.plans.pop_front().unwrap_or_else(PlannedGroup::random);
         }
         match self.next_aim() {
             Some(plans) => self.plans.extend(plans),
@@ -228,11 +225,11 @@ impl Adversarial {
                 self.plans.push_back(plan);
             }
         }
-        self.plans.pop_front().unwrap_or_else(GroupPlan::random)
+        self.plans.pop_front().unwrap_or_else(PlannedGroup::random)
     }
 
     /// The way to the next point that is not covered and not given up.
-    fn next_aim(&mut self) -> Option<Vec<GroupPlan>> {
+    fn next_aim(&mut self) -> Option<Vec<PlannedGroup>> {
         let table = self.scout.cover_table().clone();
         let points = table.points();
         for round in 0..TRIES {
@@ -254,8 +251,8 @@ impl Adversarial {
     }
 
     /// A group by chance, with all that may happen.
-    fn by_chance(&mut self) -> GroupPlan {
-        let mut plan = GroupPlan::random().received(Receiver::Random);
+    fn by_chance(&mut self) -> PlannedGroup {
+        let mut plan = PlannedGroup::random().received(Receiver::Random);
         let longest = 2 * u64::from(self.interface.result_latency_clocks) + 8;
         if self.rng.random_bool(0.15) {
             let age = length(&mut self.rng, longest) - 1;
@@ -270,7 +267,7 @@ impl Adversarial {
 
     /// Begins a group: its length, what is left out, and what the receiver does until
     /// its results arrive.
-    fn start_group(&mut self, plan: GroupPlan, position: Position) {
+    fn start_group(&mut self, plan: PlannedGroup, position: Position) {
         let whole = self.interface.timing.scan.integration_chips;
         let origin = position.first_word();
         let chips = self.chips_of(&plan, origin);
@@ -310,7 +307,7 @@ impl Adversarial {
     }
 
     /// Chips of a group.
-    fn chips_of(&mut self, plan: &GroupPlan, origin: u64) -> u64 {
+    fn chips_of(&mut self, plan: &PlannedGroup, origin: u64) -> u64 {
         let whole = self.interface.timing.scan.integration_chips;
         if !self.reach.shortens(&self.interface) {
             return whole;
@@ -412,6 +409,27 @@ impl Adversarial {
         self.scout.take_finished();
         self.decided = end;
     }
+}
+
+/// The way to a cover point, or why it is too long.
+///
+/// Every recipe begins with a reset, so that it works wherever the one before it
+/// ended.
+fn recipe(
+    interface: &Interface,
+    reach: &Reach,
+    point: CoverPoint,
+) -> Result<Vec<PlannedGroup>, String> {
+    let kitchen = Kitchen { interface, reach };
+    let mut plans = point.recipe(&kitchen)?;
+    let flush = reach.groups_to_flush(interface);
+    let chips: u64 = plans.iter().map(|plan| kitchen.chips_of(plan)).sum();
+    let clocks = chips.saturating_add(flush.saturating_mul(reach.shortest));
+    if clocks > reach.most_clocks {
+        return Err(format!("it takes {clocks} clocks"));
+    }
+    plans.extend((0..flush).map(|_| PlannedGroup::random()));
+    Ok(plans)
 }
 
 impl Hits {

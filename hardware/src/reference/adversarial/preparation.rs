@@ -5,7 +5,7 @@ use rand::{Rng, RngExt};
 
 use super::Means;
 use super::hits::length;
-use super::plan::{GroupPlan, Hits, Length, Reach};
+use crate::reference::planned::{Hits, Length, PlannedGroup, Reach};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Correlator, Interface};
 
@@ -20,7 +20,7 @@ pub(super) fn plans(
     reach: &Reach,
     means: &Means,
     rng: &mut impl Rng,
-) -> Vec<GroupPlan> {
+) -> Vec<PlannedGroup> {
     let mut plans = scan_end(interface, reach);
     // Every frame of a histogram begins anew: there is no range of counters to begin all over.
     if let Some(correlator) = interface.correlator() {
@@ -34,12 +34,12 @@ pub(super) fn plans(
 
 /// Groups up to a scan's end, and behind it: as many as the step counter has bits, and
 /// more, so that each of them has to be right.
-fn scan_end(interface: &Interface, reach: &Reach) -> Vec<GroupPlan> {
+fn scan_end(interface: &Interface, reach: &Reach) -> Vec<PlannedGroup> {
     let groups = u64::from(interface.groups().ilog2()) + 6;
     if !reach.leaves_out || interface.groups() < 2 * groups {
         return Vec::new();
     }
-    let dense = || GroupPlan::random().with(Hits::EveryOther);
+    let dense = || PlannedGroup::random().with(Hits::EveryOther);
     let mut plans = vec![dense().then_the_last_but(groups)];
     plans.extend((0..2 * groups).map(|_| dense()));
     plans
@@ -54,13 +54,13 @@ fn large_counts(
     correlator: &Correlator,
     most_clocks: u64,
     rng: &mut impl Rng,
-) -> Vec<GroupPlan> {
+) -> Vec<PlannedGroup> {
     let whole = interface.timing.scan.integration_chips;
-    let any_length: Vec<(u64, GroupPlan)> = (0..GROUPS_OF_ANY_LENGTH)
+    let any_length: Vec<(u64, PlannedGroup)> = (0..GROUPS_OF_ANY_LENGTH)
         .map(|_| {
             let (step, up) = (rng.random_range(0..interface.parallel().into()), rng.random());
             let chips = length(rng, whole).clamp(64.min(whole), whole);
-            let plan = GroupPlan::random().with(Hits::OneSided { step, up });
+            let plan = PlannedGroup::random().with(Hits::OneSided { step, up });
             (chips, plan.long(Length::AtLeast(chips)))
         })
         .take_while(within(most_clocks / 2))
@@ -73,7 +73,7 @@ fn large_counts(
 }
 
 /// Whether groups still fit into so many clocks.
-fn within(most_clocks: u64) -> impl FnMut(&(u64, GroupPlan)) -> bool {
+fn within(most_clocks: u64) -> impl FnMut(&(u64, PlannedGroup)) -> bool {
     let mut clocks = 0u64;
     move |(chips, _)| {
         clocks = clocks.saturating_add(*chips);
@@ -87,7 +87,7 @@ fn within(most_clocks: u64) -> impl FnMut(&(u64, GroupPlan)) -> bool {
 fn beyond_limits(
     interface: &Interface,
     correlator: &Correlator,
-) -> impl Iterator<Item = (u64, GroupPlan)> {
+) -> impl Iterator<Item = (u64, PlannedGroup)> {
     let whole = interface.timing.scan.integration_chips;
     let most = whole.saturating_mul(u64::from(interface.lanes().div_ceil(2)));
     let bits = move |from: u32| from..=most.ilog2().min(62);
@@ -108,7 +108,7 @@ fn beyond_limits(
         };
         detectors().flat_map(of_detector)
     });
-    let plan = move |hits| (whole, GroupPlan::random().with(hits));
+    let plan = move |hits| (whole, PlannedGroup::random().with(hits));
     totals.chain(counts).map(plan)
 }
 
@@ -117,7 +117,7 @@ fn beyond_limits(
 fn all_over(
     interface: &Interface,
     correlator: &Correlator,
-) -> impl Iterator<Item = (u64, GroupPlan)> {
+) -> impl Iterator<Item = (u64, PlannedGroup)> {
     let whole = interface.timing.scan.integration_chips;
     let lanes = u64::from(interface.lanes());
     // Of a code's chips half have the sign, and hits are at most on every other sample.
@@ -128,7 +128,7 @@ fn all_over(
     let (back, on) = (whole.saturating_sub(stride), stride.saturating_sub(whole));
     let steps = 0..u64::from(interface.parallel());
     steps.flat_map(move |step| {
-        let side = move |up| GroupPlan::random().with(Hits::OneSided { step, up });
+        let side = move |up| PlannedGroup::random().with(Hits::OneSided { step, up });
         let part = move |up| {
             let on = (0..on.div_ceil(whole)).map(move |_| (whole, side(up).long(Length::Whole)));
             let back = (back > 0).then(|| (back, side(!up).long(Length::AtLeast(back))));
@@ -146,7 +146,7 @@ fn close_peaks(
     correlator: &Correlator,
     reach: &Reach,
     most_clocks: u64,
-) -> Vec<GroupPlan> {
+) -> Vec<PlannedGroup> {
     if correlator.peak.is_none() || !reach.leaves_out {
         return Vec::new();
     }
@@ -169,14 +169,14 @@ fn close_peaks(
                 let step = 0;
                 let hits = Hits::Count { detector, step, count };
                 let length = Length::AtLeast(chips);
-                (chips, GroupPlan::random().with(hits).long(length))
+                (chips, PlannedGroup::random().with(hits).long(length))
             });
             [(first.0, first.1.then_the_last()), last]
         })
     });
     // From the first group of a scan on.
-    let begin = GroupPlan::fresh(interface).with(Hits::None).then_the_last();
-    let end = GroupPlan::random().with(Hits::None);
+    let begin = PlannedGroup::fresh(interface).with(Hits::None).then_the_last();
+    let end = PlannedGroup::random().with(Hits::None);
     let whole_scan = [(2 * reach.shortest, begin), (0, end)];
     let plans = whole_scan.into_iter().chain(scans);
     plans.take_while(within(most_clocks)).map(|(_, plan)| plan).collect()
@@ -188,7 +188,7 @@ fn close_totals(
     interface: &Interface,
     correlator: &Correlator,
     most_clocks: u64,
-) -> Vec<GroupPlan> {
+) -> Vec<PlannedGroup> {
     const ROUNDS: u64 = 4;
     let Some(total) = correlator.total.filter(|total| total.saturates()) else {
         return Vec::new();
@@ -204,7 +204,7 @@ fn close_totals(
         let detectors = DetectorIndex::all().take(interface.reference_codes.len());
         detectors.map(move |detector| {
             let hits = Hits::Total { detector, hits };
-            (whole, GroupPlan::random().with(hits))
+            (whole, PlannedGroup::random().with(hits))
         })
     });
     plans.take_while(within(most_clocks)).map(|(_, plan)| plan).collect()

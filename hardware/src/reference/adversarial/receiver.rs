@@ -6,7 +6,7 @@ use rand::RngExt;
 
 use super::Adversarial;
 use super::hits::length;
-use super::plan::{LONGEST_HOLD, Receiver};
+use crate::reference::planned::{LONGEST_HOLD, Receiver};
 use crate::sensor::histogram::CLOCKS_TO_ROW;
 
 impl Adversarial {

@@ -4,19 +4,132 @@
 //! A point is covered when what it names has shown at the ports: a hit with the
 //! result that counts it, a reset with the first result after it. So an error
 //! there would have been a mismatch.
+//!
+//! Each family of points has a file: what they are, which of them an interface has, their words,
+//! and the way to each.
 
-mod point;
-mod reach;
+mod bins;
+mod carries;
+mod hits;
+mod peaks;
+mod resets;
 mod running;
-mod wording;
+mod saturation;
+mod scans;
+mod signs;
+mod stream;
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-pub use self::point::{BinPoint, CoverPoint, Family, PeakKind, Place, ResetState};
-pub(super) use self::reach::{rows_at_borders, rows_that_may_be_lost};
+pub use self::bins::{BinPoint, OfBins};
+pub use self::carries::CarryPoint;
+pub use self::hits::HitPoint;
+pub use self::peaks::{PeakKind, PeakPoint};
+pub use self::resets::{ResetPoint, ResetState};
 pub(super) use self::running::{CountedHit, Running};
-use crate::sensor::interface::Interface;
+pub use self::saturation::SaturationPoint;
+pub use self::scans::{Place, ScanPoint};
+pub use self::signs::signs_reached;
+pub use self::stream::StreamPoint;
+use super::kitchen::Kitchen;
+use super::planned::PlannedGroup;
+use crate::scene::DetectorIndex;
+use crate::sensor::interface::{Counting, Interface};
+
+/// What a family's points have in common.
+trait Family {
+    /// The detector that it is about; none of what concerns the sensor as a whole.
+    fn detector(&self) -> Option<DetectorIndex> {
+        None
+    }
+
+    /// In words, without the detector.
+    fn text(&self) -> String;
+
+    /// Groups of phase steps that should reach it, from a reset on, or why they are too many.
+    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String>;
+}
+
+/// A point, and why no inputs reach it, if none do.
+type Hindered<P> = (P, Option<&'static str>);
+
+/// Steps of a group: a scan of fewer steps than there are correlators leaves the last ones out.
+fn steps(interface: &Interface) -> std::ops::Range<usize> {
+    0..u64::from(interface.parallel()).min(interface.timing.scan.steps) as usize
+}
+
+macro_rules! families {
+    ($($(#[$about:meta])* $family:ident($point:ty) = $name:literal,)+) => {
+        /// Something that a sensor can be made to do.
+        ///
+        /// Detectors, steps of a group, lanes (samples of a word), beats of a group and ages
+        /// count from 0.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum CoverPoint {
+            $($(#[$about])* $family($point),)+
+        }
+
+        $(impl From<$point> for CoverPoint {
+            fn from(point: $point) -> CoverPoint {
+                CoverPoint::$family(point)
+            }
+        })+
+
+        impl CoverPoint {
+            /// The name of its family in reports.
+            pub fn family(&self) -> &'static str {
+                match self {
+                    $(CoverPoint::$family(_) => $name,)+
+                }
+            }
+
+            fn point(&self) -> &dyn Family {
+                match self {
+                    $(CoverPoint::$family(point) => point,)+
+                }
+            }
+        }
+    };
+}
+
+families! {
+    /// Single hits.
+    Hits(HitPoint) = "hits",
+    /// Carries and borrows of counters.
+    Carries(CarryPoint) = "carries",
+    /// Counts at their limits.
+    Saturation(SaturationPoint) = "saturation",
+    /// A scan's largest count.
+    Peaks(PeakPoint) = "peaks",
+    /// Results on the stream.
+    Stream(StreamPoint) = "stream",
+    /// Bins of a histogram.
+    Bins(OfBins) = "bins",
+    /// What a reset comes upon.
+    Resets(ResetPoint) = "resets",
+    /// Steps, scans, codes.
+    Scans(ScanPoint) = "scans",
+}
+
+impl CoverPoint {
+    /// In words, with the detectors' names.
+    pub fn text(&self, names: &[String]) -> String {
+        let text = self.point().text();
+        match self.point().detector() {
+            Some(detector) => {
+                let name = names.get(detector.0).map_or("?", String::as_str);
+                format!("{name}: {text}")
+            }
+            None => text,
+        }
+    }
+
+    /// Groups of phase steps that should reach it, from a reset on.
+    pub(super) fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
+        self.point().recipe(kitchen)
+    }
+}
 
 /// Cover points of an interface.
 #[derive(Debug, Clone)]
@@ -62,20 +175,46 @@ impl CoverTable {
     pub fn of(interface: &Interface) -> Arc<CoverTable> {
         let mut table =
             CoverTable { points: Vec::new(), numbers: HashMap::new(), unreachable: Vec::new() };
-        reach::fill(interface, &mut table);
+        let detectors = DetectorIndex::first(interface.reference_codes.len());
+        match &interface.counting {
+            Counting::Correlator(correlator) => {
+                for detector in detectors {
+                    table.add(hits::points(interface, detector));
+                    table.add(carries::points(interface, correlator, detector));
+                    table.add(saturation::points(interface, correlator, detector));
+                    if correlator.peak.is_some() {
+                        table.add(peaks::points(interface, detector));
+                    }
+                }
+                table.add(stream::of_counts(interface));
+                table.add(resets::points(interface));
+                table.add(scans::results(interface));
+                table.add(scans::delays(interface));
+            }
+            Counting::Histogram(plan) => {
+                for detector in detectors {
+                    table.add(bins::points(plan, detector));
+                }
+                table.add(stream::of_rows(interface, plan));
+                table.add(scans::results(interface));
+                table.add(resets::points(interface));
+            }
+        }
+        table.add(scans::codes(interface));
         Arc::new(table)
     }
 
-    fn add(&mut self, point: CoverPoint) {
-        self.numbers.insert(point, self.points.len());
-        self.points.push(point);
-    }
-
-    /// Adds a point, or says why it cannot be reached.
-    fn add_or(&mut self, point: CoverPoint, hindrance: Option<&'static str>) {
-        match hindrance {
-            None => self.add(point),
-            Some(reason) => self.unreachable.push((point, reason)),
+    /// Adds points, each as one that can be reached, or with the reason why not.
+    fn add<P: Into<CoverPoint>>(&mut self, points: Vec<Hindered<P>>) {
+        for (point, hindrance) in points {
+            let point = point.into();
+            match hindrance {
+                Some(reason) => self.unreachable.push((point, reason)),
+                None => {
+                    self.numbers.insert(point, self.points.len());
+                    self.points.push(point);
+                }
+            }
         }
     }
 
@@ -85,12 +224,37 @@ impl CoverTable {
     }
 
     /// A point's number, if the table has it.
-    pub fn number(&self, point: CoverPoint) -> Option<usize> {
-        self.numbers.get(&point).copied()
+    pub fn number(&self, point: impl Into<CoverPoint>) -> Option<usize> {
+        self.numbers.get(&point.into()).copied()
     }
 
     /// Points that no inputs reach, each with the reason.
     pub fn unreachable(&self) -> &[(CoverPoint, &'static str)] {
         &self.unreachable
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::CoverTable;
+    use crate::scene;
+    use crate::sensor::Sensor;
+
+    #[test]
+    fn every_point_has_words_of_its_own() {
+        let text = include_str!("../../../../tests/scenes/totals.toml");
+        let mut scene = scene::parse("totals.toml", text).expect("it is sound");
+        scene.hardware.peak_detector = true;
+        scene.hardware.parallel = 4;
+        let table = CoverTable::of(Sensor::new(&scene).interface());
+        let names: Vec<String> = scene.detectors.iter().map(|d| d.name.clone()).collect();
+        let unreachable = table.unreachable().iter().map(|(point, _)| point);
+        let words: Vec<String> =
+            table.points().iter().chain(unreachable).map(|p| p.text(&names)).collect();
+        assert!(words.len() > 50, "{}", words.len());
+        assert!(words.iter().all(|words| !words.ends_with(": ") && !words.is_empty()));
+        assert_eq!(words.iter().collect::<HashSet<_>>().len(), words.len());
     }
 }

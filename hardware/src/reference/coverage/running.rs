@@ -1,6 +1,6 @@
 //! What the counters have gone through: which hits, which carries.
 
-use super::{CoverPoint, CoverTable};
+use super::{CarryPoint, CoverPoint, CoverTable, HitPoint};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 
@@ -150,24 +150,24 @@ impl Running {
         begins_scan: bool,
     ) -> Vec<usize> {
         let mut points = Vec::new();
-        let mut add = |point| points.extend(table.number(point));
+        let mut add = |point: CoverPoint| points.extend(table.number(point));
         let parallel = self.parallel;
         for (detector, seen) in DetectorIndex::all().zip(self.detectors.iter_mut()) {
             for up in [false, true] {
                 if std::mem::take(&mut seen.full[usize::from(up)]) {
-                    add(CoverPoint::FullWord { detector, up });
+                    add(HitPoint::FullWord { detector, up }.into());
                 }
             }
             if std::mem::take(&mut seen.first_sample) {
                 let first = true;
                 add(match begins_scan {
-                    true => CoverPoint::FirstSample { detector },
-                    false => CoverPoint::StepBorder { detector, first },
+                    true => HitPoint::FirstSample { detector }.into(),
+                    false => HitPoint::StepBorder { detector, first }.into(),
                 });
             }
             if std::mem::take(&mut seen.last_sample) {
                 let first = false;
-                add(CoverPoint::StepBorder { detector, first });
+                add(HitPoint::StepBorder { detector, first }.into());
             }
             for &bit in &self.borders {
                 let low = |number: u64| number & ((1 << bit) - 1);
@@ -175,7 +175,7 @@ impl Running {
                 let borrows = low(seen.total) < low(seen.base);
                 for (borrow, is_seen) in [(false, carries), (true, borrows)] {
                     if is_seen {
-                        add(CoverPoint::TotalCarry { detector, bit, borrow });
+                        add(CarryPoint::OfTotal { detector, bit, borrow }.into());
                     }
                 }
             }
@@ -221,18 +221,18 @@ impl Counter {
             while lanes != 0 {
                 let lane = lanes.trailing_zeros();
                 lanes &= lanes - 1;
-                add(CoverPoint::Hit { detector, step, lane, up });
+                add(HitPoint::Hit { detector, step, lane, up }.into());
             }
             for (number, &bit) in borders.iter().enumerate() {
                 if self.crossed[usize::from(up)] >> number & 1 == 1 {
-                    add(CoverPoint::Carry { detector, step, bit, up });
+                    add(CarryPoint::Carry { detector, step, bit, up }.into());
                 }
             }
         }
         for &bit in borders {
             let low = |number: i64| number.rem_euclid(1 << bit);
             if low(self.total) < low(self.base) {
-                add(CoverPoint::Borrow { detector, step, bit });
+                add(CarryPoint::Borrow { detector, step, bit }.into());
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Hits, counted in the bins of their samples; and what a frame has counted when it ends.
 
 use super::{Ended, HistogramModel};
-use crate::reference::coverage::{BinPoint, CoverPoint, Place};
+use crate::reference::coverage::{BinPoint, OfBins, Place, ScanPoint};
 use crate::reference::exercise::Exercise;
 use crate::reference::resets::ResetWatch;
 use crate::scan::{Sample, Sampling};
@@ -89,7 +89,7 @@ impl HistogramModel {
         let mut proves = self.proves.take();
         let is_later = scan > 0;
         let place = Place::Last;
-        proves.extend(self.table.number(CoverPoint::Result { place, later_scan: is_later }));
+        proves.extend(self.table.number(ScanPoint::Result { place, later_scan: is_later }));
         proves.append(&mut resets.of_results);
         self.ended.push_back(Ended {
             turn: clock + u64::from(CLOCKS_TO_TURN),
@@ -118,7 +118,7 @@ impl HistogramModel {
         let memory = self.half;
         for (detector, &tops) in DetectorIndex::all().zip(&ended.tops) {
             let lanes = (0..self.plan.row_bins).filter(|&lane| tops >> lane & 1 == 1);
-            let point = |lane| CoverPoint::Bin { detector, point: BinPoint::Top { lane, memory } };
+            let point = |lane| OfBins { detector, point: BinPoint::Top { lane, memory } };
             ended.proves.extend(lanes.filter_map(|lane| self.table.number(point(lane))));
         }
     }
@@ -135,7 +135,7 @@ impl HistogramModel {
                 if pairs.any(|(&before, &now)| before > 0 && now == 0) {
                     let lane = lane as u32;
                     let point = BinPoint::Emptied { lane };
-                    let point = CoverPoint::Bin { detector, point };
+                    let point = OfBins { detector, point };
                     ended.proves.extend(self.table.number(point));
                 }
             }

@@ -184,7 +184,7 @@ impl HistogramModel {
         self.fill(filled..clocks.end, expected);
     }
 
-    fn mark(&self, point: CoverPoint, exercise: &mut Exercise) {
+    fn mark(&self, point: impl Into<CoverPoint>, exercise: &mut Exercise) {
         if let Some(number) = self.table.number(point) {
             exercise.covered.mark(number);
         }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::{Ended, HistogramModel};
-use crate::reference::coverage::{BinPoint, CoverPoint, Place};
+use crate::reference::coverage::{BinPoint, OfBins, Place, StreamPoint};
 use crate::reference::exercise::{Counted, Exercise};
 use crate::scene::DetectorIndex;
 use crate::sensor::histogram::CLOCKS_TO_ROW;
@@ -69,7 +69,7 @@ impl HistogramModel {
         }
         if let Some((detector, adder)) = alone.filter(|_| count == 1 && !self.stream.is_saturated) {
             let point = BinPoint::Clamped { adder };
-            self.mark(CoverPoint::Bin { detector, point }, exercise);
+            self.mark(OfBins { detector, point }, exercise);
         }
         self.stream.is_saturated = true;
     }
@@ -89,7 +89,7 @@ impl HistogramModel {
         exercise.results_taken += 1;
         let beat = self.stream.beat;
         if self.stream.is_held {
-            self.mark(CoverPoint::Held { beat }, exercise);
+            self.mark(StreamPoint::Held { beat }, exercise);
         }
         if self.stream.is_last {
             self.end_reading(clock, exercise);
@@ -119,10 +119,10 @@ impl HistogramModel {
             if !std::mem::replace(&mut stream.is_cut, true) {
                 exercise.groups_lost += 1;
                 let place = Place::Last;
-                self.mark(CoverPoint::Lost { place }, exercise);
+                self.mark(StreamPoint::Lost { place }, exercise);
             }
             if is_first {
-                self.mark(CoverPoint::FirstLost { beat: arrival.beat }, exercise);
+                self.mark(StreamPoint::FirstLost { beat: arrival.beat }, exercise);
             }
             return;
         }
@@ -138,14 +138,14 @@ impl HistogramModel {
         let is_after_lost = stream.is_after_lost;
         exercise.shows(arrival.row.counted, arrival.is_last);
         if took && arrival.beat == 0 {
-            self.mark(CoverPoint::BackToBack, exercise);
+            self.mark(StreamPoint::BackToBack, exercise);
         }
         if is_whole {
             for point in arrival.proves {
                 exercise.covered.mark(point);
             }
             if is_after_lost {
-                self.mark(CoverPoint::AfterLost, exercise);
+                self.mark(StreamPoint::AfterLost, exercise);
             }
         }
     }
@@ -154,16 +154,16 @@ impl HistogramModel {
     fn end_reading(&mut self, clock: u64, exercise: &mut Exercise) {
         let last = self.stream.beat;
         for beat in std::mem::take(&mut self.stream.across) {
-            self.mark(CoverPoint::HeldAcross { beat }, exercise);
+            self.mark(StreamPoint::HeldAcross { beat }, exercise);
             if beat == last {
-                self.mark(CoverPoint::LastHeldAcross, exercise);
+                self.mark(StreamPoint::LastHeldAcross, exercise);
             }
         }
         if self.stream.lost_at.take().is_some_and(|lost| lost + 1 == clock) {
-            self.mark(CoverPoint::TooLate, exercise);
+            self.mark(StreamPoint::TooLate, exercise);
         }
         if self.stream.first_shown_at + last as u64 + 1 == clock && !self.stream.is_cut {
-            self.mark(CoverPoint::Burst, exercise);
+            self.mark(StreamPoint::Burst, exercise);
         }
     }
 
@@ -215,14 +215,14 @@ impl HistogramModel {
             stream.lost_at = Some(clock);
             exercise.groups_lost += 1;
             let place = Place::Last;
-            self.mark(CoverPoint::Lost { place }, exercise);
+            self.mark(StreamPoint::Lost { place }, exercise);
             if let Some(beat) = first_lost_at {
-                self.mark(CoverPoint::FirstLost { beat }, exercise);
+                self.mark(StreamPoint::FirstLost { beat }, exercise);
             }
             return;
         }
         if took && ended.is_later {
-            self.mark(CoverPoint::BackToBack, exercise);
+            self.mark(StreamPoint::BackToBack, exercise);
         }
         self.half ^= 1;
         let rows = self.rows(&ended.bins);
@@ -232,7 +232,7 @@ impl HistogramModel {
         stream.beat = 0;
         stream.proves = ended.proves;
         if std::mem::take(&mut stream.follows_lost) {
-            let point = self.table.number(CoverPoint::AfterLost);
+            let point = self.table.number(StreamPoint::AfterLost);
             self.stream.proves.extend(point);
         }
     }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 pub use self::counting::{GroupSigns, SampleSigns};
 use super::canvas::{Canvas, Changes, EveryClock};
-use super::coverage::{CoverPoint, CoverTable, ResetState, Running};
+use super::coverage::{CoverTable, ResetPoint, ResetState, Running, ScanPoint};
 use super::exercise::Exercise;
 use super::histogram::HistogramModel;
 use super::pattern::{ChipPattern, chip_patterns};
@@ -402,7 +402,7 @@ impl Reference {
             return;
         }
         self.resets.is_stalled = false;
-        let point = CoverPoint::Reset { state: ResetState::Stalled };
+        let point = ResetPoint::In { state: ResetState::Stalled };
         if let Some(number) = self.table.number(point) {
             self.stream.exercise.covered.mark(number);
         }
@@ -420,7 +420,7 @@ impl Reference {
     fn mark_codes(&mut self, cycles: u64) {
         for (source, code) in SourceIndex::all().zip(self.interface.source_codes.iter()) {
             if cycles > code.len()
-                && let Some(point) = self.table.number(CoverPoint::CodeWraps { source })
+                && let Some(point) = self.table.number(ScanPoint::CodeWraps { source })
             {
                 self.stream.exercise.covered.mark(point);
             }

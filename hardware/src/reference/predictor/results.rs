@@ -1,7 +1,7 @@
 //! What a group of steps has counted when it ends: its results, and what they prove.
 
 use super::{Reference, StepResult};
-use crate::reference::coverage::{CoverPoint, Place};
+use crate::reference::coverage::{CoverPoint, HitPoint, Place, SaturationPoint, ScanPoint};
 use crate::reference::exercise::Counted;
 use crate::reference::stream::{Arrival, Beat};
 use crate::scan::Step;
@@ -110,10 +110,10 @@ impl Reference {
         let begins_scan = self.scan.group.0 * parallel == self.scan.left_out;
         let mut points = self.running.end_group(&self.table, steps, begins_scan);
         let delay = self.delay();
-        let mut add = |point| points.extend(self.table.number(point));
+        let mut add = |point: CoverPoint| points.extend(self.table.number(point));
         for (detector, seen) in DetectorIndex::all().zip(self.before_scan.iter_mut()) {
             if std::mem::take(seen) {
-                add(CoverPoint::BeforeScan { detector });
+                add(HitPoint::BeforeScan { detector }.into());
             }
         }
         if self.interface.saturates() {
@@ -123,31 +123,31 @@ impl Reference {
                 let step = at % self.interface.parallel() as usize;
                 if step < steps && (count == limit - 1 || count == -limit) {
                     let up = count > 0;
-                    add(CoverPoint::Limit { detector, step, up });
+                    add(SaturationPoint::Limit { detector, step, up }.into());
                 }
             }
             for (detector, &total) in DetectorIndex::all().zip(self.totals.iter()) {
                 if self.interface.total().is_some_and(|t| total == mask(t.bits)) {
                     let beyond = false;
-                    add(CoverPoint::TotalSaturation { detector, beyond });
+                    add(SaturationPoint::OfTotal { detector, beyond }.into());
                 }
             }
         }
         if self.totals.iter().any(|&total| total > 0) {
             let place = Place::of(self.scan.group.0, self.interface.groups());
             let later_scan = self.scan.scan > 0;
-            add(CoverPoint::Result { place, later_scan });
+            add(ScanPoint::Result { place, later_scan }.into());
             if self.scan.chips == self.interface.timing.scan.integration_chips {
-                add(CoverPoint::WholeStep);
+                add(ScanPoint::WholeStep.into());
             }
             if place == Place::Last && self.scan.left_out == 0 {
-                add(CoverPoint::WholeScan);
+                add(ScanPoint::WholeScan.into());
             }
             let lanes = u64::from(self.interface.lanes());
             if let Some(previous) = self.scan.previous_delay {
                 let period = previous > delay;
                 if period || previous / lanes < delay / lanes {
-                    add(CoverPoint::DelayWraps { period });
+                    add(ScanPoint::DelayWraps { period }.into());
                 }
             }
         }
@@ -180,19 +180,19 @@ impl Clamps {
     }
 
     /// The one thing that was saturated in a group, `last` of its scan or not, if there is only one.
-    fn lone_points(&self, last: bool) -> [Option<CoverPoint>; 2] {
+    fn lone_points(&self, last: bool) -> [Option<SaturationPoint>; 2] {
         match (self.counts, self.totals, self.absent) {
             (1, 0, _) => {
                 let (detector, step, up) = self.count;
-                let of_last = CoverPoint::LastSaturation { detector, step, up };
-                [Some(CoverPoint::Saturation { detector, step, up }), last.then_some(of_last)]
+                let of_last = SaturationPoint::InLastGroup { detector, step, up };
+                [Some(SaturationPoint::Beyond { detector, step, up }), last.then_some(of_last)]
             }
             (0, 0, 1) => {
                 let (detector, step, up) = self.absent_count;
-                [Some(CoverPoint::AbsentSaturation { detector, step, up }), None]
+                [Some(SaturationPoint::Absent { detector, step, up }), None]
             }
             (0, 1, 0) => {
-                [Some(CoverPoint::TotalSaturation { detector: self.total, beyond: true }), None]
+                [Some(SaturationPoint::OfTotal { detector: self.total, beyond: true }), None]
             }
             _ => [None; 2],
         }

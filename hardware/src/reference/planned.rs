@@ -8,7 +8,7 @@ pub(super) const LONGEST_HOLD: u64 = 17;
 
 /// One group of phase steps, and what comes before it.
 #[derive(Debug, Clone)]
-pub(super) struct GroupPlan {
+pub(super) struct PlannedGroup {
     /// A reset before it.
     pub reset: Option<PlannedReset>,
     /// Words outside of scans before it.
@@ -136,10 +136,10 @@ pub(super) enum Receiver {
     },
 }
 
-impl GroupPlan {
+impl PlannedGroup {
     /// A group by chance.
-    pub fn random() -> GroupPlan {
-        GroupPlan {
+    pub fn random() -> PlannedGroup {
+        PlannedGroup {
             reset: None,
             lead: Lead::Random,
             length: Length::Short,
@@ -151,40 +151,40 @@ impl GroupPlan {
     }
 
     /// A group after a reset longer than all pipelines.
-    pub fn fresh(interface: &Interface) -> GroupPlan {
+    pub fn fresh(interface: &Interface) -> PlannedGroup {
         let clocks = u64::from(interface.result_latency_clocks) + peak_clocks(interface) + 4;
-        GroupPlan::random().after_reset(3, clocks)
+        PlannedGroup::random().after_reset(3, clocks)
     }
 
-    pub fn with(self, hits: Hits) -> GroupPlan {
-        GroupPlan { hits, ..self }
+    pub fn with(self, hits: Hits) -> PlannedGroup {
+        PlannedGroup { hits, ..self }
     }
 
-    pub fn received(self, receiver: Receiver) -> GroupPlan {
-        GroupPlan { receiver, ..self }
+    pub fn received(self, receiver: Receiver) -> PlannedGroup {
+        PlannedGroup { receiver, ..self }
     }
 
     /// Ends after so many chips, by a reset of one clock that the next plan has.
-    pub fn cut_after(self, chips: u64) -> GroupPlan {
-        GroupPlan { cut: Some(chips), ..self }
+    pub fn cut_after(self, chips: u64) -> PlannedGroup {
+        PlannedGroup { cut: Some(chips), ..self }
     }
 
-    pub fn long(self, length: Length) -> GroupPlan {
-        GroupPlan { length, ..self }
+    pub fn long(self, length: Length) -> PlannedGroup {
+        PlannedGroup { length, ..self }
     }
 
-    pub fn then_the_last(self) -> GroupPlan {
+    pub fn then_the_last(self) -> PlannedGroup {
         self.then_the_last_but(0)
     }
 
     /// The scan's last group comes so many groups behind the next one.
-    pub fn then_the_last_but(self, groups: u64) -> GroupPlan {
-        GroupPlan { left_to_the_last: Some(groups), ..self }
+    pub fn then_the_last_but(self, groups: u64) -> PlannedGroup {
+        PlannedGroup { left_to_the_last: Some(groups), ..self }
     }
 
-    pub fn after_reset(self, age: u64, clocks: u64) -> GroupPlan {
+    pub fn after_reset(self, age: u64, clocks: u64) -> PlannedGroup {
         let reset = Some(PlannedReset { age, clocks });
-        GroupPlan { reset, ..self }
+        PlannedGroup { reset, ..self }
     }
 }
 

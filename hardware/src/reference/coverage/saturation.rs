@@ -1,0 +1,146 @@
+//! Cover points of counts at their limits.
+
+use super::{Family, Hindered, steps};
+use crate::reference::kitchen::Kitchen;
+use crate::reference::planned::{Hits, PlannedGroup};
+use crate::scene::DetectorIndex;
+use crate::sensor::interface::{Correlator, Interface};
+use crate::sensor::layout::mask;
+
+/// A count, or a total, at its limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SaturationPoint {
+    /// A count exactly at the end of its range, which is not saturated.
+    Limit {
+        /// Detector.
+        detector: DetectorIndex,
+        /// Step of the group.
+        step: usize,
+        /// The largest count, and not the smallest.
+        up: bool,
+    },
+    /// This count is saturated, alone, and `o_saturated` rises for it.
+    Beyond {
+        /// Detector.
+        detector: DetectorIndex,
+        /// Step of the group.
+        step: usize,
+        /// Beyond the largest count.
+        up: bool,
+    },
+    /// The same in a scan's last group.
+    InLastGroup {
+        /// Detector.
+        detector: DetectorIndex,
+        /// Step of the group.
+        step: usize,
+        /// Beyond the largest count.
+        up: bool,
+    },
+    /// A step that a scan's last group does not have would be saturated, alone: the flag
+    /// stays low.
+    Absent {
+        /// Detector.
+        detector: DetectorIndex,
+        /// Step of the group.
+        step: usize,
+        /// Beyond the largest count.
+        up: bool,
+    },
+    /// A total of hits at its limit, or beyond it with no count saturated.
+    OfTotal {
+        /// Detector.
+        detector: DetectorIndex,
+        /// Beyond, and not at it.
+        beyond: bool,
+    },
+}
+
+/// Those of a detector.
+pub(super) fn points(
+    interface: &Interface,
+    correlator: &Correlator,
+    detector: DetectorIndex,
+) -> Vec<Hindered<SaturationPoint>> {
+    let mut points = Vec::new();
+    if correlator.total.is_some_and(|total| total.saturates()) {
+        points.extend([false, true].map(|beyond| SaturationPoint::OfTotal { detector, beyond }));
+    }
+    let sides = if correlator.saturates() { &[false, true][..] } else { &[] };
+    for &up in sides {
+        for step in steps(interface) {
+            points.push(SaturationPoint::Limit { detector, step, up });
+            points.push(SaturationPoint::Beyond { detector, step, up });
+        }
+        let last_steps = interface.last_group_steps() as usize;
+        let of_last = (0..last_steps).filter(|_| interface.groups() > 1);
+        points.extend(of_last.map(|step| SaturationPoint::InLastGroup { detector, step, up }));
+        let absent = last_steps..interface.parallel() as usize;
+        points.extend(absent.map(|step| SaturationPoint::Absent { detector, step, up }));
+    }
+    points.into_iter().map(|point| (point, None)).collect()
+}
+
+impl Family for SaturationPoint {
+    fn detector(&self) -> Option<DetectorIndex> {
+        match *self {
+            SaturationPoint::Limit { detector, .. }
+            | SaturationPoint::Beyond { detector, .. }
+            | SaturationPoint::InLastGroup { detector, .. }
+            | SaturationPoint::Absent { detector, .. }
+            | SaturationPoint::OfTotal { detector, .. } => Some(detector),
+        }
+    }
+
+    fn text(&self) -> String {
+        let extreme = |up| if up { "largest" } else { "smallest" };
+        match *self {
+            SaturationPoint::Limit { step, up, .. } => {
+                format!("the {} count, not saturated, in step {step} of a group", extreme(up))
+            }
+            SaturationPoint::Beyond { step, up, .. } => {
+                format!("step {step} of a group alone saturated at the {} count", extreme(up))
+            }
+            SaturationPoint::InLastGroup { step, up, .. } => format!(
+                "step {step} of a scan's last group alone saturated at the {} count",
+                extreme(up)
+            ),
+            SaturationPoint::Absent { step, up, .. } => format!(
+                "step {step}, which a scan's last group has not, alone beyond the {} count",
+                extreme(up)
+            ),
+            SaturationPoint::OfTotal { beyond, .. } => format!(
+                "a total of hits {} its limit, no count saturated",
+                if beyond { "beyond" } else { "at" }
+            ),
+        }
+    }
+
+    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
+        let interface = kitchen.interface;
+        let limit = 1i64 << (interface.count_bits() - 1);
+        let count = |detector, step: usize, up: bool, beyond: i64| Hits::Count {
+            detector,
+            step: step as u64,
+            count: if up { limit - 1 + beyond } else { -limit - beyond },
+        };
+        let hits = match *self {
+            SaturationPoint::Limit { detector, step, up } => count(detector, step, up, 0),
+            SaturationPoint::Beyond { detector, step, up } => count(detector, step, up, 1),
+            SaturationPoint::InLastGroup { detector, step, up }
+            | SaturationPoint::Absent { detector, step, up } => {
+                let quiet = kitchen.fresh().with(Hits::None);
+                let last = PlannedGroup::random().with(count(detector, step, up, 1));
+                return kitchen.scan(quiet, last);
+            }
+            SaturationPoint::OfTotal { detector, beyond } => {
+                let most = interface.total().map_or(0, |total| mask(total.bits));
+                Hits::Total { detector, hits: most + u64::from(beyond) }
+            }
+        };
+        // The first group of a scan, or a later one: their signs differ.
+        let age = u64::from(interface.result_latency_clocks) + kitchen.beats() + 2;
+        let later = PlannedGroup::random().with(hits);
+        Ok(vec![kitchen.fresh().with(hits), later.clone().after_reset(age, 2), later])
+    }
+}

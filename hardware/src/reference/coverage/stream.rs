@@ -1,0 +1,203 @@
+//! Cover points of results on the stream.
+
+use super::scans::{Place, places};
+use super::{Family, Hindered, steps};
+use crate::reference::kitchen::Kitchen;
+use crate::reference::planned::{PlannedGroup, Receiver};
+use crate::sensor::histogram::{CLOCKS_TO_ROW, HistogramPlan};
+use crate::sensor::interface::Interface;
+
+/// Clocks that may be spent on first losses row by row.
+const MOST_CLOCKS_OF_LOSSES: u64 = 1 << 18;
+
+/// What becomes of results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum StreamPoint {
+    /// This beat of a group stands for more than a clock, and is taken then.
+    Held {
+        /// Beat.
+        beat: usize,
+    },
+    /// This beat stands while another group arrives, which is lost; it and all behind it
+    /// are taken then.
+    HeldAcross {
+        /// Beat.
+        beat: usize,
+    },
+    /// A group is lost.
+    Lost {
+        /// Where in its scan.
+        place: Place,
+    },
+    /// A scan's last beat, with `m_axis_tlast`, stands while the next group arrives.
+    LastHeldAcross,
+    /// A group arrives with the very clock that takes the last beat of the one before.
+    BackToBack,
+    /// A group is lost because the last beat before it is taken a clock too late.
+    TooLate,
+    /// All beats of a group in successive clocks.
+    Burst,
+    /// A frame shows, and the one before it was lost.
+    AfterLost,
+    /// `o_overrun` rises: out of a single memory for this row of a frame, the first that is lost
+    /// since reset; with two for a frame that ends while this row of the one before it stands.
+    FirstLost {
+        /// Row.
+        beat: usize,
+    },
+}
+
+/// Those of counts.
+pub(super) fn of_counts(interface: &Interface) -> Vec<Hindered<StreamPoint>> {
+    let groups = interface.groups();
+    let beats = interface.reference_codes.len() * steps(interface).len();
+    let mut points = Vec::new();
+    for beat in 0..beats {
+        points.extend([StreamPoint::Held { beat }, StreamPoint::HeldAcross { beat }]);
+    }
+    points.extend(places(groups).map(|place| StreamPoint::Lost { place }));
+    points.extend([StreamPoint::LastHeldAcross, StreamPoint::BackToBack, StreamPoint::TooLate]);
+    let mut points: Vec<_> = points.into_iter().map(|point| (point, None)).collect();
+    if beats > 1 {
+        let chips = interface.timing.scan.integration_chips;
+        let hurried = chips < beats as u64 && groups > 1;
+        let reason = "a group has more results than its steps have clocks";
+        points.push((StreamPoint::Burst, hurried.then_some(reason)));
+    }
+    points
+}
+
+/// Those of the rows of a frame.
+pub(super) fn of_rows(interface: &Interface, plan: &HistogramPlan) -> Vec<Hindered<StreamPoint>> {
+    let lost = rows_that_may_be_lost(interface, plan);
+    let mut points: Vec<_> = lost.iter().map(|&beat| StreamPoint::Held { beat }).collect();
+    // Out of a single memory every row that is held, but the last, stands while one is lost.
+    if plan.takes_turns() {
+        let rows = plan.rows as usize;
+        let detectors = 1..=interface.reference_codes.len();
+        let mut beats = vec![0, 1, 2, rows / 2];
+        beats.extend(detectors.flat_map(|d| [d * rows - 2, d * rows - 1, d * rows]));
+        beats.retain(|&beat| beat < interface.beats_of_group() as usize);
+        points.extend(beats.into_iter().map(|beat| StreamPoint::HeldAcross { beat }));
+    }
+    points.extend(lost.into_iter().map(|beat| StreamPoint::FirstLost { beat }));
+    points.extend([
+        StreamPoint::Lost { place: Place::Last },
+        StreamPoint::LastHeldAcross,
+        StreamPoint::BackToBack,
+        StreamPoint::TooLate,
+        StreamPoint::Burst,
+        StreamPoint::AfterLost,
+    ]);
+    points.into_iter().map(|point| (point, None)).collect()
+}
+
+/// Rows of a frame: its first ones, one in the middle, and those round the places where
+/// detectors change and the frame ends, as far as the reader is ahead of the stream.
+pub(super) fn rows_at_borders(interface: &Interface, plan: &HistogramPlan) -> Vec<usize> {
+    let rows = plan.rows as usize;
+    let detectors = interface.reference_codes.len();
+    let ahead = CLOCKS_TO_ROW as usize + 2;
+    let mut beats: Vec<usize> = vec![0, 1, 2, rows / 2];
+    beats.extend((1..=detectors).flat_map(|d| d * rows - ahead..d * rows + 2));
+    beats.retain(|&beat| beat < detectors * rows);
+    beats.sort_unstable();
+    beats.dedup();
+    beats
+}
+
+/// Rows at which the first loss since reset is looked for: all of them, or where frames are
+/// long those at borders. A loss takes two frames of its own.
+fn rows_that_may_be_lost(interface: &Interface, plan: &HistogramPlan) -> Vec<usize> {
+    let beats = interface.beats_of_group();
+    let clocks = beats.saturating_mul(2 * interface.timing.scan.integration_chips);
+    match clocks <= MOST_CLOCKS_OF_LOSSES {
+        true => (0..beats as usize).collect(),
+        false => rows_at_borders(interface, plan),
+    }
+}
+
+impl Family for StreamPoint {
+    fn text(&self) -> String {
+        match *self {
+            StreamPoint::Held { beat } => format!("beat {beat} of a group held by the receiver"),
+            StreamPoint::HeldAcross { beat } => {
+                format!("beat {beat} of a group held while a group is lost")
+            }
+            StreamPoint::Lost { place } => format!("the {} group of a scan lost", place.text()),
+            StreamPoint::LastHeldAcross => {
+                "a scan's last beat held while a group is lost".to_owned()
+            }
+            StreamPoint::BackToBack => {
+                "a group that arrives as the last beat before it is taken".to_owned()
+            }
+            StreamPoint::TooLate => "a group lost by a single clock".to_owned(),
+            StreamPoint::Burst => "a group taken in successive clocks".to_owned(),
+            StreamPoint::AfterLost => "a frame behind one that was lost".to_owned(),
+            StreamPoint::FirstLost { beat } => {
+                format!("the first loss since reset at row {beat} of a frame")
+            }
+        }
+    }
+
+    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
+        let plain = PlannedGroup::random;
+        let histogram = kitchen.interface.histogram();
+        let receiver = match (*self, histogram) {
+            // On the way the rows behind it are held, too, or every other one.
+            (StreamPoint::Held { beat }, Some(_)) => Receiver::HoldsEach { beat: beat as u64 },
+            (StreamPoint::Held { beat }, None) => Receiver::Holds { beat: beat as u64 },
+            (StreamPoint::HeldAcross { beat }, _) => Receiver::HoldsAcross { beat: beat as u64 },
+            (StreamPoint::AfterLost, _) => {
+                let lost = plain().received(Receiver::HoldsAcross { beat: 0 });
+                return Ok(vec![kitchen.fresh(), lost, plain()]);
+            }
+            (StreamPoint::BackToBack, _) => Receiver::TakesLastAfter { clocks: 0 },
+            (StreamPoint::TooLate, _) => Receiver::TakesLastAfter { clocks: 1 },
+            (StreamPoint::LastHeldAcross | StreamPoint::Lost { place: Place::First }, _) => {
+                let mut plans = kitchen.scan(kitchen.fresh(), plain())?;
+                plans.push(plain().received(Receiver::HoldsAcross { beat: kitchen.beats() }));
+                return Ok(plans);
+            }
+            (StreamPoint::Lost { place: Place::Last }, _) if kitchen.interface.groups() > 1 => {
+                let last = plain().received(Receiver::HoldsAcross { beat: 0 });
+                return kitchen.scan(kitchen.fresh(), last);
+            }
+            (StreamPoint::Lost { .. }, _) => Receiver::HoldsAcross { beat: 0 },
+            (StreamPoint::FirstLost { beat }, Some(plan)) => {
+                let rows = rows_that_may_be_lost(kitchen.interface, plan);
+                return Ok(kitchen.row_by_row(rows, beat, |row| first_loss(kitchen, plan, row)));
+            }
+            (StreamPoint::Burst | StreamPoint::FirstLost { .. }, _) => Receiver::Takes,
+        };
+        Ok(vec![kitchen.fresh(), plain().received(receiver)])
+    }
+}
+
+/// A frame is there to be read: from the second on it is lost, or a row of it, and a reset
+/// ends what was lost.
+fn first_loss(kitchen: &Kitchen, plan: &HistogramPlan, row: u64) -> Vec<PlannedGroup> {
+    let latency = u64::from(kitchen.interface.result_latency_clocks);
+    let plain = PlannedGroup::random;
+    let before = match plan.takes_turns() {
+        // A frame that ends is lost.
+        true => Some(row),
+        // The frame's first row is, while the last one of the frame before stands.
+        false if row == 0 => Some(kitchen.beats() - 1),
+        false => None,
+    };
+    let (mut plans, age) = match before {
+        Some(beat) => {
+            let holds = Receiver::StopsAt { beat, clocks: latency + 2 };
+            let (cut, age) = kitchen.cut_at(latency + 2);
+            (vec![plain().received(holds), cut], age)
+        }
+        None => {
+            let (cut, age) = kitchen.cut_at(latency + row + 2);
+            let holds = Receiver::StopsAt { beat: row - 1, clocks: age + 2 };
+            (vec![cut.received(holds)], age)
+        }
+    };
+    plans.push(plain().after_reset(age, 1));
+    plans
+}
