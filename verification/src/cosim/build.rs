@@ -3,7 +3,7 @@
 //! A build's identity is the hash of everything that goes into it: Verilog,
 //! C++, flags and the tools' versions.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -113,6 +113,7 @@ pub fn build_with(
     }
     let name = format!("model-{}", hash(&parts));
     let bytes = once(cache, &name, PROGRAM, |folder| {
+        let known = known_header(&tools, cache);
         let runtime = runtime(&tools, cache)?;
         verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
@@ -121,7 +122,8 @@ pub fn build_with(
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("cosim.cpp"), TESTBENCH)?;
         write(&folder.join(undefined::HEADER), undefined::TEXT)?;
-        link(&tools, folder, &["-include", undefined::HEADER], Some(&runtime))
+        let header = known.as_deref().unwrap_or(Path::new(undefined::HEADER));
+        link(&tools, folder, &["-include".as_ref(), header.as_os_str()], Some(&runtime))
             .map_err(|error| rejection(error, sources))
     })?;
     let path = cache.join(name).join(PROGRAM);
@@ -181,7 +183,8 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
         write(&folder.join(unit.header.0), unit.header.1)?;
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("lanes.cpp"), unit.testbench)?;
-        link(&tools, folder, unit.flags, runtime.as_deref())
+        let flags: Vec<&OsStr> = unit.flags.iter().map(OsStr::new).collect();
+        link(&tools, folder, &flags, runtime.as_deref())
     })?;
     let path = cache.join(name).join(PROGRAM);
     let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
@@ -198,10 +201,7 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
 /// Verilator's run-time library as object files: the same for every model, and
 /// most of the compiler's work.
 fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
-    let mut parts = vec![tools.versions.as_str(), "runtime"];
-    parts.extend(RUNTIME);
-    parts.extend(tools.compiler_flags.iter().map(String::as_str));
-    once(cache, &format!("runtime-{}", hash(&parts)), RUNTIME_OBJECT, |folder| {
+    once(cache, &runtime_name(tools), RUNTIME_OBJECT, |folder| {
         let all: String = RUNTIME.iter().map(|name| format!("#include \"{name}\"\n")).collect();
         let unit = folder.join("runtime.cpp");
         write(&unit, &all)?;
@@ -217,6 +217,43 @@ fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
         })?;
         Ok(())
     })
+}
+
+fn runtime_name(tools: &Tools) -> String {
+    let mut parts = vec![tools.versions.as_str(), "runtime"];
+    parts.extend(RUNTIME);
+    parts.extend(tools.compiler_flags.iter().map(String::as_str));
+    format!("runtime-{}", hash(&parts))
+}
+
+/// The header that each model's unit begins with, and beside it the same as the compiler knows it
+/// already: two thirds of its work on a model of usual size. None before a cache's first model,
+/// for which making it would take twice what it saves, and where it cannot be made: what is wrong
+/// there is told when the model is compiled.
+fn known_header(tools: &Tools, cache: &Path) -> Option<PathBuf> {
+    if !cache.join(runtime_name(tools)).exists() {
+        return None;
+    }
+    let mut parts = vec![tools.versions.as_str(), undefined::TEXT];
+    parts.extend(tools.compiler_flags.iter().map(String::as_str));
+    let name = format!("header-{}", hash(&parts));
+    let known = format!("{}.gch", undefined::HEADER);
+    let made = once(cache, &name, &known, |folder| {
+        let header = folder.join(undefined::HEADER);
+        write(&header, undefined::TEXT)?;
+        let include = include_flags(tools)?;
+        tools.compiler.run(|command| {
+            command
+                .args(&tools.compiler_flags)
+                .args(include)
+                .args(["-pthread", "-x", "c++-header"])
+                .arg(&header)
+                .arg("-o")
+                .arg(folder.join(&known))
+        })?;
+        Ok(())
+    });
+    made.ok().map(|_| cache.join(name).join(undefined::HEADER))
 }
 
 fn verilate(
@@ -307,7 +344,7 @@ pub(super) fn elaborated(
 fn link(
     tools: &Tools,
     folder: &Path,
-    flags: &[&str],
+    flags: &[&OsStr],
     runtime: Option<&[u8]>,
 ) -> Result<(), CosimError> {
     let mut units: Vec<String> = fs::read_dir(folder)
