@@ -124,7 +124,7 @@ mod tests {
             let example = format!("Example: goldtof {} ", sub.get_name());
             assert!(more.unwrap_or_default().starts_with(&example), "{example}");
             let options = sub.get_arguments().filter(|option| option.get_long().is_some());
-            for option in options.filter(|option| option.get_action().takes_values()) {
+            for option in options.filter(takes_values) {
                 let name = format!("--{}", option.get_long().unwrap_or_default());
                 let help = option.get_help().map(ToString::to_string).unwrap_or_default();
                 let has_example = help.contains(&format!("{name} "));
@@ -134,6 +134,10 @@ mod tests {
             }
         }
         assert!(checked > 60, "{checked}");
+    }
+
+    fn takes_values(option: &&clap::Arg) -> bool {
+        option.get_num_args().is_some_and(|number| number.takes_values())
     }
 
     #[test]

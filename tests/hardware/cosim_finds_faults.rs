@@ -115,7 +115,7 @@ const WINDOW: &[Fault] = &[
     ("scan_controller.v", "i_epoch & may_start_r", "may_start_r"),
     ("scan_controller.v", "STEP_COUNT_END   = 5'h01", "STEP_COUNT_END   = 5'h02"),
     ("lane_delay.v", "DELAYED_LOAD = 3'h3", "DELAYED_LOAD = 3'h1"),
-    ("count_clamp.v", "LARGEST  = 5'h0f", "LARGEST  = 5'h0e"),
+    ("count_clamp.v", "{4{~i_count[9]}}", "{{3{~i_count[9]}}, 1'b0}"),
     ("result_stream.v", "i_counted & i_clamped", "i_counted & ~i_clamped"),
     ("result_stream.v", "i_counted & i_clamped", "i_counted & i_clamped & ~i_last"),
 ];

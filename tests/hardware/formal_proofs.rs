@@ -87,7 +87,7 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("counts", "edge_detector", "{i_samples[2:0], last_sample_r}", "{i_samples[2:0], 1'b0}"),
     ("counts", "edge_detector", " & {4{i_run}}", ""),
     // Counts that a step takes long to come to.
-    ("counts", "count_clamp", "(i_count[10] ? SMALLEST : LARGEST)", "LARGEST"),
+    ("counts", "count_clamp", "{5{~i_count[10]}}", "5'h1f"),
     ("counts", "hit_counter", "exact[5:0] | {6{o_clamped}}", "exact[5:0]"),
     ("stream", "result_stream", "(~i_last & (|i_clamped))", "(|i_clamped)"),
     ("axis", "result_stream", "o_valid <= i_counted | blocked", "o_valid <= i_counted | more_r"),

@@ -2,7 +2,8 @@
 //! what the model estimator leaves of it.
 
 use super::figure::Figure;
-use super::run::{Run, RunError};
+use super::run::Run;
+use super::run_error::RunError;
 use super::sensor::expected;
 use crate::report::chart::{Axis, Mark, Panel};
 use crate::report::table::{Spread, Table};

@@ -5,7 +5,8 @@
 use std::sync::Arc;
 
 use super::figure::Figure;
-use super::run::{Run, RunError};
+use super::run::Run;
+use super::run_error::RunError;
 use super::sensor::{CHIP_PERIOD_PS, Light, POWER_PW, sensor, window};
 use crate::code::{Code, CodeSpec, Family};
 use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate};

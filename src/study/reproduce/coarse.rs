@@ -1,7 +1,8 @@
 //! Failures of the search over a whole code period at low light.
 
 use super::figure::Figure;
-use super::run::{Run, RunError};
+use super::run::Run;
+use super::run_error::RunError;
 use super::sensor::{Light, balanced_gold, sensor};
 use crate::report::chart::{Axis, Mark, Panel};
 use crate::report::table::Table;

@@ -3,7 +3,8 @@
 
 use super::figure::{Claim, Figure};
 use super::many::beside::Beside;
-use super::run::{Run, RunError};
+use super::run::Run;
+use super::run_error::RunError;
 use super::sensor::{
     CHIP_PERIOD_PS, Light, POWER_PW, SAMPLES_PER_CHIP, TARGET_PS, balanced_gold, delays_chips,
     sensor, window,

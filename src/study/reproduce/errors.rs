@@ -6,7 +6,8 @@ use std::sync::Arc;
 use super::bias::{Bias, ByModel, Frame, figure};
 use super::extremes::Candidates;
 use super::figure::Figure;
-use super::run::{Run, RunError};
+use super::run::Run;
+use super::run_error::RunError;
 use super::sensor::{
     CHIP_PERIOD_PS, Light, POWER_PW, TARGET_PS, balanced_gold, sensor, square, window,
 };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use goldtof_fft::num_complex::Complex64;
 
-use super::run::RunError;
+use super::run_error::RunError;
 use super::sensor::{CHIP_PERIOD_PS, Light, SAMPLES_PER_CHIP, TARGET_PS, expected, sensor, window};
 use crate::code::{Code, correlate};
 

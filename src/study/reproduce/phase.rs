@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::run::RunError;
+use super::run_error::RunError;
 use super::statistics::{Measured, rate, sample_mean_of, sample_std};
 use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate};
 use crate::scene::{DetectorIndex, Scene};

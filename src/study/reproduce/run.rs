@@ -5,41 +5,18 @@ use super::figure::FigureId;
 use super::many::Fits;
 use super::phase::{Errors, phase_errors};
 use super::printed::printed_distance_m;
+use super::run_error::RunError;
 use super::statistics::{Measured, rate, sample_mean, sample_mean_of, sample_std};
-use crate::code::CodeError;
 use crate::door::Jobs as _;
 use crate::estimate::fit::Fitter;
 use crate::estimate::unwrap::unwrap;
-use crate::estimate::{CountingTier, PredictionError, delay_error_ps, distance_m};
+use crate::estimate::{CountingTier, delay_error_ps, distance_m};
 use crate::photons::DetectorModel;
-use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
+use crate::response::{CountSampler, MeanResponse, SecondMoments};
 use crate::scene::{DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
-use crate::simulate::scans::{ScansError, scans};
-
-/// Why a figure could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// A code could not be made.
-    #[error(transparent)]
-    Code(#[from] CodeError),
-    /// Scans could not be simulated.
-    #[error(transparent)]
-    Scans(#[from] ScansError),
-    /// The mean response could not be had.
-    #[error(transparent)]
-    MeanResponse(#[from] MeanResponseError),
-    /// The estimator's mean answer could not be had.
-    #[error(transparent)]
-    Prediction(#[from] PredictionError),
-    /// No statistics came of the scans.
-    #[error("fewer than two of {scans} scans found the target; use more --repeat")]
-    NoStatistics {
-        /// Scans simulated.
-        scans: u64,
-    },
-}
+use crate::simulate::scans::scans;
 
 /// Scans behind a mean correlation, as in the article.
 const CORRELATION_SCANS: u64 = 100;

@@ -1,7 +1,8 @@
 //! What needs no photons: correlations of codes (Fig. 3).
 
 use super::figure::{Claim, Figure};
-use super::run::{Run, RunError};
+use super::run::Run;
+use super::run_error::RunError;
 use super::sensor::{
     CHIP_PERIOD_PS, Light, POWER_PW, balanced_gold, balanced_index, gold, sensor, square,
 };

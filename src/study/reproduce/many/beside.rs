@@ -5,7 +5,8 @@ use crate::report::chart::{Axis, Mark, Panel};
 use crate::report::table::Table;
 use crate::scene::Scene;
 use crate::simulate::Tier;
-use crate::study::reproduce::run::{Run, RunError};
+use crate::study::reproduce::run::Run;
+use crate::study::reproduce::run_error::RunError;
 
 /// The phase's scans are one of so many shares of what is usual.
 const SHARES: u64 = 5;

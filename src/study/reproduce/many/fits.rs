@@ -12,7 +12,7 @@ use crate::simulate::Tier;
 use crate::simulate::repeat::Ranging;
 use crate::simulate::scans::scans;
 use crate::study::reproduce::phase::Errors;
-use crate::study::reproduce::run::RunError;
+use crate::study::reproduce::run_error::RunError;
 use crate::study::reproduce::statistics::{Measured, rate, sample_mean_of, sample_std};
 
 /// An error of more than so many of the fit's own standard deviations is wrong: noise makes

@@ -7,7 +7,8 @@ use crate::report::table::Table;
 use crate::scene::Scene;
 use crate::simulate::Tier;
 use crate::study::reproduce::figure::Figure;
-use crate::study::reproduce::run::{Run, RunError};
+use crate::study::reproduce::run::Run;
+use crate::study::reproduce::run_error::RunError;
 use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, balanced_gold, sensor, window};
 use crate::study::reproduce::statistics::Measured;
 
