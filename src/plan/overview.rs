@@ -98,6 +98,6 @@ fn of(sensor: &Sensor, detector: DetectorIndex, estimator: EstimatorKind) -> Exp
         expected_bias_m: report.expected_bias_m,
         expected_std_m: report.expected_std_m,
         bound_m: report.bound_m,
-        remark: report.remark.or(report.bound_remark).or(report.folded),
+        remark: report.remark.or(report.folded).or(report.bound_remark),
     }
 }

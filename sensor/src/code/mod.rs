@@ -28,6 +28,7 @@ mod interleave;
 mod lfsr;
 mod report;
 mod spec;
+mod text;
 
 pub use correlation::{correlate, correlate_naive, cross_correlation_counts, value_counts};
 pub use error::CodeError;
@@ -35,11 +36,9 @@ pub use family::{Family, UnknownFamily};
 pub use gold::{GoldSet, bound, default_pair, default_polynomial};
 pub use interleave::interleave;
 pub use lfsr::{Lfsr, polynomial_text};
-pub use report::{
-    Autocorrelation, CodesReport, GoldSetReport, MalformedPolynomials, parse_polynomials,
-    parse_seeds, report,
-};
+pub use report::{Autocorrelation, CodesReport, GoldSetReport, report};
 pub use spec::CodeSpec;
+pub use text::{MalformedPolynomials, parse_polynomials, parse_seeds};
 
 /// Smallest degree of a polynomial.
 pub const MIN_DEGREE: u32 = 3;

@@ -3,7 +3,7 @@
 use super::family::Family;
 use super::gold::{GoldSet, default_pair, default_polynomial};
 use super::lfsr::Lfsr;
-use super::report::{parse_polynomial, parse_seed};
+use super::text::{parse_polynomial, parse_seed};
 use super::{Code, CodeError, Generator, MAX_DEGREE, MIN_DEGREE, parse_chips};
 
 /// The parameters of a code, unchecked; the options of `goldtof codes`. `None` means not given.

@@ -4,7 +4,8 @@
 use crate::report::table::Table;
 use crate::scene::Scene;
 use crate::study::reproduce::phase::Errors;
-use crate::study::reproduce::run::{Run, RunError};
+use crate::study::reproduce::run::Run;
+use crate::study::reproduce::run_error::RunError;
 use crate::study::reproduce::sensor::{
     CHIP_PERIOD_PS, SAMPLES_PER_CHIP, TARGET_PS, expected, window,
 };

@@ -9,7 +9,8 @@ use super::{POWER, POWERS_PW, mean_loss, with_interval};
 use crate::code::Code;
 use crate::scene::Scene;
 use crate::study::reproduce::figure::{Claim, Figure};
-use crate::study::reproduce::run::{Run, RunError};
+use crate::study::reproduce::run::Run;
+use crate::study::reproduce::run_error::RunError;
 use crate::study::reproduce::sensor::{
     CHIP_PERIOD_PS, Light, TARGET_PS, balanced_gold, sensor, square,
 };
