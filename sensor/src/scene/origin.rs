@@ -1,4 +1,4 @@
-//! Where a scene comes from: as documents name it, and as it was read.
+//! Where a scene comes from, as documents name it.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -6,7 +6,6 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::setting::Setting;
-use super::{Scene, SceneErrors, read};
 use crate::digest::sha256;
 use crate::printable::printable_path;
 
@@ -49,48 +48,6 @@ impl SceneReference {
 }
 
 /// Part of a path, as it may be written.
-fn shown(part: Option<&OsStr>) -> String {
+pub(super) fn shown(part: Option<&OsStr>) -> String {
     part.map_or_else(String::new, |part| printable_path(Path::new(part)))
-}
-
-/// A scene as it was read, so that what is made of it needs no other file. It is read once:
-/// whoever changes the file meanwhile changes nothing here.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct SceneText {
-    /// Name of the file, without its folder.
-    pub file: String,
-    /// Its text.
-    pub text: String,
-    /// Overridden keys: `path.distance=5 m`.
-    pub settings: Vec<Setting>,
-}
-
-impl SceneText {
-    /// That of the file `path`, with some of its keys overridden. Its name has the folder, for
-    /// messages.
-    ///
-    /// # Errors
-    /// If it cannot be read.
-    pub fn read(path: &Path, settings: &[Setting]) -> Result<SceneText, SceneErrors> {
-        let text = read::read(path)?;
-        Ok(SceneText { file: printable_path(path), text, settings: settings.to_vec() })
-    }
-
-    /// The same without the folder in its name, on which nothing may depend.
-    pub fn without_folder(&self) -> SceneText {
-        SceneText { file: shown(Path::new(&self.file).file_name()), ..self.clone() }
-    }
-
-    /// The scene.
-    ///
-    /// # Errors
-    /// Everything that is wrong with it.
-    pub fn scene(&self) -> Result<Scene, SceneErrors> {
-        read::parse_with(&self.file, &self.text, &self.settings)
-    }
-
-    /// What documents name it by.
-    pub fn reference(&self) -> SceneReference {
-        SceneReference::of_text(&self.file, &self.text, &self.settings)
-    }
 }

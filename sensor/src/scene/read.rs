@@ -13,7 +13,7 @@ use super::reader::Section;
 use super::setting::Setting;
 use super::whole::read_scene;
 use super::wording::nearest;
-use super::{Scene, SceneErrors, SceneReference, SceneText};
+use super::{Scene, SceneErrors, SceneReference};
 use crate::files::read_text;
 use crate::printable::printable_path;
 
@@ -34,7 +34,7 @@ pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
 /// # Errors
 /// As there; an error in a setting names the setting, not a line.
 pub fn load_with(path: &FilePath, settings: &[Setting]) -> Result<Scene, SceneErrors> {
-    SceneText::read(path, settings)?.scene()
+    parse_with(&printable_path(path), &read(path)?, settings)
 }
 
 /// The text of the scene in the file `path`.
