@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use goldtof::code::{CodeSpec, Family, correlate, parse_polynomials, parse_seeds, report};
 use goldtof::cosim::StimulusKind;
-use goldtof::cosim::latency::Latency;
+use goldtof::cosim::asked_latency::Latency;
 use goldtof::{CosimOptions, EmitOptions, Jobs as _, OwnRtl, Sensor};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;

@@ -50,7 +50,8 @@ pub use self::record::TestbenchPort;
 pub use self::scoreboard::{Scoreboard, ScoreboardOptions, Summary};
 pub use crate::reference::predictor::StepResult;
 
-use crate::cosim::latency::{MOST_CLOCKS, held_to_clocks};
+use crate::cosim::asked_latency::MOST_CLOCKS;
+use crate::cosim::latency::held_to_clocks;
 use crate::sensor::Sensor;
 
 /// The sensor with the latency that a design has: clocks from a group's last word to its

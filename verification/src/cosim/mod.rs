@@ -1,5 +1,6 @@
 //! Co-simulation: Verilog in Verilator, beside the reference model, clock by clock.
 
+pub mod asked_latency;
 mod beside_lanes;
 #[doc(hidden)]
 pub mod build;

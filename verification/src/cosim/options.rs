@@ -1,7 +1,7 @@
 //! What a co-simulation is asked for: the command line's options, and the library's.
 
+use super::asked_latency::Latency;
 use super::engine::Engine;
-use super::latency::Latency;
 use super::own::OwnRtl;
 use super::window::Window;
 use super::{MOST_CLOCKS, StimulusKind};
