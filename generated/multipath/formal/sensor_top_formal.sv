@@ -353,6 +353,8 @@ module prove_scan (
     end
     wire holds = (run_seen == running)
         & (start_seen == start) & chip_holds & step_holds
+        // As `reference` has it.
+        & (`CHIPS == 1 | !`REALIGNS | ~(start_seen & step_ends_seen))
         & (`CHIPS == 1 | step_ends_seen == before_last)
         & (`RESULTS == 1 | counts_seen == ended[`CLOCKS_TO_COUNTED-1])
         & (step_end_seen == ends_step)
@@ -366,7 +368,8 @@ endmodule
 // Each sample's reference is the chip of the detector's code that the delay of its phase step gives
 // it: in step k sample l of chip n has chip floor((n S + l - k) / S). The delay is a number here;
 // the reference's generator stands still, and chips come again, as it grows. When steps end and
-// scans begin is anything here that `scan` allows, and more: steps may be short.
+// scans begin is anything that `scan` proves of the scan controller, and more: steps may be short. So
+// this holds together with `scan`.
 module prove_reference (
     `INPUTS,
     input wire may_end,
@@ -381,8 +384,8 @@ module prove_reference (
     localparam KEPT = `KEPT_CHIPS;
     localparam SAMPLE_BITS = `SAMPLES > 1 ? $clog2(`SAMPLES) : 1;
 
-    // A step ends with the clock behind its last chip but one; no two ends are nearer to each other
-    // than the step is long, or than the chips that come again. A scan begins behind an end or in a
+    // A step ends with the clock behind its last chip but one; two ends are at least a step apart, or
+    // the chips that come again and two, whichever is less. A scan begins behind an end or in a
     // pause, and so not where a step has a chip to go.
     localparam APART = `CHIPS - 1 < REPLAYED + 1 ? `CHIPS - 1 : REPLAYED + 1;
     reg [APART+1:1] ended;
@@ -452,7 +455,7 @@ module prove_reference (
             end
         end
     endgenerate
-    `REACHES(ends & ~i_rst)
+    `REACHES(ends & ~i_rst & windows != 0)
 endmodule
 
 // A running sum of the words of hits, and what it grew by from dump to dump. It begins as the
@@ -473,6 +476,7 @@ module spec_count #(
     reg [6*DELAY-1:0] words;
     wire signed [5:0] added = words[6*DELAY-1 -: 6];
     reg has_begun;
+    initial has_begun = 1'b0;
     reg signed [BITS-1:0] sum_since, total, base_since;
     wire [BITS-1:0] base = has_begun ? base_since : base_seen;
     wire signed [BITS-1:0] sum = has_begun ? sum_since : -base_seen;

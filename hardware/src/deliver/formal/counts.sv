@@ -16,6 +16,7 @@ module spec_count #(
     reg [6*DELAY-1:0] words;
     wire signed [5:0] added = words[6*DELAY-1 -: 6];
     reg has_begun;
+    initial has_begun = 1'b0;
     reg signed [BITS-1:0] sum_since, total, base_since;
     wire [BITS-1:0] base = has_begun ? base_since : base_seen;
     wire signed [BITS-1:0] sum = has_begun ? sum_since : -base_seen;

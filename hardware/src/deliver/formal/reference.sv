@@ -1,7 +1,8 @@
 // Each sample's reference is the chip of the detector's code that the delay of its phase step gives
 // it: in step k sample l of chip n has chip floor((n S + l - k) / S). The delay is a number here;
 // the reference's generator stands still, and chips come again, as it grows. When steps end and
-// scans begin is anything here that `scan` allows, and more: steps may be short.
+// scans begin is anything that `scan` proves of the scan controller, and more: steps may be short. So
+// this holds together with `scan`.
 module prove_reference (
     `INPUTS,
     input wire may_end,
@@ -16,8 +17,8 @@ module prove_reference (
     localparam KEPT = `KEPT_CHIPS;
     localparam SAMPLE_BITS = `SAMPLES > 1 ? $clog2(`SAMPLES) : 1;
 
-    // A step ends with the clock behind its last chip but one; no two ends are nearer to each other
-    // than the step is long, or than the chips that come again. A scan begins behind an end or in a
+    // A step ends with the clock behind its last chip but one; two ends are at least a step apart, or
+    // the chips that come again and two, whichever is less. A scan begins behind an end or in a
     // pause, and so not where a step has a chip to go.
     localparam APART = `CHIPS - 1 < REPLAYED + 1 ? `CHIPS - 1 : REPLAYED + 1;
     reg [APART+1:1] ended;
@@ -87,5 +88,5 @@ module prove_reference (
             end
         end
     endgenerate
-    `REACHES(ends & ~i_rst)
+    `REACHES(ends & ~i_rst & windows != 0)
 endmodule

@@ -88,6 +88,8 @@ module prove_scan (
     end
     wire holds = (run_seen == running)
         & (start_seen == start) & chip_holds & step_holds
+        // As `reference` has it.
+        & (`CHIPS == 1 | !`REALIGNS | ~(start_seen & step_ends_seen))
         & (`CHIPS == 1 | step_ends_seen == before_last)
         & (`RESULTS == 1 | counts_seen == ended[`CLOCKS_TO_COUNTED-1])
         & (step_end_seen == ends_step)

@@ -252,6 +252,8 @@ fn write_yosys(design: &Design, proofs: &[Proof], properties: &str, text: &mut S
             let _ = writeln!(text, "{}: techmap -autoproc {mode}-map {REGISTERS}", proof.name);
         }
         if let Some(register) = proof.begun {
+            // The map's wires are gone before, which have the attribute, too.
+            let _ = writeln!(text, "{}: opt_clean", proof.name);
             let _ = writeln!(text, "{}: setattr -unset init w:*.{register}", proof.name);
         }
     }
