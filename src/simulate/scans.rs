@@ -106,6 +106,9 @@ pub enum Counted<'c> {
 ///
 /// # Errors
 /// When the tier cannot do the scene.
+///
+/// # Panics
+/// If the hardware keeps histograms.
 pub fn scans(
     sensor: &Sensor,
     detector: DetectorIndex,
@@ -116,9 +119,8 @@ pub fn scans(
 ) -> Result<Option<Exercised>, ScansError> {
     let prepared = Prepared::new(sensor, tier, Engine::Auto)?;
     prepared.scans(sensor, detector, seed, 0..repetitions, &mut |counted| {
-        if let Counted::Steps(counts) = counted {
-            on_scan(counts);
-        }
+        let Counted::Steps(counts) = counted else { unreachable!("it keeps a histogram") };
+        on_scan(counts);
     })
 }
 
@@ -126,6 +128,9 @@ pub fn scans(
 ///
 /// # Errors
 /// When the tier cannot do the scene.
+///
+/// # Panics
+/// If the hardware counts up and down.
 pub fn histograms(
     sensor: &Sensor,
     detector: DetectorIndex,
@@ -136,9 +141,8 @@ pub fn histograms(
 ) -> Result<Option<Exercised>, ScansError> {
     let prepared = Prepared::new(sensor, tier, Engine::Auto)?;
     prepared.scans(sensor, detector, seed, 0..repetitions, &mut |counted| {
-        if let Counted::Bins(histogram) = counted {
-            on_histogram(histogram);
-        }
+        let Counted::Bins(histogram) = counted else { unreachable!("it counts up and down") };
+        on_histogram(histogram);
     })
 }
 

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 /// A text that is not what a command line option takes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "\"{0}\" is not a list of polynomials; write exponents with commas and polynomials \
+    "\"{0}\" is not a polynomial, nor a list of them; write exponents with commas and polynomials \
      with semicolons, as in \"11,2,0;11,8,5,2,0\""
 )]
 pub struct MalformedPolynomials(String);

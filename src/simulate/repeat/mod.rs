@@ -239,7 +239,8 @@ impl<'a> Simulated<'a> {
             Architecture::Histogram => 1.0,
         };
         let integration_s = sensor.timing().integration_ps() * 1e-12;
-        let measured_s = tally.scans as f64 * integrations * integration_s;
+        // What draws nothing has no scans.
+        let measured_s = tally.scans.max(1) as f64 * integrations * integration_s;
         let rate_cps = tally.detections as f64 / measured_s;
         let theory = theory(sensor, detector, &ranging.paths, ranging.counting);
         let mut estimates = statistics(ranging, tally, &theory, rate_cps, self.family);

@@ -11,6 +11,7 @@ pub struct StressOptions {
     /// One case, for example --case no-light-at-all [default: all]
     #[arg(long = "case", value_name = "NAME", conflicts_with = "quick", num_args = 1,
           action = clap::ArgAction::Set)]
+    #[schemars(description = "Names of the cases; all of them without any")]
     pub cases: Vec<String>,
     /// The fast subset
     #[arg(long)]

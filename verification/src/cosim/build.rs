@@ -113,7 +113,7 @@ pub fn build_with(
     }
     let name = format!("model-{}", hash(&parts));
     let bytes = once(cache, &name, PROGRAM, |folder| {
-        let known = known_header(&tools, cache);
+        let precompiled = precompiled_header(&tools, cache);
         let runtime = runtime(&tools, cache)?;
         verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
@@ -122,7 +122,7 @@ pub fn build_with(
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("cosim.cpp"), TESTBENCH)?;
         write(&folder.join(undefined::HEADER), undefined::TEXT)?;
-        let header = known.as_deref().unwrap_or(Path::new(undefined::HEADER));
+        let header = precompiled.as_deref().unwrap_or(Path::new(undefined::HEADER));
         link(&tools, folder, &["-include".as_ref(), header.as_os_str()], Some(&runtime))
             .map_err(|error| rejection(error, sources))
     })?;
@@ -220,25 +220,28 @@ fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
 }
 
 fn runtime_name(tools: &Tools) -> String {
-    let mut parts = vec![tools.versions.as_str(), "runtime"];
-    parts.extend(RUNTIME);
-    parts.extend(tools.compiler_flags.iter().map(String::as_str));
-    format!("runtime-{}", hash(&parts))
+    entry_name("runtime", tools, RUNTIME)
 }
 
-/// The header that each model's unit begins with, and beside it the same as the compiler knows it
-/// already: two thirds of its work on a model of usual size. None before a cache's first model,
-/// for which making it would take twice what it saves, and where it cannot be made: what is wrong
-/// there is told when the model is compiled.
-fn known_header(tools: &Tools, cache: &Path) -> Option<PathBuf> {
+/// Name in the cache of what these tools make of some texts.
+fn entry_name(kind: &str, tools: &Tools, texts: &[&str]) -> String {
+    let mut parts = vec![tools.versions.as_str(), kind];
+    parts.extend(texts);
+    parts.extend(tools.compiler_flags.iter().map(String::as_str));
+    format!("{kind}-{}", hash(&parts))
+}
+
+/// The header that each model's unit begins with, beside a precompiled one, which saves two thirds
+/// of the compiler's work on a model of usual size. None before a cache's first model, for which it
+/// would cost twice what it saves, and where it cannot be made: what is wrong there is told when
+/// the model is compiled.
+fn precompiled_header(tools: &Tools, cache: &Path) -> Option<PathBuf> {
     if !cache.join(runtime_name(tools)).exists() {
         return None;
     }
-    let mut parts = vec![tools.versions.as_str(), undefined::TEXT];
-    parts.extend(tools.compiler_flags.iter().map(String::as_str));
-    let name = format!("header-{}", hash(&parts));
-    let known = format!("{}.gch", undefined::HEADER);
-    let made = once(cache, &name, &known, |folder| {
+    let name = entry_name("header", tools, &[undefined::TEXT]);
+    let precompiled = format!("{}.gch", undefined::HEADER);
+    let made = once(cache, &name, &precompiled, |folder| {
         let header = folder.join(undefined::HEADER);
         write(&header, undefined::TEXT)?;
         let include = include_flags(tools)?;
@@ -249,7 +252,7 @@ fn known_header(tools: &Tools, cache: &Path) -> Option<PathBuf> {
                 .args(["-pthread", "-x", "c++-header"])
                 .arg(&header)
                 .arg("-o")
-                .arg(folder.join(&known))
+                .arg(folder.join(&precompiled))
         })?;
         Ok(())
     });

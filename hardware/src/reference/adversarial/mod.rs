@@ -21,7 +21,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use self::hits::{Pattern, Words, length};
 pub use self::means::Means;
 use super::coverage::CoverPoint;
-use super::kitchen::Kitchen;
+use super::group_maker::GroupMaker;
 use super::level::Level;
 use super::planned::{Hits, Lead, Length, PlannedGroup, Reach, Receiver};
 use super::predictor::{Position, Reference, ReferenceError, Skip, Surroundings};
@@ -420,10 +420,10 @@ fn recipe(
     reach: &Reach,
     point: CoverPoint,
 ) -> Result<Vec<PlannedGroup>, String> {
-    let kitchen = Kitchen { interface, reach };
-    let mut plans = point.recipe(&kitchen)?;
+    let maker = GroupMaker { interface, reach };
+    let mut plans = point.recipe(&maker)?;
     let flush = reach.groups_to_flush(interface);
-    let chips: u64 = plans.iter().map(|plan| kitchen.chips_of(plan)).sum();
+    let chips: u64 = plans.iter().map(|plan| maker.chips_of(plan)).sum();
     let clocks = chips.saturating_add(flush.saturating_mul(reach.shortest));
     if clocks > reach.most_clocks {
         return Err(format!("it takes {clocks} clocks"));

@@ -1,7 +1,7 @@
 //! Cover points of the bins of a histogram.
 
 use super::{Family, Hindered};
-use crate::reference::kitchen::Kitchen;
+use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, PlannedGroup};
 use crate::scene::DetectorIndex;
 use crate::sensor::histogram::HistogramPlan;
@@ -134,14 +134,14 @@ impl Family for OfBins {
         }
     }
 
-    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         let detector = self.detector;
-        let Some(plan) = kitchen.interface.histogram() else {
+        let Some(plan) = maker.interface.histogram() else {
             return Ok(Vec::new());
         };
         let lane = |lane: u32| Hits::Lane { detector, lane: lane.into() };
         let of_adder = |adder| lane(adder * plan.adder_samples);
-        let (fresh, plain) = (kitchen.fresh(), PlannedGroup::random);
+        let (fresh, plain) = (maker.fresh(), PlannedGroup::random);
         Ok(match self.point {
             BinPoint::Hit { lane: l, .. } | BinPoint::Full { lane: l } => {
                 vec![fresh.with(lane(l))]

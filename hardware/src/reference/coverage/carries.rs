@@ -1,7 +1,7 @@
 //! Cover points of carries and borrows of counters.
 
 use super::{Family, Hindered, steps};
-use crate::reference::kitchen::Kitchen;
+use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Correlator, Interface};
@@ -94,13 +94,13 @@ impl Family for CarryPoint {
         }
     }
 
-    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         Ok(match *self {
             CarryPoint::OfTotal { bit, .. } => {
-                let lanes = u64::from(kitchen.interface.lanes());
+                let lanes = u64::from(maker.interface.lanes());
                 let chips = (1u64 << bit).div_ceil((lanes / 2).max(1)) * 2;
-                let groups = chips.div_ceil(kitchen.interface.timing.scan.integration_chips) + 2;
-                kitchen.again(groups, Hits::EveryOther, Length::AtLeast(chips.div_ceil(2)))
+                let groups = chips.div_ceil(maker.interface.timing.scan.integration_chips) + 2;
+                maker.again(groups, Hits::EveryOther, Length::AtLeast(chips.div_ceil(2)))
             }
             CarryPoint::Carry { step, .. } | CarryPoint::Borrow { step, .. } => {
                 let step = step as u64;
@@ -108,7 +108,7 @@ impl Family for CarryPoint {
                 let plain =
                     |up, chips| PlannedGroup::random().with(side(up)).long(Length::AtLeast(chips));
                 vec![
-                    kitchen.fresh().with(side(false)).long(Length::AtLeast(64)),
+                    maker.fresh().with(side(false)).long(Length::AtLeast(64)),
                     plain(true, 160),
                     plain(false, 320),
                     plain(true, 640),

@@ -2,7 +2,7 @@
 
 use super::signs::Signs;
 use super::{Family, Hindered, steps};
-use crate::reference::kitchen::Kitchen;
+use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Lead, Length, PlannedGroup};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
@@ -103,8 +103,8 @@ impl Family for HitPoint {
         }
     }
 
-    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
-        let interface = kitchen.interface;
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
+        let interface = maker.interface;
         let plain = PlannedGroup::random;
         Ok(match *self {
             HitPoint::Hit { detector, step, lane, up } => {
@@ -112,17 +112,17 @@ impl Family for HitPoint {
                 let code = interface.reference_codes[detector].len();
                 let groups = (code / interface.timing.scan.integration_chips).clamp(1, 40) + 1;
                 let one = Hits::One { detector, step: step as u64, lane: u64::from(lane), up };
-                kitchen.again(groups, one, Length::AtLeast(code.min(512)))
+                maker.again(groups, one, Length::AtLeast(code.min(512)))
             }
-            HitPoint::FullWord { .. } => kitchen.again(1, Hits::EveryOther, Length::AtLeast(128)),
+            HitPoint::FullWord { .. } => maker.again(1, Hits::EveryOther, Length::AtLeast(128)),
             HitPoint::BeforeScan { .. } => {
-                vec![PlannedGroup { lead: Lead::LastSample, ..kitchen.fresh() }]
+                vec![PlannedGroup { lead: Lead::LastSample, ..maker.fresh() }]
             }
             HitPoint::FirstSample { .. } => {
-                vec![kitchen.fresh().with(Hits::Border { first: true })]
+                vec![maker.fresh().with(Hits::Border { first: true })]
             }
             HitPoint::StepBorder { first, .. } => {
-                vec![kitchen.fresh().with(Hits::None), plain().with(Hits::Border { first })]
+                vec![maker.fresh().with(Hits::None), plain().with(Hits::Border { first })]
             }
         })
     }

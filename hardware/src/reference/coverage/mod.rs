@@ -32,7 +32,7 @@ pub use self::saturation::SaturationPoint;
 pub use self::scans::{Place, ScanPoint};
 pub use self::signs::signs_reached;
 pub use self::stream::StreamPoint;
-use super::kitchen::Kitchen;
+use super::group_maker::GroupMaker;
 use super::planned::PlannedGroup;
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Counting, Interface};
@@ -48,7 +48,7 @@ trait Family {
     fn text(&self) -> String;
 
     /// Groups of phase steps that should reach it, from a reset on, or why they are too many.
-    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String>;
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String>;
 }
 
 /// A point, and why no inputs reach it, if none do.
@@ -126,8 +126,8 @@ impl CoverPoint {
     }
 
     /// Groups of phase steps that should reach it, from a reset on.
-    pub(super) fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
-        self.point().recipe(kitchen)
+    pub(super) fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
+        self.point().recipe(maker)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Cover points of a scan's largest count.
 
 use super::{Family, Hindered, steps};
-use crate::reference::kitchen::Kitchen;
+use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
@@ -68,12 +68,12 @@ impl Family for PeakPoint {
         text.to_owned()
     }
 
-    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         let side = |up| Hits::AllSteps { up };
         // Of the first group, of those between, and of the last one.
         let [first, middle, last] = match self.kind {
             PeakKind::Step(step) => {
-                let limit = 1i64 << (kitchen.interface.count_bits() - 1);
+                let limit = 1i64 << (maker.interface.count_bits() - 1);
                 let (detector, step, count) = (self.detector, step as u64, 4.min(limit - 1));
                 [Hits::Count { detector, step, count }, Hits::None, Hits::None]
             }
@@ -84,8 +84,8 @@ impl Family for PeakPoint {
             PeakKind::Equal => [Hits::None; 3],
         };
         let long = Length::AtLeast(96);
-        let begin = kitchen.fresh().with(first).long(long);
-        let mut plans = kitchen.scan(begin, PlannedGroup::random().with(last).long(long))?;
+        let begin = maker.fresh().with(first).long(long);
+        let mut plans = maker.scan(begin, PlannedGroup::random().with(last).long(long))?;
         let between = plans.len().saturating_sub(2);
         plans.iter_mut().skip(1).take(between).for_each(|plan| plan.hits = middle);
         Ok(plans)

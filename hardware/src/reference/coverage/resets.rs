@@ -2,7 +2,7 @@
 
 use super::stream::rows_at_borders;
 use super::{Family, Hindered};
-use crate::reference::kitchen::Kitchen;
+use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup, Receiver};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Counting, Interface};
@@ -119,80 +119,80 @@ impl Family for ResetPoint {
         }
     }
 
-    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         let plain = PlannedGroup::random;
         Ok(match *self {
             ResetPoint::Age { age } => {
-                vec![dense(kitchen), plain().after_reset(u64::from(age), 1)]
+                vec![dense(maker), plain().after_reset(u64::from(age), 1)]
             }
             ResetPoint::Hit { age } => {
                 let age = u64::from(age);
-                let depth = u64::from(kitchen.interface.clocks_of_hit());
+                let depth = u64::from(maker.interface.clocks_of_hit());
                 let cut = Some(age + depth + 2);
-                let hit = kitchen.fresh().with(Hits::BeforeCut { age });
+                let hit = maker.fresh().with(Hits::BeforeCut { age });
                 vec![PlannedGroup { cut, ..hit }, plain().after_reset(0, 1)]
             }
             ResetPoint::Peak { age } => {
-                let mut plans = kitchen.scan(kitchen.fresh(), plain())?;
+                let mut plans = maker.scan(maker.fresh(), plain())?;
                 let next = plain().after_reset(u64::from(age), 1);
-                plans.extend(kitchen.scan(next, plain())?);
+                plans.extend(maker.scan(next, plain())?);
                 plans
             }
             ResetPoint::AtRow { beat } => {
-                let histogram = kitchen.interface.histogram();
-                let rows = histogram.map(|plan| rows_at_borders(kitchen.interface, plan));
-                kitchen.row_by_row(rows.unwrap_or_default(), beat, |row| at_row(kitchen, row))
+                let histogram = maker.interface.histogram();
+                let rows = histogram.map(|plan| rows_at_borders(maker.interface, plan));
+                maker.row_by_row(rows.unwrap_or_default(), beat, |row| at_row(maker, row))
             }
-            ResetPoint::In { state } => in_state(kitchen, state)?,
+            ResetPoint::In { state } => in_state(maker, state)?,
         })
     }
 }
 
 /// A group with many hits, behind a reset.
-fn dense(kitchen: &Kitchen) -> PlannedGroup {
-    kitchen.fresh().with(Hits::OneSided { step: 0, up: true })
+fn dense(maker: &GroupMaker) -> PlannedGroup {
+    maker.fresh().with(Hits::OneSided { step: 0, up: true })
 }
 
-fn in_state(kitchen: &Kitchen, state: ResetState) -> Result<Vec<PlannedGroup>, String> {
+fn in_state(maker: &GroupMaker, state: ResetState) -> Result<Vec<PlannedGroup>, String> {
     let plain = PlannedGroup::random;
-    let latency = u64::from(kitchen.interface.result_latency_clocks);
+    let latency = u64::from(maker.interface.result_latency_clocks);
     let behind_results = plain().after_reset(latency + 2, 1);
     Ok(match state {
-        ResetState::TwoClocks => vec![dense(kitchen), plain().after_reset(1, 2)],
-        ResetState::Hit => vec![dense(kitchen), plain().after_reset(0, 1)],
+        ResetState::TwoClocks => vec![dense(maker), plain().after_reset(1, 2)],
+        ResetState::Hit => vec![dense(maker), plain().after_reset(0, 1)],
         ResetState::Waiting | ResetState::Overrun => {
-            vec![dense(kitchen), plain().received(Receiver::Stalls), behind_results]
+            vec![dense(maker), plain().received(Receiver::Stalls), behind_results]
         }
         ResetState::Stalled => {
             // Until the result of the group behind the reset stands.
-            let shortest = kitchen.reach.shortest;
+            let shortest = maker.reach.shortest;
             let stalls = Receiver::StopsAt { beat: 0, clocks: 2 * latency + shortest + 16 };
             let after = behind_results.long(Length::Exactly(shortest));
-            vec![dense(kitchen), plain().received(stalls), after]
+            vec![dense(maker), plain().received(stalls), after]
         }
         ResetState::Saturated => {
-            let clamp = match &kitchen.interface.counting {
+            let clamp = match &maker.interface.counting {
                 Counting::Correlator(correlator) => {
                     let count = 1i64 << (correlator.count_bits - 1);
                     Hits::Count { detector: DetectorIndex(0), step: 0, count }
                 }
                 Counting::Histogram(_) => Hits::EveryOther,
             };
-            vec![kitchen.fresh().with(clamp), behind_results]
+            vec![maker.fresh().with(clamp), behind_results]
         }
         ResetState::Pause => {
-            let mut plans = kitchen.scan(kitchen.fresh(), plain())?;
+            let mut plans = maker.scan(maker.fresh(), plain())?;
             plans.push(plain().after_reset(0, 1));
             plans
         }
-        ResetState::OneClock | ResetState::Long => vec![dense(kitchen), kitchen.fresh()],
+        ResetState::OneClock | ResetState::Long => vec![dense(maker), maker.fresh()],
     })
 }
 
 /// A reset while a row stands, and a frame behind it that is read.
-fn at_row(kitchen: &Kitchen, row: u64) -> Vec<PlannedGroup> {
-    let latency = u64::from(kitchen.interface.result_latency_clocks);
-    let (cut, age) = kitchen.cut_at(latency + row);
+fn at_row(maker: &GroupMaker, row: u64) -> Vec<PlannedGroup> {
+    let latency = u64::from(maker.interface.result_latency_clocks);
+    let (cut, age) = maker.cut_at(latency + row);
     let after = PlannedGroup::random().with(Hits::EveryOther).after_reset(age, 1);
     vec![cut, after, PlannedGroup::random()]
 }

@@ -1,7 +1,7 @@
 //! Cover points of counts at their limits.
 
 use super::{Family, Hindered, steps};
-use crate::reference::kitchen::Kitchen;
+use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, PlannedGroup};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Correlator, Interface};
@@ -116,8 +116,8 @@ impl Family for SaturationPoint {
         }
     }
 
-    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
-        let interface = kitchen.interface;
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
+        let interface = maker.interface;
         let limit = 1i64 << (interface.count_bits() - 1);
         let count = |detector, step: usize, up: bool, beyond: i64| Hits::Count {
             detector,
@@ -129,9 +129,9 @@ impl Family for SaturationPoint {
             SaturationPoint::Beyond { detector, step, up } => count(detector, step, up, 1),
             SaturationPoint::InLastGroup { detector, step, up }
             | SaturationPoint::Absent { detector, step, up } => {
-                let quiet = kitchen.fresh().with(Hits::None);
+                let quiet = maker.fresh().with(Hits::None);
                 let last = PlannedGroup::random().with(count(detector, step, up, 1));
-                return kitchen.scan(quiet, last);
+                return maker.scan(quiet, last);
             }
             SaturationPoint::OfTotal { detector, beyond } => {
                 let most = interface.total().map_or(0, |total| mask(total.bits));
@@ -139,8 +139,8 @@ impl Family for SaturationPoint {
             }
         };
         // The first group of a scan, or a later one: their signs differ.
-        let age = u64::from(interface.result_latency_clocks) + kitchen.beats() + 2;
+        let age = u64::from(interface.result_latency_clocks) + maker.beats() + 2;
         let later = PlannedGroup::random().with(hits);
-        Ok(vec![kitchen.fresh().with(hits), later.clone().after_reset(age, 2), later])
+        Ok(vec![maker.fresh().with(hits), later.clone().after_reset(age, 2), later])
     }
 }

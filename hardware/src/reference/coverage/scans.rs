@@ -1,7 +1,7 @@
 //! Cover points of steps, scans and codes.
 
 use super::{Family, Hindered};
-use crate::reference::kitchen::Kitchen;
+use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup};
 use crate::scene::SourceIndex;
 use crate::sensor::interface::Interface;
@@ -122,41 +122,41 @@ impl Family for ScanPoint {
         }
     }
 
-    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         let plain = PlannedGroup::random;
-        let interface = kitchen.interface;
+        let interface = maker.interface;
         let groups = interface.groups();
         match *self {
-            ScanPoint::Result { .. } if kitchen.reach.leaves_out => {
+            ScanPoint::Result { .. } if maker.reach.leaves_out => {
                 let mut plans = Vec::new();
-                for first in [kitchen.fresh(), plain()] {
+                for first in [maker.fresh(), plain()] {
                     plans.push(first);
-                    plans.extend(kitchen.scan(plain(), plain())?);
+                    plans.extend(maker.scan(plain(), plain())?);
                 }
                 Ok(plans)
             }
-            ScanPoint::Result { .. } => walk(kitchen, 2 * groups + 1),
-            ScanPoint::WholeStep => Ok(vec![kitchen.fresh().long(Length::Whole)]),
-            ScanPoint::WholeScan => walk(kitchen, groups),
-            ScanPoint::DelayWraps { period: true } => walk(kitchen, groups.saturating_add(2)),
+            ScanPoint::Result { .. } => walk(maker, 2 * groups + 1),
+            ScanPoint::WholeStep => Ok(vec![maker.fresh().long(Length::Whole)]),
+            ScanPoint::WholeScan => walk(maker, groups),
+            ScanPoint::DelayWraps { period: true } => walk(maker, groups.saturating_add(2)),
             ScanPoint::DelayWraps { period: false } => {
-                walk(kitchen, u64::from(interface.lanes().div_ceil(interface.parallel())) + 2)
+                walk(maker, u64::from(interface.lanes().div_ceil(interface.parallel())) + 2)
             }
             ScanPoint::CodeWraps { source } => {
                 let code = interface.source_codes[source].len();
-                walk(kitchen, (code + 2).div_ceil(kitchen.reach.shortest))
+                walk(maker, (code + 2).div_ceil(maker.reach.shortest))
             }
         }
     }
 }
 
 /// So many groups, one after another.
-fn walk(kitchen: &Kitchen, groups: u64) -> Result<Vec<PlannedGroup>, String> {
-    let clocks = groups.saturating_mul(kitchen.reach.shortest);
-    if clocks > kitchen.reach.most_clocks {
+fn walk(maker: &GroupMaker, groups: u64) -> Result<Vec<PlannedGroup>, String> {
+    let clocks = groups.saturating_mul(maker.reach.shortest);
+    if clocks > maker.reach.most_clocks {
         return Err(format!("it takes {clocks} clocks"));
     }
-    let mut plans = vec![kitchen.fresh()];
+    let mut plans = vec![maker.fresh()];
     plans.extend((1..groups).map(|_| PlannedGroup::random()));
     // A step without a hit shows nothing.
     let last = plans.len().saturating_sub(3);

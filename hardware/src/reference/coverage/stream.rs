@@ -2,7 +2,7 @@
 
 use super::scans::{Place, places};
 use super::{Family, Hindered, steps};
-use crate::reference::kitchen::Kitchen;
+use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{PlannedGroup, Receiver};
 use crate::sensor::histogram::{CLOCKS_TO_ROW, HistogramPlan};
 use crate::sensor::interface::Interface;
@@ -140,9 +140,9 @@ impl Family for StreamPoint {
         }
     }
 
-    fn recipe(&self, kitchen: &Kitchen) -> Result<Vec<PlannedGroup>, String> {
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         let plain = PlannedGroup::random;
-        let histogram = kitchen.interface.histogram();
+        let histogram = maker.interface.histogram();
         let receiver = match (*self, histogram) {
             // On the way the rows behind it are held, too, or every other one.
             (StreamPoint::Held { beat }, Some(_)) => Receiver::HoldsEach { beat: beat as u64 },
@@ -150,50 +150,50 @@ impl Family for StreamPoint {
             (StreamPoint::HeldAcross { beat }, _) => Receiver::HoldsAcross { beat: beat as u64 },
             (StreamPoint::AfterLost, _) => {
                 let lost = plain().received(Receiver::HoldsAcross { beat: 0 });
-                return Ok(vec![kitchen.fresh(), lost, plain()]);
+                return Ok(vec![maker.fresh(), lost, plain()]);
             }
             (StreamPoint::BackToBack, _) => Receiver::TakesLastAfter { clocks: 0 },
             (StreamPoint::TooLate, _) => Receiver::TakesLastAfter { clocks: 1 },
             (StreamPoint::LastHeldAcross | StreamPoint::Lost { place: Place::First }, _) => {
-                let mut plans = kitchen.scan(kitchen.fresh(), plain())?;
-                plans.push(plain().received(Receiver::HoldsAcross { beat: kitchen.beats() }));
+                let mut plans = maker.scan(maker.fresh(), plain())?;
+                plans.push(plain().received(Receiver::HoldsAcross { beat: maker.beats() }));
                 return Ok(plans);
             }
-            (StreamPoint::Lost { place: Place::Last }, _) if kitchen.interface.groups() > 1 => {
+            (StreamPoint::Lost { place: Place::Last }, _) if maker.interface.groups() > 1 => {
                 let last = plain().received(Receiver::HoldsAcross { beat: 0 });
-                return kitchen.scan(kitchen.fresh(), last);
+                return maker.scan(maker.fresh(), last);
             }
             (StreamPoint::Lost { .. }, _) => Receiver::HoldsAcross { beat: 0 },
             (StreamPoint::FirstLost { beat }, Some(plan)) => {
-                let rows = rows_that_may_be_lost(kitchen.interface, plan);
-                return Ok(kitchen.row_by_row(rows, beat, |row| first_loss(kitchen, plan, row)));
+                let rows = rows_that_may_be_lost(maker.interface, plan);
+                return Ok(maker.row_by_row(rows, beat, |row| first_loss(maker, plan, row)));
             }
             (StreamPoint::Burst | StreamPoint::FirstLost { .. }, _) => Receiver::Takes,
         };
-        Ok(vec![kitchen.fresh(), plain().received(receiver)])
+        Ok(vec![maker.fresh(), plain().received(receiver)])
     }
 }
 
 /// A frame is there to be read: from the second on it is lost, or a row of it, and a reset
 /// ends what was lost.
-fn first_loss(kitchen: &Kitchen, plan: &HistogramPlan, row: u64) -> Vec<PlannedGroup> {
-    let latency = u64::from(kitchen.interface.result_latency_clocks);
+fn first_loss(maker: &GroupMaker, plan: &HistogramPlan, row: u64) -> Vec<PlannedGroup> {
+    let latency = u64::from(maker.interface.result_latency_clocks);
     let plain = PlannedGroup::random;
     let before = match plan.takes_turns() {
         // A frame that ends is lost.
         true => Some(row),
         // The frame's first row is, while the last one of the frame before stands.
-        false if row == 0 => Some(kitchen.beats() - 1),
+        false if row == 0 => Some(maker.beats() - 1),
         false => None,
     };
     let (mut plans, age) = match before {
         Some(beat) => {
             let holds = Receiver::StopsAt { beat, clocks: latency + 2 };
-            let (cut, age) = kitchen.cut_at(latency + 2);
+            let (cut, age) = maker.cut_at(latency + 2);
             (vec![plain().received(holds), cut], age)
         }
         None => {
-            let (cut, age) = kitchen.cut_at(latency + row + 2);
+            let (cut, age) = maker.cut_at(latency + row + 2);
             let holds = Receiver::StopsAt { beat: row - 1, clocks: age + 2 };
             (vec![cut.received(holds)], age)
         }

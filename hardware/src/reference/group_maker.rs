@@ -4,12 +4,12 @@ use super::planned::{Hits, Length, PlannedGroup, Reach};
 use crate::sensor::interface::Interface;
 
 /// Makes groups for a sensor.
-pub(super) struct Kitchen<'a> {
+pub(super) struct GroupMaker<'a> {
     pub(super) interface: &'a Interface,
     pub(super) reach: &'a Reach,
 }
 
-impl Kitchen<'_> {
+impl GroupMaker<'_> {
     pub(super) fn fresh(&self) -> PlannedGroup {
         PlannedGroup::fresh(self.interface)
     }
