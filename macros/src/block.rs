@@ -97,7 +97,6 @@ struct Words {
     width: Option<Expr>,
     reset: Option<Reset>,
     value: Option<Expr>,
-    sources: Option<Sources>,
     under: Option<Expr>,
     named: Option<Expr>,
     when: Option<Expr>,
@@ -122,21 +121,6 @@ impl Parse for Reset {
             None => None,
         };
         Ok(Reset { value, constant })
-    }
-}
-
-/// `#[sources(places of inputs)]`.
-struct Sources {
-    places: Expr,
-    inputs: Expr,
-}
-
-impl Parse for Sources {
-    fn parse(input: ParseStream) -> Result<Sources> {
-        let places = input.parse()?;
-        input.parse::<Token![,]>()?;
-        let inputs = input.parse()?;
-        Ok(Sources { places, inputs })
     }
 }
 
@@ -171,7 +155,6 @@ impl Words {
                 "width" => words.width = Some(attribute.parse_args()?),
                 "reset" => words.reset = Some(attribute.parse_args()?),
                 "value" => words.value = Some(attribute.parse_args()?),
-                "sources" => words.sources = Some(attribute.parse_args()?),
                 "under" => words.under = Some(attribute.parse_args()?),
                 "named" => words.named = Some(attribute.parse_args()?),
                 "when" => words.when = Some(attribute.parse_args()?),
@@ -189,8 +172,8 @@ impl Words {
 
     /// Whether nothing says how the field is made, and its type is none of a part.
     fn is_of_parameter(&self, ty: &Type) -> bool {
-        const PARTS: [&str; 8] =
-            ["Input", "Output", "Local", "Register", "Constant", "Wiring", "Optional", "Memory"];
+        const PARTS: [&str; 7] =
+            ["Input", "Output", "Local", "Register", "Constant", "Optional", "Memory"];
         let is_part = PARTS.iter().any(|part| last_segment(ty).is_ok_and(|s| s.ident == part));
         !is_part && self.is.is_none() && self.set.is_none() && self.each.is_none()
     }
@@ -220,7 +203,7 @@ impl Words {
             "Optional" => {
                 let when = needed(self.when.take(), ty, "when(condition)")?;
                 let part = self.part(argument(segment)?)?;
-                return Ok(quote!(Optional::new(#when, #part)));
+                return Ok(quote!(Optional::new(if #when { Some(#part) } else { None })));
             }
             "Vec" if self.each.is_some() => {
                 let Each { name, numbers } = self.each.take().expect("checked");
@@ -237,7 +220,6 @@ impl Words {
                 let constant = quote!(Constant::new(#value, (#width) as u32, #about)#number);
                 self.under_heading(constant)
             }
-            "Wiring" => self.wiring(ty)?,
             _ => needed(self.is.take(), ty, "is(expression)")?.into_token_stream(),
         };
         self.refuse_rest(ty)?;
@@ -287,15 +269,6 @@ impl Words {
         Ok(register)
     }
 
-    fn wiring(&mut self, ty: &Type) -> Result<TokenStream> {
-        let about = self.about();
-        if let Some(Sources { places, inputs }) = self.sources.take() {
-            return Ok(quote!(Wiring::new((#inputs) as usize, #places, #about)));
-        }
-        let width = needed(self.width.take(), ty, "width(bits)")?;
-        Ok(quote!(Wiring::new((#width) as usize, (0..(#width) as usize).collect(), #about)))
-    }
-
     fn about(&mut self) -> TokenStream {
         let doc = &self.doc;
         match self.about.take() {
@@ -311,7 +284,6 @@ impl Words {
             (self.width.is_some(), "width"),
             (self.reset.is_some(), "reset"),
             (self.value.is_some(), "value"),
-            (self.sources.is_some(), "sources"),
             (self.under.is_some(), "under"),
             (self.named.is_some(), "named"),
             (self.when.is_some(), "when"),

@@ -1,47 +1,56 @@
-//! Rewriting a kernel into what `#[hdl_gen]` takes.
+//! A kernel as rust-hdl simulates it, and the syntax tree of what it says.
 
-use proc_macro2::{Span, TokenStream};
-use quote::{ToTokens, format_ident, quote_spanned};
-use syn::spanned::Spanned;
+use proc_macro2::TokenStream;
+use quote::{ToTokens, format_ident, quote};
 use syn::{
-    BinOp, Block, Error, Expr, ExprAssign, ExprCall, ExprForLoop, ExprIf, ExprMethodCall, Ident,
-    ImplItem, ImplItemFn, ItemImpl, Local, Member, Pat, Result, ReturnType, Stmt, UnOp,
-    parse_quote, parse_quote_spanned,
+    BinOp, Block, Error, Expr, ExprCall, ExprIf, ExprMethodCall, Ident, ImplItem, ImplItemFn,
+    ItemImpl, Member, Result, ReturnType, Stmt, UnOp,
 };
 
-use crate::elaboration::{Names, Time, reads_a_signal, time_of};
+use crate::elaboration::{Time, reads_a_signal, time_of};
 
-/// The `impl Logic` under `#[kernel]`, with its functions in place of their calls.
+/// The `impl Logic` under `#[kernel]`: each function as it is, and one beside it that adds its
+/// statements to a tree.
 pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> {
     if !arguments.is_empty() {
         return Err(Error::new_spanned(arguments, "`#[kernel]` takes nothing"));
     }
-    let mut item: ItemImpl = syn::parse2(item)?;
-    let mut update = rewrite(&item)?;
-    update.attrs.push(parse_quote!(#[::rust_hdl_core::prelude::hdl_gen]));
-    item.items = vec![ImplItem::Fn(update)];
-    Ok(item.into_token_stream())
-}
-
-/// The function `update` of `item`, rewritten.
-fn rewrite(item: &ItemImpl) -> Result<ImplItemFn> {
-    let mut kernel = Kernel::default();
+    let item: ItemImpl = syn::parse2(item)?;
+    let mut update = None;
+    let (mut functions, mut trees) = (Vec::new(), Vec::new());
     for inner in &item.items {
-        match inner {
-            ImplItem::Fn(function) if is_plain(function) => kernel.functions.push(function.clone()),
-            other => return refuse(other, "no function `fn name(&mut self)` of a kernel"),
+        let ImplItem::Fn(function) = inner else {
+            return refuse(inner, "no function of a kernel");
+        };
+        if !is_plain(function) {
+            return refuse(function, "no function `fn name(&mut self)` of a kernel");
+        }
+        trees.push(tree_of(function)?);
+        match function.sig.ident == "update" {
+            true => update = Some(function),
+            false => functions.push(function),
         }
     }
-    let update = Ident::new("update", item.span());
-    let statements = kernel.function(&update)?;
-    let is_unused = |f: &&ImplItemFn| !kernel.called.contains(&f.sig.ident);
-    if let Some(unused) = kernel.functions.iter().find(is_unused) {
-        return refuse(&unused.sig.ident, "never called");
-    }
-    let function = kernel.functions.iter().find(|f| f.sig.ident == update);
-    let mut function = function.expect("found before").clone();
-    function.block.stmts = statements;
-    Ok(function)
+    let Some(update) = update else {
+        return refuse(&item.self_ty, "without a function `update`");
+    };
+    let (block, logic) = (&item.self_ty, item.trait_.as_ref().map(|(_, path, _)| path));
+    Ok(quote! {
+        impl #logic for #block {
+            #update
+
+            fn hdl(&self) -> ast::Verilog {
+                let mut into = Vec::new();
+                self.update_tree(&mut into);
+                ast::Verilog::Combinatorial(into)
+            }
+        }
+
+        impl #block {
+            #(#functions)*
+            #(#trees)*
+        }
+    })
 }
 
 /// Whether a function takes `&mut self` alone and gives nothing.
@@ -52,344 +61,292 @@ fn is_plain(function: &ImplItemFn) -> bool {
         && matches!(signature.output, ReturnType::Default)
 }
 
-#[derive(Default)]
-struct Kernel {
-    functions: Vec<ImplItemFn>,
-    /// Functions whose bodies have been put in place.
-    called: Vec<Ident>,
-    /// Those around the present statement.
-    open: Vec<Ident>,
-    names: Names,
-    /// Indices that become loops of one trip around the present statement.
-    hoisted: Vec<(Ident, Expr)>,
-    hoisted_before: usize,
-}
-
-impl Kernel {
-    /// The body of the kernel's function `name`, which sees no name of its caller.
-    fn function(&mut self, name: &Ident) -> Result<Vec<Stmt>> {
-        let found = self.functions.iter().find(|f| f.sig.ident == *name);
-        let Some(body) = found.map(|f| f.block.clone()) else {
-            return refuse(name, "not a function of this kernel");
-        };
-        if self.open.contains(name) {
-            return refuse(name, "called by itself");
-        }
-        self.open.push(name.clone());
-        self.called.push(name.clone());
-        let names = std::mem::take(&mut self.names);
-        let statements = self.block(&body)?;
-        self.names = names;
-        self.open.pop();
-        Ok(statements)
-    }
-
-    fn block(&mut self, block: &Block) -> Result<Vec<Stmt>> {
-        let mark = self.names.mark();
-        let mut statements = Vec::new();
-        for statement in &block.stmts {
-            match statement {
-                Stmt::Local(local) => self.name(local)?,
-                Stmt::Expr(expression, _) => statements.extend(self.statement(expression)?),
-                _ => return refuse(statement, "no statement of a kernel"),
-            }
-        }
-        self.names.forget(mark);
-        Ok(statements)
-    }
-
-    fn name(&mut self, local: &Local) -> Result<()> {
-        match (&local.pat, &local.init) {
-            (Pat::Ident(name), Some(init))
-                if init.diverge.is_none() && name.by_ref.is_none() && name.mutability.is_none() =>
-            {
-                self.names.add_let(&name.ident, &init.expr)
-            }
-            _ => refuse(local, "a `let` of another form than `let name = value;`"),
-        }
-    }
-
-    fn statement(&mut self, expression: &Expr) -> Result<Vec<Stmt>> {
-        match expression {
-            Expr::Assign(assignment) => {
-                let (assignment, loops) = self.hoisting(|k| k.assignment(assignment))?;
-                Ok(vec![around(loops, parse_quote!(#assignment;))])
-            }
-            Expr::If(conditional) => self.conditional(conditional),
-            Expr::ForLoop(repeated) => Ok(vec![self.repeated(repeated)?]),
-            Expr::MethodCall(call)
-                if call.args.is_empty()
-                    && call.receiver.to_token_stream().to_string() == "self" =>
-            {
-                self.function(&call.method)
-            }
-            other => refuse(other, "no statement of a kernel"),
-        }
-    }
-
-    fn assignment(&mut self, assignment: &ExprAssign) -> Result<ExprAssign> {
-        let next = match &*assignment.left {
-            Expr::Field(field) => matches!(&field.member, Member::Named(name) if name == "next"),
-            _ => false,
-        };
-        if !next {
-            return refuse(&assignment.left, "assigned without `.next`");
-        }
-        Ok(ExprAssign {
-            left: Box::new(self.place(&assignment.left)?),
-            right: Box::new(self.signal(&assignment.right)?),
-            ..assignment.clone()
-        })
-    }
-
-    fn repeated(&mut self, repeated: &ExprForLoop) -> Result<Stmt> {
-        let (Pat::Ident(index), Expr::Range(range)) = (&*repeated.pat, &*repeated.expr) else {
-            return refuse(repeated, "a loop of another form than `for j in from..to`");
-        };
-        let (Some(from), Some(to), syn::RangeLimits::HalfOpen(_)) =
-            (&range.start, &range.end, &range.limits)
-        else {
-            return refuse(range, "a range of another form than `from..to`");
-        };
-        let from = self.bound(from)?;
-        let to = self.bound(to)?;
-        let mark = self.names.mark();
-        self.names.add_loop(&index.ident)?;
-        let body = self.block(&repeated.body)?;
-        self.names.forget(mark);
-        Ok(parse_quote!(for #index in (#from)..(#to) { #(#body)* }))
-    }
-
-    fn bound(&self, bound: &Expr) -> Result<Expr> {
-        if reads_a_signal(bound) {
-            return refuse(bound, "a loop's bound that reads a signal");
-        }
-        self.names.settled(bound, "a loop's bound")
-    }
-
-    fn conditional(&mut self, conditional: &ExprIf) -> Result<Vec<Stmt>> {
-        match time_of(&conditional.cond)? {
-            Time::Elaboration => self.generated(conditional),
-            Time::Signal => {
-                let (test, loops) = self.hoisting(|k| k.signal(&conditional.cond))?;
-                let then = self.block(&conditional.then_branch)?;
-                let mut chosen: ExprIf = parse_quote!(if #test { #(#then)* });
-                if let Some((_, branch)) = &conditional.else_branch {
-                    let otherwise = self.otherwise(branch)?;
-                    let branch: Expr = match otherwise.as_slice() {
-                        [Stmt::Expr(Expr::If(chained), _)] => Expr::If(chained.clone()),
-                        statements => parse_quote!({ #(#statements)* }),
-                    };
-                    chosen.else_branch = Some((Default::default(), Box::new(branch)));
-                }
-                Ok(vec![around(loops, Stmt::Expr(Expr::If(chosen), None))])
-            }
-        }
-    }
-
-    /// A condition of elaboration: a loop of one trip or none for each branch.
-    fn generated(&mut self, conditional: &ExprIf) -> Result<Vec<Stmt>> {
-        let condition = self.names.settled(&conditional.cond, "this condition")?;
-        // A condition that is not a `bool` is refused by the compiler, where it stands.
-        let count = quote_spanned!(conditional.cond.span()=>
-            <usize as ::core::convert::From<bool>>::from(#condition));
-        let then = self.block(&conditional.then_branch)?;
-        let mut statements = vec![parse_quote!(for _if in 0..(#count) { #(#then)* })];
-        if let Some((_, branch)) = &conditional.else_branch {
-            let otherwise = self.otherwise(branch)?;
-            statements.push(parse_quote!(for _else in (#count)..1 { #(#otherwise)* }));
-        }
-        Ok(statements)
-    }
-
-    fn otherwise(&mut self, branch: &Expr) -> Result<Vec<Stmt>> {
-        match branch {
-            Expr::Block(block) => self.block(&block.block),
-            Expr::If(chained) => self.conditional(chained),
-            other => refuse(other, "no branch of an `if`"),
-        }
-    }
-
-    /// What a signal is made of, in the hardware.
-    fn signal(&mut self, expression: &Expr) -> Result<Expr> {
-        let mut result = expression.clone();
-        match &mut result {
-            Expr::Lit(_) => {}
-            Expr::Paren(inner) => *inner.expr = self.signal(&inner.expr)?,
-            Expr::Unary(unary) if matches!(unary.op, UnOp::Not(_)) => {
-                *unary.expr = self.signal(&unary.expr)?;
-            }
-            Expr::Binary(binary) if matches!(binary.op, BinOp::Shl(_) | BinOp::Shr(_)) => {
-                *binary.left = self.signal(&binary.left)?;
-                *binary.right = self.index(&binary.right)?;
-            }
-            Expr::Binary(binary) if is_translated(&binary.op) => {
-                *binary.left = self.signal(&binary.left)?;
-                *binary.right = self.signal(&binary.right)?;
-            }
-            Expr::MethodCall(call) => self.method(call)?,
-            Expr::Call(call) => self.cast(call)?,
-            Expr::Field(_) | Expr::Index(_) | Expr::Path(_) => {
-                return refuse(expression, "no signal; read one by `.val()`");
-            }
-            other => return refuse(other, "nothing that hardware is made of"),
-        }
-        Ok(result)
-    }
-
-    fn method(&mut self, call: &mut ExprMethodCall) -> Result<()> {
-        let arguments = call.args.len();
-        match (call.method.to_string().as_str(), arguments) {
-            ("val", 0) => *call.receiver = self.place(&call.receiver)?,
-            ("all" | "any" | "xor" | "into", 0) => *call.receiver = self.signal(&call.receiver)?,
-            ("get_bit", 1) => {
-                *call.receiver = self.signal(&call.receiver)?;
-                call.args[0] = self.index(&call.args[0])?;
-            }
-            ("replace_bit", 2) => {
-                *call.receiver = self.signal(&call.receiver)?;
-                call.args[0] = self.index(&call.args[0])?;
-                call.args[1] = self.signal(&call.args[1])?;
-            }
-            _ => {
-                return refuse(
-                    &call.method,
-                    "none of val(), get_bit(n), replace_bit(n, bit), all(), any(), xor() and \
-                     into()",
-                );
-            }
-        }
-        Ok(())
-    }
-
-    /// `bit_cast(x, width)` or `signed_cast(x)`.
-    fn cast(&mut self, call: &mut ExprCall) -> Result<()> {
-        let name = call.func.to_token_stream().to_string();
-        match (name.as_str(), call.args.len()) {
-            ("signed_cast", 1) => call.args[0] = self.signal(&call.args[0])?,
-            ("bit_cast", 2) => {
-                let place = "what `bit_cast` takes";
-                self.names.settled(&call.args[0], place)?;
-                let before = self.hoisted.len();
-                call.args[0] = self.signal(&call.args[0])?;
-                if self.hoisted.len() > before {
-                    return refuse(
-                        &call.args[0],
-                        "an index of a number that is not a literal in a `bit_cast`; give it a \
-                         `Local` of its own",
-                    );
-                }
-                call.args[1] = self.names.settled(&call.args[1], "the width of a `bit_cast`")?;
-            }
-            _ => {
-                return refuse(
-                    &call.func,
-                    "neither bit_cast(x, width) nor signed_cast(x), the functions that kernels \
-                     call",
-                );
-            }
-        }
-        Ok(())
-    }
-
-    /// A field of the block, or of what is in it.
-    fn place(&mut self, expression: &Expr) -> Result<Expr> {
-        let mut result = expression.clone();
-        match &mut result {
-            Expr::Path(path) if path.path.is_ident("self") => {}
-            Expr::Field(field) => *field.base = self.place(&field.base)?,
-            Expr::Index(element) => {
-                *element.expr = self.place(&element.expr)?;
-                *element.index = self.index(&element.index)?;
-            }
-            other => return refuse(other, "no field of `self`"),
-        }
-        Ok(result)
-    }
-
-    /// A bit position, a shift, or an index of a vector.
-    fn index(&mut self, expression: &Expr) -> Result<Expr> {
-        if reads_a_signal(expression) {
-            return refuse(expression, "an index that reads a signal");
-        }
-        if matches!(expression, Expr::Lit(_)) {
-            return Ok(expression.clone());
-        }
-        if self.names.loop_variable_in(expression).is_none() {
-            let value = self.names.resolved(expression)?;
-            return Ok(self.hoist(value, expression.span()));
-        }
-        let mut result = expression.clone();
-        match &mut result {
-            Expr::Path(_) => {}
-            Expr::Paren(inner) => *inner.expr = self.index(&inner.expr)?,
-            Expr::Binary(binary)
-                if matches!(binary.op, BinOp::Add(_) | BinOp::Sub(_) | BinOp::Mul(_)) =>
-            {
-                *binary.left = self.index(&binary.left)?;
-                *binary.right = self.index(&binary.right)?;
-            }
-            other => {
-                return refuse(
-                    other,
-                    "no sum, difference or product, which is all that loop variables are good for",
-                );
-            }
-        }
-        Ok(result)
-    }
-
-    /// A loop variable of one value, for what rust-hdl takes no expression.
-    fn hoist(&mut self, value: Expr, span: Span) -> Expr {
-        let text = value.to_token_stream().to_string();
-        let known =
-            self.hoisted.iter().find(|(_, other)| other.to_token_stream().to_string() == text);
-        let name = match known {
-            Some((name, _)) => name.clone(),
-            None => {
-                self.hoisted_before += 1;
-                let name = format_ident!("index{}", self.hoisted_before, span = span);
-                self.hoisted.push((name.clone(), value));
-                name
-            }
-        };
-        parse_quote!(#name)
-    }
-
-    /// What `make` makes, and the indices that it needs loops for.
-    fn hoisting<T>(
-        &mut self,
-        make: impl FnOnce(&mut Self) -> Result<T>,
-    ) -> Result<(T, Vec<(Ident, Expr)>)> {
-        let outer = std::mem::take(&mut self.hoisted);
-        let made = make(self)?;
-        Ok((made, std::mem::replace(&mut self.hoisted, outer)))
-    }
-}
-
-fn around(loops: Vec<(Ident, Expr)>, statement: Stmt) -> Stmt {
-    loops.into_iter().rev().fold(statement, |inner, (name, value)| {
-        parse_quote_spanned!(value.span()=> for #name in (#value)..((#value) + 1) { #inner })
+fn tree_of(function: &ImplItemFn) -> Result<TokenStream> {
+    let name = name_of_tree(&function.sig.ident);
+    let statements = block(&function.block)?;
+    Ok(quote! {
+        fn #name(&self, into: &mut Vec<ast::VerilogStatement>) { #statements }
     })
 }
 
-fn is_translated(op: &BinOp) -> bool {
-    matches!(
-        op,
-        BinOp::Add(_)
-            | BinOp::Sub(_)
-            | BinOp::And(_)
-            | BinOp::Or(_)
-            | BinOp::BitXor(_)
-            | BinOp::BitAnd(_)
-            | BinOp::BitOr(_)
-            | BinOp::Eq(_)
-            | BinOp::Lt(_)
-            | BinOp::Le(_)
-            | BinOp::Ne(_)
-            | BinOp::Ge(_)
-            | BinOp::Gt(_)
-    )
+fn name_of_tree(function: &Ident) -> Ident {
+    format_ident!("{function}_tree", span = function.span())
+}
+
+fn block(block: &Block) -> Result<TokenStream> {
+    block.stmts.iter().map(statement).collect()
+}
+
+fn statement(statement: &Stmt) -> Result<TokenStream> {
+    match statement {
+        Stmt::Local(local) => {
+            let value = local.init.as_ref().map(|init| &*init.expr);
+            match value.filter(|value| reads_a_signal(value)) {
+                None => Ok(local.into_token_stream()),
+                Some(value) => Err(Error::new_spanned(
+                    value,
+                    "`let` names what is settled at elaboration; what reads a signal by `.val()` \
+                     needs a `Local` of the block",
+                )),
+            }
+        }
+        Stmt::Expr(Expr::Assign(assignment), _) => {
+            let next = match &*assignment.left {
+                Expr::Field(field) if matches!(&field.member, Member::Named(n) if n == "next") => {
+                    place(&field.base)?
+                }
+                other => return refuse(other, "assigned without `.next`"),
+            };
+            let value = signal(&assignment.right)?;
+            Ok(quote!(into.push(tree::assigned(#next, #value));))
+        }
+        Stmt::Expr(Expr::If(conditional), _) => self::conditional(conditional),
+        Stmt::Expr(Expr::ForLoop(repeated), _) => {
+            if reads_a_signal(&repeated.expr) {
+                return refuse(&repeated.expr, "a loop's bound that reads a signal");
+            }
+            let (index, range, body) = (&repeated.pat, &repeated.expr, block(&repeated.body)?);
+            Ok(quote!(for #index in #range { #body }))
+        }
+        Stmt::Expr(Expr::MethodCall(call), _)
+            if call.args.is_empty() && call.receiver.to_token_stream().to_string() == "self" =>
+        {
+            let part = name_of_tree(&call.method);
+            Ok(quote!(self.#part(into);))
+        }
+        other => refuse(other, "no statement of a kernel"),
+    }
+}
+
+/// An `if` of elaboration stays one; of signals it is a multiplexer, whose branches are
+/// written beside each other.
+fn conditional(conditional: &ExprIf) -> Result<TokenStream> {
+    let then = block(&conditional.then_branch)?;
+    let (settled, test) = split(&conditional.cond);
+    if let Some(settled) = settled {
+        let None = conditional.else_branch else {
+            return refuse(settled, "with a signal in the test of an `if` that has an `else`");
+        };
+        let test = signal(test)?;
+        return Ok(quote! {
+            if #settled {
+                into.push({
+                    let mut yes = Vec::new();
+                    { let into = &mut yes; #then }
+                    tree::chosen(#test, yes, Vec::new())
+                });
+            }
+        });
+    }
+    let otherwise = match &conditional.else_branch {
+        None => TokenStream::new(),
+        Some((_, branch)) => match &**branch {
+            Expr::Block(otherwise) => block(&otherwise.block)?,
+            Expr::If(chained) => self::conditional(chained)?,
+            other => return refuse(other, "no branch of an `if`"),
+        },
+    };
+    match time_of(test)? {
+        Time::Elaboration => Ok(quote!(if #test { #then } else { #otherwise })),
+        Time::Signal => {
+            let test = signal(test)?;
+            Ok(quote! {
+                into.push({
+                    let (mut yes, mut no) = (Vec::new(), Vec::new());
+                    { let into = &mut yes; #then }
+                    { let into = &mut no; #otherwise }
+                    tree::chosen(#test, yes, no)
+                });
+            })
+        }
+    }
+}
+
+/// What a condition says at elaboration before `&&`, and what in the hardware.
+fn split(condition: &Expr) -> (Option<&Expr>, &Expr) {
+    match condition {
+        Expr::Binary(both)
+            if matches!(both.op, BinOp::And(_))
+                && !reads_a_signal(&both.left)
+                && reads_a_signal(&both.right) =>
+        {
+            (Some(&both.left), &both.right)
+        }
+        other => (None, other),
+    }
+}
+
+/// What a signal is made of, in the hardware.
+fn signal(expression: &Expr) -> Result<TokenStream> {
+    match expression {
+        Expr::Lit(literal) => Ok(quote!(tree::literal(#literal))),
+        Expr::Paren(inner) => signal(&inner.expr),
+        Expr::Unary(unary) if matches!(unary.op, UnOp::Not(_)) => {
+            let operand = signal(&unary.expr)?;
+            Ok(quote!(tree::unary(ast::VerilogOpUnary::Not, #operand)))
+        }
+        Expr::Binary(binary) => {
+            let Some(op) = operator(&binary.op) else {
+                return refuse(binary, "nothing that hardware is made of");
+            };
+            let left = signal(&binary.left)?;
+            let right = match binary.op {
+                BinOp::Shl(_) | BinOp::Shr(_) => {
+                    let number = number(&binary.right)?;
+                    quote!(tree::number(#number))
+                }
+                _ => signal(&binary.right)?,
+            };
+            Ok(quote!(tree::binary(#left, ast::VerilogOp::#op, #right)))
+        }
+        Expr::MethodCall(call) => method(call),
+        Expr::Call(call) => function(call),
+        Expr::If(choice) if time_of(&choice.cond)? == Time::Elaboration => {
+            let Some((_, otherwise)) = &choice.else_branch else {
+                return refuse(choice, "a choice without an `else`");
+            };
+            let (test, then) = (&choice.cond, last(&choice.then_branch)?);
+            let otherwise = match &**otherwise {
+                Expr::Block(block) => last(&block.block)?,
+                chained => signal(chained)?,
+            };
+            Ok(quote!(if #test { #then } else { #otherwise }))
+        }
+        Expr::Block(block) => last(&block.block),
+        // A value of elaboration; a signal without `.val()` is refused by the compiler.
+        Expr::Field(_) | Expr::Index(_) | Expr::Path(_) => Ok(quote!(tree::literal(#expression))),
+        other => refuse(other, "nothing that hardware is made of"),
+    }
+}
+
+/// The expression that a block ends with.
+fn last(block: &Block) -> Result<TokenStream> {
+    match block.stmts.as_slice() {
+        [settled @ .., Stmt::Expr(expression, None)]
+            if settled.iter().all(|statement| matches!(statement, Stmt::Local(_))) =>
+        {
+            let settled: TokenStream = settled.iter().map(statement).collect::<Result<_>>()?;
+            let value = signal(expression)?;
+            Ok(quote!({ #settled #value }))
+        }
+        _ => refuse(block, "more than `let`s and an expression"),
+    }
+}
+
+fn method(call: &ExprMethodCall) -> Result<TokenStream> {
+    let arguments: Vec<&Expr> = call.args.iter().collect();
+    let unary = |op: TokenStream| {
+        let operand = signal(&call.receiver)?;
+        Ok(quote!(tree::unary(ast::VerilogOpUnary::#op, #operand)))
+    };
+    match (call.method.to_string().as_str(), arguments.as_slice()) {
+        ("val", []) => {
+            let place = place(&call.receiver)?;
+            Ok(quote!(tree::signal(#place)))
+        }
+        ("into", []) => signal(&call.receiver),
+        ("all", []) => unary(quote!(All)),
+        ("any", []) => unary(quote!(Any)),
+        ("xor", []) => unary(quote!(Xor)),
+        ("get_bit", [place]) => {
+            let (word, place) = (signal(&call.receiver)?, number(place)?);
+            Ok(quote!(tree::bit(#word, #place)))
+        }
+        ("slice", [low, width]) => {
+            let (word, low, width) = (signal(&call.receiver)?, number(low)?, number(width)?);
+            Ok(quote!(tree::slice(#word, #low, #width)))
+        }
+        ("replace_bit", [place, bit]) => {
+            let (word, place, bit) = (signal(&call.receiver)?, number(place)?, signal(bit)?);
+            Ok(quote!(tree::replaced(#word, #place, #bit)))
+        }
+        _ => refuse(
+            &call.method,
+            "none of val(), get_bit(n), slice(low, width), replace_bit(n, bit), all(), any(), \
+             xor() and into()",
+        ),
+    }
+}
+
+/// A function that kernels call.
+fn function(call: &ExprCall) -> Result<TokenStream> {
+    let arguments: Vec<&Expr> = call.args.iter().collect();
+    match (call.func.to_token_stream().to_string().as_str(), arguments.as_slice()) {
+        ("signed_cast", [word]) => {
+            let word = signal(word)?;
+            Ok(quote!(tree::signed(#word)))
+        }
+        ("bit_cast", [word, width]) => {
+            let (word, width) = (signal(word)?, number(width)?);
+            Ok(quote!(tree::cast(#word, #width)))
+        }
+        ("gather", [width, Expr::Closure(closure)]) => {
+            let (width, place, bit) = (number(width)?, &closure.inputs, signal(&closure.body)?);
+            Ok(quote!(tree::gathered(#width, |#place| #bit)))
+        }
+        _ => refuse(
+            &call.func,
+            "none of bit_cast(x, width), signed_cast(x) and gather(width, |place| bit), the \
+             functions that kernels call",
+        ),
+    }
+}
+
+/// A field of the block, or of what is in it, as the tree names it.
+fn place(expression: &Expr) -> Result<TokenStream> {
+    let (mut text, mut indices) = (String::new(), Vec::new());
+    named(expression, &mut text, &mut indices)?;
+    Ok(quote!(format!(#text, #(#indices),*)))
+}
+
+fn named<'e>(expression: &'e Expr, text: &mut String, indices: &mut Vec<&'e Expr>) -> Result<()> {
+    match expression {
+        Expr::Path(path) if path.path.is_ident("self") => Ok(()),
+        Expr::Field(field) => {
+            named(&field.base, text, indices)?;
+            let separator = if text.is_empty() { "" } else { "$" };
+            text.push_str(&format!("{separator}{}", field.member.to_token_stream()));
+            Ok(())
+        }
+        Expr::Index(element) => {
+            named(&element.expr, text, indices)?;
+            text.push_str("${}");
+            indices.push(number(&element.index)?);
+            Ok(())
+        }
+        other => refuse(other, "no field of `self`"),
+    }
+}
+
+/// A width, a bit position, a shift, or an index of a vector.
+fn number(expression: &Expr) -> Result<&Expr> {
+    match expression {
+        Expr::Paren(inner) => number(&inner.expr),
+        _ if reads_a_signal(expression) => refuse(expression, "a number that reads a signal"),
+        _ => Ok(expression),
+    }
+}
+
+fn operator(op: &BinOp) -> Option<Ident> {
+    let name = match op {
+        BinOp::Add(_) => "Add",
+        BinOp::Sub(_) => "Sub",
+        BinOp::And(_) => "LogicalAnd",
+        BinOp::Or(_) => "LogicalOr",
+        BinOp::BitXor(_) => "BitXor",
+        BinOp::BitAnd(_) => "BitAnd",
+        BinOp::BitOr(_) => "BitOr",
+        BinOp::Shl(_) => "Shl",
+        BinOp::Shr(_) => "Shr",
+        BinOp::Eq(_) => "Eq",
+        BinOp::Lt(_) => "Lt",
+        BinOp::Le(_) => "Le",
+        BinOp::Ne(_) => "Ne",
+        BinOp::Ge(_) => "Ge",
+        BinOp::Gt(_) => "Gt",
+        _ => return None,
+    };
+    Some(format_ident!("{name}"))
 }
 
 fn refuse<T>(tokens: impl ToTokens, what: &str) -> Result<T> {

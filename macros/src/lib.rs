@@ -1,9 +1,10 @@
 //! Hardware blocks, written as they read: `#[block]` over the struct, `#[kernel]` over what it does.
 //!
-//! rust-hdl's `#[hdl_gen]` turns the body of `fn update` into a syntax tree that the back end
-//! writes as Verilog. Of what is decided when the hardware is built it knows loops only.
-//! `#[kernel]` adds the rest and hands its result to `#[hdl_gen]`. One rule tells the two times
-//! apart: **what reads no signal by `.val()` is elaboration**, and leaves no gate.
+//! rust-hdl simulates the body of `fn update` and writes Verilog from a syntax tree of it, for
+//! which it has a macro of its own; that knows nothing of what is decided when the hardware is built
+//! but loops, and no concatenation. `#[kernel]` makes the same tree, in which everything else
+//! that Rust says is settled. One rule tells the two times apart: **what reads no signal by `.val()`
+//! is elaboration**, and leaves no gate.
 //!
 //! ```ignore
 //! #[block(About::new("edge_detector", "one hit per rising edge"))]
@@ -36,17 +37,16 @@
 //! ```
 //!
 //! # Kernels
-//! - `if C { A } else { B }` without `.val()` in C becomes `for _if in 0..usize::from(C) { A }`
-//!   and `for _else in usize::from(C)..1 { B }`, loops of one trip or none.
-//! - `let n = E;` puts E where `n` stands later in its block.
-//! - A bit position, a shift or an index of a vector may be any expression of elaboration,
-//!   with loop variables added, subtracted or multiplied. rust-hdl takes loop variables and
-//!   literals only, so the macro makes a loop of one trip around the statement.
-//! - `self.part();` puts the body of the kernel's function `part` in its place.
+//! - `place.next = value;` drives a signal. A value is made of signals by `.val()`, literals, the
+//!   operators of rust-hdl, `get_bit`, `replace_bit`, `all`, `any`, `xor`, `bit_cast` and `signed_cast`;
+//!   `word.slice(low, width)` is a part of a word, `gather(width, |place| bit)` puts bits side by side.
+//! - `if C { A } else { B }` without `.val()` in C leaves one of both, as a statement and as a value;
+//!   with `C && D` for a D of signals it leaves `if D { A }`, or nothing. Any other `if` is a multiplexer.
+//! - `for`, `let` and numbers (positions, widths, indices) are elaboration: any expression of Rust.
+//! - `self.part();` does what the kernel's function `part` says.
 //!
-//! Anything else is refused where it stands: a condition that mixes both times; bounds,
-//! conditions and casts that name a loop variable, because rust-hdl evaluates them outside of the
-//! loop; and every construct of Rust that rust-hdl does not translate.
+//! Anything else is refused where it stands: a condition that mixes both times otherwise, a number that
+//! reads a signal, and every construct of Rust that is no hardware.
 //!
 //! # Blocks
 //! `#[block(about)]` makes the constructor `new` and rust-hdl's `Block`. `new` takes the
@@ -56,8 +56,7 @@
 //! a bundle of ports. The doc comment is the comment
 //! in the Verilog. Beside it:
 //! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
-//! of the block; `#[value(number)]` of a constant, and `#[number]` if it is no pattern of bits; `#[sources(places, inputs)]` of a wiring that is
-//! not straight; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
+//! of the block; `#[value(number)]` of a constant, and `#[number]` if it is no pattern of bits; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
 //! `#[under("heading")]` among the ports or constants; `#[about(text)]` for a comment that depends on
 //! parameters; `#[is(expression)]` for any other part.
 

@@ -23,6 +23,7 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
     tick(sensor, input.reset);
     settle(sensor);
     let saturates = sensor.o_saturated.is_present();
+    let has_peak = sensor.o_peak_valid.is_present();
     Outputs {
         laser: sensor.o_laser.val().value() as u64,
         epoch: sensor.o_epoch.val(),
@@ -31,15 +32,10 @@ fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
         last: sensor.m_axis_tlast.val(),
         overrun: sensor.o_overrun.val(),
         saturated: saturates && sensor.o_saturated.val(),
-        peak_step: if_peak(sensor, sensor.o_peak_step.val().value()),
-        peak_count: if_peak(sensor, sensor.o_peak_count.val().value()),
-        peak_valid: if_peak(sensor, u128::from(sensor.o_peak_valid.val())) == 1,
+        peak_step: if has_peak { sensor.o_peak_step.val().value() } else { 0 },
+        peak_count: if has_peak { sensor.o_peak_count.val().value() } else { 0 },
+        peak_valid: has_peak && sensor.o_peak_valid.val(),
     }
-}
-
-/// A stand-in's value is not looked at.
-fn if_peak(sensor: &SensorTop, value: u128) -> u128 {
-    if sensor.o_peak_valid.is_present() { value } else { 0 }
 }
 
 fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {

@@ -82,24 +82,13 @@ fn optional_and_repeated_parts_are_made_of_their_part() {
             #[width(c)]
             turns: Optional<Vec<Local<Word>>>
         },
-        quote!(Optional::new(
-            plan.several,
-            (0..plan.counts).map(|c| Local::word((c) as u32, "turn")).collect()
-        )),
+        quote!(Optional::new(if plan.several {
+            Some((0..plan.counts).map(|c| Local::word((c) as u32, "turn")).collect())
+        } else {
+            None
+        })),
     );
     makes(quote!(#[is(Child::new(plan.bits))] child: Child), quote!(Child::new(plan.bits)));
-}
-
-#[test]
-fn a_wiring_is_straight_unless_its_sources_are_given() {
-    makes(
-        quote!(#[width(plan.lanes)] pairs: Wiring),
-        quote!(Wiring::new((plan.lanes) as usize, (0..(plan.lanes) as usize).collect(), "")),
-    );
-    makes(
-        quote!(#[sources(plan.taps(), plan.chips)] taps: Wiring),
-        quote!(Wiring::new((plan.chips) as usize, plan.taps(), "")),
-    );
 }
 
 #[test]
@@ -110,7 +99,6 @@ fn what_is_missing_or_of_no_use_is_refused() {
     is_refused(quote!(a: Child), "needs `#[is(expression)]`");
     is_refused(quote!(#[width(3)] a: Input<bool>), "no use for `#[width]`");
     is_refused(quote!(#[when(true)] a: Input<bool>), "no use for `#[when]`");
-    is_refused(quote!(#[reset(3)] a: Wiring), "needs `#[width(bits)]`");
     is_refused(quote!(a: Input<u8>), "a `bool` or a `Word`");
 }
 

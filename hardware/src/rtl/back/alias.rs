@@ -1,34 +1,34 @@
 //! Signals that are another, or some bits of one, under a second name: they
 //! need no wire.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-use super::concat::concat_bits;
 use super::drive::Drives;
 use super::expr::{Expr, SignalId, Statement};
 use super::fault::Fault;
-use super::signals::{Names, Role, WiringPins};
+use super::signals::{Names, Role};
 
 /// Takes such signals out of `drives` and puts what they are in their places.
-/// Gives the values of the wirings that are left.
-pub fn resolve(drives: &mut Drives, names: &Names) -> Result<Vec<(SignalId, Expr)>, Fault> {
+pub fn resolve(
+    drives: &mut Drives,
+    names: &Names,
+    gathered: &HashSet<SignalId>,
+) -> Result<(), Fault> {
     let mut known: HashMap<SignalId, Expr> = HashMap::new();
     let shown = shown_at_ports(drives, names);
     loop {
         let mut found = HashMap::new();
         for &id in &drives.order {
             let value = replaced(&drives.combinational[&id], &known)?;
-            if names.signals[id].role == Role::Local
-                && (shown.contains(&id) || is_second_name(&value, names))
-                && matches!(value, Expr::Signal { .. })
-            {
+            let is_another = match &value {
+                Expr::Slice { .. } => gathered.contains(&id),
+                Expr::Signal { .. } => {
+                    gathered.contains(&id) || shown.contains(&id) || is_second_name(&value, names)
+                }
+                _ => false,
+            };
+            if names.signals[id].role == Role::Local && is_another {
                 found.insert(id, value);
-            }
-        }
-        for wiring in &names.wirings {
-            let value = replaced(&wired(wiring, drives, names), &known)?;
-            if matches!(value, Expr::Signal { .. } | Expr::Slice { .. }) {
-                found.insert(wiring.output, value);
             }
         }
         // Of a vector all elements have another name, or none.
@@ -45,8 +45,7 @@ pub fn resolve(drives: &mut Drives, names: &Names) -> Result<Vec<(SignalId, Expr
         *value = replaced(value, &known)?;
     }
     drives.clocked = statements(&drives.clocked, &known)?;
-    let left = names.wirings.iter().filter(|w| !known.contains_key(&w.output));
-    Ok(left.map(|w| (w.output, wired(w, drives, names))).collect())
+    Ok(())
 }
 
 fn replaced(expr: &Expr, known: &HashMap<SignalId, Expr>) -> Result<Expr, Fault> {
@@ -71,17 +70,6 @@ fn is_second_name(value: &Expr, names: &Names) -> bool {
     match value {
         Expr::Signal { id, .. } => !matches!(names.signals[*id].role, Role::InstanceOutput(_)),
         _ => false,
-    }
-}
-
-/// What a wiring carries.
-fn wired(wiring: &WiringPins, drives: &Drives, names: &Names) -> Expr {
-    let value_of = |source: &usize| drives.combinational[&wiring.inputs[*source]].clone();
-    match concat_bits(wiring.sources.iter().rev().map(value_of).collect()) {
-        Expr::Slice { id, high, low: 0 } if high + 1 == names.signals[id].width => {
-            Expr::Signal { id, width: high + 1 }
-        }
-        value => value,
     }
 }
 

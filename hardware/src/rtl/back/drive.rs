@@ -61,7 +61,6 @@ fn check_targets(kernel: &[Statement], names: &Names) -> Result<(), Fault> {
                     | Role::Table
                     | Role::RegisterQ(_)
                     | Role::TableData(_)
-                    | Role::WiringOut(_)
                     | Role::InstanceOutput(_) => {
                         return Err(Fault::MultipleDrivers { signal: name });
                     }
@@ -107,7 +106,6 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
                 let shown = match names.signals[*target].role {
                     Role::RegisterD(_) => None,
                     Role::TableAddress(table) => Some(names.tables[table].data),
-                    Role::WiringIn(wiring) => Some(names.wirings[wiring].output),
                     _ => Some(*target),
                 };
                 if let Some(id) = shown.filter(|&id| read[id]) {
@@ -207,11 +205,9 @@ fn check_driven(
 ) -> Result<(), Fault> {
     for (id, signal) in names.signals.iter().enumerate() {
         let is_driven = match signal.role {
-            Role::Output
-            | Role::Local
-            | Role::TableAddress(_)
-            | Role::WiringIn(_)
-            | Role::InstanceInput(_) => combinational.contains_key(&id),
+            Role::Output | Role::Local | Role::TableAddress(_) | Role::InstanceInput(_) => {
+                combinational.contains_key(&id)
+            }
             Role::RegisterD(_) => assigns(kernel, id),
             _ => true,
         };
@@ -292,11 +288,7 @@ fn check_reads(
     for (id, signal) in names.signals.iter().enumerate() {
         let must_be_read = match signal.role {
             Role::Input => ![CLOCK.0, RESET.0].contains(&signal.name.as_str()),
-            Role::Local
-            | Role::Constant
-            | Role::RegisterQ(_)
-            | Role::TableData(_)
-            | Role::WiringOut(_) => true,
+            Role::Local | Role::Constant | Role::RegisterQ(_) | Role::TableData(_) => true,
             _ => false,
         };
         // Linters know by this name that it is meant.

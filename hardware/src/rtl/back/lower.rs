@@ -1,28 +1,41 @@
-//! From rust-hdl's syntax tree to sized expressions: loops unrolled, names
-//! resolved, every literal given its width.
+//! From rust-hdl's syntax tree to sized expressions: names resolved, every literal given its width.
+
+use std::collections::HashSet;
 
 use rust_hdl_core::ast::{
     VerilogBlock, VerilogBlockOrConditional, VerilogConditional, VerilogExpression, VerilogOp,
     VerilogOpUnary, VerilogStatement,
 };
 
-use super::concat::{binary, concat, not};
+use super::concat::{binary, concat, concat_bits, not};
 use super::expr::{BinaryOp, Expr, SignalId, Statement, UnaryOp};
 use super::fault::Fault;
 use super::scope::{literal_value, literal_width};
 use super::signals::Names;
+use crate::rtl::front::tree::gathered_bits;
 
 /// Lowers a kernel.
 pub fn lower(kernel: &VerilogBlock, names: &Names) -> Result<Vec<Statement>, Fault> {
-    let mut lowering = Lowering { names, loops: Vec::new() };
     let mut statements = Vec::new();
-    lowering.block(kernel, &mut statements)?;
+    Lowering { names }.block(kernel, &mut statements)?;
     Ok(statements)
+}
+
+/// Signals whose value a kernel gathers bit by bit.
+pub fn gathered(kernel: &VerilogBlock, names: &Names) -> Result<HashSet<SignalId>, Fault> {
+    let mut found = HashSet::new();
+    for statement in kernel {
+        if let VerilogStatement::Assignment(target, VerilogExpression::Unsigned(_)) = statement
+            && let VerilogExpression::Signal(name) = target
+        {
+            found.insert(Lowering { names }.find(name)?);
+        }
+    }
+    Ok(found)
 }
 
 struct Lowering<'a> {
     names: &'a Names,
-    loops: Vec<(String, i128)>,
 }
 
 fn unsupported<T>(construct: &str) -> Result<T, Fault> {
@@ -30,7 +43,7 @@ fn unsupported<T>(construct: &str) -> Result<T, Fault> {
 }
 
 impl Lowering<'_> {
-    fn block(&mut self, block: &VerilogBlock, out: &mut Vec<Statement>) -> Result<(), Fault> {
+    fn block(&self, block: &VerilogBlock, out: &mut Vec<Statement>) -> Result<(), Fault> {
         for statement in block {
             match statement {
                 VerilogStatement::Assignment(target, value) => {
@@ -41,16 +54,7 @@ impl Lowering<'_> {
                     let conditional = self.conditional(conditional)?;
                     out.push(conditional);
                 }
-                VerilogStatement::Loop(repeated) => {
-                    let from = repeated.from.as_usize() as i128;
-                    let to = repeated.to.as_usize() as i128;
-                    for value in from..to {
-                        self.loops.push((repeated.index.clone(), value));
-                        let done = self.block(&repeated.block, out);
-                        self.loops.pop();
-                        done?;
-                    }
-                }
+                VerilogStatement::Loop(_) => return unsupported("a loop of rust-hdl"),
                 VerilogStatement::Comment(_) => return unsupported("a comment"),
                 VerilogStatement::Macro(block) => self.block(block, out)?,
                 VerilogStatement::SliceAssignment { base, .. } => {
@@ -71,7 +75,7 @@ impl Lowering<'_> {
     }
 
     fn assignment(
-        &mut self,
+        &self,
         target: &VerilogExpression,
         value: &VerilogExpression,
     ) -> Result<Statement, Fault> {
@@ -85,7 +89,7 @@ impl Lowering<'_> {
         Ok(Statement::Assign { target, value })
     }
 
-    fn conditional(&mut self, conditional: &VerilogConditional) -> Result<Statement, Fault> {
+    fn conditional(&self, conditional: &VerilogConditional) -> Result<Statement, Fault> {
         let test = self.expression(&conditional.test, Some(1))?;
         equal_widths("the test of an `if`", 1, test.width())?;
         let mut yes = Vec::new();
@@ -104,17 +108,16 @@ impl Lowering<'_> {
     /// `want` is the width of the context, which bare literals and
     /// `signed_cast` take.
     fn expression(&self, e: &VerilogExpression, want: Option<u32>) -> Result<Expr, Fault> {
-        if let Some(value) = self.number(e) {
-            let width = match e {
-                VerilogExpression::Literal(literal) if literal_width(literal) == 1 => Some(1),
-                _ => want,
-            };
-            return match width {
-                Some(width) => Expr::literal(value?, width),
-                None => Err(Fault::NoWidth { expression: format!("literal {}", value?) }),
-            };
-        }
         match e {
+            VerilogExpression::Literal(literal) => {
+                let Some(value) = literal_value(literal) else {
+                    return unsupported("a negative literal");
+                };
+                match if literal_width(literal) == 1 { Some(1) } else { want } {
+                    Some(width) => Expr::literal(value, width),
+                    None => Err(Fault::NoWidth { expression: format!("literal {value}") }),
+                }
+            }
             VerilogExpression::Signal(name) => {
                 let id = self.find(name)?;
                 let width = self.names.signals[id].width;
@@ -148,8 +151,23 @@ impl Lowering<'_> {
                 let low = self.constant(offset)?;
                 self.expression(base, None)?.slice(low + (*width).max(1) as u32 - 1, low)
             }
-            VerilogExpression::Unsigned(_) => unsupported("`unsigned_cast`"),
-            VerilogExpression::Literal(_) => unsupported("a negative literal"),
+            VerilogExpression::Unsigned(gathered) => {
+                let bit = |bit| {
+                    let bit = self.expression(bit, Some(1))?;
+                    equal_widths("gather", 1, bit.width())?;
+                    Ok(bit)
+                };
+                let bits: Result<_, _> =
+                    gathered_bits(gathered).into_iter().rev().map(bit).collect();
+                Ok(match concat_bits(bits?) {
+                    Expr::Slice { id, high, low: 0 }
+                        if high + 1 == self.names.signals[id].width =>
+                    {
+                        Expr::Signal { id, width: high + 1 }
+                    }
+                    value => value,
+                })
+            }
         }
     }
 
@@ -234,7 +252,6 @@ impl Lowering<'_> {
     fn is_flexible(&self, e: &VerilogExpression) -> bool {
         match e {
             VerilogExpression::Literal(literal) => literal_width(literal) != 1,
-            VerilogExpression::Signal(name) => self.loop_value(name).is_some(),
             VerilogExpression::Signed(_) => true,
             VerilogExpression::Paren(inner) => self.is_flexible(inner),
             VerilogExpression::Binary(left, _, right) => {
@@ -245,85 +262,21 @@ impl Lowering<'_> {
         }
     }
 
-    /// The value of an expression of literals and loop variables, or `None`
-    /// for any other.
-    fn number(&self, e: &VerilogExpression) -> Option<Result<u128, Fault>> {
-        let value = self.integer(e)?;
-        Some(
-            u128::try_from(value).map_err(|_| Fault::Unsupported {
-                construct: format!("the negative number {value}"),
-            }),
-        )
-    }
-
-    fn integer(&self, e: &VerilogExpression) -> Option<i128> {
-        match e {
-            VerilogExpression::Literal(literal) => i128::try_from(literal_value(literal)?).ok(),
-            VerilogExpression::Signal(name) => self.loop_value(name),
-            VerilogExpression::Paren(inner) => self.integer(inner),
-            VerilogExpression::Binary(left, op, right) => {
-                let (a, b) = (self.integer(left)?, self.integer(right)?);
-                match op {
-                    VerilogOp::Add => a.checked_add(b),
-                    VerilogOp::Sub => a.checked_sub(b),
-                    VerilogOp::Mul => a.checked_mul(b),
-                    _ => None,
-                }
-            }
-            _ => None,
-        }
-    }
-
     /// A bit position or a shift.
     fn constant(&self, e: &VerilogExpression) -> Result<u32, Fault> {
-        match self.number(e) {
-            Some(value) => u32::try_from(value?).map_err(|_| Fault::Unsupported {
-                construct: "a bit position beyond 32 bits".to_owned(),
-            }),
-            None => unsupported("a bit position that is not a constant"),
+        let value = match e {
+            VerilogExpression::Literal(literal) => literal_value(literal),
+            _ => None,
+        };
+        match value.and_then(|value| u32::try_from(value).ok()) {
+            Some(value) => Ok(value),
+            None => unsupported("a bit position that is no number of 32 bits"),
         }
-    }
-
-    fn loop_value(&self, name: &str) -> Option<i128> {
-        let innermost = self.loops.iter().rev().find(|(index, _)| index == name)?;
-        Some(innermost.1)
     }
 
     fn find(&self, name: &str) -> Result<SignalId, Fault> {
-        let unknown = || Fault::UnknownName { name: name.to_owned() };
-        let mut key = String::new();
-        let mut rest = name.strip_suffix("$next").unwrap_or(name);
-        while let Some((before, after)) = rest.split_once('[') {
-            let (index, after) = after.split_once(']').ok_or_else(unknown)?;
-            let index = self.index(index).ok_or_else(unknown)?;
-            key.push_str(&format!("{before}${index}"));
-            rest = after;
-        }
-        key.push_str(rest);
-        self.names.find(&key).ok_or_else(unknown)
-    }
-
-    /// An array index: products of numbers and loop variables, added and
-    /// subtracted.
-    fn index(&self, text: &str) -> Option<i128> {
-        let mut total = 0;
-        let mut sign = 1;
-        let mut rest = text;
-        loop {
-            let end = rest.find(['+', '-']).unwrap_or(rest.len());
-            let mut product = sign;
-            for factor in rest[..end].split('*') {
-                let value = factor.parse().ok().or_else(|| self.loop_value(factor))?;
-                product *= value;
-            }
-            total += product;
-            match rest.as_bytes().get(end) {
-                Some(b'+') => sign = 1,
-                Some(_) => sign = -1,
-                None => return Some(total),
-            }
-            rest = &rest[end + 1..];
-        }
+        let found = self.names.find(name.strip_suffix("$next").unwrap_or(name));
+        found.ok_or_else(|| Fault::UnknownName { name: name.to_owned() })
     }
 }
 

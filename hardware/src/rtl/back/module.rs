@@ -4,7 +4,7 @@ use super::alias::resolve;
 use super::drive::{Drives, drives_of};
 use super::expr::{Expr, SignalId, Statement, UnaryOp};
 use super::fault::{Fault, Refusal};
-use super::lower::lower;
+use super::lower::{gathered, lower};
 use super::scope::{AtomInfo, Content, Scope};
 use super::signals::{Element, Named, Names, Reset, Role, Signal, TablePins};
 use crate::rtl::front::Description;
@@ -117,14 +117,17 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
     let mut statements = lower(kernel, &names)?;
     statements.extend(names.clocking());
     let mut drives = drives_of(&statements, &names)?;
-    let wirings = resolve(&mut drives, &names)?;
+    let gathered = gathered(kernel, &names)?;
+    resolve(&mut drives, &names, &gathered)?;
     let mut wires = Wires {
         signals: names.signals.clone(),
         merged: vec![false; names.signals.len()],
         declared: Vec::new(),
         assigns: Vec::new(),
     };
-    for &id in &drives.order {
+    let (mut last, first): (Vec<_>, Vec<_>) =
+        drives.order.iter().partition(|id| gathered.contains(id));
+    for id in first {
         wires.drive(id, &drives.combinational[&id], &drives, &names);
     }
     for table in &names.tables {
@@ -133,8 +136,10 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         let entry = Expr::Lookup { table: contents, index };
         wires.assign(table.data, entry);
     }
-    for (output, value) in wirings {
-        wires.assign(output, value);
+    // What is put together bit by bit stands last, in the order of declaration.
+    last.sort();
+    for id in last {
+        wires.drive(id, &drives.combinational[&id], &drives, &names);
     }
     let instances = wires.connect(&drives, &names);
     let with_role = |wanted: &[Role]| -> Vec<SignalId> {
@@ -168,15 +173,14 @@ impl Wires {
     fn drive(&mut self, id: SignalId, value: &Expr, drives: &Drives, names: &Names) {
         let role = names.signals[id].role;
         match role {
-            Role::TableAddress(_) | Role::WiringIn(_) => return,
+            Role::TableAddress(_) => return,
             Role::InstanceInput(_) if is_simple(value) => return,
             _ => {}
         }
         if let Some(source) = merge_candidate(id, value, drives, names)
             && !self.merged[source]
         {
-            // One wire under one name: the register, the instance or the wiring
-            // drives the port itself.
+            // One wire under one name: the register or the instance drives the port itself.
             self.merged[source] = true;
             self.signals[source].name = self.signals[id].name.clone();
             self.signals[source].element = self.signals[id].element.clone();
@@ -269,16 +273,14 @@ fn is_simple(value: &Expr) -> bool {
     }
 }
 
-/// The register, instance output or wiring that may take the driven signal's name. Of a vector
+/// The register or instance output that may take the driven signal's name. Of a vector
 /// all elements may, or none.
 fn merge_candidate(id: SignalId, value: &Expr, drives: &Drives, names: &Names) -> Option<SignalId> {
     let source_of = |id: SignalId, value: Option<&Expr>| match value {
         Some(Expr::Signal { id: source, .. }) => {
             match (names.signals[id].role, names.signals[*source].role) {
                 (Role::Output, Role::RegisterQ(_)) => Some(*source),
-                (Role::Output | Role::Local, Role::InstanceOutput(_) | Role::WiringOut(_)) => {
-                    Some(*source)
-                }
+                (Role::Output | Role::Local, Role::InstanceOutput(_)) => Some(*source),
                 _ => None,
             }
         }

@@ -39,8 +39,8 @@ pub struct Element {
     pub place: usize,
 }
 
-/// What a signal is in its module; numbers index the registers, tables,
-/// wirings or instances of [`Names`].
+/// What a signal is in its module; numbers index the registers, tables
+/// or instances of [`Names`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Port driven from outside.
@@ -61,10 +61,6 @@ pub enum Role {
     TableAddress(usize),
     /// A table's entry.
     TableData(usize),
-    /// An input of a wiring.
-    WiringIn(usize),
-    /// The output of a wiring.
-    WiringOut(usize),
     /// Input port of an instance.
     InstanceInput(usize),
     /// Output port of an instance.
@@ -102,17 +98,6 @@ pub struct TablePins {
     pub data: SignalId,
 }
 
-/// Fixed wiring in the module.
-#[derive(Debug, Clone)]
-pub struct WiringPins {
-    /// Inputs.
-    pub inputs: Vec<SignalId>,
-    /// Output.
-    pub output: SignalId,
-    /// For every bit of the output, the index of its input.
-    pub sources: Vec<usize>,
-}
-
 /// An instance of another module.
 #[derive(Debug, Clone)]
 pub struct InstancePins {
@@ -139,8 +124,6 @@ pub struct Names {
     pub registers: Vec<RegisterPins>,
     /// Tables.
     pub tables: Vec<TablePins>,
-    /// Wirings.
-    pub wirings: Vec<WiringPins>,
     /// Instances, in the order of declaration.
     pub instances: Vec<InstancePins>,
     by_key: HashMap<String, SignalId>,
@@ -239,7 +222,6 @@ impl Names {
                 self.add_register(child, &name, reset, about)?;
             }
             Marker::BitTable { bits, about } => self.add_table(child, &name.name, bits, about),
-            Marker::Wiring { sources, about } => self.add_wiring(child, name, sources, about),
             Marker::About(..) | Marker::Given { .. } => {}
         }
         Ok(())
@@ -285,23 +267,6 @@ impl Names {
         let address = pin("address", address_name, width, Role::TableAddress(index), "");
         let data = pin("data", format!("{name}_entry"), 1, Role::TableData(index), about);
         self.tables.push(TablePins { contents, bits: bits.to_vec(), address, data });
-    }
-
-    fn add_wiring(&mut self, child: &Scope, name: Named, sources: &[usize], about: &str) {
-        let index = self.wirings.len();
-        let pins = child.atoms.iter();
-        let pins = pins.filter(|a| a.kind == AtomKind::InputParameter);
-        let inputs = pins
-            .map(|atom| {
-                let pin = &atom.outer_key;
-                let role = Role::WiringIn(index);
-                let inner = Named::alone(format!("{}.{pin}", name.name));
-                self.add(&child.pin(pin), inner, 1, role, "")
-            })
-            .collect();
-        let width = sources.len() as u32;
-        let output = self.add(&child.pin("o"), name, width, Role::WiringOut(index), about);
-        self.wirings.push(WiringPins { inputs, output, sources: sources.to_vec() });
     }
 
     /// Adds an instance; `are_alike` says whether those of its vector have the same ports.

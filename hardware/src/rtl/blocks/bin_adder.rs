@@ -104,11 +104,9 @@ pub struct BinAdder {
     pub o_clamped: Optional<Output<bool>>,
     /// the earliest pair that has a hit
     #[width(pairs)]
-    earliest: Wiring,
+    earliest: Local<Word>,
     #[width(samples)]
-    place: Wiring,
-    #[width(samples * bin_bits)]
-    bins: Wiring,
+    place: Local<Word>,
     #[each(clocks in 1..6)]
     #[about(first_of(clocks - 1, "sample with the hit of the words 1 to 5 clocks ago"))]
     #[width(samples)]
@@ -139,7 +137,7 @@ pub struct BinAdder {
     #[each(half in 0..addends)]
     #[about(first_of(half, "below either a 1: the carry makes the sum one more"))]
     #[width(bits + 1)]
-    addend: Vec<Wiring>,
+    addend: Vec<Local<Word>>,
     /// both, and the 1; below them a 0
     #[when(halves > 1)]
     #[width(bits + 1)]
@@ -147,15 +145,9 @@ pub struct BinAdder {
     /// the 0 has no use; linters know by the name
     #[when(halves > 1)]
     unused: Optional<Local<bool>>,
-    #[when(halves > 1)]
-    #[width(bits)]
-    above_carry: Optional<Wiring>,
     /// the same with the hit
     #[width(bits)]
     sum: Register<Word>,
-    #[when(bits > 1)]
-    #[width(bits - 1)]
-    above_lowest: Optional<Wiring>,
     /// its bits above the lowest, a clock later
     #[when(bits > 1)]
     #[width(bits - 1)]
@@ -190,22 +182,23 @@ impl Logic for BinAdder {
     /// The sample that has the hit: of several the earliest.
     fn find_hit(&mut self) {
         let pairs = self.pairs;
-        self.earliest.i[0].next = self.i_hits.val().get_bit(0);
-        for p in 1..pairs {
-            self.earliest.i[p].next =
-                self.i_hits.val().get_bit(p) & !(self.i_hits.val() << (pairs - p)).any();
-        }
-        if self.samples > 1 {
-            for p in 0..pairs {
-                self.place.i[2 * p].next =
-                    self.earliest.o.val().get_bit(p) & self.i_early.val().get_bit(p);
-                self.place.i[2 * p + 1].next =
-                    self.earliest.o.val().get_bit(p) & !self.i_early.val().get_bit(p);
+        self.earliest.next = gather(pairs, |p| {
+            if p == 0 {
+                self.i_hits.val().get_bit(0)
+            } else {
+                self.i_hits.val().get_bit(p) & !(self.i_hits.val() << (pairs - p)).any()
             }
-        } else {
-            self.place.i[0].next = self.earliest.o.val().get_bit(0);
-        }
-        self.hit[0].d.next = self.place.o.val();
+        });
+        self.place.next = gather(self.samples, |s| {
+            if self.samples == 1 {
+                self.earliest.val().get_bit(0)
+            } else if s % 2 == 0 {
+                self.earliest.val().get_bit(s / 2) & self.i_early.val().get_bit(s / 2)
+            } else {
+                self.earliest.val().get_bit(s / 2) & !self.i_early.val().get_bit(s / 2)
+            }
+        });
+        self.hit[0].d.next = self.place.val();
     }
 
     /// The bin with the hit: all others are 0. In a first code period it is 0 as well.
@@ -231,17 +224,13 @@ impl Logic for BinAdder {
     /// One more than both together, in one chain of carries.
     fn add_halves(&mut self) {
         for h in 0..self.addend.len() {
-            self.addend[h].i[0].next = true;
-            for b in 0..self.bin_bits {
-                self.addend[h].i[b + 1].next = self.chosen[h].q.val().get_bit(b);
-            }
+            self.addend[h].next = gather(self.bin_bits + 1, |b| {
+                if b == 0 { true } else { self.chosen[h].q.val().get_bit(b - 1) }
+            });
         }
-        self.both.next = self.addend[0].o.val() + self.addend[1].o.val();
+        self.both.next = self.addend[0].val() + self.addend[1].val();
         self.unused.next = self.both.val().get_bit(0);
-        for b in 0..self.bin_bits {
-            self.above_carry.i[b].next = self.both.val().get_bit(b + 1);
-        }
-        self.sum.d.next = self.above_carry.o.val();
+        self.sum.d.next = self.both.val().slice(1, self.bin_bits);
     }
 
     fn choose_from_other(&mut self) {
@@ -269,42 +258,34 @@ impl Logic for BinAdder {
         if self.takes_turns {
             self.read_other_memory();
         } else {
-            self.read_same_memory();
+            for s in 0..self.samples {
+                self.bank[s].i_come_first.next = self.i_come_first.val();
+            }
         }
-        self.o_bins.next = self.bins.o.val();
+        let bits = self.bin_bits;
+        self.o_bins.next = gather(self.samples * bits, |b| {
+            if self.takes_turns {
+                self.bank[b / bits].o_read.val().get_bit(b % bits)
+            } else {
+                self.bank[b / bits].o_bin.val().get_bit(b % bits)
+            }
+        });
     }
 
     fn read_other_memory(&mut self) {
-        let bits = self.bin_bits;
         for s in 0..self.samples {
             self.bank[s].i_half.next = self.i_half.val();
             self.bank[s].i_read_row.next = self.i_read_row.val();
             self.bank[s].i_go.next = self.i_go.val();
             self.bank[s].i_come_half.next = self.i_come_half.val();
             self.bank[s].i_write_half.next = self.i_write_half.val();
-            for b in 0..bits {
-                self.bins.i[bits * s + b].next = self.bank[s].o_read.val().get_bit(b);
-            }
-        }
-    }
-
-    fn read_same_memory(&mut self) {
-        let bits = self.bin_bits;
-        for s in 0..self.samples {
-            self.bank[s].i_come_first.next = self.i_come_first.val();
-            for b in 0..bits {
-                self.bins.i[bits * s + b].next = self.bank[s].o_bin.val().get_bit(b);
-            }
         }
     }
 
     /// The bits that all banks have in common. In a first code period they are 0: the bin with
     /// the hit is 1.
     fn hand_back(&mut self) {
-        for b in 1..self.bin_bits {
-            self.above_lowest.i[b - 1].next = self.sum.q.val().get_bit(b);
-        }
-        self.above.d.next = self.above_lowest.o.val();
+        self.above.d.next = self.sum.q.val().slice(1, self.bin_bits - 1);
         for s in 0..self.samples {
             self.bank[s].i_above.next = self.above.q.val();
         }

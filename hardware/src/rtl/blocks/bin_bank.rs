@@ -106,7 +106,7 @@ pub struct BinBank {
     /// memories that go on: the one that counts, and the other with its reader
     #[when(takes_turns)]
     #[width(2)]
-    goes: Optional<Wiring>,
+    goes: Optional<Local<Word>>,
     #[each(_half in 0..memories)]
     #[is(Memory::new(rows, bits, "bins, one for each row"))]
     memory: Vec<Memory>,
@@ -123,7 +123,7 @@ pub struct BinBank {
     lowest: Register<bool>,
     /// what is written
     #[width(bits)]
-    written: Wiring,
+    written: Local<Word>,
 }
 
 /// Bits of the number of one of so many rows.
@@ -165,12 +165,11 @@ impl Logic for BinBank {
         if !self.i_lowest.val() {
             self.lowest.d.next = false;
         }
-        self.written.i[0].next = self.lowest.q.val();
-        for b in 1..self.bits as usize {
-            self.written.i[b].next = self.i_above.val().get_bit(b - 1);
-        }
+        self.written.next = gather(self.bits as usize, |b| {
+            if b == 0 { self.lowest.q.val() } else { self.i_above.val().get_bit(b - 1) }
+        });
         for h in 0..self.memory.len() {
-            self.memory[h].i_data.next = self.written.o.val();
+            self.memory[h].i_data.next = self.written.val();
             self.memory[h].i_write_address.next = self.i_write_row.val();
         }
         if self.takes_turns {
@@ -194,11 +193,16 @@ impl Logic for BinBank {
 
     /// One memory counts, the other is read.
     fn take_turns(&mut self) {
-        self.goes.i[0].next = self.i_go.val() | !self.i_half.val();
-        self.goes.i[1].next = self.i_go.val() | self.i_half.val();
+        self.goes.next = gather(2, |h| {
+            if h == 0 {
+                self.i_go.val() | !self.i_half.val()
+            } else {
+                self.i_go.val() | self.i_half.val()
+            }
+        });
         for h in 0..2 {
-            self.memory[h].i_read.next = self.goes.o.val().get_bit(h);
-            if self.goes.o.val().get_bit(h) {
+            self.memory[h].i_read.next = self.goes.val().get_bit(h);
+            if self.goes.val().get_bit(h) {
                 self.held[h].d.next = self.memory[h].o_word.val();
             }
         }

@@ -85,12 +85,10 @@ impl Logic for ChipHistory {
                     (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
             }
         }
-        if self.i_start.is_present() {
-            if self.i_start.val() {
-                self.chips.d.next = self.chips_load.val();
-                if self.has_replays {
-                    self.replays.d.next = 0.into();
-                }
+        if self.i_start.is_present() && self.i_start.val() {
+            self.chips.d.next = self.chips_load.val();
+            if self.has_replays {
+                self.replays.d.next = 0.into();
             }
         }
         self.o_chips.next = bit_cast(self.chips.q.val(), self.window_chips);
@@ -127,12 +125,10 @@ impl Logic for ChipHistory {
         } else {
             self.chips.d.next = (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
         }
-        if self.i_wrap.is_present() {
-            if self.i_wrap.val() {
-                self.chips.d.next = self.chips.q.val() >> back;
-                self.saved.d.next = bit_cast(self.chips.q.val(), self.replayed);
-                self.replays.d.next = !bit_cast(false, self.replayed);
-            }
+        if self.i_wrap.is_present() && self.i_wrap.val() {
+            self.chips.d.next = self.chips.q.val() >> back;
+            self.saved.d.next = bit_cast(self.chips.q.val(), self.replayed);
+            self.replays.d.next = !bit_cast(false, self.replayed);
         }
     }
 

@@ -57,10 +57,8 @@ impl Logic for ChipTableGenerator {
                 self.index.d.next = self.index.q.val() + 1;
             }
         }
-        if self.io.i_load.is_present() {
-            if self.io.i_load.val() {
-                self.index.d.next = self.index_load.val();
-            }
+        if self.io.i_load.is_present() && self.io.i_load.val() {
+            self.index.d.next = self.index_load.val();
         }
     }
 }

@@ -46,9 +46,6 @@ pub struct CorrelatorBank {
     #[width(segments.bits())]
     pub o_count: Vec<Output<Word>>,
     #[each(_step in 0..steps)]
-    #[width(lanes)]
-    reference: Vec<Wiring>,
-    #[each(_step in 0..steps)]
     #[is(UpdownCorrelator::new(lanes, segments))]
     correlator: Vec<UpdownCorrelator>,
 }
@@ -58,14 +55,11 @@ impl Logic for CorrelatorBank {
     fn update(&mut self) {
         let last = self.steps - 1;
         for q in 0..self.steps {
-            for l in 0..self.lanes {
-                self.reference[q].i[l].next = self.i_window.val().get_bit(l + last - q);
-            }
             self.correlator[q].i_hits.next = self.i_hits.val();
             if self.i_early.is_present() {
                 self.correlator[q].i_early.next = self.i_early.val();
             }
-            self.correlator[q].i_reference.next = self.reference[q].o.val();
+            self.correlator[q].i_reference.next = self.i_window.val().slice(last - q, self.lanes);
             self.correlator[q].i_dump.next = self.i_dump.val();
             self.o_count[q].next = self.correlator[q].o_count.val();
         }

@@ -20,14 +20,8 @@ pub struct CountComparison {
     #[set(plan.count_bits as usize)]
     width: usize,
     /// Bits of each piece, the lowest first; all but the top one are equal.
-    #[set((0..plan.pieces).map(|piece| plan.piece_bits(piece)).collect())]
-    sizes: Vec<u32>,
-    #[set(sizes.len() - 1)]
-    top: usize,
-    #[set(sizes[0] as usize)]
-    piece_bits: usize,
-    #[set(sizes[top] as usize)]
-    top_bits: usize,
+    #[set((0..plan.pieces).map(|piece| plan.piece_bits(piece) as usize).collect())]
+    sizes: Vec<usize>,
     /// a count, signed
     #[width(width)]
     pub i_count: Input<Word>,
@@ -42,14 +36,8 @@ pub struct CountComparison {
     /// the other one with the count's sign
     #[width(width)]
     unsigned_other: Local<Word>,
-    #[each(size in sizes.iter().copied())]
-    #[width(size)]
-    count_bits: Vec<Wiring>,
-    #[each(size in sizes.iter().copied())]
-    #[width(size)]
-    other_bits: Vec<Wiring>,
-    #[each(piece in 0..sizes.len())]
-    #[is(CountPiece::new(sizes[piece] as usize))]
+    #[each(size in sizes.iter())]
+    #[is(CountPiece::new(*size))]
     piece: Vec<CountPiece>,
 }
 
@@ -75,31 +63,15 @@ impl Logic for CountComparison {
             self.i_count.val().replace_bit(sign, self.i_other.val().get_bit(sign));
         self.unsigned_other.next =
             self.i_other.val().replace_bit(sign, self.i_count.val().get_bit(sign));
-        self.cut();
-        for p in 0..self.piece.len() {
-            self.piece[p].i_count.next = self.count_bits[p].o.val();
-            self.piece[p].i_other.next = self.other_bits[p].o.val();
+        for p in 0..self.sizes.len() {
+            let (low, size) = (self.sizes[0] * p, self.sizes[p]);
+            self.piece[p].i_count.next = self.unsigned_count.val().slice(low, size);
+            self.piece[p].i_other.next = self.unsigned_other.val().slice(low, size);
         }
         self.piece[0].i_below.next = false;
         for p in 1..self.piece.len() {
             self.piece[p].i_below.next = self.piece[p - 1].o_greater.val();
         }
-        self.o_greater.next = self.piece[self.top].o_greater.val();
-    }
-
-    /// Both counts in pieces.
-    fn cut(&mut self) {
-        let size = self.piece_bits;
-        let top = self.top;
-        for p in 0..top {
-            for b in 0..size {
-                self.count_bits[p].i[b].next = self.unsigned_count.val().get_bit(size * p + b);
-                self.other_bits[p].i[b].next = self.unsigned_other.val().get_bit(size * p + b);
-            }
-        }
-        for b in 0..self.top_bits {
-            self.count_bits[top].i[b].next = self.unsigned_count.val().get_bit(size * top + b);
-            self.other_bits[top].i[b].next = self.unsigned_other.val().get_bit(size * top + b);
-        }
+        self.o_greater.next = self.piece[self.sizes.len() - 1].o_greater.val();
     }
 }

@@ -133,16 +133,10 @@ pub struct DetectorChannel {
     #[width(segments.count)]
     dump: Vec<Register<Word>>,
     #[each(_bank in 0..whole_banks)]
-    #[width(window_bits(lanes, bank_steps))]
-    bank_window: Vec<Wiring>,
-    #[each(_bank in 0..whole_banks)]
     #[is(CorrelatorBank::new(lanes, segments, bank_steps))]
     bank: Vec<CorrelatorBank>,
     #[when(rest_steps > 0)]
-    #[width(window_bits(lanes, rest_steps.max(1)))]
-    last_window: Optional<Wiring>,
-    #[when(rest_steps > 0)]
-    #[is(CorrelatorBank::new(lanes, segments, rest_steps.max(1)))]
+    #[is(CorrelatorBank::new(lanes, segments, rest_steps))]
     last_bank: Optional<CorrelatorBank>,
     #[each(step in 0..parallel)]
     #[about(first_of(step, &count_about(parallel, "exact")))]
@@ -272,8 +266,7 @@ impl Logic for DetectorChannel {
             self.dump[b].d.next = self.dump[b - 1].q.val();
         }
         if self.unused.is_present() {
-            let last = self.delays.saturating_sub(1);
-            self.unused.next = self.window[last].q.val().all();
+            self.unused.next = self.window[self.delays - 1].q.val().all();
         }
         if !self.early.is_empty() {
             self.early[0].d.next = self.edges.o_early.val();
@@ -288,27 +281,20 @@ impl Logic for DetectorChannel {
         let size = self.bank_steps;
         let bits = window_bits(self.lanes, size);
         let below = self.parallel - size;
-        let later_below = below - size.min(below);
-        for l in 0..bits {
-            self.bank_window[0].i[l].next = self.stepper.o_window.val().get_bit(l + below);
-        }
+        let later_below = below.saturating_sub(size);
+        self.bank[0].i_window.next = self.stepper.o_window.val().slice(below, bits);
         self.bank[0].i_hits.next = self.edges.o_hits.val();
         if self.edges.o_early.is_present() {
             self.bank[0].i_early.next = self.edges.o_early.val();
         }
         self.bank[0].i_dump.next = self.i_dump.val();
         for b in 1..self.bank.len() {
-            for l in 0..bits {
-                self.bank_window[b].i[l].next = self.window[b - 1].q.val().get_bit(l + later_below);
-            }
+            self.bank[b].i_window.next = self.window[b - 1].q.val().slice(later_below, bits);
             self.bank[b].i_hits.next = self.hits[b - 1].q.val();
             if self.edges.o_early.is_present() {
                 self.bank[b].i_early.next = self.early[b - 1].q.val();
             }
             self.bank[b].i_dump.next = self.dump[b - 1].q.val();
-        }
-        for b in 0..self.bank.len() {
-            self.bank[b].i_window.next = self.bank_window[b].o.val();
         }
         if self.last_bank.is_present() {
             self.correlate_in_last_bank();
@@ -317,17 +303,14 @@ impl Logic for DetectorChannel {
 
     /// A bank of fewer steps: its reference is on top as well.
     fn correlate_in_last_bank(&mut self) {
-        let last = self.delays.saturating_sub(1);
-        let rest = self.rest_steps;
-        let below = self.parallel - self.bank_steps - rest;
-        for l in 0..window_bits(self.lanes, rest.max(1)) {
-            self.last_window.i[l].next = self.window[last].q.val().get_bit(l + below);
-        }
+        let last = self.delays - 1;
+        let below = self.parallel - self.bank_steps - self.rest_steps;
+        let bits = window_bits(self.lanes, self.rest_steps);
         self.last_bank.i_hits.next = self.hits[last].q.val();
         if self.edges.o_early.is_present() {
             self.last_bank.i_early.next = self.early[last].q.val();
         }
-        self.last_bank.i_window.next = self.last_window.o.val();
+        self.last_bank.i_window.next = self.window[last].q.val().slice(below, bits);
         self.last_bank.i_dump.next = self.dump[last].q.val();
     }
 

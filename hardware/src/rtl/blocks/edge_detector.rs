@@ -55,14 +55,14 @@ pub struct EdgeDetector {
     #[width(lanes)]
     inverted: Optional<Local<Word>>,
     #[width(lanes)]
-    level: Wiring,
+    level: Local<Word>,
     #[width(lanes)]
     rising: Local<Word>,
     #[width(pair_count)]
-    pairs: Wiring,
+    pairs: Local<Word>,
     #[when(has_pairs)]
     #[width(pair_count)]
-    earlier: Optional<Wiring>,
+    earlier: Optional<Local<Word>>,
     /// of the word before
     last_sample: Register<bool>,
     #[width(pair_count)]
@@ -77,31 +77,26 @@ impl Logic for EdgeDetector {
     fn update(&mut self) {
         if self.inverts {
             self.inverted.next = !self.i_samples.val();
-            for l in 0..self.lanes {
-                self.level.i[l].next = self.inverted.val().get_bit(l);
-            }
+            self.level.next = self.inverted.val();
         } else {
-            for l in 0..self.lanes {
-                self.level.i[l].next = self.i_samples.val().get_bit(l);
-            }
+            self.level.next = self.i_samples.val();
         }
-        self.last_sample.d.next = self.level.o.val().get_bit(self.lanes - 1);
-        self.rising.next = self.level.o.val()
-            & !((self.level.o.val() << 1) | bit_cast(self.last_sample.q.val(), self.lanes))
+        self.last_sample.d.next = self.level.val().get_bit(self.lanes - 1);
+        self.rising.next = self.level.val()
+            & !((self.level.val() << 1) | bit_cast(self.last_sample.q.val(), self.lanes))
             & signed_cast(self.i_run.val());
-        if self.has_pairs {
-            for j in 0..self.pair_count {
-                self.pairs.i[j].next =
-                    self.rising.val().get_bit(2 * j) | self.rising.val().get_bit(2 * j + 1);
-                self.earlier.i[j].next = self.level.o.val().get_bit(2 * j);
+        self.pairs.next = gather(self.pair_count, |pair| {
+            if self.has_pairs {
+                self.rising.val().get_bit(2 * pair) | self.rising.val().get_bit(2 * pair + 1)
+            } else {
+                self.rising.val().get_bit(0)
             }
-        } else {
-            self.pairs.i[0].next = self.rising.val().get_bit(0);
-        }
-        self.hits.d.next = self.pairs.o.val();
+        });
+        self.hits.d.next = self.pairs.val();
         self.o_hits.next = self.hits.q.val();
         if self.early.is_present() {
-            self.early.d.next = self.earlier.o.val();
+            self.earlier.next = gather(self.pair_count, |pair| self.level.val().get_bit(2 * pair));
+            self.early.d.next = self.earlier.val();
             self.o_early.next = self.early.q.val();
         }
     }

@@ -82,46 +82,12 @@ pub struct HistogramChannel {
     pub o_clamped: Optional<Output<bool>>,
     #[is(EdgeDetector::new(plan.row_bins as usize, plan.polarity))]
     edges: EdgeDetector,
-    #[each(_adder in 0..shared(&plan))]
-    #[width(pairs(&plan))]
-    hits: Vec<Wiring>,
-    #[each(_adder in 0..shared(&plan))]
-    #[width(pairs(&plan))]
-    early: Vec<Wiring>,
     #[each(_adder in 0..plan.adders())]
     #[is(BinAdder::new(plan))]
     adder: Vec<BinAdder>,
-    #[sources(places_in_row(&plan), plan.row_bins * plan.bin_bits + 1)]
-    row: Wiring,
     #[when(plan.saturates())]
     #[width(plan.adders())]
-    clamped: Optional<Wiring>,
-}
-
-/// Pairs of samples that an adder has.
-fn pairs(plan: &HistogramPlan) -> u32 {
-    plan.adder_samples.div_ceil(2)
-}
-
-/// Adders that have to be told their share of the hits.
-fn shared(plan: &HistogramPlan) -> u32 {
-    match plan.adders() {
-        1 => 0,
-        adders => adders,
-    }
-}
-
-/// For each bit of a row the bit of the bins; behind these comes a 0 that fills the bytes.
-fn places_in_row(plan: &HistogramPlan) -> Vec<usize> {
-    let (bits, data_bits) = (plan.bin_bits, plan.bin_data_bits());
-    let zero = (plan.row_bins * bits) as usize;
-    let of_bin = |bin: u32| {
-        (0..data_bits).map(move |bit| match bit < bits {
-            true => (bin * bits + bit) as usize,
-            false => zero,
-        })
-    };
-    (0..plan.row_bins).flat_map(of_bin).collect()
+    clamped: Optional<Local<Word>>,
 }
 
 #[kernel]
@@ -145,10 +111,8 @@ impl Logic for HistogramChannel {
         }
         self.make_row();
         if self.o_clamped.is_present() {
-            for a in 0..self.adder.len() {
-                self.clamped.i[a].next = self.adder[a].o_clamped.val();
-            }
-            self.o_clamped.next = self.clamped.o.val().any();
+            self.clamped.next = gather(self.adder.len(), |a| self.adder[a].o_clamped.val());
+            self.o_clamped.next = self.clamped.val().any();
         }
     }
 
@@ -165,31 +129,25 @@ impl Logic for HistogramChannel {
 
     fn hand_hits(&mut self) {
         let pairs = self.plan.adder_samples.div_ceil(2) as usize;
-        if self.hits.is_empty() {
-            self.adder[0].i_hits.next = self.edges.o_hits.val();
+        for a in 0..self.adder.len() {
+            self.adder[a].i_hits.next = self.edges.o_hits.val().slice(pairs * a, pairs);
             if self.plan.row_bins > 1 {
-                self.adder[0].i_early.next = self.edges.o_early.val();
+                self.adder[a].i_early.next = self.edges.o_early.val().slice(pairs * a, pairs);
             }
-        }
-        for a in 0..self.hits.len() {
-            for p in 0..pairs {
-                self.hits[a].i[p].next = self.edges.o_hits.val().get_bit(pairs * a + p);
-                self.early[a].i[p].next = self.edges.o_early.val().get_bit(pairs * a + p);
-            }
-            self.adder[a].i_hits.next = self.hits[a].o.val();
-            self.adder[a].i_early.next = self.early[a].o.val();
         }
     }
 
+    /// The bins of all adders, each filled up to whole bytes.
     fn make_row(&mut self) {
-        let bits = (self.plan.adder_samples * self.plan.bin_bits) as usize;
-        let zero = (self.plan.row_bins * self.plan.bin_bits) as usize;
-        for a in 0..self.adder.len() {
-            for b in 0..bits {
-                self.row.i[bits * a + b].next = self.adder[a].o_bins.val().get_bit(b);
+        let (bits, data_bits) = (self.plan.bin_bits as usize, self.plan.bin_data_bits() as usize);
+        let bins = self.plan.adder_samples as usize;
+        self.o_bins.next = gather(self.plan.row_data_bits() as usize, |b| {
+            if b % data_bits < bits {
+                let bin = b / data_bits;
+                self.adder[bin / bins].o_bins.val().get_bit(bits * (bin % bins) + b % data_bits)
+            } else {
+                false
             }
-        }
-        self.row.i[zero].next = false;
-        self.o_bins.next = self.row.o.val();
+        });
     }
 }

@@ -10,7 +10,7 @@
 //! The host correlates: no reference is made here. Latency `result_latency_clocks` from a frame's
 //! last samples to `m_axis_tvalid`.
 
-use super::sensor_top::{DistinctCodes, distinct_codes, samples_about, shared_words};
+use super::sensor_top::{DistinctCodes, distinct_codes, samples_about};
 use super::{CodeSource, HistogramChannel, HistogramControl};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
@@ -68,17 +68,14 @@ pub struct HistogramTop {
     #[each(code in codes.all.iter())]
     #[is(CodeSource::new(code, 0, false))]
     transmit: Vec<CodeSource>,
-    #[sources(codes.of_sources.clone(), codes.all.len())]
-    chips: Wiring,
-    #[each(_detector in 0..shared_words(detectors))]
-    #[width(histogram.row_bins)]
-    samples: Vec<Wiring>,
+    #[width(codes.of_sources.len())]
+    chips: Local<Word>,
     #[is(HistogramControl::new(histogram, detectors))]
     control: HistogramControl,
     #[each(_detector in 0..detectors)]
     #[is(HistogramChannel::new(histogram))]
     channel: Vec<HistogramChannel>,
-    #[each(detector in 0..shared_words(detectors))]
+    #[each(detector in 0..if detectors > 1 { detectors } else { 0 })]
     #[about(match detector {
         0 => "row of detector 0, if it is its turn".to_owned(),
         _ => format!("and of detector {detector}"),
@@ -90,7 +87,7 @@ pub struct HistogramTop {
     row: Register<Word>,
     #[when(histogram.saturates())]
     #[width(detectors)]
-    clamped: Optional<Wiring>,
+    clamped: Optional<Local<Word>>,
     #[when(histogram.saturates())]
     saturated: Optional<Register<bool>>,
 }
@@ -187,9 +184,11 @@ impl Logic for HistogramTop {
     fn transmit_codes(&mut self) {
         for g in 0..self.transmit.len() {
             self.transmit[g].i_advance.next = true;
-            self.chips.i[g].next = self.transmit[g].o_chip.val();
         }
-        self.laser.d.next = self.chips.o.val();
+        self.chips.next = gather(self.codes.of_sources.len(), |source| {
+            self.transmit[self.codes.of_sources[source]].o_chip.val()
+        });
+        self.laser.d.next = self.chips.val();
         self.epoch.d.next = self.transmit[0].o_epoch.val();
         self.o_laser.next = self.laser.q.val();
         self.o_epoch.next = self.epoch.q.val();
@@ -197,16 +196,8 @@ impl Logic for HistogramTop {
 
     fn run_channels(&mut self) {
         let lanes = self.histogram.row_bins as usize;
-        if self.detectors == 1 {
-            self.channel[0].i_samples.next = self.i_samples.val();
-        }
-        for d in 0..self.samples.len() {
-            for l in 0..lanes {
-                self.samples[d].i[l].next = self.i_samples.val().get_bit(lanes * d + l);
-            }
-            self.channel[d].i_samples.next = self.samples[d].o.val();
-        }
         for d in 0..self.channel.len() {
+            self.channel[d].i_samples.next = self.i_samples.val().slice(lanes * d, lanes);
             self.channel[d].i_run.next = self.control.o_run.val();
             self.channel[d].i_row.next = self.control.o_row.val();
             self.channel[d].i_held_first.next = self.control.o_held_first.val();
@@ -256,10 +247,8 @@ impl Logic for HistogramTop {
     }
 
     fn flag_clamped(&mut self) {
-        for d in 0..self.channel.len() {
-            self.clamped.i[d].next = self.channel[d].o_clamped.val();
-        }
-        if self.clamped.o.val().any() {
+        self.clamped.next = gather(self.detectors, |d| self.channel[d].o_clamped.val());
+        if self.clamped.val().any() {
             self.saturated.d.next = true;
         }
         self.o_saturated.next = self.saturated.q.val();

@@ -63,9 +63,6 @@ pub struct HitCounter {
     #[width(pairs)]
     hit: Register<Word>,
     #[each(_quad in 0..quads)]
-    #[width(4)]
-    hit_of_quad: Vec<Wiring>,
-    #[each(_quad in 0..quads)]
     #[is(QuadCounter::new())]
     quad: Vec<QuadCounter>,
     #[when(pairs == 2 || quads == 2)]
@@ -115,10 +112,7 @@ impl Logic for HitCounter {
     /// The hits of a word.
     fn count_word(&mut self) {
         for q in 0..self.quads {
-            for j in 0..4 {
-                self.hit_of_quad[q].i[j].next = self.hit.q.val().get_bit(4 * q + j);
-            }
-            self.quad[q].i_hit.next = self.hit_of_quad[q].o.val();
+            self.quad[q].i_hit.next = self.hit.q.val().slice(4 * q, 4);
             self.quad[q].i_down.next = bit_cast(false, 4);
         }
         if self.quads == 1 {

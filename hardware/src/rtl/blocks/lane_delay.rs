@@ -30,6 +30,8 @@ pub struct LaneDelay {
     lanes: usize,
     #[set(geometry.window_chips() as usize)]
     chips: usize,
+    #[set(geometry.window() as usize)]
+    window_bits: usize,
     #[set(geometry.grows_by_samples())]
     grows: bool,
     #[set(geometry.samples() as usize)]
@@ -73,49 +75,24 @@ pub struct LaneDelay {
     wraps: Optional<Register<bool>>,
     /// those of the next step
     #[when(grows)]
-    #[sources(longer(geometry, mask_width), mask_width + 1)]
-    longer: Optional<Wiring>,
+    #[width(mask_width)]
+    longer: Optional<Local<Word>>,
     /// chip of each sample
-    #[sources(present(geometry), chips)]
-    present: Wiring,
+    #[width(window_bits)]
+    present: Local<Word>,
     /// chip of each sample that is delayed
     #[when(grows)]
-    #[sources(previous(geometry), chips)]
-    previous: Optional<Wiring>,
+    #[width(window_bits)]
+    previous: Optional<Local<Word>>,
     #[when(grows)]
-    #[sources(taps(geometry).map(|(_, place)| place as usize).collect(), lanes)]
-    takes_previous: Optional<Wiring>,
+    #[width(window_bits)]
+    takes_previous: Optional<Local<Word>>,
     /// reference of each sample
     #[width(geometry.window())]
     window: Register<Word>,
     /// the next step delays by a whole chip more
     #[when(grows)]
     wrap: Optional<Local<bool>>,
-}
-
-/// The mask with more lanes: ones come in from an input that follows its own bits.
-fn longer(geometry: PhaseGeometry, mask_width: usize) -> Vec<usize> {
-    let from = |lane: usize| lane.checked_sub(geometry.samples() as usize);
-    (0..mask_width).map(|lane| from(lane).unwrap_or(mask_width)).collect()
-}
-
-fn taps(geometry: PhaseGeometry) -> impl Iterator<Item = (u32, u32)> {
-    (0..geometry.window()).map(move |sample| geometry.tap(sample))
-}
-
-/// Chip of each sample when no lane is delayed. Where the delay stays within a chip, which lanes
-/// take the previous chip is known beforehand.
-fn present(geometry: PhaseGeometry) -> Vec<usize> {
-    match geometry.grows_by_samples() {
-        true => taps(geometry).map(|(back, _)| back as usize).collect(),
-        false => previous(geometry),
-    }
-}
-
-/// The same when all are that ever are.
-fn previous(geometry: PhaseGeometry) -> Vec<usize> {
-    let one_more = |place| u32::from(geometry.may_be_delayed(place));
-    taps(geometry).map(|(back, place)| (back + one_more(place)) as usize).collect()
 }
 
 /// What stands beside the port of the reference.
@@ -129,38 +106,47 @@ pub(super) fn window_about(parallel: u32) -> &'static str {
 #[kernel]
 impl Logic for LaneDelay {
     fn update(&mut self) {
-        for c in 0..self.chips {
-            self.present.i[c].next = self.i_chips.val().get_bit(c);
-        }
+        // Where the delay stays within a chip, which lanes take the previous chip is known
+        // beforehand.
+        self.present.next = gather(self.window_bits, |sample| {
+            self.i_chips.val().get_bit(self.geometry.chip(sample, !self.grows))
+        });
         if self.grows {
             self.choose();
             self.grow();
             self.o_wrap.next = self.wrap.val();
         } else {
-            self.window.d.next = self.present.o.val();
+            self.window.d.next = self.present.val();
         }
         self.o_window.next = self.window.q.val();
     }
 
     /// Each lane's chip: the present one, or the one before it.
     fn choose(&mut self) {
-        for c in 0..self.chips {
-            self.previous.i[c].next = self.i_chips.val().get_bit(c);
-        }
-        let top = self.lanes - 1;
-        for l in 0..top {
-            self.takes_previous.i[l].next = self.delayed.q.val().get_bit(l);
-            self.longer.i[l].next = self.delayed.q.val().get_bit(l);
-        }
-        self.takes_previous.i[top].next = false;
-        self.longer.i[top].next = true;
-        self.window.d.next = (self.takes_previous.o.val() & self.previous.o.val())
-            | (!self.takes_previous.o.val() & self.present.o.val());
+        self.previous.next = gather(self.window_bits, |sample| {
+            self.i_chips.val().get_bit(self.geometry.chip(sample, true))
+        });
+        self.takes_previous.next = gather(self.window_bits, |sample| {
+            if self.geometry.place(sample) + 1 < self.lanes {
+                self.delayed.q.val().get_bit(self.geometry.place(sample))
+            } else {
+                false
+            }
+        });
+        self.window.d.next = (self.takes_previous.val() & self.previous.val())
+            | (!self.takes_previous.val() & self.present.val());
     }
 
     /// The mask of delayed lanes from step to step.
     fn grow(&mut self) {
         let full = self.lanes - 1 - self.step_samples;
+        self.longer.next = gather(self.mask_width, |lane| {
+            if lane < self.step_samples {
+                true
+            } else {
+                self.delayed.q.val().get_bit(lane - self.step_samples)
+            }
+        });
         if self.wraps.is_present() {
             self.wraps.d.next = self.i_pre_last_chip.val() & self.delayed.q.val().get_bit(full);
             self.wrap.next = self.wraps.q.val();
@@ -170,12 +156,10 @@ impl Logic for LaneDelay {
         if self.wrap.val() {
             self.delayed.d.next = self.delayed.q.val() >> (self.lanes - self.step_samples);
         } else if self.i_last_chip.val() {
-            self.delayed.d.next = self.longer.o.val();
+            self.delayed.d.next = self.longer.val();
         }
-        if self.i_start.is_present() {
-            if self.i_start.val() {
-                self.delayed.d.next = self.delayed_load.val();
-            }
+        if self.i_start.is_present() && self.i_start.val() {
+            self.delayed.d.next = self.delayed_load.val();
         }
     }
 }

@@ -112,8 +112,12 @@ impl Logic for LfsrGenerator {
         }
         self.io.o_epoch.next = self.epoch.q.val();
         self.advance();
-        if self.io.i_load.is_present() {
-            self.reload();
+        if self.io.i_load.is_present() && self.io.i_load.val() {
+            self.epoch.d.next = true;
+            self.u.d.next = self.u_load.val();
+            if self.v.is_present() {
+                self.v.d.next = self.v_load.val();
+            }
         }
     }
 
@@ -126,16 +130,6 @@ impl Logic for LfsrGenerator {
             if self.v.is_present() {
                 self.v.d.next = (self.v.q.val() >> 1)
                     .replace_bit(top, (self.v.q.val() & self.v_taps.val()).xor());
-            }
-        }
-    }
-
-    fn reload(&mut self) {
-        if self.io.i_load.val() {
-            self.epoch.d.next = true;
-            self.u.d.next = self.u_load.val();
-            if self.v.is_present() {
-                self.v.d.next = self.v_load.val();
             }
         }
     }

@@ -132,12 +132,6 @@ pub struct PeakDetector {
     #[each(_detector in 0..detectors)]
     #[is(RunningMaximum::new(plan))]
     maximum: Vec<RunningMaximum>,
-    #[when(detectors > 1)]
-    #[width(detectors * step_bits)]
-    steps: Optional<Wiring>,
-    #[when(detectors > 1)]
-    #[width(detectors * count_bits)]
-    counts: Optional<Wiring>,
 }
 
 #[kernel]
@@ -203,11 +197,7 @@ impl Logic for PeakDetector {
                 }
             }
             if self.ends.q.val() {
-                if self.starts_at_top {
-                    self.at_top.d.next = true;
-                } else {
-                    self.at_top.d.next = false;
-                }
+                self.at_top.d.next = self.starts_at_top;
             }
         }
         if self.ends.q.val() {
@@ -233,23 +223,12 @@ impl Logic for PeakDetector {
 
     /// The peaks of all detectors, the first one's lowest.
     fn show(&mut self) {
-        if self.steps.is_present() {
-            let step_bits = self.step_bits;
-            let count_bits = self.count_bits;
-            for d in 0..self.detectors {
-                for b in 0..step_bits {
-                    self.steps.i[step_bits * d + b].next = self.maximum[d].o_step.val().get_bit(b);
-                }
-                for b in 0..count_bits {
-                    self.counts.i[count_bits * d + b].next =
-                        self.maximum[d].o_count.val().get_bit(b);
-                }
-            }
-            self.o_step.next = self.steps.o.val();
-            self.o_count.next = self.counts.o.val();
-        } else {
-            self.o_step.next = self.maximum[0].o_step.val();
-            self.o_count.next = self.maximum[0].o_count.val();
-        }
+        let (step_bits, count_bits) = (self.step_bits, self.count_bits);
+        self.o_step.next = gather(self.detectors * step_bits, |b| {
+            self.maximum[b / step_bits].o_step.val().get_bit(b % step_bits)
+        });
+        self.o_count.next = gather(self.detectors * count_bits, |b| {
+            self.maximum[b / count_bits].o_count.val().get_bit(b % count_bits)
+        });
     }
 }

@@ -44,21 +44,27 @@ impl PhaseGeometry {
         self.lanes + self.parallel - 1
     }
 
-    /// Chips that sample `sample` of the window lies back when no lane takes
-    /// the previous chip, and its place within its chip.
-    pub(super) fn tap(self, sample: u32) -> (u32, u32) {
-        let offset = i64::from(sample) - i64::from(self.parallel) + 1;
-        let lanes = i64::from(self.lanes);
-        (-offset.div_euclid(lanes) as u32, offset.rem_euclid(lanes) as u32)
+    /// Samples from the first of the present chip to one of the window.
+    fn offset(self, sample: usize) -> i64 {
+        sample as i64 - i64::from(self.parallel) + 1
+    }
+
+    /// Place of a sample of the window within its chip.
+    pub(super) fn place(self, sample: usize) -> usize {
+        self.offset(sample).rem_euclid(i64::from(self.lanes)) as usize
+    }
+
+    /// Chips that a sample of the window lies back: when no lane takes the previous chip, or when
+    /// all do that ever are `delayed`.
+    pub(super) fn chip(self, sample: usize, delayed: bool) -> usize {
+        let back = -self.offset(sample).div_euclid(i64::from(self.lanes)) as usize;
+        back + usize::from(delayed && self.may_be_delayed(self.place(sample) as u32))
     }
 
     /// Reference chips from which the window's samples are taken.
     pub(super) fn window_chips(self) -> u32 {
-        let oldest = (0..self.window()).map(|sample| {
-            let (back, place) = self.tap(sample);
-            back + u32::from(self.may_be_delayed(place))
-        });
-        oldest.max().unwrap_or(0) + 1
+        let oldest = (0..self.window() as usize).map(|sample| self.chip(sample, true));
+        oldest.max().unwrap_or(0) as u32 + 1
     }
 
     /// Reference chips that are kept: those of the window, and those to which

@@ -73,16 +73,10 @@ pub struct RunningMaximum {
     #[width(plan.count_bits)]
     pub o_count: Output<Word>,
     #[each(_choice in 0..even_choices)]
-    #[width(choices[0])]
-    turns: Vec<Wiring>,
-    #[each(_choice in 0..even_choices)]
     #[is(CountChoice::new(plan.count_bits, choice_counts))]
     choice: Vec<CountChoice>,
     #[when(last_counts > 0)]
-    #[width(last_counts)]
-    last_turns: Optional<Wiring>,
-    #[when(last_counts > 0)]
-    #[is(CountChoice::new(plan.count_bits, last_counts.max(1)))]
+    #[is(CountChoice::new(plan.count_bits, last_counts))]
     last_choice: Optional<CountChoice>,
     /// what was chosen
     #[when(choices.len() > 1)]
@@ -147,17 +141,15 @@ impl Logic for RunningMaximum {
         let even = self.even_choices;
         for c in 0..even {
             for t in 0..size {
-                self.turns[c].i[t].next = self.i_turn.val().get_bit(size * c + t);
                 self.choice[c].i_count[t].next = self.i_count[size * c + t].val();
             }
-            self.choice[c].i_turn.next = self.turns[c].o.val();
+            self.choice[c].i_turn.next = self.i_turn.val().slice(size * c, size);
         }
         if self.last_choice.is_present() {
             for t in 0..self.last_counts {
-                self.last_turns.i[t].next = self.i_turn.val().get_bit(size * even + t);
                 self.last_choice.i_count[t].next = self.i_count[size * even + t].val();
             }
-            self.last_choice.i_turn.next = self.last_turns.o.val();
+            self.last_choice.i_turn.next = self.i_turn.val().slice(size * even, self.last_counts);
         }
         if self.chosen.is_present() {
             self.chosen.next = self.choice[0].o_count.val();

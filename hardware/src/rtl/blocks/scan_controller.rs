@@ -128,8 +128,6 @@ pub struct ScanController {
     chip_count_matched: Optional<Local<bool>>,
     #[when(plan.step_count_in_pieces())]
     step_count_matched: Optional<Local<bool>>,
-    #[width(plan.segments)]
-    dumps: Wiring,
 }
 
 /// What a scan controller counts.
@@ -240,7 +238,7 @@ impl ScanPlan {
             (counter.state_before_the_first(), "chip_count_reset")
         };
         let register = Register::word(counter.width(), first, "");
-        Optional::new(self.counts_chips(), register.reset_to(constant))
+        Optional::new(self.counts_chips().then(|| register.reset_to(constant)))
     }
 
     fn chip_count_end_about(&self) -> String {
@@ -438,14 +436,11 @@ impl Logic for ScanController {
             (self.scan_done.q.val() << 1).replace_bit(0, self.scan_last_chip.val());
         let dump = self.plan.to_dump() - 1;
         let counted = self.plan.to_counted() - 1;
-        for s in 0..(self.plan.segments as usize) {
-            self.dumps.i[s].next = self.step_done.q.val().get_bit(dump + s);
-        }
         if self.plan.counts_early {
             self.o_pre_counted.next = self.step_done.q.val().get_bit(counted - 1);
         }
         self.o_counted.next = self.step_done.q.val().get_bit(counted);
         self.o_scan_counted.next = self.scan_done.q.val().get_bit(counted);
-        self.o_dump.next = self.dumps.o.val();
+        self.o_dump.next = self.step_done.q.val().slice(dump, self.plan.segments as usize);
     }
 }

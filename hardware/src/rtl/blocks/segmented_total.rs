@@ -39,8 +39,6 @@ pub struct SegmentedTotal {
     middle: Vec<Accumulator>,
     #[is(Accumulator::new(top_bits, 2, true, false))]
     highest: Accumulator,
-    #[width(segments.bits())]
-    counts: Wiring,
 }
 
 fn describe(segments: CountSegments, addend_bits: usize) -> About {
@@ -71,23 +69,20 @@ impl Logic for SegmentedTotal {
                 self.middle[s].i_addend.next = self.middle[s - 1].o_carry.val();
                 self.middle[s].i_borrow.next = self.middle[s - 1].o_borrow.val();
             }
-            self.highest.i_addend.next = self.middle[above.saturating_sub(1)].o_carry.val();
-            self.highest.i_borrow.next = self.middle[above.saturating_sub(1)].o_borrow.val();
+            self.highest.i_addend.next = self.middle[above - 1].o_carry.val();
+            self.highest.i_borrow.next = self.middle[above - 1].o_borrow.val();
         } else {
             self.highest.i_addend.next = self.lowest.o_carry.val();
             self.highest.i_borrow.next = self.lowest.o_borrow.val();
         }
-        for b in 0..bits {
-            self.counts.i[b].next = self.lowest.o_count.val().get_bit(b);
-        }
-        for s in 0..self.middle.len() {
-            for b in 0..bits {
-                self.counts.i[bits * s + bits + b].next = self.middle[s].o_count.val().get_bit(b);
+        self.o_count.next = gather(bits * (above + 1) + self.top_bits, |b| {
+            if b < bits {
+                self.lowest.o_count.val().get_bit(b)
+            } else if b / bits <= above {
+                self.middle[b / bits - 1].o_count.val().get_bit(b % bits)
+            } else {
+                self.highest.o_count.val().get_bit(b - bits * (above + 1))
             }
-        }
-        for b in 0..self.top_bits {
-            self.counts.i[bits * above + bits + b].next = self.highest.o_count.val().get_bit(b);
-        }
-        self.o_count.next = self.counts.o.val();
+        });
     }
 }

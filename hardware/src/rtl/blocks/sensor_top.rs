@@ -91,11 +91,8 @@ pub struct SensorTop {
     #[each(code in codes.all.iter())]
     #[is(CodeSource::new(code, 0, interface.realigns()))]
     transmit: Vec<CodeSource>,
-    #[sources(codes.of_sources.clone(), codes.all.len())]
-    chips: Wiring,
-    #[each(_detector in 0..shared_words(detectors))]
-    #[width(lanes)]
-    samples: Vec<Wiring>,
+    #[width(codes.of_sources.len())]
+    chips: Local<Word>,
     #[is(ScanController::new(ScanPlan::of(&interface, &counts)))]
     controller: ScanController,
     #[each(code in interface.reference_codes.iter())]
@@ -251,11 +248,6 @@ pub(super) fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> Di
     codes
 }
 
-/// Detectors whose samples have to be taken out of a common word.
-pub(super) fn shared_words(detectors: usize) -> usize {
-    if detectors > 1 { detectors } else { 0 }
-}
-
 #[kernel]
 impl Logic for SensorTop {
     fn update(&mut self) {
@@ -274,9 +266,11 @@ impl Logic for SensorTop {
     fn transmit_codes(&mut self) {
         for g in 0..self.transmit.len() {
             self.transmit[g].i_advance.next = true;
-            self.chips.i[g].next = self.transmit[g].o_chip.val();
         }
-        self.laser.d.next = self.chips.o.val();
+        self.chips.next = gather(self.codes.of_sources.len(), |source| {
+            self.transmit[self.codes.of_sources[source]].o_chip.val()
+        });
+        self.laser.d.next = self.chips.val();
         self.epoch.d.next = self.transmit[0].o_epoch.val();
         self.o_laser.next = self.laser.q.val();
         self.o_epoch.next = self.epoch.q.val();
@@ -292,14 +286,8 @@ impl Logic for SensorTop {
             self.channel[d].i_last_chip.next = self.controller.o_last_chip.val();
             self.channel[d].i_dump.next = self.controller.o_dump.val();
         }
-        if self.detectors == 1 {
-            self.channel[0].i_samples.next = self.i_samples.val();
-        }
-        for d in 0..self.samples.len() {
-            for l in 0..lanes {
-                self.samples[d].i[l].next = self.i_samples.val().get_bit(lanes * d + l);
-            }
-            self.channel[d].i_samples.next = self.samples[d].o.val();
+        for d in 0..self.channel.len() {
+            self.channel[d].i_samples.next = self.i_samples.val().slice(lanes * d, lanes);
         }
     }
 

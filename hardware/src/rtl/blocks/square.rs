@@ -42,10 +42,8 @@ impl Logic for SquareGenerator {
         if self.io.i_advance.val() {
             self.chip.d.next = !self.chip.q.val();
         }
-        if self.io.i_load.is_present() {
-            if self.io.i_load.val() {
-                self.chip.d.next = self.chip_load.val();
-            }
+        if self.io.i_load.is_present() && self.io.i_load.val() {
+            self.chip.d.next = self.chip_load.val();
         }
     }
 }

@@ -20,8 +20,6 @@ pub struct StateMatch {
     width: usize,
     #[set(width.div_ceil(PIECE_BITS))]
     pieces: usize,
-    #[set(width / PIECE_BITS)]
-    whole_pieces: usize,
     /// state of a counter
     #[width(width)]
     pub i_state: Input<Word>,
@@ -32,11 +30,8 @@ pub struct StateMatch {
     pub o_matched: Output<bool>,
     #[width(width)]
     equal: Local<Word>,
-    #[each(piece in 0..pieces)]
-    #[width(PIECE_BITS.min(width - piece * PIECE_BITS))]
-    piece: Vec<Wiring>,
     #[width(pieces)]
-    all_equal: Wiring,
+    all_equal: Local<Word>,
     /// one bit for each piece
     #[width(pieces)]
     matched: Register<Word>,
@@ -59,20 +54,13 @@ fn describe(pieces: usize, width: usize) -> About {
 impl Logic for StateMatch {
     fn update(&mut self) {
         self.equal.next = !(self.i_state.val() ^ self.i_wanted.val());
-        for p in 0..self.whole_pieces {
-            for b in 0..PIECE_BITS {
-                self.piece[p].i[b].next = self.equal.val().get_bit(PIECE_BITS * p + b);
-            }
-        }
-        for p in self.whole_pieces..self.pieces {
-            for b in 0..(self.width % PIECE_BITS) {
-                self.piece[p].i[b].next = self.equal.val().get_bit(PIECE_BITS * p + b);
-            }
-        }
-        for p in 0..self.pieces {
-            self.all_equal.i[p].next = self.piece[p].o.val().all();
-        }
-        self.matched.d.next = self.all_equal.o.val();
+        self.all_equal.next = gather(self.pieces, |piece| {
+            self.equal
+                .val()
+                .slice(PIECE_BITS * piece, PIECE_BITS.min(self.width - PIECE_BITS * piece))
+                .all()
+        });
+        self.matched.d.next = self.all_equal.val();
         self.o_matched.next = self.matched.q.val().all();
     }
 }

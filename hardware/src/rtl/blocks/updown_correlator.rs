@@ -61,23 +61,17 @@ pub struct UpdownCorrelator {
     /// reference of each pair's earlier sample
     #[when(has_pairs)]
     #[width(pairs)]
-    early_reference: Optional<Wiring>,
+    early_reference: Optional<Local<Word>>,
     /// reference of each pair's later sample
     #[when(has_pairs)]
     #[width(pairs)]
-    late_reference: Optional<Wiring>,
+    late_reference: Optional<Local<Word>>,
     /// pairs with a hit
     #[width(pairs)]
     hit: Register<Word>,
     /// pairs whose hit counts down
     #[width(pairs)]
     down: Register<Word>,
-    #[each(_quad in 0..quads)]
-    #[width(4)]
-    hit_of_quad: Vec<Wiring>,
-    #[each(_quad in 0..quads)]
-    #[width(4)]
-    down_of_quad: Vec<Wiring>,
     #[each(_quad in 0..quads)]
     #[is(QuadCounter::new())]
     quad: Vec<QuadCounter>,
@@ -100,13 +94,13 @@ pub struct UpdownCorrelator {
 impl Logic for UpdownCorrelator {
     fn update(&mut self) {
         if self.i_early.is_present() {
-            for j in 0..(self.lanes / 2) {
-                self.early_reference.i[j].next = self.i_reference.val().get_bit(2 * j);
-                self.late_reference.i[j].next = self.i_reference.val().get_bit(2 * j + 1);
-            }
+            self.early_reference.next =
+                gather(self.pairs, |pair| self.i_reference.val().get_bit(2 * pair));
+            self.late_reference.next =
+                gather(self.pairs, |pair| self.i_reference.val().get_bit(2 * pair + 1));
             self.down.d.next = self.i_hits.val()
-                & !((self.i_early.val() & self.early_reference.o.val())
-                    | (!self.i_early.val() & self.late_reference.o.val()));
+                & !((self.i_early.val() & self.early_reference.val())
+                    | (!self.i_early.val() & self.late_reference.val()));
         } else {
             self.down.d.next = self.i_hits.val() & !self.i_reference.val();
         }
@@ -127,12 +121,8 @@ impl Logic for UpdownCorrelator {
     /// The signed count of a word: hits that count up less hits that count down.
     fn count_word(&mut self) {
         for q in 0..self.quads {
-            for j in 0..4 {
-                self.hit_of_quad[q].i[j].next = self.hit.q.val().get_bit(4 * q + j);
-                self.down_of_quad[q].i[j].next = self.down.q.val().get_bit(4 * q + j);
-            }
-            self.quad[q].i_hit.next = self.hit_of_quad[q].o.val();
-            self.quad[q].i_down.next = self.down_of_quad[q].o.val();
+            self.quad[q].i_hit.next = self.hit.q.val().slice(4 * q, 4);
+            self.quad[q].i_down.next = self.down.q.val().slice(4 * q, 4);
         }
         if self.quads == 1 {
             self.addend.next = self.quad[0].o_sum.val();

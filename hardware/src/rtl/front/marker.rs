@@ -53,13 +53,6 @@ pub enum Marker {
         /// What it is.
         about: String,
     },
-    /// The scope is a wiring with pins `i` (a vector of bits) and `o`.
-    Wiring {
-        /// For every bit of `o`, bit 0 first, the index in `i`.
-        sources: Vec<usize>,
-        /// What it carries.
-        about: String,
-    },
 }
 
 /// A module's name and header.

@@ -2,13 +2,12 @@
 //!
 //! rust-hdl fixes a signal's width by const generics, so that every width of
 //! every scene would be a type of its own. The types here implement its
-//! `Atom`, `Block` and `Logic` with the width as a field; `#[hdl_gen]` is
-//! purely syntactic and takes them as they are. They simulate in rust-hdl's
+//! `Atom`, `Block` and `Logic` with the width as a field. They simulate in rust-hdl's
 //! `update_all` loop and answer its probes.
 //!
 //! `#[block]` over a struct makes its constructor from what stands beside the fields; `#[kernel]`
-//! over `impl Logic` is rust-hdl's `#[hdl_gen]` with `if` and `let` at elaboration. The crate
-//! `goldtof-macros` documents both.
+//! over `impl Logic` makes rust-hdl's syntax tree of what it does, with the means of [`tree`]. The
+//! crate `goldtof-macros` documents both.
 //!
 //! Every register and memory has the one clock and its reset, which no kernel names; a register
 //! that is not driven holds.
@@ -17,9 +16,9 @@
 //! - what reads no signal by `.val()` is elaboration: `if self.part.is_present()` leaves no gate;
 //! - a bare literal, and `signed_cast(x)`, take the width of what they meet;
 //!   everything else has to agree, or the back end refuses;
-//! - `bit_cast(x, w)` zero-extends or truncates;
+//! - `bit_cast(x, w)` zero-extends or truncates; `x.slice(low, w)` is a part of a word;
+//! - `gather(w, |place| bit)` puts bits side by side: a concatenation;
 //! - a `Local` may be built up: `x.next = x.val() | y`; once something else has read it, it is complete;
-//! - numbers are evaluated in branches that are not taken, too: subtract with saturation;
 //! - `a & b == c` binds as in Rust; the back end prints the parentheses.
 
 mod clock;
@@ -29,27 +28,27 @@ mod memory;
 mod net;
 mod optional;
 mod register;
+pub mod tree;
 mod word;
 
 pub use clock::tick;
-pub use inline::{BitTable, Wiring};
+pub use inline::BitTable;
 pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
 pub use memory::Memory;
 pub use net::{Constant, Input, Local, Net, Output, Value};
 pub use optional::Optional;
 pub use register::Register;
-pub use word::{SignedWord, Word, bit_cast, signed_cast};
+pub use word::{SignedWord, Word, bit_cast, gather, signed_cast};
 
 /// What a block's source file needs in scope, rust-hdl's macros included.
 pub mod prelude {
     pub use goldtof_macros::{block, kernel};
     pub use rust_hdl_core::block::Block;
     pub use rust_hdl_core::logic::Logic;
-    pub use rust_hdl_core::prelude::{LogicBlock, hdl_gen};
-    pub use rust_hdl_core::{ast, block, logic, probe};
+    pub use rust_hdl_core::{ast, probe};
 
     pub use super::{
         About, BitTable, Constant, Input, Local, Memory, Optional, Output, Register, StateCheck,
-        Wiring, Word, bit_cast, signed_cast,
+        Word, bit_cast, gather, signed_cast, tree,
     };
 }

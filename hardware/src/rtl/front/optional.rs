@@ -7,38 +7,34 @@ use rust_hdl_core::logic::Logic;
 use rust_hdl_core::probe::Probe;
 
 /// A part that may be left out, used inside `if self.part.is_present()`.
-///
-/// A part left out is kept as a stand-in that no probe sees and no update
-/// reaches, because rust-hdl evaluates the arguments of casts even in a
-/// branch that elaboration does not take.
 #[derive(Debug, Clone)]
-pub struct Optional<B> {
-    present: bool,
-    part: B,
-}
+pub struct Optional<B>(Option<B>);
+
+/// Why a kernel has no use for a part that is not there.
+const ABSENT: &str = "a kernel names a part where it is present";
 
 impl<B> Optional<B> {
-    /// `part`, if `present`.
-    pub fn new(present: bool, part: B) -> Optional<B> {
-        Optional { present, part }
+    /// A part, or none.
+    pub fn new(part: Option<B>) -> Optional<B> {
+        Optional(part)
     }
 
     /// Whether the hardware has it.
     pub fn is_present(&self) -> bool {
-        self.present
+        self.0.is_some()
     }
 }
 
 impl<B> Deref for Optional<B> {
     type Target = B;
     fn deref(&self) -> &B {
-        &self.part
+        self.0.as_ref().expect(ABSENT)
     }
 }
 
 impl<B> DerefMut for Optional<B> {
     fn deref_mut(&mut self) -> &mut B {
-        &mut self.part
+        self.0.as_mut().expect(ABSENT)
     }
 }
 
@@ -50,18 +46,18 @@ impl<B: Block> Block for Optional<B> {
     fn connect_all(&mut self) {}
 
     fn update_all(&mut self) {
-        if self.present {
-            self.part.update_all();
+        if let Some(part) = &mut self.0 {
+            part.update_all();
         }
     }
 
     fn has_changed(&self) -> bool {
-        self.present && self.part.has_changed()
+        self.0.as_ref().is_some_and(Block::has_changed)
     }
 
     fn accept(&self, name: &str, probe: &mut dyn Probe) {
-        if self.present {
-            self.part.accept(name, probe);
+        if let Some(part) = &self.0 {
+            part.accept(name, probe);
         }
     }
 }

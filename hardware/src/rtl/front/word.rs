@@ -41,6 +41,11 @@ impl Word {
         index < 128 && (self.value >> index) & 1 == 1
     }
 
+    /// `width` bits from `low` on.
+    pub fn slice(self, low: usize, width: usize) -> Word {
+        Word::new((self >> low).value, width as u32)
+    }
+
     /// The word with one bit replaced.
     pub fn replace_bit(self, index: usize, bit: bool) -> Word {
         let cleared = self.value & !(1 << index);
@@ -101,6 +106,11 @@ impl From<SignedWord> for Word {
     fn from(signed: SignedWord) -> Word {
         Word::new(signed.0 as u128, 0)
     }
+}
+
+/// `width` bits side by side, the first one lowest.
+pub fn gather(width: usize, bit: impl Fn(usize) -> bool) -> Word {
+    (0..width).fold(Word::new(0, width as u32), |word, place| word.replace_bit(place, bit(place)))
 }
 
 /// `word` in `width` bits: zero-extended, or its low bits.

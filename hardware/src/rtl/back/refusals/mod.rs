@@ -20,39 +20,33 @@ fn named(signal: &str) -> String {
 /// A block with some of everything; each test adds a kernel.
 macro_rules! block {
     ($name:ident) => {
-        #[derive(LogicBlock)]
+        #[block(About::new("unsound", "a block of a test"))]
         struct $name {
+            a: u32,
+            b: u32,
+            y: u32,
+            #[width(a)]
             i_a: Input<Word>,
+            #[width(b)]
             i_b: Input<Word>,
             i_go: Input<bool>,
+            #[width(y)]
             o_y: Output<Word>,
-            about: About,
+            #[width(y)]
             middle: Local<Word>,
+            #[width(y)]
+            #[value(5)]
             limit: Constant,
+            #[width(y)]
             count: Register<Word>,
-        }
-
-        impl $name {
-            fn new(a: u32, b: u32, y: u32) -> Self {
-                $name {
-                    i_a: Input::word(a, ""),
-                    i_b: Input::word(b, ""),
-                    i_go: Input::bit(""),
-                    o_y: Output::word(y, ""),
-                    about: About::new("unsound", "a block of a test"),
-                    middle: Local::word(y, ""),
-                    limit: Constant::new(5, y, ""),
-                    count: Register::word(y, 0, ""),
-                }
-            }
         }
     };
 }
 
 block!(Sound);
 
+#[kernel]
 impl Logic for Sound {
-    #[hdl_gen]
     fn update(&mut self) {
         if self.i_go.val() {
             self.count.d.next = self.count.q.val() + self.limit.val();
@@ -72,8 +66,8 @@ fn the_block_that_the_others_spoil_is_sound() {
 
 block!(Latch);
 
+#[kernel]
 impl Logic for Latch {
-    #[hdl_gen]
     fn update(&mut self) {
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
@@ -102,8 +96,8 @@ fn unequal_widths_are_refused() {
 
 block!(Oversize);
 
+#[kernel]
 impl Logic for Oversize {
-    #[hdl_gen]
     fn update(&mut self) {
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val() + 17;
@@ -123,8 +117,8 @@ fn an_oversize_literal_is_refused() {
 
 block!(Undriven);
 
+#[kernel]
 impl Logic for Undriven {
-    #[hdl_gen]
     fn update(&mut self) {
         if self.i_go.val() {
             self.count.d.next = self.i_b.val() + self.limit.val();
@@ -140,8 +134,8 @@ fn an_undriven_signal_is_refused() {
 
 block!(TwoDrivers);
 
+#[kernel]
 impl Logic for TwoDrivers {
-    #[hdl_gen]
     fn update(&mut self) {
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
@@ -164,8 +158,8 @@ fn a_second_driver_is_refused() {
 
 block!(DrivesQ);
 
+#[kernel]
 impl Logic for DrivesQ {
-    #[hdl_gen]
     fn update(&mut self) {
         self.middle.next = self.i_a.val() ^ self.i_b.val() ^ self.limit.val();
         self.count.q.next = self.middle.val();
@@ -187,8 +181,8 @@ fn driving_a_registers_content_beside_the_register_is_refused() {
 
 block!(DrivesInput);
 
+#[kernel]
 impl Logic for DrivesInput {
-    #[hdl_gen]
     fn update(&mut self) {
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.count.q.val();
@@ -208,8 +202,8 @@ fn driving_an_own_input_is_refused() {
 
 block!(Unread);
 
+#[kernel]
 impl Logic for Unread {
-    #[hdl_gen]
     fn update(&mut self) {
         self.middle.next = self.i_a.val();
         if self.i_go.val() {
@@ -226,8 +220,8 @@ fn a_signal_that_nothing_reads_is_refused() {
 
 block!(Reassigned);
 
+#[kernel]
 impl Logic for Reassigned {
-    #[hdl_gen]
     fn update(&mut self) {
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
@@ -248,8 +242,8 @@ fn an_assignment_after_a_read_is_refused() {
 
 block!(Loops);
 
+#[kernel]
 impl Logic for Loops {
-    #[hdl_gen]
     fn update(&mut self) {
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.o_y.next = self.middle.val() ^ self.count.q.val() ^ signed_cast(self.i_go.val());
@@ -267,8 +261,8 @@ fn a_combinational_loop_is_refused() {
 
 block!(OutOfRange);
 
+#[kernel]
 impl Logic for OutOfRange {
-    #[hdl_gen]
     fn update(&mut self) {
         self.count.d.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val() ^ self.count.q.val();
@@ -283,32 +277,4 @@ impl Logic for OutOfRange {
 #[test]
 fn a_bit_beyond_the_vector_is_refused() {
     assert_eq!(fault_of(&OutOfRange::new(4, 4, 4)), Fault::OutOfRange { bit: 4, width: 4 });
-}
-
-/// A run-time field in an expression, which rust-hdl turns into a name that
-/// the Verilog does not have.
-#[derive(LogicBlock)]
-struct LeaksField {
-    i_a: Input<Word>,
-    o_y: Output<Word>,
-    about: About,
-    _shift: usize,
-}
-
-impl Logic for LeaksField {
-    #[hdl_gen]
-    fn update(&mut self) {
-        self.o_y.next = self.i_a.val() << self._shift;
-    }
-}
-
-#[test]
-fn a_field_that_is_no_signal_is_refused() {
-    let block = LeaksField {
-        i_a: Input::word(4, ""),
-        o_y: Output::word(4, ""),
-        about: About::new("unsound", "a block of a test"),
-        _shift: 2,
-    };
-    assert!(matches!(fault_of(&block), Fault::Unsupported { .. }));
 }

@@ -103,11 +103,11 @@ pub struct ResultStream {
     saturated: Optional<Register<bool>>,
     #[when(plan.saturates)]
     #[width(plan.counts())]
-    clamped: Optional<Wiring>,
+    clamped: Optional<Local<Word>>,
     /// those among them that a scan's last group has
     #[when(plan.saturates && plan.is_short())]
-    #[sources(plan.counts_of_last_group(), plan.counts())]
-    clamped_last: Optional<Wiring>,
+    #[width(plan.counts_of_last_group())]
+    clamped_last: Optional<Local<Word>>,
     /// the result after the one that comes next is the group's last
     #[when(plan.queues())]
     later_ends: Optional<Local<bool>>,
@@ -132,9 +132,6 @@ impl Logic for ResultStream {
     fn update(&mut self) {
         self.o_valid.next = self.valid.q.val();
         self.o_overrun.next = self.overrun.q.val();
-        if self.total.is_present() {
-            self.hold_totals();
-        }
         if self.plan.queues() {
             self.queue();
         } else {
@@ -160,8 +157,6 @@ impl Logic for ResultStream {
         }
         self.offer();
     }
-
-    fn hold_totals(&mut self) {}
 
     /// Several counts: the first is offered, the others wait behind it.
     fn queue(&mut self) {
@@ -344,20 +339,18 @@ impl Logic for ResultStream {
     }
 
     fn flag_clamped(&mut self) {
-        for c in 0..self.count.len() {
-            self.clamped.i[c].next = self.i_clamped[c].val();
-        }
+        self.clamped.next = gather(self.count.len(), |c| self.i_clamped[c].val());
         if self.clamped_last.is_present() {
-            for c in 0..self.count.len() {
-                self.clamped_last.i[c].next = self.i_clamped[c].val();
-            }
+            let (steps, last_steps) = (self.plan.steps, self.plan.last_steps);
+            self.clamped_last.next = gather(self.plan.counts_of_last_group(), |c| {
+                self.i_clamped[c / last_steps * steps + c % last_steps].val()
+            });
             if self.i_counted.val()
-                & ((!self.i_last.val() & self.clamped.o.val().any())
-                    | self.clamped_last.o.val().any())
+                & ((!self.i_last.val() & self.clamped.val().any()) | self.clamped_last.val().any())
             {
                 self.saturated.d.next = true;
             }
-        } else if self.i_counted.val() & self.clamped.o.val().any() {
+        } else if self.i_counted.val() & self.clamped.val().any() {
             self.saturated.d.next = true;
         }
         self.o_saturated.next = self.saturated.q.val();

@@ -80,8 +80,8 @@ impl StreamPlan {
         self.is_short() && self.detectors > 1
     }
 
-    pub(super) fn counts_of_last_group(&self) -> Vec<usize> {
-        (0..self.counts()).filter(|count| count % self.steps < self.last_steps).collect()
+    pub(super) fn counts_of_last_group(&self) -> usize {
+        self.detectors * self.last_steps
     }
 
     /// The last count but one of a group.
