@@ -1,5 +1,6 @@
 //! The estimate of one detector beside the truth and what theory expects.
 
+use std::cell::OnceCell;
 use std::fmt::Display;
 
 use serde::Serialize;
@@ -16,7 +17,8 @@ use super::{
     distance_m, estimate, folded, predict, share_error, tolerance_ps, true_delay,
 };
 use crate::estimate::fit::{
-    ALARM_SIGMAS, BinFitter, FitError, FittedPath, ModelEstimate, expected_fit, fit, shared_light,
+    ALARM_SIGMAS, BinFitter, FitError, FittedPath, Fitter, ModelEstimate, expected_fit,
+    shared_light,
 };
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
@@ -168,9 +170,30 @@ pub fn expected_errors(sensor: &Sensor, detector: DetectorIndex) -> EstimateRepo
     let mut report = EstimateReport::without_estimate(sensor, detector);
     match check_modulated(sensor, detector) {
         Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
-        Ok(()) => report.compare(sensor, detector, None, false),
+        Ok(()) => report.compare(&Ranging::of(sensor, detector), None, false),
     }
     report
+}
+
+/// A detector of a sensor, and what fits its counts.
+struct Ranging<'s> {
+    sensor: &'s Sensor,
+    detector: DetectorIndex,
+    /// Of phase steps: the counts that were measured and the expected ones have most of a fit's
+    /// work in common.
+    fitter: OnceCell<Fitter<'s>>,
+}
+
+impl<'s> Ranging<'s> {
+    fn of(sensor: &'s Sensor, detector: DetectorIndex) -> Ranging<'s> {
+        Ranging { sensor, detector, fitter: OnceCell::new() }
+    }
+
+    fn fitter(&self) -> &Fitter<'s> {
+        let other = self.sensor.scene().other_light;
+        let tier = CountingTier::Sampled;
+        self.fitter.get_or_init(|| Fitter::new(self.sensor, self.detector, tier, other))
+    }
 }
 
 /// What an estimate is made from.
@@ -227,7 +250,8 @@ impl EstimateReport {
     fn take(&mut self, sensor: &Sensor, detector: DetectorIndex, counted: Counted) {
         let is_modulated = check_modulated(sensor, detector).map_err(|reason| reason.to_string());
         let walks = is_modulated.is_ok().then(|| walks(sensor, detector, counted)).flatten();
-        let measured_ps = is_modulated.and_then(|()| self.answer(sensor, detector, counted));
+        let ranging = Ranging::of(sensor, detector);
+        let measured_ps = is_modulated.and_then(|()| self.answer(&ranging, counted));
         if let Err(reason) = &measured_ps {
             self.add_remark(&format!("no estimate: {reason}"));
         }
@@ -235,18 +259,13 @@ impl EstimateReport {
             self.add_remark(&format!("range walk is left in: {walks}"));
         }
         let of_steps = matches!(counted, Counted::Steps(_));
-        self.compare(sensor, detector, measured_ps.ok(), of_steps);
+        self.compare(&ranging, measured_ps.ok(), of_steps);
     }
 
     /// The answer of the scene's estimator: the delay, in ps, or why there is none.
-    fn answer(
-        &mut self,
-        sensor: &Sensor,
-        detector: DetectorIndex,
-        counted: Counted,
-    ) -> Result<f64, String> {
+    fn answer(&mut self, ranging: &Ranging, counted: Counted) -> Result<f64, String> {
+        let Ranging { sensor, detector, .. } = *ranging;
         let scene = sensor.scene();
-        let tier = CountingTier::Sampled;
         match (scene.estimator, counted) {
             (EstimatorKind::Fft, Counted::Bins(histogram)) => {
                 self.of_phase(PhaseOfHistogram::new(sensor, detector).estimate(histogram))
@@ -266,7 +285,7 @@ impl EstimateReport {
                 if !scene.sends_total_counts() {
                     return Err(SIGNED_ALONE.to_owned());
                 }
-                let fitted = fit(sensor, detector, tier, counts, scene.other_light);
+                let fitted = ranging.fitter().fit(counts);
                 self.of_fit(sensor, fitted, shared_light(sensor, detector))
             }
         }
@@ -298,13 +317,8 @@ impl EstimateReport {
 
     /// Puts truth and expectation beside the time of flight, if there is one; `of_steps` where it
     /// is of phase steps' counts.
-    fn compare(
-        &mut self,
-        sensor: &Sensor,
-        detector: DetectorIndex,
-        measured_ps: Option<f64>,
-        of_steps: bool,
-    ) {
+    fn compare(&mut self, ranging: &Ranging, measured_ps: Option<f64>, of_steps: bool) {
+        let Ranging { sensor, detector, .. } = *ranging;
         let own = sensor.scene().detectors[detector].reference;
         let code_period_ps = sensor.timing().code_period_ps();
         let truth = |p: PathIndex| true_delay(sensor, p, CountingTier::Sampled);
@@ -325,7 +339,7 @@ impl EstimateReport {
         let bound = bound(sensor, detector, CountingTier::Sampled);
         (self.bound_m, self.bound_remark) =
             coverage::bound_and_remark(sensor, path, CountingTier::Sampled, &bound);
-        match expectation(sensor, detector, path, of_steps) {
+        match expectation(ranging, path, of_steps) {
             Ok((ExpectedErrors { bias_m, std_m }, missed)) => {
                 let std_m = match (self.estimator, &bound) {
                     (EstimatorKind::Model, Ok(bound)) => bound.at_least(path, std_m),
@@ -417,11 +431,11 @@ impl FitReport {
 /// What the scene's estimator is expected to say of a path, and the share of scans that miss it,
 /// where that is known.
 fn expectation(
-    sensor: &Sensor,
-    detector: DetectorIndex,
+    ranging: &Ranging,
     path: PathIndex,
     of_steps: bool,
 ) -> Result<(ExpectedErrors, Option<f64>), String> {
+    let Ranging { sensor, detector, .. } = *ranging;
     let tier = CountingTier::Sampled;
     let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
     if sensor.scene().estimator == EstimatorKind::Fft {
@@ -438,7 +452,11 @@ fn expectation(
         let Prediction { bias_m, std_m, missed_fraction, .. } = expected;
         return Ok((ExpectedErrors { bias_m, std_m }, missed_fraction));
     }
-    let fitted = expected_fit(sensor, detector, tier).map_err(|e| e.to_string())?;
+    let fitted = match is_histogram {
+        true => expected_fit(sensor, detector, tier),
+        false => ranging.fitter().expected(),
+    };
+    let fitted = fitted.map_err(|e| e.to_string())?;
     coverage::check_fit(sensor, detector, path, tier, &fitted).map_err(|e| e.to_string())?;
     let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
     let code_period_ps = sensor.code_period_of_path_ps(path);

@@ -11,6 +11,8 @@
 //! Whole code periods are a periodic correlation (an FFT for each b), what is
 //! left of the integration time a sum over its slots.
 
+use std::sync::OnceLock;
+
 use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 
@@ -43,6 +45,8 @@ pub struct Correlator {
     phases: Vec<Phase>,
     /// Detections before the window's edge at each chip.
     window: Vec<f64>,
+    /// Expected signed count of every phase step over a code period, once it was asked for.
+    of_all: OnceLock<Vec<f64>>,
 }
 
 /// What a correlator's tables follow from.
@@ -121,6 +125,28 @@ impl Correlator {
             rising_after_window: timing.rising - timing.window,
             phases: phases.collect(),
             window,
+            of_all: OnceLock::new(),
+        }
+    }
+
+    /// The tables less those of the same counter under other light, by `times`. All that is
+    /// read off tables is linear in them.
+    pub fn less(&self, other: &Correlator, times: f64) -> Correlator {
+        let less = |here: &[f64], there: &[f64]| -> Vec<f64> {
+            here.iter().zip(there).map(|(here, there)| (here - there) * times).collect()
+        };
+        let phases = self.phases.iter().zip(&other.phases).map(|(here, there)| Phase {
+            before: less(&here.before, &there.before),
+            hits: less(&here.hits, &there.hits),
+            falling: less(&here.falling, &there.falling),
+        });
+        Correlator {
+            reference: self.reference.clone(),
+            hits_per_period: (self.hits_per_period - other.hits_per_period) * times,
+            phases: phases.collect(),
+            window: less(&self.window, &other.window),
+            of_all: OnceLock::new(),
+            ..*self
         }
     }
 
@@ -159,7 +185,11 @@ impl Correlator {
     }
 
     /// The same for every phase step of the reference's period.
-    pub fn signed_per_period_of_all(&self) -> Vec<f64> {
+    pub fn signed_per_period_of_all(&self) -> &[f64] {
+        self.of_all.get_or_init(|| self.correlated())
+    }
+
+    fn correlated(&self) -> Vec<f64> {
         let length = self.reference.length;
         let mut planner = Planner::new();
         let (forward, inverse) = (planner.forward(length), planner.inverse(length));
@@ -352,24 +382,27 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
         // SAFETY: the processor has the instructions, as just made sure.
         return unsafe { dot_avx2(a, b) };
     }
-    dot_in_eight_sums(a, b)
+    dot_in_sums(a, b)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn dot_avx2(a: &[f64], b: &[f64]) -> f64 {
-    dot_in_eight_sums(a, b)
+    dot_in_sums(a, b)
 }
 
-/// In eight sums that the compiler keeps side by side.
+/// In so many sums that none waits for the one before it.
+const SUMS: usize = 32;
+
+/// In sums that the compiler keeps side by side.
 #[inline(always)]
-fn dot_in_eight_sums(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a_blocks, b_blocks) = (a.chunks_exact(8), b.chunks_exact(8));
+fn dot_in_sums(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; SUMS];
+    let (a_blocks, b_blocks) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
     let rest = a_blocks.remainder().iter().zip(b_blocks.remainder());
     let rest: f64 = rest.map(|(x, y)| x * y).sum();
     for (x, y) in a_blocks.zip(b_blocks) {
-        for lane in 0..8 {
+        for lane in 0..SUMS {
             sums[lane] += x[lane] * y[lane];
         }
     }

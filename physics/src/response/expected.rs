@@ -28,7 +28,7 @@ pub struct MeanResponse<'m> {
     pub(super) grid: Arc<Grid>,
     pub(super) sampling: Option<Sampling>,
     pub(super) detections: Arc<AllAndMerged>,
-    pub(super) correlator: Correlator,
+    pub(super) correlator: Arc<Correlator>,
     /// Added to every path's time of flight.
     pub(super) delay_chips: f64,
 }
@@ -94,7 +94,7 @@ impl<'m> MeanResponse<'m> {
             sampling,
             delay_chips,
         };
-        let correlator = Correlator::new(model, &source);
+        let correlator = Arc::new(Correlator::new(model, &source));
         Ok(MeanResponse {
             model,
             light,
@@ -133,7 +133,7 @@ impl<'m> MeanResponse<'m> {
             delay_chips,
         };
         Ok(MeanResponse {
-            correlator: Correlator::new(self.model, &source),
+            correlator: Arc::new(Correlator::new(self.model, &source)),
             delay_chips,
             grid: Arc::clone(&self.grid),
             detections: Arc::clone(&self.detections),
@@ -152,7 +152,7 @@ impl<'m> MeanResponse<'m> {
             grid: Arc::clone(&self.grid),
             sampling: self.sampling,
             detections: Arc::clone(&self.detections),
-            correlator: self.correlator.clone(),
+            correlator: Arc::clone(&self.correlator),
             delay_chips: self.delay_chips,
         }
     }
@@ -198,13 +198,28 @@ impl<'m> MeanResponse<'m> {
             return Step::all(steps).map(|step| self.mean_count(step)).collect();
         }
         let whole = self.correlator.signed_per_period_of_all();
-        (0..steps as usize)
-            .into_par_iter()
-            .map(|step| {
-                let phase_step = self.model.timing.scan.phase_step(Step::at(step)) as usize;
-                self.with_partial_period(Step::at(step), whole[phase_step])
-            })
-            .collect()
+        // Those of one phase of a chip one after another: they read the same table.
+        let phases = self.model.timing.clock.samples_per_chip as usize;
+        let of_phase = |phase: usize| Step::all(steps).skip(phase).step_by(phases);
+        let in_order: Vec<Step> = (0..phases).flat_map(of_phase).collect();
+        let count = |&step: &Step| {
+            let phase_step = self.model.timing.scan.phase_step(step) as usize;
+            self.with_partial_period(step, whole[phase_step])
+        };
+        let counted: Vec<MeanCount> = in_order.par_iter().map(count).collect();
+        let mut counts = vec![MeanCount { signed: 0.0, total: 0.0 }; steps as usize];
+        for (step, count) in in_order.iter().zip(counted) {
+            counts[step.index()] = count;
+        }
+        counts
+    }
+
+    /// The response less one to other light, by `times`: what derivatives of counts are read
+    /// off. Of steps that count each of the two alike.
+    #[must_use]
+    pub fn less(&self, other: &MeanResponse, times: f64) -> MeanResponse<'m> {
+        let correlator = Arc::new(self.correlator.less(&other.correlator, times));
+        MeanResponse { correlator, ..self.clone() }
     }
 
     /// [`MeanResponse::mean_counts`] of a scan that began each step anywhere in the

@@ -1,7 +1,7 @@
 //! Means, variances and covariance of the counts, step by step.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
@@ -9,6 +9,7 @@ use super::MeanResponseError;
 use super::expected::MeanResponse;
 use super::grid::{Samples, frame_chips};
 use super::pairs::{DetectorPairs, before_chips};
+use super::scan_moments::PerDetection;
 use super::span::Reach;
 use crate::photons::DetectorModel;
 use crate::scan::{Group, Step};
@@ -81,8 +82,8 @@ pub struct SecondMoments<'r, 'm> {
     pub(super) pairs: Arc<DetectorPairs>,
     /// Variance of N that the chips before each chip add.
     total_variance: Arc<Vec<f64>>,
-    /// Of the phase steps that were asked for so far, where other integration times ask, too.
-    shared: Option<Shared>,
+    /// What other integration times ask for, too.
+    pub(super) shared: Arc<Shared>,
     /// How far pairs of detections reach across the end of a step; none if steps are so long
     /// that it does not matter.
     reach: Option<Reach>,
@@ -101,8 +102,14 @@ struct BeforeChips {
     covariance: Vec<f64>,
 }
 
-/// The same of some phase steps.
-type Shared = Arc<Mutex<BTreeMap<u64, Arc<BeforeChips>>>>;
+/// What does not depend on the integration time, once it was asked for.
+#[derive(Default)]
+pub(super) struct Shared {
+    /// Of single phase steps, where several integration times ask for them.
+    phase_steps: Option<Mutex<BTreeMap<u64, Arc<BeforeChips>>>>,
+    /// Of the phase steps of a long scan.
+    pub(super) all_phase_steps: OnceLock<Vec<PerDetection>>,
+}
 
 /// What an end of steps divides of the pairs of all detections.
 struct AcrossEnd {
@@ -136,7 +143,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
             .zip(pairs.seen_of_period())
             .map(|((hits, excess), seen)| seen * (hits + 2.0 * excess));
         let total_variance = Arc::new(before_chips(&pairs.grid, per_cell));
-        Ok(SecondMoments::of_pairs(response, Arc::new(pairs), total_variance, None))
+        Ok(SecondMoments::of_pairs(response, Arc::new(pairs), total_variance, Arc::default()))
     }
 
     /// Keeps what does not depend on the integration time, for
@@ -144,21 +151,22 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// period.
     #[must_use]
     pub fn shared(self) -> SecondMoments<'r, 'm> {
-        SecondMoments { shared: Some(Arc::default()), ..self }
+        let shared = Shared { phase_steps: Some(Mutex::default()), ..Shared::default() };
+        SecondMoments { shared: Arc::new(shared), ..self }
     }
 
     /// Those round a response that is [counted](MeanResponse::counted_by) for another
     /// integration time. Nothing is solved again.
     pub fn counted_by<'s, 'n>(&self, response: &'s MeanResponse<'n>) -> SecondMoments<'s, 'n> {
         let (pairs, total_variance) = (Arc::clone(&self.pairs), Arc::clone(&self.total_variance));
-        SecondMoments::of_pairs(response, pairs, total_variance, self.shared.clone())
+        SecondMoments::of_pairs(response, pairs, total_variance, Arc::clone(&self.shared))
     }
 
     fn of_pairs(
         response: &'r MeanResponse<'m>,
         pairs: Arc<DetectorPairs>,
         total_variance: Arc<Vec<f64>>,
-        shared: Option<Shared>,
+        shared: Arc<Shared>,
     ) -> SecondMoments<'r, 'm> {
         let brightest = response.light.brightest_per_chip();
         let reach = reach_across_ends(response.model, brightest, pairs.grid.memory_chips);
@@ -204,7 +212,8 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// What a phase step's moments add up from.
     fn of_phase_step(&self, phase_step: u64) -> Arc<BeforeChips> {
-        let kept = || Some(self.shared.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner));
+        let kept = self.shared.phase_steps.as_ref();
+        let kept = || Some(kept?.lock().unwrap_or_else(PoisonError::into_inner));
         if let Some(known) = kept().and_then(|kept| kept.get(&phase_step).cloned()) {
             return known;
         }

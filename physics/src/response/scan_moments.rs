@@ -49,7 +49,8 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     if one_by_one || period < 2 * memory {
         return (0..scan.steps).into_par_iter().map(|step| second.of_step(Step(step))).collect();
     }
-    let solved = all_phase_steps(second, memory, stride);
+    let all = &second.shared.all_phase_steps;
+    let solved = all.get_or_init(|| all_phase_steps(second, memory, stride));
     let means = second.response.mean_counts();
     means
         .into_iter()
@@ -74,7 +75,7 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
 
 /// Second moments of one phase step per expected detection.
 #[derive(Clone, Copy)]
-struct PerDetection {
+pub(super) struct PerDetection {
     variance: f64,
     /// Covariance of r and N, less the mean of r.
     excess_covariance: f64,

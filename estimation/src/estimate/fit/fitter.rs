@@ -97,6 +97,26 @@ impl<'s> Fitter<'s> {
         self.fit_means(&counts)
     }
 
+    /// Fits the scene's expected counts: the fit's average answer, to first order in the noise.
+    ///
+    /// # Errors
+    /// As [`Fitter::fit`].
+    pub fn expected(&self) -> Result<ModelEstimate, FitError> {
+        let (sensor, detector, tier) = (self.sensor, self.detector, self.tier);
+        let moment_ps = self.moment_ps()?;
+        TheoryEffort::of(sensor, detector)?.check(Work::Fit)?;
+        let response = MeanResponse::of_tier(&self.model, tier)?;
+        if response.misses_pulses() {
+            // A fit settles everywhere, but there its average is not that of the average.
+            bound(sensor, detector, tier)?;
+        }
+        let mut means = response.mean_counts();
+        if let Some(moment_ps) = moment_ps {
+            moving::take_movement(sensor, &response, tier, moment_ps, &mut means)?;
+        }
+        self.fit_means(&means)
+    }
+
     /// The same for counts that need not be whole, one per step of the scan.
     ///
     /// # Errors
@@ -250,27 +270,5 @@ pub fn expected_fit(
         TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
         return BinFitter::new(sensor, detector)?.expected();
     }
-    let other = sensor.scene().other_light;
-    let fitter = Fitter::new(sensor, detector, tier, other);
-    let moment_ps = fitter.moment_ps()?;
-    TheoryEffort::of(sensor, detector)?.check(Work::Fit)?;
-    let still;
-    let standing = match moment_ps {
-        Some(moment_ps) => {
-            still = sensor.still_at(moment_ps);
-            &still
-        }
-        None => sensor,
-    };
-    let model = DetectorModel::new(standing, detector);
-    let response = MeanResponse::of_tier(&model, tier)?;
-    if response.misses_pulses() {
-        // A fit settles everywhere, but there its average is not that of the average.
-        bound(sensor, detector, tier)?;
-    }
-    let mut means = response.mean_counts();
-    if let Some(moment_ps) = moment_ps {
-        moving::take_movement(sensor, &response, tier, moment_ps, &mut means)?;
-    }
-    fitter.fit_means(&means)
+    Fitter::new(sensor, detector, tier, sensor.scene().other_light).expected()
 }

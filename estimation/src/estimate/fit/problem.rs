@@ -38,13 +38,20 @@ pub struct Beside<'m> {
     above: MeanResponse<'m>,
     /// How far apart the two are.
     apart: f64,
+    /// The response that counts their difference, by how far apart they are.
+    slope: MeanResponse<'m>,
 }
 
-impl Beside<'_> {
+impl<'m> Beside<'m> {
+    fn new(below: MeanResponse<'m>, above: MeanResponse<'m>, apart: f64) -> Beside<'m> {
+        Beside { slope: above.less(&below, 1.0 / apart), below, above, apart }
+    }
+
     /// The same for another integration time.
     pub fn counted_by<'n>(&self, model: &'n DetectorModel) -> Beside<'n> {
-        let [below, above] = [&self.below, &self.above].map(|side| side.counted_by(model));
-        Beside { below, above, apart: self.apart }
+        let [below, above, slope] =
+            [&self.below, &self.above, &self.slope].map(|side| side.counted_by(model));
+        Beside { below, above, apart: self.apart, slope }
     }
 }
 
@@ -197,11 +204,11 @@ impl<'m> Problem<'m> {
             // All light earlier or later at once: the same solution, read off there.
             let delayed = |by: f64| response.delayed(self.clock().ps(by));
             let (below, above) = (delayed(-DELAY_STEP_CHIPS)?, delayed(DELAY_STEP_CHIPS)?);
-            return Ok(Beside { below, above, apart: 2.0 * DELAY_STEP_CHIPS });
+            return Ok(Beside::new(below, above, 2.0 * DELAY_STEP_CHIPS));
         }
         let [(below, down), (above, up)] = [-1.0, 1.0].map(|by| parameters.nudged(index, by));
         let (below, above) = (self.response(&below)?, self.response(&above)?);
-        Ok(Beside { below, above, apart: up - down })
+        Ok(Beside::new(below, above, up - down))
     }
 
     /// Derivatives of the expected counts by an unknown, from the responses on both its sides.
@@ -212,7 +219,10 @@ impl<'m> Problem<'m> {
         reading: Reading,
     ) -> Result<Column, MeanResponseError> {
         let of = |response: &MeanResponse| self.means_read(parameters, response, reading);
-        Ok(slope(&of(&beside.below)?, &of(&beside.above)?, beside.apart))
+        match parameters.walk {
+            None => of(&beside.slope),
+            Some(_) => Ok(slope(&of(&beside.below)?, &of(&beside.above)?, beside.apart)),
+        }
     }
 
     /// The place of a step of the scan on the axis.

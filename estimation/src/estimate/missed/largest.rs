@@ -67,31 +67,41 @@ struct Winner {
 /// The chances of the steps `near`, which are in order.
 fn winners(laws: &[CountLaw], near: &[usize]) -> Vec<Winner> {
     let runs = runs(laws, near);
-    let stds = || near.iter().map(|&step| laws[step].std());
-    let narrowest = stds().fold(f64::INFINITY, f64::min).max(1e-3);
+    let near_laws: Vec<CountLaw> = near.iter().map(|&step| laws[step]).collect();
+    let narrowest = near_laws.iter().map(CountLaw::std).fold(f64::INFINITY, f64::min).max(1e-3);
     let stride = match narrowest > WHOLE_NUMBERS_TO {
         true => narrowest / NODES_PER_STD,
         false => 1.0,
     };
-    let ends = near.iter().map(|&step| {
-        let reach = REACH_STD * laws[step].std() + 1.0;
-        (laws[step].mean - reach, laws[step].mean + reach)
+    let ends = near_laws.iter().map(|law| {
+        let reach = REACH_STD * law.std() + 1.0;
+        (law.mean - reach, law.mean + reach)
     });
     let (low, high) =
         ends.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
     // Sums of chances, and of chances times counts.
     let mut sums = vec![[0.0; 2]; near.len()];
-    let mostly_zero = mostly_zero(laws);
+    let below = |y: f64| Below::of(&near_laws, &runs, y);
     let mut x = low.floor();
+    // Without a count above zero there is no estimate.
+    if mostly_zero(&near_laws, &runs) {
+        x = x.max(1.0);
+    }
+    let mut less = below(x - 0.5 * stride);
     while x <= high {
-        // Without a count above zero there is no estimate.
-        if !(mostly_zero && x <= 0.0) {
-            let chances = chances_at(laws, near, &runs, x, stride);
-            for (sums, chance) in sums.iter_mut().zip(chances) {
-                sums[0] += chance;
-                sums[1] += chance * x;
-            }
+        let at_most = below(x + 0.5 * stride);
+        // In strides ties are shared.
+        let middle = (stride > 1.0).then(|| below(x));
+        let others = match &middle {
+            Some(middle) => [middle; 2],
+            None => [&less, &at_most],
+        };
+        let own = at_most.near.iter().zip(&less.near).map(|(most, less)| (most - less).max(0.0));
+        for (sums, chance) in sums.iter_mut().zip(chances(near, &runs, own, others)) {
+            sums[0] += chance;
+            sums[1] += chance * x;
         }
+        less = at_most;
         x += stride;
     }
     let with_sums = near.iter().zip(sums).filter(|(_, sums)| sums[0] > 1e-12);
@@ -100,40 +110,55 @@ fn winners(laws: &[CountLaw], near: &[usize]) -> Vec<Winner> {
         .collect()
 }
 
-/// P(each step of `near` counts x, within a stride, and no other more).
-fn chances_at(laws: &[CountLaw], near: &[usize], runs: &[Run], x: f64, stride: f64) -> Vec<f64> {
-    // Whole numbers: at most x, and less than x. Strides: ties are shared.
-    let [at_most, less] = match stride > 1.0 {
-        true => [x, x],
-        false => [x + 0.5, x - 0.5],
-    };
-    let log_of = |law: &CountLaw, y: f64| law.below(y).max(1e-300).ln();
-    let log_run = |run: &Run, y: f64| -> f64 {
-        let of = |alike: &Alike| alike.number * log_of(&alike.law, y);
-        run.steps.iter().map(of).sum()
-    };
-    let log_runs: Vec<[f64; 2]> =
-        runs.iter().map(|run| [log_run(run, less), log_run(run, at_most)]).collect();
-    let log_of_runs: f64 = log_runs.iter().map(|logs| logs[1]).sum();
+/// The chances that steps count less than some count.
+struct Below {
+    /// Of each step near the path.
+    near: Vec<f64>,
+    /// Logarithm of the chance that all of a run do.
+    runs: Vec<f64>,
+}
+
+impl Below {
+    fn of(near: &[CountLaw], runs: &[Run], y: f64) -> Below {
+        let log_of = |alike: &Alike| alike.number * log(alike.law.below(y));
+        Below {
+            near: near.iter().map(|law| law.below(y)).collect(),
+            runs: runs.iter().map(|run| run.steps.iter().map(log_of).sum()).collect(),
+        }
+    }
+}
+
+fn log(chance: f64) -> f64 {
+    chance.max(1e-300).ln()
+}
+
+/// P(each step of `near` counts what it does with chance `own`, and no other more): those before
+/// it count `less`, those after it `at_most` as much.
+fn chances(
+    near: &[usize],
+    runs: &[Run],
+    own: impl Iterator<Item = f64>,
+    [less, at_most]: [&Below; 2],
+) -> Vec<f64> {
+    let log_of_runs: f64 = at_most.runs.iter().sum();
     if log_of_runs < LEAST_LOG {
         return vec![0.0; near.len()];
     }
-    let log_near: Vec<[f64; 2]> = near
-        .iter()
-        .map(|&step| [log_of(&laws[step], less), log_of(&laws[step], at_most)])
-        .collect();
+    let log_near = |below: &Below| -> Vec<f64> { below.near.iter().map(|&p| log(p)).collect() };
+    let (log_less, log_most) = (log_near(less), log_near(at_most));
     // All after; each step, as it is passed, goes to those before.
-    let mut log_product = log_of_runs + log_near.iter().map(|logs| logs[1]).sum::<f64>();
+    let mut log_product = log_of_runs + log_most.iter().sum::<f64>();
     let mut passed = 0;
     let mut chances = Vec::with_capacity(near.len());
-    for (&step, logs) in near.iter().zip(&log_near) {
+    for ((&step, own), (log_less, log_most)) in
+        near.iter().zip(own).zip(log_less.iter().zip(&log_most))
+    {
         while passed < runs.len() && runs[passed].end <= step {
-            log_product += log_runs[passed][0] - log_runs[passed][1];
+            log_product += less.runs[passed] - at_most.runs[passed];
             passed += 1;
         }
-        let own = laws[step].below(x + 0.5 * stride) - laws[step].below(x - 0.5 * stride);
-        chances.push(own.max(0.0) * (log_product - logs[1]).exp());
-        log_product += logs[0] - logs[1];
+        chances.push(own * (log_product - log_most).exp());
+        log_product += log_less - log_most;
     }
     chances
 }
@@ -180,12 +205,15 @@ fn alike(laws: &[CountLaw]) -> Vec<Alike> {
 }
 
 /// Whether most counts are zero in a scan that counts nothing above.
-fn mostly_zero(laws: &[CountLaw]) -> bool {
-    let zeros = laws.iter().map(|law| {
+fn mostly_zero(near: &[CountLaw], runs: &[Run]) -> bool {
+    let others = runs.iter().flat_map(|run| &run.steps).map(|alike| (&alike.law, alike.number));
+    let (mut steps, mut zeros) = (0.0, 0.0);
+    for (law, number) in near.iter().map(|law| (law, 1.0)).chain(others) {
         let (at_most, less) = (law.below(0.5), law.below(-0.5));
-        if at_most > 0.0 { 1.0 - less / at_most } else { 0.0 }
-    });
-    zeros.sum::<f64>() > 0.5 * laws.len() as f64
+        steps += number;
+        zeros += if at_most > 0.0 { number * (1.0 - less / at_most) } else { 0.0 };
+    }
+    zeros > 0.5 * steps
 }
 
 #[cfg(test)]
