@@ -5,7 +5,7 @@
 //! moments are those of counts, with other weights than signs.
 
 use super::expected::MeanResponse;
-use super::moments::SecondMoments;
+use super::moments::{SecondMoments, rows};
 
 impl MeanResponse<'_> {
     /// Bins of a histogram: samples of the reference's code period.
@@ -68,7 +68,7 @@ impl SecondMoments<'_, '_> {
             .iter()
             .map(|sum| of_cells(&|chip, part| part.share * weight(sum, chip, part)))
             .collect();
-        let excess: Vec<Vec<f64>> = means.iter().map(|mean| self.pairs.excess(mean)).collect();
+        let excess = self.pairs.excess(&rows(&means));
         let integration = self.response.model.timing.scan.integration_chips as f64;
         let periods = integration / self.pairs.grid.period_chips as f64;
         let covariance = |i: usize, j: usize| -> f64 {

@@ -240,7 +240,7 @@ fn solve_forwards<const M: usize>(
 ) -> AllAndMerged {
     let per_chip = grid.cells.len();
     let warm_up = grid.memory_chips;
-    let mut history = History::<M>::new(per_chip, grid.reach_chips);
+    let mut history = History::<M, f64>::new(per_chip, grid.reach_chips);
     let mut rates = Vec::with_capacity(grid.period_chips * per_chip);
     let mut merged_rates = Vec::new();
     let mut steps = CellSteps::new(chain, per_chip);

@@ -4,6 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::chain::{Chain, State};
+use super::several::Number;
 
 /// What one cell does to the states at one brightness.
 #[derive(Debug, Clone)]
@@ -48,21 +49,21 @@ impl<const M: usize> CellStep<M> {
 
     /// y at the cell's end, from y at its start and g at start, middle, end.
     #[inline(always)]
-    pub fn advance(&self, start: &State<M>, g: &[State<M>; 3]) -> State<M> {
+    pub fn advance<V: Number>(&self, start: &[V; M], g: &[[V; M]; 3]) -> [V; M] {
         let [a, b, c] = &self.weights;
-        let mut end = [0.0; M];
+        let mut end = [V::default(); M];
         for m in 0..M {
-            end[m] = self.decay[m] * start[m] + a[m] * g[0][m] + b[m] * g[1][m] + c[m] * g[2][m];
+            end[m] = start[m] * self.decay[m] + g[0][m] * a[m] + g[1][m] * b[m] + g[2][m] * c[m];
         }
         end
     }
 
     /// y' at a place where y and g are known.
     #[inline(always)]
-    pub fn slope(&self, y: &State<M>, g: &State<M>) -> State<M> {
+    pub fn slope<V: Number>(&self, y: &[V; M], g: &[V; M]) -> [V; M] {
         let mut slope = *g;
         for m in 0..M {
-            slope[m] -= self.exit[m] * y[m];
+            slope[m] -= y[m] * self.exit[m];
         }
         slope
     }
@@ -82,11 +83,11 @@ impl<const M: usize> CellStep<M> {
     /// For each ready state, rate of leaving it times the value found after the
     /// dead time.
     #[inline(always)]
-    pub fn pass_backwards(&self, later: &State<M>) -> State<M> {
-        let mut value = [0.0; M];
+    pub fn pass_backwards<V: Number>(&self, later: &[V; M]) -> [V; M] {
+        let mut value = [V::default(); M];
         for to in 0..M {
             for i in 0..M {
-                value[i] += self.passage_to[to][i] * later[to];
+                value[i] += later[to] * self.passage_to[to][i];
             }
         }
         value

@@ -59,6 +59,7 @@ mod pairs;
 mod poisson;
 mod sampling;
 mod scan_moments;
+mod several;
 mod span;
 mod tier;
 mod variance;

@@ -1,6 +1,6 @@
 //! Means, variances and covariance of the counts, step by step.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
@@ -72,6 +72,8 @@ impl GroupMoments {
 /// Steps that are longer, in the scales on which the detector's counts are correlated, end
 /// with too few pairs that the end divides to change a variance by 1 in 1,000.
 const LONG_IN_SCALES: f64 = 300.0;
+/// Steps whose moments are worked out at once, at most.
+const STEPS_AT_ONCE: usize = 64;
 /// Ends of steps within the code period that are told apart for the total count, whose variance
 /// differs little between them.
 pub(super) const ENDS: usize = 4;
@@ -189,9 +191,13 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// Moments of a step of the first scan.
     pub fn of_step(&self, step: Step) -> CountMoments {
+        self.of_steps(&[step])[0]
+    }
+
+    /// Moments of a step, from those of its phase step.
+    fn moments(&self, step: Step, before: &BeforeChips) -> CountMoments {
         let mean = self.response.mean_count(step);
         let phase_step = self.response.model.timing.scan.phase_step(step);
-        let before = self.of_phase_step(phase_step);
         let mut moments = CountMoments {
             signed_mean: mean.signed,
             total_mean: mean.total,
@@ -210,25 +216,30 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         moments
     }
 
-    /// What a phase step's moments add up from.
-    fn of_phase_step(&self, phase_step: u64) -> Arc<BeforeChips> {
+    /// What phase steps' moments add up from.
+    fn of_phase_steps(&self, phase_steps: BTreeSet<u64>) -> BTreeMap<u64, Arc<BeforeChips>> {
         let kept = self.shared.phase_steps.as_ref();
         let kept = || Some(kept?.lock().unwrap_or_else(PoisonError::into_inner));
-        if let Some(known) = kept().and_then(|kept| kept.get(&phase_step).cloned()) {
-            return known;
-        }
-        let (signs, seen) = (self.signs(phase_step), self.seen());
-        let excess = self.pairs.excess(&signs);
-        let signed = Weighted { weights: &signs, excess: &excess, across: &[] };
-        let total = self.total(&seen, &[]);
-        let before = Arc::new(BeforeChips {
-            signed_variance: self.before([&signed; 2], |cell| seen[cell]),
-            covariance: self.before([&signed, &total], |cell| signs[cell]),
+        let mut known = kept().map(|kept| kept.clone()).unwrap_or_default();
+        let unknown = phase_steps.into_iter().filter(|phase_step| !known.contains_key(phase_step));
+        let unknown: Vec<u64> = unknown.collect();
+        let signs: Vec<_> = unknown.par_iter().map(|&step| self.signs(step)).collect();
+        let (seen, excess) = (self.seen(), self.pairs.excess(&rows(&signs)));
+        let before = signs.par_iter().zip(&excess).map(|(signs, excess)| {
+            let signed = Weighted { weights: signs, excess, across: &[] };
+            let total = self.total(&seen, &[]);
+            Arc::new(BeforeChips {
+                signed_variance: self.before([&signed; 2], |cell| seen[cell]),
+                covariance: self.before([&signed, &total], |cell| signs[cell]),
+            })
         });
+        let before: Vec<_> = before.collect();
+        let found = unknown.into_iter().zip(before);
         if let Some(mut kept) = kept() {
-            kept.insert(phase_step, Arc::clone(&before));
+            kept.extend(found.clone());
         }
-        before
+        known.extend(found);
+        known
     }
 
     /// What the chips before each chip of the code period add to the covariance of two counts,
@@ -267,14 +278,20 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         })
     }
 
-    /// Later counts, weighted with `weights`, that go with a detection in every cell, and
-    /// those of them that come after the end of a step.
-    fn later(&self, step: Step, weights: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        (self.pairs.excess(weights), self.across(weights, self.end(step)))
+    /// Later counts, weighted with each of `weights`, that go with a detection in every cell,
+    /// and those of them that come after the end of a step.
+    fn later(&self, step: Step, weights: &[&[f64]]) -> [Vec<Vec<f64>>; 2] {
+        let end = self.end(step);
+        let across = match self.reach {
+            Some(reach) => self.pairs.excess_across(weights, end, reach),
+            None => vec![Vec::new(); weights.len()],
+        };
+        [self.pairs.excess(weights), across]
     }
 
     fn across(&self, weights: &[f64], end: usize) -> Vec<f64> {
-        self.reach.map_or_else(Vec::new, |reach| self.pairs.excess_across(weights, end, reach))
+        let across = |reach| self.pairs.excess_across(&[weights], end, reach).swap_remove(0);
+        self.reach.map_or_else(Vec::new, across)
     }
 
     /// What the end of a step divides of the pairs of all detections; [`ENDS`] are told apart.
@@ -302,11 +319,19 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// Moments of some steps of the first scan, on all processors. They are kept:
     /// a step that is asked for again costs nothing.
     pub fn of_steps(&self, steps: &[Step]) -> Vec<CountMoments> {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let mut unknown: Vec<Step> = steps.to_vec();
-        unknown.retain(|step| !known.contains_key(step));
-        let found: Vec<CountMoments> = unknown.par_iter().map(|&step| self.of_step(step)).collect();
-        known.extend(unknown.into_iter().zip(found));
+        unknown.retain(|step| !known().contains_key(step));
+        let phase_step = |step: &Step| self.response.model.timing.scan.phase_step(*step);
+        // Some at a time: what their moments add up from takes memory.
+        for some in unknown.chunks(STEPS_AT_ONCE) {
+            let before = self.of_phase_steps(some.iter().map(phase_step).collect());
+            let moments = |step: &Step| (*step, self.moments(*step, &before[&phase_step(step)]));
+            // Not locked meanwhile: while it waits a thread may be given other work that asks.
+            let found: Vec<_> = some.par_iter().map(moments).collect();
+            known().extend(found);
+        }
+        let known = known();
         steps.iter().map(|step| known[step]).collect()
     }
 
@@ -331,8 +356,8 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
                 *spread += weight * weight * (seen - of_seen(s * s, seen));
             }
         }
-        let (excess, across) = self.later(steps[0].0, &sign);
-        let sum = Weighted { weights: &sign, excess: &excess, across: &across };
+        let [excess, across] = self.later(steps[0].0, &[&sign]);
+        let sum = Weighted { weights: &sign, excess: &excess[0], across: &across[0] };
         let seen = self.seen();
         let square = |cell: usize| of_seen(sign[cell] * sign[cell], seen[cell]) + spread[cell];
         self.covariance(steps[0].0, [&sum; 2], square)
@@ -353,12 +378,12 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let first = steps[0];
         let signs: Vec<Vec<f64>> =
             steps.iter().map(|&step| self.signs(model.timing.scan.phase_step(step))).collect();
-        let later: Vec<_> = signs.par_iter().map(|s| self.later(first, s)).collect();
+        let [excess, across] = self.later(first, &rows(&signs));
         let (seen, across_of_all) = (self.seen(), self.across_of_all(first));
         let total = self.total(&seen, &across_of_all.of_all);
         let signed: Vec<Weighted> = signs
             .iter()
-            .zip(&later)
+            .zip(excess.iter().zip(&across))
             .map(|(weights, (excess, across))| Weighted { weights, excess, across })
             .collect();
         let count = steps.len();
@@ -465,6 +490,11 @@ pub(super) fn reach_across_ends(
     let after = memory.of_ends_chips().min(memory_chips);
     let before = usize::try_from(step_chips).unwrap_or(usize::MAX).min(after);
     (step_chips as f64 <= LONG_IN_SCALES * memory.scale_chips()).then_some(Reach { before, after })
+}
+
+/// Rows of numbers, to be read.
+pub(super) fn rows(rows: &[Vec<f64>]) -> Vec<&[f64]> {
+    rows.iter().map(Vec::as_slice).collect()
 }
 
 /// Registered time of the origin of a response's grid, in chips.

@@ -6,6 +6,7 @@ use super::grid::{Grid, Kinks, Samples};
 use super::light::Light;
 use super::poisson::{self, Waiting};
 use super::span::{Reach, Span};
+use super::variance::Backwards;
 use super::{MAX_STATES, MeanResponseError, variance, with_states};
 use crate::photons::DetectorModel;
 
@@ -26,7 +27,7 @@ pub struct DetectorPairs {
 
 /// The detector's states, whatever their number.
 trait States: Send + Sync {
-    fn excess(&self, grid: &Grid, of: &Detections, signs: &[f64], span: &Span) -> Vec<f64>;
+    fn excess(&self, grid: &Grid, of: &Detections, signs: &[&[f64]], span: &Span) -> Vec<Vec<f64>>;
 }
 
 struct Solved<const M: usize> {
@@ -56,20 +57,20 @@ impl DetectorPairs {
         };
         [pairs.seen, _] = pairs.shares_after(f64::NEG_INFINITY);
         let seen: Vec<f64> = pairs.seen_of_period().collect();
-        pairs.excess_of_all = pairs.excess(&seen);
+        pairs.excess_of_all = pairs.excess(&[&seen]).swap_remove(0);
         Ok(pairs)
     }
 
-    /// For every cell: expected detections there, times what each goes with of
-    /// later ones, weighted with `signs`, beyond their plain expectation.
-    pub fn excess(&self, signs: &[f64]) -> Vec<f64> {
+    /// For every cell: expected detections there, times what each goes with of later ones,
+    /// weighted with each of `signs`, beyond their plain expectation.
+    pub fn excess(&self, signs: &[&[f64]]) -> Vec<Vec<f64>> {
         let span = Span::of_period(&self.grid);
         self.states.excess(&self.grid, &self.detections, signs, &span)
     }
 
     /// The same of the cells before chip `end` of the code period, with later detections from
     /// that chip on only.
-    pub fn excess_across(&self, signs: &[f64], end: usize, reach: Reach) -> Vec<f64> {
+    pub fn excess_across(&self, signs: &[&[f64]], end: usize, reach: Reach) -> Vec<Vec<f64>> {
         let span = Span::across(&self.grid, end, reach);
         self.states.excess(&self.grid, &self.detections, signs, &span)
     }
@@ -131,14 +132,15 @@ fn solve(
 }
 
 impl<const M: usize> States for Solved<M> {
-    fn excess(&self, grid: &Grid, of: &Detections, signs: &[f64], span: &Span) -> Vec<f64> {
-        variance::excess(grid, &self.chain, &self.ready, of, signs, span)
+    fn excess(&self, grid: &Grid, of: &Detections, signs: &[&[f64]], span: &Span) -> Vec<Vec<f64>> {
+        let problem = Backwards { grid, chain: &self.chain, states: &self.ready, detections: of };
+        variance::excess(&problem, signs, span)
     }
 }
 
 impl States for Waiting {
-    fn excess(&self, grid: &Grid, _: &Detections, signs: &[f64], span: &Span) -> Vec<f64> {
-        Waiting::excess(self, grid, signs, span)
+    fn excess(&self, grid: &Grid, _: &Detections, signs: &[&[f64]], span: &Span) -> Vec<Vec<f64>> {
+        signs.iter().map(|signs| Waiting::excess(self, grid, signs, span)).collect()
     }
 }
 

@@ -24,7 +24,7 @@ use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::moments::{CountMoments, SecondMoments};
+use super::moments::{CountMoments, SecondMoments, rows};
 use crate::scan::Step;
 
 /// Phases per chip that are worked out.
@@ -47,7 +47,7 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     let phases = second.response.model.timing.clock.samples_per_chip as usize / stride;
     let one_by_one = scan.steps as usize <= memory * phases;
     if one_by_one || period < 2 * memory {
-        return (0..scan.steps).into_par_iter().map(|step| second.of_step(Step(step))).collect();
+        return second.of_steps(&Step::all(scan.steps).collect::<Vec<_>>());
     }
     let all = &second.shared.all_phase_steps;
     let solved = all.get_or_init(|| all_phase_steps(second, memory, stride));
@@ -93,23 +93,14 @@ fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<
             Slots::new(second, offset)
         })
         .collect();
-    let jobs = phases * combs.len();
-    let solved: Vec<_> = (0..jobs)
-        .into_par_iter()
-        .map(|job| {
-            let (phase, comb) = (&slots[job / combs.len()], &combs[job % combs.len()]);
-            phase.covariances(second, comb, memory)
-        })
-        .collect();
+    let solved: Vec<_> =
+        slots.par_iter().map(|phase| phase.covariances(second, &combs, memory)).collect();
 
     let code = &second.response.model.reference.chips;
     let correlation = CodeCorrelation::new(code, memory);
     let of_phases: Vec<_> = (0..phases)
         .into_par_iter()
-        .map(|phase| {
-            let pairs = &solved[phase * combs.len()..(phase + 1) * combs.len()];
-            slots[phase].per_detection(pairs, &correlation, memory)
-        })
+        .map(|phase| slots[phase].per_detection(&solved[phase], &correlation, memory))
         .collect();
     (0..code.len() * phases).map(|step| of_phases[step % phases][step / phases]).collect()
 }
@@ -181,9 +172,31 @@ impl Slots {
         sums
     }
 
-    /// The covariances of the comb's slots with those up to `memory` before.
-    fn covariances(&self, second: &SecondMoments, comb: &[usize], memory: usize) -> Vec<SlotPair> {
+    /// The covariances of all slots, those of each comb at once, with those up to `memory`
+    /// before.
+    fn covariances(
+        &self,
+        second: &SecondMoments,
+        combs: &[Vec<usize>],
+        memory: usize,
+    ) -> Vec<SlotPair> {
         let period = second.pairs.grid.period_chips;
+        let weights: Vec<_> = combs.iter().map(|comb| self.weights(comb, period)).collect();
+        let mut pairs = Vec::with_capacity(period * memory);
+        for (comb, excess) in combs.iter().zip(second.pairs.excess(&rows(&weights))) {
+            let excess = self.add_up(&excess);
+            for &late in comb {
+                for lag in 0..memory {
+                    let slot = (late + period - lag) % period;
+                    pairs.push(SlotPair { slot, lag, covariance: excess[slot] });
+                }
+            }
+        }
+        pairs
+    }
+
+    /// What every cell of the code period has of a comb's slots.
+    fn weights(&self, comb: &[usize], period: usize) -> Vec<f64> {
         let cells = self.after.len();
         let mut weights = vec![0.0; period * cells];
         for &slot in comb {
@@ -193,28 +206,20 @@ impl Slots {
                 weights[next * cells + cell] += before;
             }
         }
-        let excess = self.add_up(&second.pairs.excess(&weights));
-        let mut pairs = Vec::with_capacity(comb.len() * memory);
-        for &late in comb {
-            for lag in 0..memory {
-                let slot = (late + period - lag) % period;
-                pairs.push(SlotPair { slot, lag, covariance: excess[slot] });
-            }
-        }
-        pairs
+        weights
     }
 
     /// Second moments of every whole-chip shift of the reference, from the
     /// covariances of all slots.
     fn per_detection(
         &self,
-        pairs: &[Vec<SlotPair>],
+        pairs: &[SlotPair],
         correlation: &CodeCorrelation,
         memory: usize,
     ) -> Vec<PerDetection> {
         let period = self.hits.len();
         let mut by_lag = vec![vec![0.0; period]; memory];
-        for pair in pairs.iter().flatten() {
+        for pair in pairs {
             by_lag[pair.lag][pair.slot] = pair.covariance;
         }
         let hits: f64 = self.hits.iter().sum();

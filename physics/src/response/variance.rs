@@ -19,125 +19,156 @@
 // States are looped over by number: iterators are not always inlined.
 #![allow(clippy::needless_range_loop)]
 
+use rayon::prelude::*;
+
 use super::chain::Chain;
 use super::forward::{Detections, ReadyStates};
 use super::grid::{Grid, Place, Rearming};
 use super::history::History;
 use super::integrator::{CellStep, CellSteps};
+use super::several::{Number, Several};
 use super::span::Span;
 
-/// Q integrated over each cell in which pairs begin. `signs` has the mean sign of
-/// every cell of the code period; `states` are the ready states whose next pulse counts,
-/// and `detections` those that count.
+/// Q integrated over each cell in which pairs begin, for each of several counts whose mean signs
+/// `signs` has: one for every cell of the code period. `states` are the ready states whose next
+/// pulse counts, and `detections` those that count.
 ///
-/// With the widest vectors that the processor has: no operation differs, so
-/// results do not.
+/// Counts are solved for side by side, with the widest vectors that the processor has: no
+/// operation differs, so results do not.
 pub fn excess<const M: usize>(
-    grid: &Grid,
-    chain: &Chain<M>,
-    states: &ReadyStates<M>,
-    detections: &Detections,
-    signs: &[f64],
+    problem: &Backwards<M>,
+    signs: &[&[f64]],
     span: &Span,
-) -> Vec<f64> {
+) -> Vec<Vec<f64>> {
+    let solve = |signs: &[&[f64]]| match signs {
+        [alone] => vec![solve(problem, alone, span)],
+        _ => {
+            let solved = solve(problem, &Several::interleaved(signs), span);
+            (0..signs.len()).map(|place| Several::row(&solved, place)).collect()
+        }
+    };
+    let solved: Vec<_> = signs.par_chunks(Several::COUNT).map(solve).collect();
+    solved.into_iter().flatten().collect()
+}
+
+/// The equation of the counts to come.
+#[derive(Clone, Copy)]
+pub struct Backwards<'a, const M: usize> {
+    pub grid: &'a Grid,
+    pub chain: &'a Chain<M>,
+    pub states: &'a ReadyStates<M>,
+    pub detections: &'a Detections,
+}
+
+fn solve<const M: usize, V: Number>(problem: &Backwards<M>, signs: &[V], span: &Span) -> Vec<V> {
     #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has the instructions, as just made sure.
-        return unsafe { excess_avx2(grid, chain, states, detections, signs, span) };
+    {
+        if is_x86_feature_detected!("avx512f") {
+            // SAFETY: the processor has the instructions, as just made sure.
+            return unsafe { solve_avx512(problem, signs, span) };
+        }
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has the instructions, as just made sure.
+            return unsafe { solve_avx2(problem, signs, span) };
+        }
     }
-    solve_backwards(grid, chain, states, detections, signs, span)
+    problem.solve(signs, span)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn solve_avx512<const M: usize, V: Number>(
+    problem: &Backwards<M>,
+    signs: &[V],
+    span: &Span,
+) -> Vec<V> {
+    problem.solve(signs, span)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn excess_avx2<const M: usize>(
-    grid: &Grid,
-    chain: &Chain<M>,
-    states: &ReadyStates<M>,
-    detections: &Detections,
-    signs: &[f64],
+fn solve_avx2<const M: usize, V: Number>(
+    problem: &Backwards<M>,
+    signs: &[V],
     span: &Span,
-) -> Vec<f64> {
-    solve_backwards(grid, chain, states, detections, signs, span)
+) -> Vec<V> {
+    problem.solve(signs, span)
 }
 
-#[inline(always)]
-fn solve_backwards<const M: usize>(
-    grid: &Grid,
-    chain: &Chain<M>,
-    states: &ReadyStates<M>,
-    detections: &Detections,
-    signs: &[f64],
-    span: &Span,
-) -> Vec<f64> {
-    let per_chip = grid.cells.len();
-    let period = grid.period_chips;
-    let chips = span.counted.end;
-    let mut excess = vec![0.0; span.begun * per_chip];
-    // From the last cell to the first: chip 0 of the history is the last chip.
-    let mut history = History::<M>::new(per_chip, grid.reach_chips);
-    let mut steps = CellSteps::new(chain, per_chip);
-    let mut lambdas = Vec::new();
-    let mut losses = grid.rearming.as_ref().map(Losses::new);
-    let mut end = [0.0; M];
-    let mut expected_end = 0.0;
-    for chip in (0..chips).rev() {
-        grid.fill_rates((span.first_chip + chip) as i64, &mut lambdas);
-        let first_cell = (span.first_chip + chip) % period * per_chip;
-        let is_counted = chip >= span.counted.start;
-        for (index, cell) in grid.cells.iter().enumerate().rev() {
-            let in_period = first_cell + index;
-            let sign = if is_counted { signs[in_period] } else { 0.0 };
-            let step = steps.get(index, cell.width, lambdas[index]);
-            // Plain loops, here and in what is called: closures are not always
-            // inlined, and would be compiled for narrow vectors.
-            let mut later = [[0.0; M]; 3];
-            let mut gains = [[0.0; M]; 3];
-            for node in 0..3 {
-                let value = value_at(&history, chips, chip, &cell.after[node]);
-                later[node] = step.pass_backwards(&value);
-                // Time runs backwards here: the cell's end comes first.
-                for m in 0..M {
-                    gains[2 - node][m] = sign * step.exit[m] + later[node][m];
+impl<const M: usize> Backwards<'_, M> {
+    #[inline(always)]
+    fn solve<V: Number>(&self, signs: &[V], span: &Span) -> Vec<V> {
+        let Backwards { grid, chain, states, detections } = *self;
+        let nothing = V::default();
+        let per_chip = grid.cells.len();
+        let period = grid.period_chips;
+        let chips = span.counted.end;
+        let mut excess = vec![nothing; span.begun * per_chip];
+        // From the last cell to the first: chip 0 of the history is the last chip.
+        let mut history = History::<M, V>::new(per_chip, grid.reach_chips);
+        let mut steps = CellSteps::new(chain, per_chip);
+        let mut lambdas = Vec::new();
+        let mut losses = grid.rearming.as_ref().map(Losses::new);
+        let mut end = [nothing; M];
+        let mut expected_end = nothing;
+        for chip in (0..chips).rev() {
+            grid.fill_rates((span.first_chip + chip) as i64, &mut lambdas);
+            let first_cell = (span.first_chip + chip) % period * per_chip;
+            let is_counted = chip >= span.counted.start;
+            for (index, cell) in grid.cells.iter().enumerate().rev() {
+                let in_period = first_cell + index;
+                let sign = if is_counted { signs[in_period] } else { nothing };
+                let step = steps.get(index, cell.width, lambdas[index]);
+                // Plain loops, here and in what is called: closures are not always
+                // inlined, and would be compiled for narrow vectors.
+                let mut later = [[nothing; M]; 3];
+                let mut gains = [[nothing; M]; 3];
+                for node in 0..3 {
+                    let value = value_at(&history, chips, chip, &cell.after[node]);
+                    later[node] = step.pass_backwards(&value);
+                    // Time runs backwards here: the cell's end comes first.
+                    for m in 0..M {
+                        gains[2 - node][m] = sign * step.exit[m] + later[node][m];
+                    }
                 }
-            }
-            let start = step.advance(&end, &gains);
-            let mut end_slope = step.slope(&end, &gains[0]);
-            let mut start_slope = step.slope(&start, &gains[2]);
-            for m in 0..M {
-                end_slope[m] = -end_slope[m];
-                start_slope[m] = -start_slope[m];
-            }
+                let start = step.advance(&end, &gains);
+                let mut end_slope = step.slope(&end, &gains[0]);
+                let mut start_slope = step.slope(&start, &gains[2]);
+                for m in 0..M {
+                    end_slope[m] = -end_slope[m];
+                    start_slope[m] = -start_slope[m];
+                }
 
-            let mean = Mean::of(detections, in_period, cell.width, sign, expected_end);
-            if chip < span.begun {
-                excess[chip * per_chip + index] =
-                    excess_of_cell(&states[in_period], &later, &mean, cell.width);
+                let mean = Mean::of(detections, in_period, cell.width, sign, expected_end);
+                if chip < span.begun {
+                    excess[chip * per_chip + index] =
+                        excess_of_cell(&states[in_period], &later, &mean, cell.width);
+                }
+                let mut on_return = [start, end, start_slope, end_slope];
+                if let Some(losses) = &mut losses {
+                    losses.take_off(index, step, sign, &mut on_return);
+                }
+                history.put(chips - 1 - chip, index, on_return);
+                end = start;
+                expected_end = mean.to_come[0];
             }
-            let mut on_return = [start, end, start_slope, end_slope];
-            if let Some(losses) = &mut losses {
-                losses.take_off(index, step, sign, &mut on_return);
-            }
-            history.put(chips - 1 - chip, index, on_return);
-            end = start;
-            expected_end = mean.to_come[0];
         }
+        excess
     }
-    excess
 }
 
 /// What is so on average at the beginning, in the middle and at the end of a cell.
-struct Mean {
+struct Mean<V> {
     /// Rate of detections.
     rate: [f64; 3],
     /// Expected count still to come.
-    to_come: [f64; 3],
+    to_come: [V; 3],
 }
 
-impl Mean {
+impl<V: Number> Mean<V> {
     /// Of a cell, at whose end `to_come` is expected.
     #[inline(always)]
-    fn of(detections: &Detections, cell: usize, width: f64, sign: f64, to_come: f64) -> Mean {
+    fn of(detections: &Detections, cell: usize, width: f64, sign: V, to_come: V) -> Mean<V> {
         let rates = &detections.rates[cell];
         let hits = detections.cumulative[cell + 1] - detections.cumulative[cell];
         let first_half = width
@@ -153,32 +184,32 @@ impl Mean {
 /// Q integrated over a cell, by Simpson's rule. `ready` are the states at its nodes, and
 /// `later` the counts to come after a detection there.
 #[inline(always)]
-fn excess_of_cell<const M: usize>(
+fn excess_of_cell<const M: usize, V: Number>(
     ready: &[[f64; M]; 3],
-    later: &[[f64; M]; 3],
-    mean: &Mean,
+    later: &[[V; M]; 3],
+    mean: &Mean<V>,
     width: f64,
-) -> f64 {
-    let mut density = [0.0; 3];
+) -> V {
+    let mut density = [V::default(); 3];
     for node in 0..3 {
         for m in 0..M {
-            density[node] += ready[node][m] * later[node][m];
+            density[node] += later[node][m] * ready[node][m];
         }
-        density[node] -= mean.rate[node] * mean.to_come[node];
+        density[node] -= mean.to_come[node] * mean.rate[node];
     }
-    width / 6.0 * (density[0] + 4.0 * density[1] + density[2])
+    (density[0] + density[1] * 4.0 + density[2]) * (width / 6.0)
 }
 
 /// What a ready detector loses of the counts to come by having to wait for sample
 /// instants, by their number less one.
-struct Losses<'g, const M: usize> {
+struct Losses<'g, const M: usize, V> {
     rearming: &'g Rearming,
-    levels: Vec<[f64; M]>,
+    levels: Vec<[V; M]>,
 }
 
-impl<'g, const M: usize> Losses<'g, M> {
-    fn new(rearming: &'g Rearming) -> Losses<'g, M> {
-        Losses { levels: vec![[0.0; M]; rearming.most_waits()], rearming }
+impl<'g, const M: usize, V: Number> Losses<'g, M, V> {
+    fn new(rearming: &'g Rearming) -> Losses<'g, M, V> {
+        Losses { levels: vec![[V::default(); M]; rearming.most_waits()], rearming }
     }
 
     /// Goes backwards through cell `index`, and takes the loss of those that become
@@ -187,8 +218,8 @@ impl<'g, const M: usize> Losses<'g, M> {
     /// The first detection is lost, with what it would have counted: the loss is
     /// z' = exit (z - sign), from nothing at the instant that ends the wait.
     #[inline(always)]
-    fn take_off(&mut self, index: usize, step: &CellStep<M>, sign: f64, value: &mut [[f64; M]; 4]) {
-        let mut gain = [0.0; M];
+    fn take_off(&mut self, index: usize, step: &CellStep<M>, sign: V, value: &mut [[V; M]; 4]) {
+        let mut gain = [V::default(); M];
         for m in 0..M {
             gain[m] = sign * step.exit[m];
         }
@@ -209,7 +240,7 @@ impl<'g, const M: usize> Losses<'g, M> {
         if self.rearming.at_instant[index] && !self.levels.is_empty() {
             self.levels.rotate_right(1);
             if let Some(first) = self.levels.first_mut() {
-                *first = [0.0; M];
+                *first = [V::default(); M];
             }
         }
     }
@@ -217,15 +248,15 @@ impl<'g, const M: usize> Losses<'g, M> {
 
 /// U at a place later than the cell; zero after the last chip.
 #[inline(always)]
-fn value_at<const M: usize>(
-    history: &History<M>,
+fn value_at<const M: usize, V: Number>(
+    history: &History<M, V>,
     chips: usize,
     chip: usize,
     place: &Place,
-) -> [f64; M] {
+) -> [V; M] {
     let later_chip = chip + place.chips as usize;
     if later_chip >= chips {
-        return [0.0; M];
+        return [V::default(); M];
     }
     history.read(chips - 1 - later_chip, place)
 }

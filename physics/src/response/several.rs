@@ -1,0 +1,120 @@
+//! Numbers that are solved for at once.
+
+use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
+
+/// What an equation is solved for: one number, or [several](Several).
+pub trait Number:
+    Copy
+    + Default
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + SubAssign
+    + Mul<f64, Output = Self>
+    + Neg<Output = Self>
+{
+}
+
+impl<T> Number for T where
+    T: Copy
+        + Default
+        + Add<Output = Self>
+        + AddAssign
+        + Sub<Output = Self>
+        + SubAssign
+        + Mul<f64, Output = Self>
+        + Neg<Output = Self>
+{
+}
+
+/// Solutions of one equation on different right-hand sides. Each is, to the last bit, what it
+/// would be alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Several(pub [f64; Several::COUNT]);
+
+impl Several {
+    /// As many as the widest vectors have numbers.
+    pub const COUNT: usize = 8;
+
+    /// Turns at most [`Several::COUNT`] rows of one length into one row of several numbers each;
+    /// those that lack are zero.
+    pub fn interleaved(rows: &[&[f64]]) -> Vec<Several> {
+        let mut all = vec![Several::default(); rows.first().map_or(0, |row| row.len())];
+        for (place, row) in rows.iter().enumerate() {
+            for (several, &value) in all.iter_mut().zip(*row) {
+                several.0[place] = value;
+            }
+        }
+        all
+    }
+
+    /// The row of numbers that are at some place among the several.
+    pub fn row(all: &[Several], place: usize) -> Vec<f64> {
+        all.iter().map(|several| several.0[place]).collect()
+    }
+}
+
+impl Default for Several {
+    #[inline(always)]
+    fn default() -> Several {
+        Several([0.0; Several::COUNT])
+    }
+}
+
+impl Add for Several {
+    type Output = Several;
+    #[inline(always)]
+    fn add(mut self, other: Several) -> Several {
+        self += other;
+        self
+    }
+}
+
+impl AddAssign for Several {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Several) {
+        for place in 0..Several::COUNT {
+            self.0[place] += other.0[place];
+        }
+    }
+}
+
+impl Sub for Several {
+    type Output = Several;
+    #[inline(always)]
+    fn sub(mut self, other: Several) -> Several {
+        self -= other;
+        self
+    }
+}
+
+impl SubAssign for Several {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Several) {
+        for place in 0..Several::COUNT {
+            self.0[place] -= other.0[place];
+        }
+    }
+}
+
+impl Mul<f64> for Several {
+    type Output = Several;
+    #[inline(always)]
+    fn mul(mut self, factor: f64) -> Several {
+        for place in 0..Several::COUNT {
+            self.0[place] *= factor;
+        }
+        self
+    }
+}
+
+impl Neg for Several {
+    type Output = Several;
+    #[inline(always)]
+    fn neg(mut self) -> Several {
+        for place in 0..Several::COUNT {
+            self.0[place] = -self.0[place];
+        }
+        self
+    }
+}
