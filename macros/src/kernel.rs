@@ -23,7 +23,7 @@ pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> 
             return refuse(inner, "no function of a kernel");
         };
         if !is_plain(function) {
-            return refuse(function, "no function `fn name(&mut self)` of a kernel");
+            return refuse(function, "no function `fn name(&mut self, ..)` of a kernel");
         }
         trees.push(tree_of(function)?);
         match function.sig.ident == "update" {
@@ -53,19 +53,19 @@ pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> 
     })
 }
 
-/// Whether a function takes `&mut self` alone and gives nothing.
+/// Whether a function takes `&mut self` and gives nothing.
 fn is_plain(function: &ImplItemFn) -> bool {
     let signature = &function.sig;
-    signature.inputs.len() == 1
-        && signature.receiver().is_some()
+    signature.receiver().is_some_and(|receiver| receiver.mutability.is_some())
         && matches!(signature.output, ReturnType::Default)
 }
 
 fn tree_of(function: &ImplItemFn) -> Result<TokenStream> {
     let name = name_of_tree(&function.sig.ident);
+    let numbers = function.sig.inputs.iter().skip(1);
     let statements = block(&function.block)?;
     Ok(quote! {
-        fn #name(&self, into: &mut Vec<ast::VerilogStatement>) { #statements }
+        fn #name(&self, into: &mut Vec<ast::VerilogStatement> #(, #numbers)*) { #statements }
     })
 }
 
@@ -109,10 +109,11 @@ fn statement(statement: &Stmt) -> Result<TokenStream> {
             Ok(quote!(for #index in #range { #body }))
         }
         Stmt::Expr(Expr::MethodCall(call), _)
-            if call.args.is_empty() && call.receiver.to_token_stream().to_string() == "self" =>
+            if call.receiver.to_token_stream().to_string() == "self" =>
         {
             let part = name_of_tree(&call.method);
-            Ok(quote!(self.#part(into);))
+            let numbers: Vec<&Expr> = call.args.iter().map(number).collect::<Result<_>>()?;
+            Ok(quote!(self.#part(into #(, #numbers)*);))
         }
         other => refuse(other, "no statement of a kernel"),
     }

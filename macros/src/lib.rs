@@ -43,7 +43,7 @@
 //! - `if C { A } else { B }` without `.val()` in C leaves one of both, as a statement and as a value;
 //!   with `C && D` for a D of signals it leaves `if D { A }`, or nothing. Any other `if` is a multiplexer.
 //! - `for`, `let` and numbers (positions, widths, indices) are elaboration: any expression of Rust.
-//! - `self.part();` does what the kernel's function `part` says.
+//! - `self.part(numbers);` does what the kernel's function `part` says.
 //!
 //! Anything else is refused where it stands: a condition that mixes both times otherwise, a number that
 //! reads a signal, and every construct of Rust that is no hardware.

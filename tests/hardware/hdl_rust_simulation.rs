@@ -17,24 +17,24 @@ fn settle<B: Block>(block: &mut B) {
 }
 
 fn clock(sensor: &mut SensorTop, input: &Inputs) -> Outputs {
-    sensor.m_axis_tready.next = input.ready;
-    sensor.i_samples.next = Word::new(input.samples, 128);
+    sensor.io.m_axis_tready.next = input.ready;
+    sensor.io.i_samples.next = Word::new(input.samples, 128);
     settle(sensor);
     tick(sensor, input.reset);
     settle(sensor);
-    let saturates = sensor.o_saturated.is_present();
-    let has_peak = sensor.o_peak_valid.is_present();
+    let saturates = sensor.io.o_saturated.is_present();
+    let has_peak = sensor.io.o_peak_valid.is_present();
     Outputs {
-        laser: sensor.o_laser.val().value() as u64,
-        epoch: sensor.o_epoch.val(),
-        data: sensor.m_axis_tdata.val().value(),
-        valid: sensor.m_axis_tvalid.val(),
-        last: sensor.m_axis_tlast.val(),
-        overrun: sensor.o_overrun.val(),
-        saturated: saturates && sensor.o_saturated.val(),
-        peak_step: if has_peak { sensor.o_peak_step.val().value() } else { 0 },
-        peak_count: if has_peak { sensor.o_peak_count.val().value() } else { 0 },
-        peak_valid: has_peak && sensor.o_peak_valid.val(),
+        laser: sensor.io.o_laser.val().value() as u64,
+        epoch: sensor.io.o_epoch.val(),
+        data: sensor.io.m_axis_tdata.val().value(),
+        valid: sensor.io.m_axis_tvalid.val(),
+        last: sensor.io.m_axis_tlast.val(),
+        overrun: sensor.io.o_overrun.val(),
+        saturated: saturates && sensor.io.o_saturated.val(),
+        peak_step: if has_peak { sensor.io.o_peak_step.val().value() } else { 0 },
+        peak_count: if has_peak { sensor.io.o_peak_count.val().value() } else { 0 },
+        peak_valid: has_peak && sensor.io.o_peak_valid.val(),
     }
 }
 

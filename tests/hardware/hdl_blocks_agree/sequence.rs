@@ -1,6 +1,6 @@
 //! What happens when: codes, scans, and a channel that follows both.
 
-use goldtof::rtl::blocks::{CodeSource, DetectorChannel, ScanController, ScanPlan, StateMatch};
+use goldtof::rtl::blocks::{CodeSource, DetectorChannel, ScanController, StateMatch};
 use goldtof::rtl::front::Word;
 use goldtof::sensor::interface::Interface;
 
@@ -83,15 +83,6 @@ pub fn state_match(noise: &mut Noise) -> Case {
 pub fn scan_controller(noise: &mut Noise) -> Case {
     const CHIPS: u64 = 5;
     const STEPS: u64 = 3;
-    let plan = ScanPlan {
-        chips: CHIPS,
-        steps: STEPS,
-        realigns: true,
-        clocks_to_dump: 4,
-        segments: 2,
-        clocks_to_count: 3,
-        counts_early: true,
-    };
     let inputs = noise.words(CLOCKS, |noise| vec![u128::from(noise.below(7) == 0)]);
     // Chip of the present scan, from which step and chip of the step follow.
     let mut present: Option<u64> = None;
@@ -137,7 +128,8 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
         ("o_scan_counted", 1),
     ];
     Case::clocked(
-        ScanController::new(plan),
+        // It realigns; four clocks to the dump of two segments, three more to the count.
+        ScanController::new(CHIPS, STEPS, true, 4, 2, 3, true),
         Ports::new(&[("i_epoch", 1)], &outputs),
         inputs,
         expected,

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use goldtof::rtl::blocks::{ResultStream, StreamPlan};
+use goldtof::rtl::blocks::ResultStream;
 use goldtof::rtl::front::Word;
 use goldtof::sensor::interface::TotalCount;
 
@@ -104,22 +104,11 @@ pub fn result_stream(
         (0..totals).map(|total| numbered("i_total", total, totals)).collect();
     ports.extend(names.iter().map(|name| (name.as_str(), BITS)));
     ports.extend(total_names.iter().map(|name| (name.as_str(), TOTAL_BITS)));
-    let plan = StreamPlan {
-        count_bits: BITS,
-        saturates: false,
-        total: has_totals.then_some(TotalCount {
-            exact_bits: TOTAL_BITS,
-            bits: TOTAL_BITS,
-            first_bit: 8,
-        }),
-        data_bits,
-        detectors: detectors as usize,
-        steps: steps as usize,
-        last_steps: last_steps as usize,
-        back_to_back: false,
-    };
+    let total =
+        has_totals.then_some(TotalCount { exact_bits: TOTAL_BITS, bits: TOTAL_BITS, first_bit: 8 });
+    let (detectors, steps, last_steps) = (detectors as usize, steps as usize, last_steps as usize);
     Case::clocked(
-        ResultStream::new(plan),
+        ResultStream::new(BITS, false, total, detectors, steps, last_steps, false),
         Ports::new(
             &ports,
             &[("o_data", data_bits), ("o_valid", 1), ("o_last", 1), ("o_overrun", 1)],

@@ -10,15 +10,11 @@
 //! The host correlates: no reference is made here. Latency `result_latency_clocks` from a frame's
 //! last samples to `m_axis_tvalid`.
 
-use super::sensor_top::{DistinctCodes, distinct_codes, samples_about};
-use super::{CodeSource, HistogramChannel, HistogramControl};
+use super::sensor_top::{DistinctCodes, distinct_codes};
+use super::{CodeSource, HistogramChannel, HistogramControl, SensorPorts};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
-
-/// Headings in the list of ports.
-const RESULTS: &str = "Rows of the histograms, AXI4-Stream";
-const FLAGS: &str = "Flags, high until reset";
 
 /// Transmit generators, a histogram for each detector, and what reads them.
 #[block(describe(&histogram, detectors, interface.result_latency_clocks))]
@@ -29,39 +25,9 @@ pub struct HistogramTop {
     codes: DistinctCodes,
     #[set(interface.reference_codes.len())]
     detectors: usize,
-    /// chip of each source, bit m for source m
-    #[under("Lasers")]
-    #[width(codes.of_sources.len())]
-    pub o_laser: Output<Word>,
-    /// o_laser shows the first chip of the reference's code
-    #[under("Lasers")]
-    pub o_epoch: Output<bool>,
-    /// Sampled levels of the detectors.
-    #[under("Detector")]
-    #[about(samples_about(detectors, histogram.row_bins, histogram.polarity))]
-    #[width(detectors as u32 * histogram.row_bins)]
-    pub i_samples: Input<Word>,
-    /// Bins of a row.
-    #[under(RESULTS)]
-    #[about(format!("bins of a row, {} bits each, bit 0 earliest", histogram.bin_data_bits()))]
-    #[width(histogram.row_data_bits())]
-    pub m_axis_tdata: Output<Word>,
-    /// a row waits
-    #[under(RESULTS)]
-    pub m_axis_tvalid: Output<bool>,
-    /// the receiver takes it
-    #[under(RESULTS)]
-    pub m_axis_tready: Input<bool>,
-    /// it is the frame's last
-    #[under(RESULTS)]
-    pub m_axis_tlast: Output<bool>,
-    #[under(FLAGS)]
-    #[about(format!("a {} was lost since reset", lost(&histogram)))]
-    pub o_overrun: Output<bool>,
-    /// a bin was full and had a hit since reset
-    #[under(FLAGS)]
-    #[when(histogram.saturates())]
-    pub o_saturated: Optional<Output<bool>>,
+    /// ports
+    #[is(SensorPorts::new(interface.clone()))]
+    pub io: SensorPorts,
     #[width(codes.of_sources.len())]
     laser: Register<Word>,
     epoch: Register<bool>,
@@ -90,11 +56,6 @@ pub struct HistogramTop {
     clamped: Optional<Local<Word>>,
     #[when(histogram.saturates())]
     saturated: Optional<Register<bool>>,
-}
-
-/// What is lost when the receiver is too slow.
-fn lost(histogram: &HistogramPlan) -> &'static str {
-    if histogram.takes_turns() { "frame" } else { "row" }
 }
 
 fn describe(histogram: &HistogramPlan, detectors: usize, latency_clocks: u32) -> About {
@@ -173,10 +134,10 @@ fn with_sizes(about: About, histogram: &HistogramPlan, detectors: usize) -> Abou
 impl Logic for HistogramTop {
     fn update(&mut self) {
         self.transmit_codes();
-        self.control.i_ready.next = self.m_axis_tready.val();
+        self.control.i_ready.next = self.io.m_axis_tready.val();
         self.run_channels();
         self.offer_rows();
-        if self.o_saturated.is_present() {
+        if self.io.o_saturated.is_present() {
             self.flag_clamped();
         }
     }
@@ -190,14 +151,14 @@ impl Logic for HistogramTop {
         });
         self.laser.d.next = self.chips.val();
         self.epoch.d.next = self.transmit[0].o_epoch.val();
-        self.o_laser.next = self.laser.q.val();
-        self.o_epoch.next = self.epoch.q.val();
+        self.io.o_laser.next = self.laser.q.val();
+        self.io.o_epoch.next = self.epoch.q.val();
     }
 
     fn run_channels(&mut self) {
         let lanes = self.histogram.row_bins as usize;
         for d in 0..self.channel.len() {
-            self.channel[d].i_samples.next = self.i_samples.val().slice(lanes * d, lanes);
+            self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
             self.channel[d].i_run.next = self.control.o_run.val();
             self.channel[d].i_row.next = self.control.o_row.val();
             self.channel[d].i_held_first.next = self.control.o_held_first.val();
@@ -240,10 +201,10 @@ impl Logic for HistogramTop {
         } else if self.control.o_shows.val() {
             self.row.d.next = self.channel[0].o_bins.val();
         }
-        self.m_axis_tdata.next = self.row.q.val();
-        self.m_axis_tvalid.next = self.control.o_valid.val();
-        self.m_axis_tlast.next = self.control.o_last.val();
-        self.o_overrun.next = self.control.o_overrun.val();
+        self.io.m_axis_tdata.next = self.row.q.val();
+        self.io.m_axis_tvalid.next = self.control.o_valid.val();
+        self.io.m_axis_tlast.next = self.control.o_last.val();
+        self.io.o_overrun.next = self.control.o_overrun.val();
     }
 
     fn flag_clamped(&mut self) {
@@ -251,6 +212,6 @@ impl Logic for HistogramTop {
         if self.clamped.val().any() {
             self.saturated.d.next = true;
         }
-        self.o_saturated.next = self.saturated.q.val();
+        self.io.o_saturated.next = self.saturated.q.val();
     }
 }

@@ -90,12 +90,12 @@ fn describe(first: &Lfsr, is_gold: bool) -> About {
         ))
         .fact("Period", format!("{} chips", first.period()))
         .fact("Latency", "0 clocks from register to o_chip")
-        .check(StateCheck {
+        .checks([StateCheck {
             taps: "u_taps".to_owned(),
             first: "u_load".to_owned(),
             shifts: first.period() - 1,
             last: "u_last".to_owned(),
-        })
+        }])
 }
 
 fn load_about(width: u32) -> String {

@@ -16,259 +16,201 @@
 use super::StateMatch;
 use super::sequence_counter::SequenceCounter;
 use crate::rtl::front::prelude::*;
-use crate::sensor::interface::{Correlator, Interface};
 
 /// Says when a phase step, and when a scan, ends. With several steps at once
 /// a step here is a group of them.
-#[block(describe(plan))]
+#[block(describe(chips, steps, realigns, clocks_to_dump)
+    .checks(checks(realigns, (counts_chips, chips_at_end), (counts_steps, steps_at_end))))]
 pub struct ScanController {
-    plan: ScanPlan,
+    /// Chips per phase step.
+    chips: u64,
+    /// Steps, or groups of steps at once, per scan.
+    steps: u64,
+    /// A scan waits for the code's epoch.
+    realigns: bool,
+    /// Clocks from a step's last one until its hits are in the total.
+    clocks_to_dump: u32,
+    /// Segments of the total.
+    segments: u32,
+    /// Clocks from the dump of the lowest segment to the whole count.
+    clocks_to_count: u32,
+    /// Whether `o_pre_counted` is there.
+    counts_early: bool,
+    /// Whether chips are counted; a step of one or two ends without.
+    #[set(chips > 2)]
+    counts_chips: bool,
+    #[set(steps > 1)]
+    counts_steps: bool,
+    /// Whether a step's end is known a clock early.
+    #[set(chips > 1)]
+    looks_ahead: bool,
+    /// Whether every other chip ends a step.
+    #[set(chips == 2)]
+    toggles: bool,
+    #[set(chip_counter(chips))]
+    chip_counter: SequenceCounter,
+    #[set(step_counter(steps))]
+    step_counter: SequenceCounter,
+    #[set(chip_counter.width() > StateMatch::WIDEST_AT_ONCE)]
+    chip_count_in_pieces: bool,
+    #[set(looks_ahead && step_counter.width() > StateMatch::WIDEST_AT_ONCE)]
+    step_count_in_pieces: bool,
+    /// Chips counted when the step's end is recognised. A comparison in pieces
+    /// takes a clock more.
+    #[set(chips.saturating_sub(3 + u64::from(chip_count_in_pieces)))]
+    chips_at_end: u64,
+    /// Steps counted when the scan's end is recognised.
+    #[set(steps.saturating_sub(2))]
+    steps_at_end: u64,
+    /// Where chips are counted from after reset. Without realignment the clock between reset and
+    /// run counts too, so that no enable is needed: one made of logic costs an FPGA a global
+    /// buffer and its delay.
+    #[set(if realigns { chip_counter.state(0) } else { chip_counter.state_before_the_first() })]
+    chip_count_at_reset: u128,
+    #[set((clocks_to_dump + clocks_to_count) as usize)]
+    to_counted: usize,
     /// the next clock is the first of a code period
-    #[when(plan.realigns)]
+    #[when(realigns)]
     pub i_epoch: Optional<Input<bool>>,
     /// the present chip belongs to a scan
     pub o_run: Output<bool>,
     /// it is the last but one of a phase step
-    #[when(plan.looks_ahead())]
+    #[when(looks_ahead)]
     pub o_pre_last_chip: Optional<Output<bool>>,
     /// it is the last of a phase step
     pub o_last_chip: Output<bool>,
     /// a scan begins with the next clock
-    #[when(plan.realigns)]
+    #[when(realigns)]
     pub o_start: Optional<Output<bool>>,
-    #[about(dump_about(plan.segments))]
-    #[width(plan.segments)]
+    #[about(dump_about(segments))]
+    #[width(segments)]
     pub o_dump: Output<Word>,
     /// the step's count is there in the next clock
-    #[when(plan.counts_early)]
+    #[when(counts_early)]
     pub o_pre_counted: Optional<Output<bool>>,
     /// the step's count is there
     pub o_counted: Output<bool>,
     /// the count of the scan's last step is there
     pub o_scan_counted: Output<bool>,
-    #[when(plan.counts_chips())]
-    #[under(plan.chip_counter().heading("Chip counter"))]
+    #[when(counts_chips)]
+    #[under(chip_counter.heading("Chip counter"))]
     #[about("")]
-    #[width(plan.chip_counter().width())]
-    #[value(plan.chip_counter().taps())]
+    #[width(chip_counter.width())]
+    #[value(chip_counter.taps())]
     chip_count_taps: Optional<Constant>,
     /// one shift before a step's first chip
-    #[when(plan.counts_chips() && !plan.realigns)]
-    #[under(plan.chip_counter().heading("Chip counter"))]
-    #[width(plan.chip_counter().width())]
-    #[value(plan.chip_counter().state_before_the_first())]
+    #[when(counts_chips && !realigns)]
+    #[under(chip_counter.heading("Chip counter"))]
+    #[width(chip_counter.width())]
+    #[value(chip_counter.state_before_the_first())]
     chip_count_reset: Optional<Constant>,
     /// at a step's first chip
-    #[when(plan.counts_chips())]
-    #[under(plan.chip_counter().heading("Chip counter"))]
-    #[width(plan.chip_counter().width())]
-    #[value(plan.chip_counter().state(0))]
+    #[when(counts_chips)]
+    #[under(chip_counter.heading("Chip counter"))]
+    #[width(chip_counter.width())]
+    #[value(chip_counter.state(0))]
     chip_count_first: Optional<Constant>,
-    #[when(plan.counts_chips())]
-    #[under(plan.chip_counter().heading("Chip counter"))]
-    #[about(plan.chip_count_end_about())]
-    #[width(plan.chip_counter().width())]
-    #[value(plan.chip_counter().state(plan.chips_at_end()))]
+    #[when(counts_chips)]
+    #[under(chip_counter.heading("Chip counter"))]
+    #[about(format!(
+        "{}, {} chips before a step's last",
+        shifts_on(chips_at_end),
+        chips - 1 - chips_at_end
+    ))]
+    #[width(chip_counter.width())]
+    #[value(chip_counter.state(chips_at_end))]
     chip_count_end: Optional<Constant>,
-    #[when(plan.counts_steps())]
-    #[under(plan.step_counter().heading("Step counter"))]
+    #[when(counts_steps)]
+    #[under(step_counter.heading("Step counter"))]
     #[about("")]
-    #[width(plan.step_counter().width())]
-    #[value(plan.step_counter().taps())]
+    #[width(step_counter.width())]
+    #[value(step_counter.taps())]
     step_count_taps: Optional<Constant>,
     /// at a scan's first step
-    #[when(plan.counts_steps())]
-    #[under(plan.step_counter().heading("Step counter"))]
-    #[width(plan.step_counter().width())]
-    #[value(plan.step_counter().state(0))]
+    #[when(counts_steps)]
+    #[under(step_counter.heading("Step counter"))]
+    #[width(step_counter.width())]
+    #[value(step_counter.state(0))]
     step_count_first: Optional<Constant>,
-    #[when(plan.counts_steps())]
-    #[under(plan.step_counter().heading("Step counter"))]
-    #[about(format!("{}, one step before a scan's last", shifts_on(plan.steps_at_end())))]
-    #[width(plan.step_counter().width())]
-    #[value(plan.step_counter().state(plan.steps_at_end()))]
+    #[when(counts_steps)]
+    #[under(step_counter.heading("Step counter"))]
+    #[about(format!("{}, one step before a scan's last", shifts_on(steps_at_end)))]
+    #[width(step_counter.width())]
+    #[value(step_counter.state(steps_at_end))]
     step_count_end: Optional<Constant>,
     run: Register<bool>,
-    #[is(plan.chip_count())]
+    #[when(counts_chips)]
+    #[is(Register::word(chip_counter.width(), chip_count_at_reset, "")
+        .reset_to(if realigns { "chip_count_first" } else { "chip_count_reset" }))]
     chip_count: Optional<Register<Word>>,
-    #[when(plan.looks_ahead())]
+    #[when(looks_ahead)]
     pre_last_chip: Optional<Register<bool>>,
-    #[when(plan.looks_ahead())]
+    #[when(looks_ahead)]
     last_chip: Optional<Register<bool>>,
-    #[when(plan.counts_steps())]
-    #[width(plan.step_counter().width())]
-    #[reset(plan.step_counter().state(0), step_count_first)]
+    #[when(counts_steps)]
+    #[width(step_counter.width())]
+    #[reset(step_counter.state(0), step_count_first)]
     step_count: Optional<Register<Word>>,
     /// the present step is the scan's last
-    #[when(plan.counts_steps())]
+    #[when(counts_steps)]
     last_step: Optional<Register<bool>>,
     /// the present chip is the scan's last
     #[named("scan_last_chip")]
-    #[when(plan.looks_ahead() && plan.counts_steps())]
+    #[when(looks_ahead && counts_steps)]
     last_chip_of_scan: Optional<Register<bool>>,
     /// the present chip is a scan's last, or belongs to none
-    #[when(plan.realigns && plan.looks_ahead())]
+    #[when(realigns && looks_ahead)]
     #[reset(true)]
     may_start: Optional<Register<bool>>,
-    #[when(plan.chip_count_in_pieces())]
-    #[is(StateMatch::new(plan.chip_counter().width() as usize))]
+    #[when(chip_count_in_pieces)]
+    #[is(StateMatch::new(chip_counter.width() as usize))]
     chip_count_match: Optional<StateMatch>,
-    #[when(plan.step_count_in_pieces())]
-    #[is(StateMatch::new(plan.step_counter().width() as usize))]
+    #[when(step_count_in_pieces)]
+    #[is(StateMatch::new(step_counter.width() as usize))]
     step_count_match: Optional<StateMatch>,
     /// bit n: a step's last chip was n + 1 clocks ago
-    #[width(plan.to_counted())]
+    #[width(to_counted)]
     step_done: Register<Word>,
     /// bit n: a scan's last chip was n + 1 clocks ago
-    #[width(plan.to_counted())]
+    #[width(to_counted)]
     scan_done: Register<Word>,
     /// the present chip is the scan's last
     scan_last_chip: Local<bool>,
-    #[when(plan.chip_count_in_pieces())]
+    #[when(chip_count_in_pieces)]
     chip_count_matched: Optional<Local<bool>>,
-    #[when(plan.step_count_in_pieces())]
+    #[when(step_count_in_pieces)]
     step_count_matched: Optional<Local<bool>>,
 }
 
-/// What a scan controller counts.
-#[derive(Debug, Clone, Copy)]
-pub struct ScanPlan {
-    /// Chips per phase step.
-    pub chips: u64,
-    /// Steps, or groups of steps at once, per scan.
-    pub steps: u64,
-    /// A scan waits for the code's epoch.
-    pub realigns: bool,
-    /// Clocks from a step's last one until its hits are in the total.
-    pub clocks_to_dump: u32,
-    /// Segments of the total.
-    pub segments: u32,
-    /// Clocks from the dump of the lowest segment to the whole count.
-    pub clocks_to_count: u32,
-    /// Whether `o_pre_counted` is there.
-    pub counts_early: bool,
+/// Counts the chips of a step.
+pub(super) fn chip_counter(chips: u64) -> SequenceCounter {
+    SequenceCounter::new(chips.saturating_sub(2))
 }
 
-impl ScanPlan {
-    /// That of a sensor.
-    pub fn of(interface: &Interface, correlator: &Correlator) -> ScanPlan {
-        let detectors = interface.reference_codes.len() as u32;
-        ScanPlan {
-            chips: interface.timing.scan.integration_chips,
-            steps: interface.groups(),
-            realigns: interface.realigns(),
-            clocks_to_dump: Correlator::clocks_to_dump(interface.lanes()),
-            segments: correlator.count_segments.count,
-            clocks_to_count: correlator.clocks_of_counting(),
-            counts_early: detectors * interface.parallel() > 1,
+/// Counts the steps of a scan.
+pub(super) fn step_counter(steps: u64) -> SequenceCounter {
+    SequenceCounter::new(steps.saturating_sub(1))
+}
+
+/// The states that have to follow from one another: whether chips and steps are counted, and how
+/// many until their ends.
+fn checks(realigns: bool, chips: (bool, u64), steps: (bool, u64)) -> Vec<StateCheck> {
+    let check = |counter: &str, first: &str, shifts, last: &str| StateCheck {
+        taps: format!("{counter}_taps"),
+        first: format!("{counter}_{first}"),
+        shifts,
+        last: format!("{counter}_{last}"),
+    };
+    let mut checks = Vec::new();
+    if chips.0 && !realigns {
+        checks.push(check("chip_count", "reset", 1, "first"));
+    }
+    for (counter, (counts, shifts)) in [("chip_count", chips), ("step_count", steps)] {
+        if counts {
+            checks.push(check(counter, "first", shifts, "end"));
         }
     }
-
-    /// Whether chips are counted; a step of one or two ends without.
-    pub(super) fn counts_chips(&self) -> bool {
-        self.chips > 2
-    }
-
-    pub(super) fn counts_steps(&self) -> bool {
-        self.steps > 1
-    }
-
-    /// Whether a step's end is known a clock early.
-    fn looks_ahead(&self) -> bool {
-        self.chips > 1
-    }
-
-    /// Whether every other chip ends a step.
-    fn toggles(&self) -> bool {
-        self.chips == 2
-    }
-
-    pub(super) fn chip_counter(&self) -> SequenceCounter {
-        SequenceCounter::new(self.chips.saturating_sub(2))
-    }
-
-    pub(super) fn step_counter(&self) -> SequenceCounter {
-        SequenceCounter::new(self.steps.saturating_sub(1))
-    }
-
-    fn chip_count_in_pieces(&self) -> bool {
-        self.chip_counter().width() > StateMatch::WIDEST_AT_ONCE
-    }
-
-    fn step_count_in_pieces(&self) -> bool {
-        self.looks_ahead() && self.step_counter().width() > StateMatch::WIDEST_AT_ONCE
-    }
-
-    /// Chips counted when the step's end is recognised. A comparison in pieces
-    /// takes a clock more.
-    fn chips_at_end(&self) -> u64 {
-        let early = 3 + u64::from(self.chip_count_in_pieces());
-        self.chips.saturating_sub(early)
-    }
-
-    /// Steps counted when the scan's end is recognised.
-    fn steps_at_end(&self) -> u64 {
-        self.steps.saturating_sub(2)
-    }
-
-    fn chip_count_top(&self) -> usize {
-        self.chip_counter().width() as usize - 1
-    }
-
-    fn step_count_top(&self) -> usize {
-        self.step_counter().width() as usize - 1
-    }
-
-    fn to_dump(self) -> usize {
-        self.clocks_to_dump as usize
-    }
-
-    fn to_counted(self) -> usize {
-        (self.clocks_to_dump + self.clocks_to_count) as usize
-    }
-
-    fn chip_count(&self) -> Optional<Register<Word>> {
-        let counter = self.chip_counter();
-        let (first, constant) = if self.realigns {
-            (counter.state(0), "chip_count_first")
-        } else {
-            // The clock between reset and run counts too, so that no enable is
-            // needed: one made of logic costs an FPGA a global buffer and its
-            // delay.
-            (counter.state_before_the_first(), "chip_count_reset")
-        };
-        let register = Register::word(counter.width(), first, "");
-        Optional::new(self.counts_chips().then(|| register.reset_to(constant)))
-    }
-
-    fn chip_count_end_about(&self) -> String {
-        let early = self.chips - 1 - self.chips_at_end();
-        let shifts = shifts_on(self.chips_at_end());
-        format!("{shifts}, {early} chips before a step's last")
-    }
-
-    /// The states that have to follow from one another.
-    fn checks(&self) -> Vec<StateCheck> {
-        let check = |taps: &str, first: &str, shifts, last: &str| StateCheck {
-            taps: taps.to_owned(),
-            first: first.to_owned(),
-            shifts,
-            last: last.to_owned(),
-        };
-        let chips = |first, shifts, last| check("chip_count_taps", first, shifts, last);
-        let mut checks = Vec::new();
-        if self.counts_chips() {
-            if !self.realigns {
-                checks.push(chips("chip_count_reset", 1, "chip_count_first"));
-            }
-            checks.push(chips("chip_count_first", self.chips_at_end(), "chip_count_end"));
-        }
-        if self.counts_steps() {
-            let shifts = self.steps_at_end();
-            checks.push(check("step_count_taps", "step_count_first", shifts, "step_count_end"));
-        }
-        checks
-    }
+    checks
 }
 
 /// How a state comes of a counter's first.
@@ -288,30 +230,24 @@ pub(super) fn dump_about(segments: u32) -> &'static str {
     }
 }
 
-fn describe(plan: ScanPlan) -> About {
-    let mut about = About::new("scan_controller", "counts chips per phase step and steps per scan");
-    if plan.counts_chips() || plan.counts_steps() {
-        about = about.note(
-            "Both counters are LFSRs: the next state costs one gate where a binary counter costs \
-             a carry chain. A count's end is a state computed beforehand; it is recognised early, \
-             so that every flag comes from a register.",
-        );
-    }
-    let order = if plan.realigns {
+fn describe(chips: u64, steps: u64, realigns: bool, clocks_to_dump: u32) -> About {
+    let order = if realigns {
         "A scan begins with a code period; until it does, o_run is low."
     } else {
         "Scans follow one another without a gap, because a scan over the whole code period ends \
          where it began."
     };
-    about = about
+    About::new("scan_controller", "counts chips per phase step and steps per scan")
+        .note_if(
+            chips > 2 || steps > 1,
+            "Both counters are LFSRs: the next state costs one gate where a binary counter costs \
+             a carry chain. A count's end is a state computed beforehand; it is recognised early, \
+             so that every flag comes from a register.",
+        )
         .note(order)
-        .fact("Step", format!("{} chips", plan.chips))
-        .fact("Scan", format!("{} phase steps", plan.steps))
-        .fact(
-            "Latency",
-            format!("{} clocks from a step's last chip to o_dump", plan.clocks_to_dump),
-        );
-    plan.checks().into_iter().fold(about, About::check)
+        .fact("Step", format!("{chips} chips"))
+        .fact("Scan", format!("{steps} phase steps"))
+        .fact("Latency", format!("{clocks_to_dump} clocks from a step's last chip to o_dump"))
 }
 
 #[kernel]
@@ -319,18 +255,18 @@ impl Logic for ScanController {
     fn update(&mut self) {
         self.o_run.next = self.run.q.val();
         self.find_ends();
-        if self.plan.realigns {
+        if self.realigns {
             self.wait_for_epoch();
         } else {
             self.run.d.next = true;
-            if self.plan.toggles() {
+            if self.toggles {
                 self.pre_last_chip.d.next = !self.pre_last_chip.q.val();
             }
         }
-        if self.plan.counts_chips() {
+        if self.counts_chips {
             self.count_chips();
         }
-        if self.plan.counts_steps() {
+        if self.counts_steps {
             self.count_steps();
         }
         self.report();
@@ -338,7 +274,7 @@ impl Logic for ScanController {
 
     /// The last chip of a step, and of a scan.
     fn find_ends(&mut self) {
-        if self.plan.looks_ahead() {
+        if self.looks_ahead {
             self.last_chip.d.next = self.pre_last_chip.q.val();
             self.o_pre_last_chip.next = self.pre_last_chip.q.val();
             self.o_last_chip.next = self.last_chip.q.val();
@@ -348,7 +284,7 @@ impl Logic for ScanController {
         if self.last_chip_of_scan.is_present() {
             self.last_chip_of_scan.d.next = self.pre_last_chip.q.val() & self.last_step.q.val();
             self.scan_last_chip.next = self.last_chip_of_scan.q.val();
-        } else if self.plan.counts_steps() {
+        } else if self.counts_steps {
             self.scan_last_chip.next = self.run.q.val() & self.last_step.q.val();
         } else {
             self.scan_last_chip.next = self.o_last_chip.val();
@@ -369,7 +305,7 @@ impl Logic for ScanController {
             self.run.d.next = false;
         }
         if self.may_start.is_present() {
-            if self.plan.counts_steps() {
+            if self.counts_steps {
                 self.may_start.d.next = (self.pre_last_chip.q.val() & self.last_step.q.val())
                     | !(self.o_start.val() | (self.run.q.val() & !self.scan_last_chip.val()));
             } else {
@@ -377,14 +313,14 @@ impl Logic for ScanController {
                     | !(self.o_start.val() | (self.run.q.val() & !self.scan_last_chip.val()));
             }
         }
-        if self.plan.toggles() {
+        if self.toggles {
             self.pre_last_chip.d.next =
                 self.o_start.val() | (self.o_last_chip.val() & !self.scan_last_chip.val());
         }
     }
 
     fn count_chips(&mut self) {
-        if self.plan.chip_count_in_pieces() {
+        if self.chip_count_in_pieces {
             self.chip_count_match.i_state.next = self.chip_count.q.val();
             self.chip_count_match.i_wanted.next = self.chip_count_end.val();
             self.chip_count_matched.next = self.chip_count_match.o_matched.val();
@@ -393,22 +329,26 @@ impl Logic for ScanController {
             self.pre_last_chip.d.next =
                 self.run.q.val() & (self.chip_count.q.val() == self.chip_count_end.val());
         }
-        let top = self.plan.chip_count_top();
         if self.o_last_chip.val() {
             self.chip_count.d.next = self.chip_count_first.val();
-        } else if self.plan.realigns {
+        } else if self.realigns {
             if self.run.q.val() {
-                self.chip_count.d.next = (self.chip_count.q.val() >> 1)
-                    .replace_bit(top, (self.chip_count.q.val() & self.chip_count_taps.val()).xor());
+                self.shift_chip_count();
             }
         } else {
-            self.chip_count.d.next = (self.chip_count.q.val() >> 1)
-                .replace_bit(top, (self.chip_count.q.val() & self.chip_count_taps.val()).xor());
+            self.shift_chip_count();
         }
     }
 
+    fn shift_chip_count(&mut self) {
+        self.chip_count.d.next = (self.chip_count.q.val() >> 1).replace_bit(
+            self.chip_counter.width() as usize - 1,
+            (self.chip_count.q.val() & self.chip_count_taps.val()).xor(),
+        );
+    }
+
     fn count_steps(&mut self) {
-        if self.plan.step_count_in_pieces() {
+        if self.step_count_in_pieces {
             self.step_count_match.i_state.next = self.step_count.q.val();
             self.step_count_match.i_wanted.next = self.step_count_end.val();
             self.step_count_matched.next = self.step_count_match.o_matched.val();
@@ -422,7 +362,7 @@ impl Logic for ScanController {
             self.step_count.d.next = self.step_count_first.val();
         } else if self.o_last_chip.val() {
             self.step_count.d.next = (self.step_count.q.val() >> 1).replace_bit(
-                self.plan.step_count_top(),
+                self.step_counter.width() as usize - 1,
                 (self.step_count.q.val() & self.step_count_taps.val()).xor(),
             );
         }
@@ -434,13 +374,13 @@ impl Logic for ScanController {
             (self.step_done.q.val() << 1).replace_bit(0, self.o_last_chip.val());
         self.scan_done.d.next =
             (self.scan_done.q.val() << 1).replace_bit(0, self.scan_last_chip.val());
-        let dump = self.plan.to_dump() - 1;
-        let counted = self.plan.to_counted() - 1;
-        if self.plan.counts_early {
+        let dump = self.clocks_to_dump as usize - 1;
+        let counted = self.to_counted - 1;
+        if self.counts_early {
             self.o_pre_counted.next = self.step_done.q.val().get_bit(counted - 1);
         }
         self.o_counted.next = self.step_done.q.val().get_bit(counted);
         self.o_scan_counted.next = self.scan_done.q.val().get_bit(counted);
-        self.o_dump.next = self.step_done.q.val().slice(dump, self.plan.segments as usize);
+        self.o_dump.next = self.step_done.q.val().slice(dump, self.segments as usize);
     }
 }

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use serde::Serialize;
 use serde::ser::Serializer;
 
-use super::scan_controller::ScanPlan;
+use super::scan_controller::{chip_counter, step_counter};
 use super::sequence_counter::SequenceCounter;
 use crate::rtl::back::Prefix;
 use crate::sensor::interface::Interface;
@@ -42,20 +42,18 @@ pub struct CountRegister {
 impl ScanRegisters {
     /// Of the hardware that keeps an interface.
     pub fn of(interface: &Interface) -> ScanRegisters {
-        // Those of a histogram's hardware are not LFSRs.
-        let Some(correlator) = interface.correlator() else {
-            return ScanRegisters { chips: None, groups: None };
-        };
-        let plan = ScanPlan::of(interface, correlator);
         let register = |name, counter| CountRegister {
             module: MODULE.to_owned(),
             name,
             counter,
             states: HashMap::new(),
         };
+        // Those of a histogram's hardware are not LFSRs.
+        let counts = interface.correlator().is_some();
+        let (chips, groups) = (interface.timing.scan.integration_chips, interface.groups());
         ScanRegisters {
-            chips: plan.counts_chips().then(|| register("chip_count_r", plan.chip_counter())),
-            groups: plan.counts_steps().then(|| register("step_count_r", plan.step_counter())),
+            chips: (counts && chips > 2).then(|| register("chip_count_r", chip_counter(chips))),
+            groups: (counts && groups > 1).then(|| register("step_count_r", step_counter(groups))),
         }
     }
 

@@ -13,12 +13,9 @@
 
 use std::sync::Arc;
 
-use super::result_stream::StreamPlan;
-use super::scan_controller::ScanPlan;
-use super::{CodeSource, DetectorChannel, PeakDetector, ResultStream, ScanController};
+use super::{CodeSource, DetectorChannel, PeakDetector, ResultStream, ScanController, SensorPorts};
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
-use crate::scene::Polarity;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::port::Direction;
 
@@ -35,56 +32,9 @@ pub struct SensorTop {
     lanes: usize,
     #[set(interface.parallel() as usize)]
     parallel: usize,
-    /// chip of each source, bit m for source m
-    #[under("Lasers")]
-    #[width(codes.of_sources.len())]
-    pub o_laser: Output<Word>,
-    /// o_laser shows the first chip of the reference's code
-    #[under("Lasers")]
-    pub o_epoch: Output<bool>,
-    /// Sampled levels of the detectors.
-    #[under("Detector")]
-    #[about(samples_about(detectors, interface.lanes(), interface.polarity))]
-    #[width(width(&interface, "i_samples"))]
-    pub i_samples: Input<Word>,
-    /// Count of a phase step.
-    #[under(RESULTS)]
-    #[about(data_about(&counts))]
-    #[width(width(&interface, "m_axis_tdata"))]
-    pub m_axis_tdata: Output<Word>,
-    /// a result waits
-    #[under(RESULTS)]
-    pub m_axis_tvalid: Output<bool>,
-    /// the receiver takes it
-    #[under(RESULTS)]
-    pub m_axis_tready: Input<bool>,
-    /// it is the scan's last
-    #[under(RESULTS)]
-    pub m_axis_tlast: Output<bool>,
-    /// a result was lost since reset
-    #[under(FLAGS)]
-    pub o_overrun: Output<bool>,
-    /// A count was clamped since reset.
-    #[under(FLAGS)]
-    #[when(interface.saturates())]
-    #[about(saturated_about(&counts))]
-    pub o_saturated: Optional<Output<bool>>,
-    /// Phase step of each detector's peak in the last scan.
-    #[under(PEAK)]
-    #[when(counts.peak.is_some())]
-    #[about(peak_about(detectors, "step k of the last scan's peak"))]
-    #[width(width(&interface, "o_peak_step"))]
-    pub o_peak_step: Optional<Output<Word>>,
-    /// Its count.
-    #[under(PEAK)]
-    #[when(counts.peak.is_some())]
-    #[about(peak_about(detectors, "the count, signed"))]
-    #[width(width(&interface, "o_peak_count"))]
-    pub o_peak_count: Optional<Output<Word>>,
-    /// high for one clock when they have changed
-    #[under(PEAK)]
-    #[when(counts.peak.is_some())]
-    pub o_peak_valid: Optional<Output<bool>>,
+    /// ports
+    #[is(SensorPorts::new(interface.clone()))]
+    pub io: SensorPorts,
     #[width(codes.of_sources.len())]
     laser: Register<Word>,
     epoch: Register<bool>,
@@ -93,72 +43,32 @@ pub struct SensorTop {
     transmit: Vec<CodeSource>,
     #[width(codes.of_sources.len())]
     chips: Local<Word>,
-    #[is(ScanController::new(ScanPlan::of(&interface, &counts)))]
+    #[is(ScanController::new(
+        interface.timing.scan.integration_chips,
+        interface.groups(),
+        interface.realigns(),
+        Correlator::clocks_to_dump(interface.lanes()),
+        counts.count_segments.count,
+        counts.clocks_of_counting(),
+        detectors * parallel > 1,
+    ))]
     controller: ScanController,
     #[each(code in interface.reference_codes.iter())]
     #[is(DetectorChannel::new(interface.clone(), counts, code.clone()))]
     channel: Vec<DetectorChannel>,
-    #[is(ResultStream::new(stream(&interface, &counts)))]
+    #[is(ResultStream::new(
+        counts.count_bits,
+        counts.saturates(),
+        counts.total,
+        detectors,
+        parallel,
+        interface.last_group_steps() as usize,
+        interface.timing.scan.integration_chips == 1,
+    ))]
     results: ResultStream,
     #[each(peak in counts.peak.iter())]
     #[is(PeakDetector::new(*peak, detectors))]
     peak: Vec<PeakDetector>,
-}
-
-/// Bits of a port that the interface has.
-fn width(interface: &Interface, name: &str) -> u32 {
-    let port = interface.ports().into_iter().find(|p| p.name == name);
-    port.map_or(1, |p| p.width)
-}
-
-fn stream(interface: &Interface, counts: &Correlator) -> StreamPlan {
-    StreamPlan {
-        count_bits: counts.count_bits,
-        saturates: counts.saturates(),
-        total: counts.total,
-        data_bits: interface.tdata_bits,
-        detectors: interface.reference_codes.len(),
-        steps: interface.parallel() as usize,
-        last_steps: interface.last_group_steps() as usize,
-        back_to_back: interface.timing.scan.integration_chips == 1,
-    }
-}
-
-/// Headings in the list of ports.
-const RESULTS: &str = "Results, AXI4-Stream";
-const FLAGS: &str = "Flags, high until reset";
-const PEAK: &str = "Peak of a scan, steady until the next scan's";
-
-fn peak_about(detectors: usize, about: &str) -> String {
-    match detectors {
-        1 => about.to_owned(),
-        _ => format!("{about}; detector 0 lowest"),
-    }
-}
-
-fn saturated_about(counts: &Correlator) -> &'static str {
-    match counts.total {
-        None => "a count was clamped since reset",
-        Some(_) => "a count or a total was clamped since reset",
-    }
-}
-
-fn data_about(counts: &Correlator) -> String {
-    match counts.total {
-        None => "count of a phase step, signed".to_owned(),
-        Some(total) => format!("from bit {} its hits, below its signed count", total.first_bit),
-    }
-}
-
-pub(super) fn samples_about(detectors: usize, lanes: u32, polarity: Polarity) -> String {
-    let about = match detectors {
-        1 => "SPAD level, bit 0 earliest".to_owned(),
-        _ => format!("SPAD levels, {lanes} samples per detector, bit 0 earliest"),
-    };
-    match polarity {
-        Polarity::High => about,
-        Polarity::Low => about + ", low during a pulse",
-    }
 }
 
 fn describe(interface: &Interface, counts: &Correlator) -> About {
@@ -258,7 +168,7 @@ impl Logic for SensorTop {
             self.realign();
         }
         self.stream_results();
-        if self.o_peak_valid.is_present() {
+        if self.io.o_peak_valid.is_present() {
             self.find_peaks();
         }
     }
@@ -272,8 +182,8 @@ impl Logic for SensorTop {
         });
         self.laser.d.next = self.chips.val();
         self.epoch.d.next = self.transmit[0].o_epoch.val();
-        self.o_laser.next = self.laser.q.val();
-        self.o_epoch.next = self.epoch.q.val();
+        self.io.o_laser.next = self.laser.q.val();
+        self.io.o_epoch.next = self.epoch.q.val();
     }
 
     fn run_channels(&mut self) {
@@ -287,7 +197,7 @@ impl Logic for SensorTop {
             self.channel[d].i_dump.next = self.controller.o_dump.val();
         }
         for d in 0..self.channel.len() {
-            self.channel[d].i_samples.next = self.i_samples.val().slice(lanes * d, lanes);
+            self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
         }
     }
 
@@ -296,11 +206,11 @@ impl Logic for SensorTop {
         for d in 0..self.channel.len() {
             for p in 0..parallel {
                 self.results.i_count[d * parallel + p].next = self.channel[d].o_count[p].val();
-                if self.o_saturated.is_present() {
+                if self.io.o_saturated.is_present() {
                     self.results.i_clamped[d * parallel + p].next =
                         self.channel[d].o_clamped[p].val();
                 }
-                if self.o_peak_valid.is_present() {
+                if self.io.o_peak_valid.is_present() {
                     self.peak[0].i_count[d * parallel + p].next = self.channel[d].o_count[p].val();
                 }
             }
@@ -327,21 +237,21 @@ impl Logic for SensorTop {
         }
         self.results.i_counted.next = self.controller.o_counted.val();
         self.results.i_last.next = self.controller.o_scan_counted.val();
-        self.results.i_ready.next = self.m_axis_tready.val();
-        self.m_axis_tdata.next = self.results.o_data.val();
-        self.m_axis_tvalid.next = self.results.o_valid.val();
-        self.m_axis_tlast.next = self.results.o_last.val();
-        self.o_overrun.next = self.results.o_overrun.val();
-        if self.o_saturated.is_present() {
-            self.o_saturated.next = self.results.o_saturated.val();
+        self.results.i_ready.next = self.io.m_axis_tready.val();
+        self.io.m_axis_tdata.next = self.results.o_data.val();
+        self.io.m_axis_tvalid.next = self.results.o_valid.val();
+        self.io.m_axis_tlast.next = self.results.o_last.val();
+        self.io.o_overrun.next = self.results.o_overrun.val();
+        if self.io.o_saturated.is_present() {
+            self.io.o_saturated.next = self.results.o_saturated.val();
         }
     }
 
     fn find_peaks(&mut self) {
         self.peak[0].i_counted.next = self.controller.o_counted.val();
         self.peak[0].i_last.next = self.controller.o_scan_counted.val();
-        self.o_peak_step.next = self.peak[0].o_step.val();
-        self.o_peak_count.next = self.peak[0].o_count.val();
-        self.o_peak_valid.next = self.peak[0].o_valid.val();
+        self.io.o_peak_step.next = self.peak[0].o_step.val();
+        self.io.o_peak_count.next = self.peak[0].o_count.val();
+        self.io.o_peak_valid.next = self.peak[0].o_valid.val();
     }
 }

@@ -186,9 +186,9 @@ impl About {
         self
     }
 
-    /// Adds a check of a constant.
-    pub fn check(mut self, check: StateCheck) -> About {
-        self.0.checks.push(check);
+    /// Adds checks of constants.
+    pub fn checks(mut self, checks: impl IntoIterator<Item = StateCheck>) -> About {
+        self.0.checks.extend(checks);
         self
     }
 }

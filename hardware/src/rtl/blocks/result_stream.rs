@@ -12,35 +12,82 @@
 //!
 //! Cost (ECP5, docs/resources.md): 3 LUTs, 20 flip-flops; without back-pressure 3 and 1 fewer.
 
-mod plan;
-
-pub use self::plan::StreamPlan;
-pub(super) use self::plan::counts_about;
-use self::plan::{data_about, describe, total_about};
 use super::first_of;
 use crate::rtl::front::prelude::*;
+use crate::sensor::interface::TotalCount;
 
 /// Offers the counts of a group of phase steps as a stream, one per beat:
 /// the first detector's steps, then the next detector's.
-#[block(describe(&plan))]
+#[block(describe((detectors, steps, last_steps), total_sent.is_some(), saturates))]
 pub struct ResultStream {
-    plan: StreamPlan,
+    /// Bits of the counts.
+    count_bits: u32,
+    /// Counts may have been clamped.
+    saturates: bool,
+    /// The totals, if they are sent.
+    total_sent: Option<TotalCount>,
+    detectors: usize,
+    /// Phase steps at once.
+    steps: usize,
+    /// Phase steps of a scan's last group.
+    last_steps: usize,
+    /// Groups may come in successive clocks.
+    back_to_back: bool,
+    #[set(detectors * steps)]
+    counts: usize,
+    /// Whether counts wait behind the first.
+    #[set(counts > 1)]
+    queues: bool,
+    /// Whether more than one waits behind the first.
+    #[set(counts > 2)]
+    is_deep: bool,
+    #[set(total_sent.is_some())]
+    has_totals: bool,
+    #[set(total_sent.map_or(1, |total| total.bits))]
+    total_bits: u32,
+    /// Bits below the total.
+    #[set(total_sent.map_or(0, |total| total.first_bit as usize))]
+    signed_bits: usize,
+    /// Bits of the stream's words, whole bytes of count and total.
+    #[set(match total_sent {
+        None => count_bits,
+        Some(total) => total.first_bit + total.bits,
+    }.next_multiple_of(8) as usize)]
+    data_bits: usize,
+    /// Detectors whose totals wait for their results' turn.
+    #[set(if has_totals { detectors - 1 } else { 0 })]
+    further: usize,
+    /// Whether a scan's last group has fewer steps.
+    #[set(last_steps < steps)]
+    is_short: bool,
+    /// Whether a scan's last group is a single count.
+    #[set(is_short && detectors * last_steps == 1)]
+    is_short_at_once: bool,
+    /// Counts of a scan's last group.
+    #[set(detectors * last_steps)]
+    last_counts: usize,
+    /// The last count but one of a group.
+    #[set(counts.saturating_sub(2))]
+    whole_end: usize,
+    /// The same of a scan's last group, unless that has only one.
+    #[set(if last_counts == 1 { whole_end } else { last_counts - 2 })]
+    short_end: usize,
     /// Counts, detector by detector.
-    #[each(count in 0..plan.counts())]
-    #[about(first_of(count, counts_about(plan.detectors, plan.steps)))]
-    #[width(plan.count_bits)]
+    #[each(count in 0..counts)]
+    #[about(first_of(count, counts_about(detectors, steps)))]
+    #[width(count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// Total count of each detector, if they are sent.
-    #[each(detector in 0..plan.totals())]
-    #[about(first_of(detector, total_about(plan.detectors)))]
-    #[width(plan.total_bits())]
+    #[each(detector in 0..if has_totals { detectors } else { 0 })]
+    #[about(first_of(detector, total_about(detectors)))]
+    #[width(total_bits)]
     pub i_total: Vec<Input<Word>>,
     /// Which of them were clamped.
-    #[each(count in 0..plan.clamped())]
+    #[each(count in 0..if saturates { counts } else { 0 })]
     #[about(first_of(count, "count 0 was clamped, and so on"))]
     pub i_clamped: Vec<Input<bool>>,
     /// new counts are there in the next clock
-    #[when(plan.queues())]
+    #[when(queues)]
     pub i_pre_counted: Optional<Input<bool>>,
     /// new counts are there
     pub i_counted: Input<bool>,
@@ -49,8 +96,8 @@ pub struct ResultStream {
     /// the receiver takes the result
     pub i_ready: Input<bool>,
     /// The count, sign-extended, and above it the total, zero-extended.
-    #[about(data_about(plan.total))]
-    #[width(plan.data_bits)]
+    #[about(data_about(total_sent))]
+    #[width(data_bits)]
     pub o_data: Output<Word>,
     /// a result waits
     pub o_valid: Output<bool>,
@@ -59,72 +106,134 @@ pub struct ResultStream {
     /// a result was lost since reset
     pub o_overrun: Output<bool>,
     /// a count was clamped since reset
-    #[when(plan.saturates)]
+    #[when(saturates)]
     pub o_saturated: Optional<Output<bool>>,
-    #[each(count in 0..plan.counts())]
-    #[about(match plan.counts() {
+    #[each(count in 0..counts)]
+    #[about(match counts {
         1 => "the result",
         _ => first_of(count, "the result, and above it those that come next"),
     })]
-    #[width(plan.count_bits)]
+    #[width(count_bits)]
     count: Vec<Register<Word>>,
     /// the result's total count
-    #[when(plan.total.is_some())]
-    #[width(plan.total_bits())]
+    #[when(has_totals)]
+    #[width(total_bits)]
     total: Optional<Register<Word>>,
-    #[each(detector in 1..=plan.further())]
+    #[each(detector in 1..=further)]
     #[about(first_of(detector - 1, "total counts of the detectors from 1 on"))]
-    #[width(plan.total_bits())]
+    #[width(total_bits)]
     waiting_total: Vec<Register<Word>>,
-    #[each(place in 0..plan.marked())]
+    #[each(place in 0..if further > 0 { counts - 1 } else { 0 })]
     #[about(first_of(place, "detectors of those that come next, one-hot from 1"))]
-    #[width(plan.further())]
+    #[width(further)]
     detector: Vec<Register<Word>>,
     valid: Register<bool>,
     /// the waiting results are the scan's last
     last: Register<bool>,
     overrun: Register<bool>,
     /// the result is its group's last
-    #[when(plan.queues())]
+    #[when(queues)]
     ends: Optional<Register<bool>>,
-    #[each(count in 0..plan.queued())]
+    #[each(count in 0..if queues { counts } else { 0 })]
     #[about(first_of(count, "the next one is its group's last; then those behind it"))]
     next_ends: Vec<Register<bool>>,
     /// the results behind the first have yet to move up
-    #[when(plan.is_deep())]
+    #[when(is_deep)]
     moves_up: Optional<Register<bool>>,
     /// others of its group come after the result that waits
-    #[when(plan.queues())]
+    #[when(queues)]
     more: Optional<Register<bool>>,
     /// the results behind the first move up, or new ones come
-    #[when(plan.queues())]
+    #[when(queues)]
     changes: Optional<Register<bool>>,
-    #[when(plan.saturates)]
+    #[when(saturates)]
     saturated: Optional<Register<bool>>,
-    #[when(plan.saturates)]
-    #[width(plan.counts())]
+    #[when(saturates)]
+    #[width(counts)]
     clamped: Optional<Local<Word>>,
     /// those among them that a scan's last group has
-    #[when(plan.saturates && plan.is_short())]
-    #[width(plan.counts_of_last_group())]
+    #[when(saturates && is_short)]
+    #[width(last_counts)]
     clamped_last: Optional<Local<Word>>,
     /// the result after the one that comes next is the group's last
-    #[when(plan.queues())]
+    #[when(queues)]
     later_ends: Optional<Local<bool>>,
     /// the result that comes next
-    #[when(plan.queues())]
-    #[width(plan.count_bits)]
+    #[when(queues)]
+    #[width(count_bits)]
     next: Optional<Local<Word>>,
     /// its detector, one-hot from 1
-    #[when(plan.further() > 0)]
-    #[width(plan.further().max(1))]
+    #[when(further > 0)]
+    #[width(further.max(1))]
     next_detector: Optional<Local<Word>>,
     /// the count, signed, in whole bytes
-    #[when(plan.total.is_some())]
-    #[width(plan.signed_bits())]
+    #[when(has_totals)]
+    #[width(signed_bits)]
     signed_count: Optional<Local<Word>>,
     blocked: Local<bool>,
     load: Local<bool>,
+}
+
+/// What is said of the counts of so many detectors and phase steps at once.
+pub(super) fn counts_about(detectors: usize, steps: usize) -> &'static str {
+    match (detectors, steps) {
+        (1, 1) => "count of the step, signed",
+        (1, _) => "counts of the group's steps, signed, step 0 lowest",
+        (_, 1) => "counts of the detectors, signed, detector 0 lowest",
+        _ => "counts of the detectors' steps, signed, detector 0's step 0 lowest",
+    }
+}
+
+/// What is said of totals.
+fn total_about(detectors: usize) -> &'static str {
+    match detectors {
+        1 => "total count of the group's steps",
+        _ => "total counts of the detectors' steps, detector 0 lowest",
+    }
+}
+
+/// What is said of a word of the stream.
+fn data_about(total: Option<TotalCount>) -> String {
+    match total {
+        None => "count of the step, signed".to_owned(),
+        Some(total) => format!("from bit {} its total, below its signed count", total.first_bit),
+    }
+}
+
+fn describe(
+    (detectors, steps, last_steps): (usize, usize, usize),
+    has_totals: bool,
+    saturates: bool,
+) -> About {
+    let counts = detectors * steps;
+    About::new("result_stream", "counts of the phase steps as AXI4-Stream")
+        .note(
+            "The sensor cannot stall: results that come while others still wait are lost, and \
+             o_overrun stays high until reset.",
+        )
+        .note_if(
+            counts > 1,
+            format!(
+                "A group's {counts} counts leave in the order of detectors, each detector's in the \
+                 order of steps."
+            ),
+        )
+        .note_if(
+            counts > 1,
+            "The first register is offered. Those behind it move up a clock later, so that \
+             i_ready reaches few gates; until they have, what comes next is the third's.",
+        )
+        .note_if(
+            has_totals,
+            "A detector's steps have seen the same light: their total count is kept once, and \
+             goes out with each of them.",
+        )
+        .note_if(
+            last_steps < steps,
+            format!("A scan's last group has {last_steps} steps; the surplus counts are not sent."),
+        )
+        .note_if(saturates, "o_saturated stays high until reset.")
+        .fact("Latency", "1 clock from i_counted to o_valid")
 }
 
 #[kernel]
@@ -132,7 +241,7 @@ impl Logic for ResultStream {
     fn update(&mut self) {
         self.o_valid.next = self.valid.q.val();
         self.o_overrun.next = self.overrun.q.val();
-        if self.plan.queues() {
+        if self.queues {
             self.queue();
         } else {
             self.o_last.next = self.last.q.val();
@@ -140,7 +249,7 @@ impl Logic for ResultStream {
             self.load.next = self.i_counted.val() & !self.blocked.val();
         }
         if self.load.val() {
-            if !self.plan.queues() {
+            if !self.queues {
                 self.count[0].d.next = self.i_count[0].val();
                 if self.total.is_present() {
                     self.total.d.next = self.i_total[0].val();
@@ -163,16 +272,16 @@ impl Logic for ResultStream {
         self.o_last.next = self.last.q.val() & self.ends.q.val();
         self.blocked.next = self.more.q.val() | (self.valid.q.val() & !self.i_ready.val());
         self.load.next = self.i_counted.val() & !self.blocked.val();
-        if self.plan.is_short_at_once() {
-            self.more.d.next = self.load.val() & !self.i_last.val();
+        self.more.d.next = if self.is_short_at_once {
+            self.load.val() & !self.i_last.val()
         } else {
-            self.more.d.next = self.load.val();
-        }
-        if self.plan.back_to_back {
-            self.changes.d.next = self.i_pre_counted.val() & !self.load.val();
+            self.load.val()
+        };
+        self.changes.d.next = if self.back_to_back {
+            self.i_pre_counted.val() & !self.load.val()
         } else {
-            self.changes.d.next = self.i_pre_counted.val();
-        }
+            self.i_pre_counted.val()
+        };
         if self.more.q.val() {
             self.more.d.next = !(self.i_ready.val() & self.next_ends[0].q.val());
             self.changes.d.next = self.i_ready.val();
@@ -191,24 +300,20 @@ impl Logic for ResultStream {
         if self.moves_up.is_present() {
             self.moves_up.d.next = self.more.q.val() & self.i_ready.val();
             if self.moves_up.q.val() {
-                self.next.next = self.count[2].q.val();
-                self.later_ends.next = self.next_ends[2].q.val();
-                if self.next_detector.is_present() {
-                    self.next_detector.next = self.detector[1].q.val();
-                }
+                self.take_next_from(2);
             } else {
-                self.next.next = self.count[1].q.val();
-                self.later_ends.next = self.next_ends[1].q.val();
-                if self.next_detector.is_present() {
-                    self.next_detector.next = self.detector[0].q.val();
-                }
+                self.take_next_from(1);
             }
         } else {
-            self.next.next = self.count[1].q.val();
-            self.later_ends.next = self.next_ends[1].q.val();
-            if self.next_detector.is_present() {
-                self.next_detector.next = self.detector[0].q.val();
-            }
+            self.take_next_from(1);
+        }
+    }
+
+    fn take_next_from(&mut self, place: usize) {
+        self.next.next = self.count[place].q.val();
+        self.later_ends.next = self.next_ends[place].q.val();
+        if self.next_detector.is_present() {
+            self.next_detector.next = self.detector[place - 1].q.val();
         }
     }
 
@@ -218,7 +323,7 @@ impl Logic for ResultStream {
             self.count[0].d.next = self.next.val();
             self.ends.d.next = self.next_ends[0].q.val();
             self.next_ends[0].d.next = self.later_ends.val();
-            for d in 0..self.plan.further() {
+            for d in 0..self.further {
                 if self.next_detector.val().get_bit(d) {
                     self.total.d.next = self.waiting_total[d].q.val();
                 }
@@ -228,26 +333,22 @@ impl Logic for ResultStream {
             if self.total.is_present() {
                 self.total.d.next = self.i_total[0].val();
             }
-            if self.plan.is_short_at_once() {
-                self.ends.d.next = self.i_last.val();
+            self.ends.d.next = if self.is_short_at_once { self.i_last.val() } else { false };
+            self.next_ends[0].d.next = if self.is_deep && self.short_end > 0 {
+                false
+            } else if self.is_deep {
+                self.i_last.val()
+            } else if self.is_short {
+                !self.i_last.val()
             } else {
-                self.ends.d.next = false;
-            }
-            if self.plan.is_deep() && self.plan.short_end() > 0 {
-                self.next_ends[0].d.next = false;
-            } else if self.plan.is_deep() {
-                self.next_ends[0].d.next = self.i_last.val();
-            } else if self.plan.is_short() {
-                self.next_ends[0].d.next = !self.i_last.val();
-            } else {
-                self.next_ends[0].d.next = true;
-            }
+                true
+            };
         }
     }
 
     /// The results behind it: those that move up, or a new group.
     fn fill_behind(&mut self) {
-        if self.plan.is_deep() {
+        if self.is_deep {
             if self.more.q.val() {
                 self.move_up();
             } else {
@@ -262,7 +363,7 @@ impl Logic for ResultStream {
         for c in 1..self.count.len() {
             self.count[c].d.next = self.i_count[c].val();
         }
-        for d in 0..self.plan.further() {
+        for d in 0..self.further {
             self.waiting_total[d].d.next = self.i_total[d + 1].val();
         }
         if self.next_detector.is_present() {
@@ -271,25 +372,25 @@ impl Logic for ResultStream {
         for c in 1..self.next_ends.len() {
             self.next_ends[c].d.next = false;
         }
-        let whole = self.plan.whole_end();
-        let short = self.plan.short_end();
-        if self.plan.is_deep() && self.plan.is_short() {
+        let whole = self.whole_end;
+        let short = self.short_end;
+        if self.is_deep && self.is_short {
             self.next_ends[whole].d.next = !self.i_last.val();
-        } else if self.plan.is_deep() {
+        } else if self.is_deep {
             self.next_ends[whole].d.next = true;
         }
         if short > 0 && short < whole {
             self.next_ends[short].d.next = self.i_last.val();
         }
-        if self.plan.compacts() {
+        if self.is_short && self.detectors > 1 {
             self.compact();
         }
     }
 
     /// Marks the results behind the first with their detectors.
     fn mark(&mut self) {
-        let steps = self.plan.steps;
-        let further = self.plan.further();
+        let steps = self.steps;
+        let further = self.further;
         for step in 1..steps {
             self.detector[step - 1].d.next = bit_cast(false, further);
         }
@@ -303,11 +404,11 @@ impl Logic for ResultStream {
 
     /// A scan's last group, whose surplus counts are left out.
     fn compact(&mut self) {
-        let steps = self.plan.steps;
-        let last_steps = self.plan.last_steps;
-        let further = self.plan.further();
+        let steps = self.steps;
+        let last_steps = self.last_steps;
+        let further = self.further;
         if self.i_last.val() {
-            for d in 1..self.plan.detectors {
+            for d in 1..self.detectors {
                 for step in 0..last_steps {
                     self.count[last_steps * d + step].d.next = self.i_count[steps * d + step].val();
                     if self.next_detector.is_present() {
@@ -321,7 +422,7 @@ impl Logic for ResultStream {
 
     /// What comes in behind the last makes no difference.
     fn move_up(&mut self) {
-        let last = self.plan.counts().saturating_sub(1);
+        let last = self.counts.saturating_sub(1);
         for c in 1..last {
             self.count[c].d.next = self.count[c + 1].q.val();
             self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
@@ -332,7 +433,7 @@ impl Logic for ResultStream {
             self.detector[c - 1].d.next = self.detector[c].q.val();
         }
         if self.next_detector.is_present() {
-            let further = self.plan.further();
+            let further = self.further;
             self.detector[last.saturating_sub(1)].d.next =
                 bit_cast(false, further).replace_bit(further.saturating_sub(1), true);
         }
@@ -341,8 +442,8 @@ impl Logic for ResultStream {
     fn flag_clamped(&mut self) {
         self.clamped.next = gather(self.count.len(), |c| self.i_clamped[c].val());
         if self.clamped_last.is_present() {
-            let (steps, last_steps) = (self.plan.steps, self.plan.last_steps);
-            self.clamped_last.next = gather(self.plan.counts_of_last_group(), |c| {
+            let (steps, last_steps) = (self.steps, self.last_steps);
+            self.clamped_last.next = gather(self.last_counts, |c| {
                 self.i_clamped[c / last_steps * steps + c % last_steps].val()
             });
             if self.i_counted.val()
@@ -358,8 +459,8 @@ impl Logic for ResultStream {
 
     /// The word of the stream.
     fn offer(&mut self) {
-        let bits = self.plan.data_bits();
-        let below = self.plan.signed_bits();
+        let bits = self.data_bits;
+        let below = self.signed_bits;
         if self.total.is_present() {
             self.signed_count.next = bit_cast(signed_cast(self.count[0].q.val()), below);
             self.o_data.next = bit_cast(self.signed_count.val(), bits)

@@ -1,0 +1,128 @@
+//! Ports of the whole sensor, whatever it counts.
+
+use crate::rtl::front::prelude::*;
+use crate::scene::Polarity;
+use crate::sensor::interface::{Correlator, Counting, Interface};
+
+/// Headings in the list of ports.
+const FLAGS: &str = "Flags, high until reset";
+const PEAK: &str = "Peak of a scan, steady until the next scan's";
+
+/// Lasers, samples, the stream and its flags, and what the peak detector shows.
+#[block]
+pub struct SensorPorts {
+    interface: Interface,
+    #[set(interface.reference_codes.len())]
+    detectors: usize,
+    #[set(interface.peak().is_some())]
+    has_peak: bool,
+    /// Heading of the stream.
+    #[set(match interface.counting {
+        Counting::Correlator(_) => "Results, AXI4-Stream",
+        Counting::Histogram(_) => "Rows of the histograms, AXI4-Stream",
+    })]
+    stream: &'static str,
+    /// What a beat of it is.
+    #[set(match interface.counting {
+        Counting::Correlator(_) => ["a result waits", "it is the scan's last"],
+        Counting::Histogram(_) => ["a row waits", "it is the frame's last"],
+    })]
+    beat: [&'static str; 2],
+    /// chip of each source, bit m for source m
+    #[under("Lasers")]
+    #[width(interface.source_codes.len())]
+    pub o_laser: Output<Word>,
+    /// o_laser shows the first chip of the reference's code
+    #[under("Lasers")]
+    pub o_epoch: Output<bool>,
+    /// Sampled levels of the detectors.
+    #[under("Detector")]
+    #[about(samples_about(detectors, interface.lanes(), interface.polarity))]
+    #[width(width(&interface, "i_samples"))]
+    pub i_samples: Input<Word>,
+    /// A beat of the stream.
+    #[under(stream)]
+    #[about(data_about(&interface))]
+    #[width(width(&interface, "m_axis_tdata"))]
+    pub m_axis_tdata: Output<Word>,
+    #[under(stream)]
+    #[about(beat[0])]
+    pub m_axis_tvalid: Output<bool>,
+    /// the receiver takes it
+    #[under(stream)]
+    pub m_axis_tready: Input<bool>,
+    #[under(stream)]
+    #[about(beat[1])]
+    pub m_axis_tlast: Output<bool>,
+    /// What is lost when the receiver is too slow.
+    #[under(FLAGS)]
+    #[about(match interface.counting {
+        Counting::Correlator(_) => "a result was lost since reset",
+        Counting::Histogram(plan) if plan.takes_turns() => "a frame was lost since reset",
+        Counting::Histogram(_) => "a row was lost since reset",
+    })]
+    pub o_overrun: Output<bool>,
+    /// A count was clamped since reset.
+    #[under(FLAGS)]
+    #[when(interface.saturates())]
+    #[about(match interface.counting {
+        Counting::Correlator(Correlator { total: None, .. }) => "a count was clamped since reset",
+        Counting::Correlator(_) => "a count or a total was clamped since reset",
+        Counting::Histogram(_) => "a bin was full and had a hit since reset",
+    })]
+    pub o_saturated: Optional<Output<bool>>,
+    /// Phase step of each detector's peak in the last scan.
+    #[under(PEAK)]
+    #[when(has_peak)]
+    #[about(peak_about(detectors, "step k of the last scan's peak"))]
+    #[width(width(&interface, "o_peak_step"))]
+    pub o_peak_step: Optional<Output<Word>>,
+    /// Its count.
+    #[under(PEAK)]
+    #[when(has_peak)]
+    #[about(peak_about(detectors, "the count, signed"))]
+    #[width(width(&interface, "o_peak_count"))]
+    pub o_peak_count: Optional<Output<Word>>,
+    /// high for one clock when they have changed
+    #[under(PEAK)]
+    #[when(has_peak)]
+    pub o_peak_valid: Optional<Output<bool>>,
+}
+
+/// Bits of a port that the interface has.
+fn width(interface: &Interface, name: &str) -> u32 {
+    let port = interface.ports().into_iter().find(|p| p.name == name);
+    port.map_or(1, |p| p.width)
+}
+
+fn peak_about(detectors: usize, about: &str) -> String {
+    match detectors {
+        1 => about.to_owned(),
+        _ => format!("{about}; detector 0 lowest"),
+    }
+}
+
+fn data_about(interface: &Interface) -> String {
+    match interface.counting {
+        Counting::Correlator(Correlator { total: None, .. }) => {
+            "count of a phase step, signed".to_owned()
+        }
+        Counting::Correlator(Correlator { total: Some(total), .. }) => {
+            format!("from bit {} its hits, below its signed count", total.first_bit)
+        }
+        Counting::Histogram(plan) => {
+            format!("bins of a row, {} bits each, bit 0 earliest", plan.bin_data_bits())
+        }
+    }
+}
+
+fn samples_about(detectors: usize, lanes: u32, polarity: Polarity) -> String {
+    let about = match detectors {
+        1 => "SPAD level, bit 0 earliest".to_owned(),
+        _ => format!("SPAD levels, {lanes} samples per detector, bit 0 earliest"),
+    };
+    match polarity {
+        Polarity::High => about,
+        Polarity::Low => about + ", low during a pulse",
+    }
+}
