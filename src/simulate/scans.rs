@@ -440,7 +440,7 @@ fn compared(
     }
     let detectors = sensor.scene().detectors.iter();
     let names = detectors.map(|detector| detector.name.as_str());
-    Ok(Some(Exercised::new(&outcome.exercise, names)))
+    Ok(Some(outcome.exercise.named(names)))
 }
 
 /// Gathers a detector's counts, which come in order, into scans.

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use goldtof::reference::adversarial::Adversarial;
 use goldtof::reference::blocks::{Block, BlockMaker};
-use goldtof::reference::exercise::{DetectorExercise, Exercise};
+use goldtof::reference::exercise::{DetectorExercised, Exercised};
 use goldtof::reference::predictor::Reference;
 use goldtof::scene;
 use goldtof::sensor::interface::Interface;
@@ -113,7 +113,7 @@ fn a_run_in_the_dark_and_one_with_a_dark_detector_are_inconclusive() {
 /// else.
 #[derive(Default)]
 struct Watcher {
-    seen: Exercise,
+    seen: Exercised,
     in_reset: bool,
     valid: bool,
     held: bool,
@@ -132,7 +132,7 @@ impl Watcher {
         self.in_reset = is_high("i_rst");
         if !self.in_reset {
             self.seen.results_taken += u64::from(takes);
-            self.seen.results_held += u64::from(self.valid && !takes && !self.held);
+            self.seen.stalls += u64::from(self.valid && !takes && !self.held);
             self.held = self.valid && !takes;
         }
         let valid = is_high("m_axis_tvalid");
@@ -163,7 +163,7 @@ fn what_is_counted_is_what_the_ports_show() {
         unused_bits: u64::BITS - layout.outputs.field(Role::Data).port.width,
         ..Watcher::default()
     };
-    watcher.seen.detectors = vec![DetectorExercise::default()];
+    watcher.seen.detectors = vec![DetectorExercised::default()];
     let mut block = Block::default();
     while maker.make(&mut block) {
         let inputs = block.records.inputs.chunks_exact(layout.inputs.words);
@@ -176,14 +176,14 @@ fn what_is_counted_is_what_the_ports_show() {
         }
     }
     let counted = block.exercise;
-    let DetectorExercise { results, hits_up, hits_down } = counted.detectors[0];
+    let DetectorExercised { results, hits_up, hits_down, .. } = counted.detectors[0];
     assert_eq!(results, watcher.seen.detectors[0].results);
     assert_eq!(hits_up.cast_signed() - hits_down.cast_signed(), watcher.sum);
-    let of = |e: &Exercise| [e.results_taken, e.results_held, e.scan_ends, e.resets];
+    let of = |e: &Exercised| [e.results_taken, e.stalls, e.scan_ends, e.resets];
     assert_eq!(of(&counted), of(&watcher.seen));
-    assert_eq!(counted.groups_lost > 0, watcher.overrun);
+    assert_eq!(counted.overruns > 0, watcher.overrun);
     // All of it happened, and more than once.
-    let each = [hits_up, hits_down, counted.groups_lost, counted.groups_lost];
+    let each = [hits_up, hits_down, counted.overruns, counted.overruns];
     assert!(of(&counted).iter().chain(&each).all(|&number| number > 1), "{counted:?}");
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::stimulus::{Drive, Stimulus};
-use crate::reference::exercise::Exercise;
+use crate::reference::exercise::Exercised;
 use crate::reference::level::Level;
 use crate::reference::predictor::{Reference, Skip, StepResult};
 use crate::scan::Sample;
@@ -91,7 +91,7 @@ pub struct Block {
     /// Where steps and scans are cut short in it.
     pub skips: Vec<Skip>,
     /// What the outputs have shown up to its end.
-    pub exercise: Exercise,
+    pub exercise: Exercised,
     /// Why the Verilog ended the simulation in it, if it did.
     pub halted: Option<String>,
 }

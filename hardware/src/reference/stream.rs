@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::canvas::Canvas;
 use super::coverage::{CoverTable, Place, StreamPoint};
-use super::exercise::{Counted, Exercise};
+use super::exercise::{Counted, Exercised};
 use super::resets::PortState;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::layout::{Layout, mask};
@@ -20,7 +20,7 @@ pub(super) struct ResultStream {
     axis: AxisState,
     table: Arc<CoverTable>,
     /// What has been on it, resets notwithstanding.
-    pub(super) exercise: Exercise,
+    pub(super) exercise: Exercised,
 }
 
 /// One transfer of the stream.
@@ -106,7 +106,7 @@ struct GroupState {
 impl AxisState {
     /// At the rising edge of `clock` the receiver took what was on the stream, or
     /// nothing was: the next result, if any, comes on it.
-    fn take(&mut self, clock: u64, exercise: &mut Exercise) {
+    fn take(&mut self, clock: u64, exercise: &mut Exercised) {
         self.valid = !self.waiting.is_empty();
         if let Some(beat) = self.waiting.pop_front() {
             self.beat = beat;
@@ -154,10 +154,10 @@ impl AxisState {
     }
 
     /// Nobody took what is on the stream before `clock`.
-    fn stands_until(&mut self, clock: u64, exercise: &mut Exercise) {
+    fn stands_until(&mut self, clock: u64, exercise: &mut Exercised) {
         if self.valid && self.shown_at + 1 < clock && !self.is_held {
             self.is_held = true;
-            exercise.results_held += 1;
+            exercise.stalls += 1;
         }
     }
 }
@@ -191,7 +191,7 @@ impl ResultStream {
             arriving: VecDeque::new(),
             axis: AxisState::default(),
             table,
-            exercise: Exercise::of(interface.reference_codes.len()),
+            exercise: Exercised::of(interface.reference_codes.len()),
         }
     }
 
@@ -285,10 +285,10 @@ impl ResultStream {
             }
         }
         self.axis.saturated |= results.saturated;
-        self.exercise.groups_saturated += u64::from(results.saturated);
+        self.exercise.saturations += u64::from(results.saturated);
         if blocked {
             self.axis.overrun = true;
-            self.exercise.groups_lost += 1;
+            self.exercise.overruns += 1;
             self.axis.loses(clock);
             let place = results.place;
             self.mark(StreamPoint::Lost { place });

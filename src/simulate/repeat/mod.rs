@@ -15,7 +15,7 @@ use super::path_statistics::PathStatistics;
 use super::scans::{Counted, Prepared, ScansError};
 use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
-use crate::cosim::exercised::Exercised;
+use crate::cosim::exercised::{Exercised, missing};
 use crate::document::Body;
 use crate::estimate::evidence::Family;
 use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
@@ -221,7 +221,7 @@ impl<'a> Simulated<'a> {
     /// What the Verilog was not made to show, where it is simulated.
     fn not_shown(&self, exercised: Option<&Exercised>) -> Vec<String> {
         let interface = self.sensor.interface();
-        let missing = exercised.map(|shown| shown.missing(interface, StimulusKind::Photons));
+        let missing = exercised.map(|shown| missing(shown, interface, StimulusKind::Photons));
         let missing = missing.into_iter().flatten();
         missing
             .map(|missing| {

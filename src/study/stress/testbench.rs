@@ -4,7 +4,7 @@ use super::case::{CaseError, ensure};
 use std::ops::Range;
 
 use crate::cosim::build::{build, cache_dir};
-use crate::cosim::exercised::Exercised;
+use crate::cosim::exercised::missing;
 use crate::cosim::lockstep::Lockstep;
 use crate::cosim::source::sources_of;
 use crate::cosim::verilated::Verilated;
@@ -14,7 +14,7 @@ use crate::deliver::{self, Prefix};
 use crate::photons::Pulse;
 use crate::reference::adversarial::Adversarial;
 use crate::reference::blocks::Records;
-use crate::reference::exercise::Exercise;
+use crate::reference::exercise::Exercised;
 use crate::reference::predictor::{Reference, StepResult};
 use crate::reference::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::scan::Sampling;
@@ -84,7 +84,7 @@ pub(super) struct Run {
     /// Results of all steps, in order.
     pub results: Vec<StepResult>,
     records: Records,
-    exercise: Exercise,
+    exercise: Exercised,
 }
 
 impl Testbench {
@@ -120,9 +120,9 @@ impl Testbench {
         let mut adversary = Adversarial::new(&self.interface, seed);
         let run = self.run(&mut adversary, clocks)?;
         let names = self.interface.reference_codes.iter().map(|_| "spad");
-        let exercised = Exercised::new(&run.exercise, names);
+        let exercised = run.exercise.clone().named(names);
         // Agreement on nothing is not what a case is for.
-        let missing = exercised.missing(&self.interface, StimulusKind::Adversarial);
+        let missing = missing(&exercised, &self.interface, StimulusKind::Adversarial);
         ensure!(missing.is_empty(), "{}", missing.join("; "));
         Ok(run)
     }
@@ -154,24 +154,24 @@ impl Testbench {
 }
 
 /// Whether a hit of every detector has come to the stream: agreement on nothing is none.
-fn hits_are_sent(exercise: &Exercise) -> bool {
+fn hits_are_sent(exercise: &Exercised) -> bool {
     exercise.detectors.iter().map(|d| d.hits_up + d.hits_down).min() > Some(0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::exercise::DetectorExercise;
+    use crate::reference::exercise::DetectorExercised;
 
     #[test]
     fn a_run_without_hits_shows_nothing() {
-        let hit = DetectorExercise { results: 3, hits_up: 0, hits_down: 1 };
-        let of = |detectors| Exercise { detectors, results_taken: 6, ..Exercise::default() };
-        assert!(hits_are_sent(&of(vec![hit, hit])));
+        let hit = DetectorExercised { results: 3, hits_down: 1, ..Default::default() };
+        let of = |detectors| Exercised { detectors, results_taken: 6, ..Exercised::default() };
+        assert!(hits_are_sent(&of(vec![hit.clone(), hit.clone()])));
         assert!(!hits_are_sent(&of(vec![
             hit,
-            DetectorExercise { results: 3, ..Default::default() }
+            DetectorExercised { results: 3, ..Default::default() }
         ])));
-        assert!(!hits_are_sent(&of(Vec::new())) && !hits_are_sent(&Exercise::default()));
+        assert!(!hits_are_sent(&of(Vec::new())) && !hits_are_sent(&Exercised::default()));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::BatchError;
 use super::edges::LastSample;
-use crate::reference::exercise::Exercise;
+use crate::reference::exercise::Exercised;
 use crate::reference::predictor::{Reference, StepResult, Surroundings};
 use crate::scan::Sample;
 use crate::sensor::Sensor;
@@ -91,7 +91,7 @@ impl Model {
     }
 
     /// What its outputs have shown.
-    pub(crate) fn exercise(&self) -> &Exercise {
+    pub(crate) fn exercise(&self) -> &Exercised {
         self.reference.exercise()
     }
 

@@ -5,7 +5,7 @@ use super::record::{Clocks, RecordReader, TestbenchPort};
 use super::{BatchError, held_to};
 use crate::cosim::Verdict;
 use crate::cosim::comparison::Comparison;
-use crate::cosim::exercised::Exercised;
+use crate::cosim::exercised::{Exercised, missing};
 use crate::cosim::mismatch::{FirstMismatch, MismatchKind};
 use crate::sensor::Sensor;
 
@@ -188,14 +188,14 @@ impl Scoreboard {
         self.compare();
         let interface = self.sensor.interface();
         let detectors = self.sensor.scene().detectors.iter();
-        let exercised =
-            Exercised::new(self.model.exercise(), detectors.map(|detector| detector.name.as_str()));
+        let names = detectors.map(|detector| detector.name.as_str());
+        let exercised = self.model.exercise().clone().named(names);
         let missing = match &self.first {
             Some(_) => Vec::new(),
             None if self.model.first_reset().is_none() => {
                 vec!["i_rst was never high, and before that the outputs mean nothing".to_owned()]
             }
-            None => exercised.missing(interface, None),
+            None => missing(&exercised, interface, None),
         };
         Summary {
             verdict: match &self.first {

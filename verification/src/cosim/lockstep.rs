@@ -16,7 +16,7 @@ use super::sent::{SentCount, SentReader};
 use super::verilated::{BLOCKS_AT_ONCE, Verilated};
 use super::window::{Kept, Shown, Window};
 use crate::reference::blocks::{Block, BlockMaker, Records};
-use crate::reference::exercise::Exercise;
+use crate::reference::exercise::Exercised;
 use crate::reference::predictor::{Reference, StepResult};
 use crate::reference::stimulus::Stimulus;
 use crate::sensor::layout::Layout;
@@ -41,7 +41,7 @@ pub struct Outcome {
     /// Whether what the result stream holds while it is not valid was free to differ.
     pub ignores_idle_payload: bool,
     /// What the outputs have shown within these clocks.
-    pub exercise: Exercise,
+    pub exercise: Exercised,
     /// What the Verilog showed after the last clock.
     pub last_outputs: Vec<u64>,
     /// Wall time of the run, without building or loading.
@@ -186,7 +186,7 @@ struct Judge<'a> {
     last_expected: Vec<u64>,
     first: Option<Mismatch>,
     kept: Kept<'a>,
-    exercise: Exercise,
+    exercise: Exercised,
     last_outputs: Vec<u64>,
 }
 
@@ -200,7 +200,7 @@ impl<'a> Judge<'a> {
             last_expected: Vec::new(),
             first: None,
             kept: Kept::new(layout, window),
-            exercise: Exercise::default(),
+            exercise: Exercised::default(),
             last_outputs: Vec::new(),
         }
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::engine::{Engine, EnginePart};
-use super::exercised::Exercised;
+use super::exercised::{Exercised, missing};
 use super::latency::HeldLatency;
 use super::lockstep::Outcome;
 use super::mismatch::FirstMismatch;
@@ -161,10 +161,10 @@ pub(super) fn report(
     let fields = &layout.outputs.fields;
     let detectors = sensor.scene().detectors.iter();
     let names = detectors.map(|detector| detector.name.as_str());
-    let exercised = Exercised::new(&outcome.exercise, names);
+    let exercised = outcome.exercise.clone().named(names);
     let missing = match &outcome.first {
         Some(_) => Vec::new(),
-        None => exercised.missing(sensor.interface(), options.stimulus),
+        None => missing(&exercised, sensor.interface(), options.stimulus),
     };
     let mut report = Report {
         verdict: match &outcome.first {

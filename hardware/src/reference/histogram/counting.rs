@@ -2,7 +2,7 @@
 
 use super::{Ended, HistogramModel};
 use crate::reference::coverage::{BinPoint, OfBins, Place, ScanPoint};
-use crate::reference::exercise::Exercise;
+use crate::reference::exercise::Exercised;
 use crate::reference::resets::ResetWatch;
 use crate::scan::{Sample, Sampling};
 use crate::scene::DetectorIndex;
@@ -76,11 +76,11 @@ impl HistogramModel {
         clock: u64,
         scan: u64,
         resets: &mut ResetWatch,
-        exercise: &mut Exercise,
+        exercise: &mut Exercised,
     ) {
         resets.group_ends(clock, true, self.has_counted());
         exercise.phase_steps += self.plan.bins();
-        exercise.groups_saturated += u64::from(std::mem::take(&mut self.was_clamped));
+        exercise.saturations += u64::from(std::mem::take(&mut self.was_clamped));
         let bins: Vec<Vec<u64>> =
             self.bins.iter_mut().map(|bins| std::mem::replace(bins, vec![0; bins.len()])).collect();
         if self.plan.saturates() {

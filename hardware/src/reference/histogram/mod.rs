@@ -12,7 +12,7 @@ use self::rows::Stream;
 use super::bin_points::{BinPoints, Proofs};
 use super::canvas::Canvas;
 use super::coverage::{CoverPoint, CoverTable};
-use super::exercise::Exercise;
+use super::exercise::Exercised;
 use super::resets::PortState;
 use super::stream::Ready;
 use crate::scene::DetectorIndex;
@@ -138,7 +138,7 @@ impl HistogramModel {
         clocks: Range<u64>,
         stalls: &[Range<u64>],
         expected: &mut impl Canvas,
-        exercise: &mut Exercise,
+        exercise: &mut Exercised,
     ) {
         // Detectors have told theirs one after the other.
         self.flags.make_contiguous().sort_by_key(|flag| flag.0);
@@ -184,7 +184,7 @@ impl HistogramModel {
         self.fill(filled..clocks.end, expected);
     }
 
-    fn mark(&self, point: impl Into<CoverPoint>, exercise: &mut Exercise) {
+    fn mark(&self, point: impl Into<CoverPoint>, exercise: &mut Exercised) {
         if let Some(number) = self.table.number(point) {
             exercise.covered.mark(number);
         }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::{Ended, HistogramModel};
 use crate::reference::coverage::{BinPoint, OfBins, Place, StreamPoint};
-use crate::reference::exercise::{Counted, Exercise};
+use crate::reference::exercise::{Counted, Exercised};
 use crate::scene::DetectorIndex;
 use crate::sensor::histogram::CLOCKS_TO_ROW;
 
@@ -60,7 +60,7 @@ pub(super) struct Stream {
 
 impl HistogramModel {
     /// A bin was full; the flag rises at `clock`, if it has not.
-    pub(super) fn raise_flag(&mut self, clock: u64, exercise: &mut Exercise) {
+    pub(super) fn raise_flag(&mut self, clock: u64, exercise: &mut Exercised) {
         let mut alone = None;
         let mut count = 0;
         while let Some((_, detector, adder)) = self.flags.pop_front_if(|flag| flag.0 == clock) {
@@ -75,16 +75,16 @@ impl HistogramModel {
     }
 
     /// Nobody took the row that shows before `clock`.
-    pub(super) fn stands_until(&mut self, clock: u64, exercise: &mut Exercise) {
+    pub(super) fn stands_until(&mut self, clock: u64, exercise: &mut Exercised) {
         let stream = &mut self.stream;
         if stream.is_valid && stream.shown_at + 1 < clock && !stream.is_held {
             stream.is_held = true;
-            exercise.results_held += 1;
+            exercise.stalls += 1;
         }
     }
 
     /// The receiver takes a row at the rising edge of `clock`.
-    pub(super) fn take(&mut self, clock: u64, exercise: &mut Exercise) {
+    pub(super) fn take(&mut self, clock: u64, exercise: &mut Exercised) {
         self.stands_until(clock, exercise);
         exercise.results_taken += 1;
         let beat = self.stream.beat;
@@ -103,7 +103,7 @@ impl HistogramModel {
     }
 
     /// A row leaves the single memory: it shows, or is lost if another still waits.
-    pub(super) fn come(&mut self, arrival: Arrival, took: bool, exercise: &mut Exercise) {
+    pub(super) fn come(&mut self, arrival: Arrival, took: bool, exercise: &mut Exercised) {
         let stream = &mut self.stream;
         if arrival.beat == 0 {
             stream.is_cut = false;
@@ -117,7 +117,7 @@ impl HistogramModel {
                 stream.across = vec![stream.beat];
             }
             if !std::mem::replace(&mut stream.is_cut, true) {
-                exercise.groups_lost += 1;
+                exercise.overruns += 1;
                 let place = Place::Last;
                 self.mark(StreamPoint::Lost { place }, exercise);
             }
@@ -151,7 +151,7 @@ impl HistogramModel {
     }
 
     /// The last row of a frame is taken.
-    fn end_reading(&mut self, clock: u64, exercise: &mut Exercise) {
+    fn end_reading(&mut self, clock: u64, exercise: &mut Exercised) {
         let last = self.stream.beat;
         for beat in std::mem::take(&mut self.stream.across) {
             self.mark(StreamPoint::HeldAcross { beat }, exercise);
@@ -168,7 +168,7 @@ impl HistogramModel {
     }
 
     /// The next row, if there is one, comes to the stream at the rising edge of `clock`.
-    pub(super) fn show_next(&mut self, clock: u64, exercise: &mut Exercise) {
+    pub(super) fn show_next(&mut self, clock: u64, exercise: &mut Exercised) {
         let stream = &mut self.stream;
         let Some(row) = stream.waiting.pop_front() else {
             stream.is_valid = false;
@@ -193,7 +193,7 @@ impl HistogramModel {
         mut ended: Ended,
         clock: u64,
         took: bool,
-        exercise: &mut Exercise,
+        exercise: &mut Exercised,
     ) {
         let is_busy = self.stream.is_valid || self.stream.first_shows.is_some();
         self.find_emptied(&mut ended);
@@ -213,7 +213,7 @@ impl HistogramModel {
                 stream.across.push(stream.beat);
             }
             stream.lost_at = Some(clock);
-            exercise.groups_lost += 1;
+            exercise.overruns += 1;
             let place = Place::Last;
             self.mark(StreamPoint::Lost { place }, exercise);
             if let Some(beat) = first_lost_at {

@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub use self::counting::{GroupSigns, SampleSigns};
 use super::canvas::{Canvas, Changes, EveryClock};
 use super::coverage::{CoverTable, ResetPoint, ResetState, Running, ScanPoint};
-use super::exercise::Exercise;
+use super::exercise::Exercised;
 use super::histogram::HistogramModel;
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
@@ -255,7 +255,7 @@ impl Reference {
     }
 
     /// What the outputs have shown in the blocks predicted so far.
-    pub fn exercise(&self) -> &Exercise {
+    pub fn exercise(&self) -> &Exercised {
         &self.stream.exercise
     }
 

@@ -9,7 +9,7 @@ use super::slices::Slices;
 use super::tally::Tally;
 use crate::cosim::error::CosimError;
 use crate::reference::canvas::{Change, Changes};
-use crate::reference::exercise::Exercise;
+use crate::reference::exercise::Exercised;
 use crate::reference::predictor::{Reference, Surroundings};
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::scan::Sample;
@@ -25,7 +25,7 @@ pub(super) struct Expected {
     /// For each detector the hits of each step.
     pub(super) hits: Vec<Vec<u64>>,
     /// What the outputs show in the whole run.
-    pub(super) exercise: Exercise,
+    pub(super) exercise: Exercised,
 }
 
 impl Expected {

@@ -5,15 +5,14 @@
 //! of it any more. So the design is read before anything is optimised, as words by Yosys and as
 //! Verilator elaborates it, and whatever the two may take differently sends it to lock-step.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::path::Path;
-
-use serde::Deserialize;
 
 use super::Refusal;
 use super::synthesis::{
     failed_in_yosys, first_error, script_of_sources, write_sources, yosys_version,
 };
+use super::yosys::{Bit, Cell, Document};
 use crate::cosim::build::elaborated;
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::drivers;
@@ -135,46 +134,8 @@ fn of_directives(sources: &[SourceFile]) -> Vec<String> {
     told.collect()
 }
 
-#[derive(Deserialize)]
-struct Document {
-    modules: HashMap<String, Module>,
-}
-
-#[derive(Deserialize)]
-struct Module {
-    ports: HashMap<String, Port>,
-    cells: HashMap<String, Cell>,
-}
-
-#[derive(Deserialize)]
-struct Port {
-    direction: String,
-    bits: Vec<Bit>,
-}
-
-#[derive(Deserialize)]
-struct Cell {
-    r#type: String,
-    #[serde(default)]
-    parameters: HashMap<String, serde_json::Value>,
-    #[serde(default)]
-    attributes: HashMap<String, serde_json::Value>,
-    port_directions: HashMap<String, String>,
-    connections: HashMap<String, Vec<Bit>>,
-}
-
-/// A net's number, or a constant as text.
-#[derive(Deserialize, PartialEq, Eq, Hash)]
-#[serde(untagged)]
-enum Bit {
-    Net(u32),
-    Constant(String),
-}
-
-impl Bit {
-    fn is_undefined(&self) -> bool {
-        matches!(self, Bit::Constant(value) if value != "0" && value != "1")
-    }
+fn is_undefined(bit: &Bit) -> bool {
+    matches!(bit, Bit::Constant(value) if value != "0" && value != "1")
 }
 
 /// What Yosys's words of a design leave undefined, each with its place.
@@ -201,7 +162,7 @@ fn of_words(json: &str, top: &str) -> Vec<String> {
     }
     let is_open = |bit: &Bit| matches!(bit, Bit::Net(number) if !driven.contains(number));
     let of_bits = |bits: &[Bit]| {
-        let is_undefined = bits.iter().any(Bit::is_undefined);
+        let is_undefined = bits.iter().any(is_undefined);
         let is_open = bits.iter().any(is_open);
         is_undefined.then_some("an x").or(is_open.then_some("a net that nothing drives"))
     };

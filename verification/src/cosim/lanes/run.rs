@@ -14,7 +14,7 @@ use crate::cosim::error::CosimError;
 use crate::cosim::sent::{SentCount, SentReader};
 use crate::reference::blocks::Records;
 use crate::reference::canvas::Change;
-use crate::reference::exercise::Exercise;
+use crate::reference::exercise::Exercised;
 use crate::sensor::layout::Layout;
 use crate::sensor::port::Role;
 
@@ -29,7 +29,7 @@ pub struct LanesOutcome {
     /// words in all registers.
     pub refereed_clocks: u64,
     /// What the outputs have shown.
-    pub exercise: Exercise,
+    pub exercise: Exercised,
     /// What the result stream sent, in order.
     pub sent: Vec<SentCount>,
     /// For each detector the hits of each step, as the reference model counts them.

@@ -65,7 +65,7 @@ fn run(sensor: &Sensor, prepared: &Prepared) -> Result<LanesOutcome, Refusal> {
 }
 
 /// What the RTL sends in lock-step, which has to be a match.
-fn in_lockstep(sensor: &Sensor) -> (Vec<SentCount>, crate::reference::exercise::Exercise) {
+fn in_lockstep(sensor: &Sensor) -> (Vec<SentCount>, crate::reference::exercise::Exercised) {
     let interface = sensor.interface();
     let layout = Layout::of(interface);
     let cache = cache_dir().unwrap();

@@ -38,29 +38,37 @@ const WORDS_TO_GATES: &str = "alumacc; techmap -map +/techmap.v; opt -full; simp
      dfflegalize -cell $_DFF_P_ 01 -cell $_DFFE_PP_ 01 -cell $_SDFF_PP?_ 01 -cell $_SDFFE_PP?P_ 01 \
      -mince 1 -minsrst 1; abc -fast -g AND,OR,XOR,MUX,ANDNOT,ORNOT,XNOR,NAND,NOR; opt_clean";
 
+/// What `write_json` writes.
 #[derive(Deserialize)]
-struct Document {
-    modules: HashMap<String, Module>,
+pub(super) struct Document {
+    pub(super) modules: HashMap<String, Module>,
 }
 
 #[derive(Deserialize)]
-struct Module {
+pub(super) struct Module {
     // Ordered, so that the same Verilog gives the same netlist.
-    ports: BTreeMap<String, Port>,
-    cells: BTreeMap<String, Cell>,
+    pub(super) ports: BTreeMap<String, Port>,
+    pub(super) cells: BTreeMap<String, Cell>,
+    #[serde(default)]
     netnames: BTreeMap<String, NetName>,
 }
 
 #[derive(Deserialize)]
-struct Port {
-    direction: String,
-    bits: Vec<Bit>,
+pub(super) struct Port {
+    pub(super) direction: String,
+    pub(super) bits: Vec<Bit>,
 }
 
 #[derive(Deserialize)]
-struct Cell {
-    r#type: String,
-    connections: HashMap<String, Vec<Bit>>,
+pub(super) struct Cell {
+    pub(super) r#type: String,
+    #[serde(default)]
+    pub(super) parameters: HashMap<String, serde_json::Value>,
+    #[serde(default)]
+    pub(super) attributes: HashMap<String, serde_json::Value>,
+    #[serde(default)]
+    pub(super) port_directions: HashMap<String, String>,
+    pub(super) connections: HashMap<String, Vec<Bit>>,
 }
 
 #[derive(Deserialize)]
@@ -75,7 +83,7 @@ struct NetName {
 /// A net's number, or a constant as text.
 #[derive(Deserialize, Clone, PartialEq, Eq, Hash)]
 #[serde(untagged)]
-enum Bit {
+pub(super) enum Bit {
     Net(u32),
     Constant(String),
 }
