@@ -17,6 +17,7 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
         return Err(Error::new_spanned(&item, "a block's fields have names"));
     };
     let (mut parameters, mut values, mut parts) = (Vec::new(), Vec::new(), Vec::new());
+    let mut inputs = Vec::new();
     for field in &mut fields.named {
         let name = field.ident.clone().expect("named fields");
         let ty = &field.ty.clone();
@@ -32,6 +33,9 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
             values.push(quote!(let #name: #ty = #value;));
         } else {
             let part = words.part(ty)?;
+            if is_input(ty) {
+                inputs.push(name.clone());
+            }
             values.push(quote!(let #name = #part;));
             parts.push(name);
             continue;
@@ -67,6 +71,13 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
         }
 
         #logic
+
+        impl Inputs for #block {
+            fn set(&mut self, port: &str, value: u128) {
+                let _ = (port, value);
+                #(self.#inputs.set_if(stringify!(#inputs), port, value);)*
+            }
+        }
 
         impl Block for #block {
             fn connect_all(&mut self) {}
@@ -313,6 +324,15 @@ fn last_segment(ty: &Type) -> Result<&PathSegment> {
         Type::Path(path) => Ok(path.path.segments.last().expect("a path has segments")),
         other => Err(Error::new_spanned(other, "a part's type is a path")),
     }
+}
+
+/// Whether a part is an input, or some of them.
+fn is_input(ty: &Type) -> bool {
+    last_segment(ty).is_ok_and(|segment| match segment.ident.to_string().as_str() {
+        "Input" => true,
+        "Optional" | "Vec" => argument(segment).is_ok_and(is_input),
+        _ => false,
+    })
 }
 
 /// The type between a type's angle brackets.

@@ -1,11 +1,10 @@
 //! The peak among counts.
 
 use goldtof::rtl::blocks::{CountChoice, CountComparison, CountPiece, PeakDetector};
-use goldtof::rtl::front::Word;
 use goldtof::sensor::peak::PeakPlan;
 
 use super::{CLOCKS, bit, signed};
-use crate::hdl_support::block_testbench::{Case, Ports};
+use crate::hdl_support::block_testbench::Case;
 use crate::hdl_support::stimulus::Noise;
 
 pub fn count_choice(noise: &mut Noise) -> Case {
@@ -24,22 +23,7 @@ pub fn count_choice(noise: &mut Noise) -> Case {
         Some(vec![turn.map_or(0, |turn| input[1 + turn])])
     });
     let expected = expected.collect();
-    Case::clocked(
-        CountChoice::new(10, 3),
-        Ports::new(
-            &[("i_turn", 3), ("i_count_0", 10), ("i_count_1", 10), ("i_count_2", 10)],
-            &[("o_count", 10)],
-        ),
-        inputs,
-        expected,
-        |block, input| {
-            block.i_turn.next = Word::new(input[0], 3);
-            for count in 0..3 {
-                block.i_count[count].next = Word::new(input[1 + count], 10);
-            }
-        },
-        |block| vec![block.o_count.val().value()],
-    )
+    Case::new(CountChoice::new(10, 3), (&["i_turn", "i_count"], &["o_count"]), inputs, expected)
 }
 
 pub fn count_piece(noise: &mut Noise) -> Case {
@@ -52,17 +36,11 @@ pub fn count_piece(noise: &mut Noise) -> Case {
         Some(vec![u128::from(is_greater && clock >= Case::RESET_CLOCKS)])
     });
     let expected = expected.collect();
-    Case::clocked(
+    Case::new(
         CountPiece::new(3),
-        Ports::new(&[("i_count", 3), ("i_other", 3), ("i_below", 1)], &[("o_greater", 1)]),
+        (&["i_count", "i_other", "i_below"], &["o_greater"]),
         inputs,
         expected,
-        |block, input| {
-            block.i_count.next = Word::new(input[0], 3);
-            block.i_other.next = Word::new(input[1], 3);
-            block.i_below.next = input[2] == 1;
-        },
-        |block| vec![u128::from(block.o_greater.val())],
     )
 }
 
@@ -108,16 +86,11 @@ pub fn count_comparison(noise: &mut Noise) -> Case {
         (clock > 10 && age >= 3).then(|| vec![u128::from(is_greater)])
     });
     let expected = expected.collect();
-    Case::clocked(
+    Case::new(
         CountComparison::new(peak_plan(BITS, 3, 1)),
-        Ports::new(&[("i_count", BITS), ("i_other", BITS)], &[("o_greater", 1)]),
+        (&["i_count", "i_other"], &["o_greater"]),
         inputs,
         expected,
-        |block, input| {
-            block.i_count.next = Word::new(input[0], BITS);
-            block.i_other.next = Word::new(input[1], BITS);
-        },
-        |block| vec![u128::from(block.o_greater.val())],
     )
 }
 
@@ -165,30 +138,10 @@ pub fn peak_detector(noise: &mut Noise, parallel: u32) -> Case {
         }
     }
     assert!(peaks.len() > 20, "{} peaks", peaks.len());
-    let names: Vec<String> = match steps {
-        1 => vec!["i_count".to_owned()],
-        _ => (0..steps).map(|step| format!("i_count_{step}")).collect(),
-    };
-    let mut ports = vec![("i_counted", 1), ("i_last", 1)];
-    ports.extend(names.iter().map(|name| (name.as_str(), BITS)));
-    Case::clocked(
+    Case::new(
         PeakDetector::new(plan, 1),
-        Ports::new(&ports, &[("o_step", 5), ("o_count", BITS), ("o_valid", 1)]),
+        (&["i_counted", "i_last", "i_count"], &["o_step", "o_count", "o_valid"]),
         inputs,
         expected,
-        move |block, input| {
-            block.i_counted.next = input[0] == 1;
-            block.i_last.next = input[1] == 1;
-            for step in 0..steps {
-                block.i_count[step].next = Word::new(input[2 + step], BITS);
-            }
-        },
-        |block| {
-            vec![
-                block.o_step.val().value(),
-                block.o_count.val().value(),
-                u128::from(block.o_valid.val()),
-            ]
-        },
     )
 }

@@ -3,12 +3,11 @@
 use goldtof::rtl::blocks::{
     Accumulator, CountClamp, EdgeDetector, HitCounter, QuadCounter, UpdownCorrelator,
 };
-use goldtof::rtl::front::Word;
 use goldtof::scene::Polarity;
 use goldtof::sensor::interface::{CountSegments, TotalCount};
 
 use super::{CLOCKS, bit, signed, wrapped};
-use crate::hdl_support::block_testbench::{Case, Ports};
+use crate::hdl_support::block_testbench::Case;
 use crate::hdl_support::stimulus::Noise;
 
 /// A high sample after a low one is a hit of its pair; its place is that of the
@@ -33,16 +32,11 @@ pub fn edge_detector(noise: &mut Noise) -> Case {
         Some(vec![hits, early])
     });
     let expected = expected.collect();
-    Case::clocked(
+    Case::new(
         EdgeDetector::new(8, Polarity::High),
-        Ports::new(&[("i_samples", 8), ("i_run", 1)], &[("o_hits", 4), ("o_early", 4)]),
+        (&["i_samples", "i_run"], &["o_hits", "o_early"]),
         inputs,
         expected,
-        |block, input| {
-            block.i_samples.next = Word::new(input[0], 8);
-            block.i_run.next = input[1] == 1;
-        },
-        |block| vec![block.o_hits.val().value(), block.o_early.val().value()],
     )
 }
 
@@ -63,17 +57,7 @@ pub fn quad_counter(noise: &mut Noise) -> Case {
         Some(vec![wrapped(sum, 4)])
     });
     let expected = expected.collect();
-    Case::clocked(
-        QuadCounter::new(),
-        Ports::new(&[("i_hit", 4), ("i_down", 4)], &[("o_sum", 4)]),
-        inputs,
-        expected,
-        |block, input| {
-            block.i_hit.next = Word::new(input[0], 4);
-            block.i_down.next = Word::new(input[1], 4);
-        },
-        |block| vec![block.o_sum.val().value()],
-    )
+    Case::new(QuadCounter::new(), (&["i_hit", "i_down"], &["o_sum"]), inputs, expected)
 }
 
 /// What the addends between two dumps come to.
@@ -92,16 +76,11 @@ pub fn accumulator(noise: &mut Noise) -> Case {
         Some(vec![wrapped(count, 9)])
     });
     let expected = expected.collect();
-    Case::clocked(
+    Case::new(
         Accumulator::new(9, 4, false, false),
-        Ports::new(&[("i_addend", 4), ("i_dump", 1)], &[("o_count", 9)]),
+        (&["i_addend", "i_dump"], &["o_count"]),
         inputs,
         expected,
-        |block, input| {
-            block.i_addend.next = Word::new(input[0], 4);
-            block.i_dump.next = input[1] == 1;
-        },
-        |block| vec![block.o_count.val().value()],
     )
 }
 
@@ -146,21 +125,11 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
             *shown = Some(vec![wrapped(count, segments.bits())]);
         }
     }
-    Case::clocked(
+    Case::new(
         UpdownCorrelator::new(8, segments),
-        Ports::new(
-            &[("i_hits", 4), ("i_early", 4), ("i_reference", 8), ("i_dump", 3)],
-            &[("o_count", 11)],
-        ),
+        (&["i_hits", "i_early", "i_reference", "i_dump"], &["o_count"]),
         inputs,
         expected,
-        |block, input| {
-            block.i_hits.next = Word::new(input[0], 4);
-            block.i_early.next = Word::new(input[1], 4);
-            block.i_reference.next = Word::new(input[2], 8);
-            block.i_dump.next = Word::new(input[3], 3);
-        },
-        |block| vec![block.o_count.val().value()],
     )
 }
 
@@ -211,25 +180,12 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
             *shown = Some(outputs);
         }
     }
-    let mut outputs = vec![("o_total", bits)];
-    outputs.extend(saturates.then_some(("o_clamped", 1)));
-    let count = segments.count;
-    Case::clocked(
+    let outputs: &[&str] = if saturates { &["o_total", "o_clamped"] } else { &["o_total"] };
+    Case::new(
         HitCounter::new(lanes as usize, plan, segments),
-        Ports::new(&[("i_hits", pairs), ("i_dump", count)], &outputs),
+        (&["i_hits", "i_dump"], outputs),
         inputs,
         expected,
-        move |block, input| {
-            block.i_hits.next = Word::new(input[0], pairs);
-            block.i_dump.next = Word::new(input[1], count);
-        },
-        move |block| {
-            let mut outputs = vec![block.o_total.val().value()];
-            if saturates {
-                outputs.push(u128::from(block.o_clamped.val()));
-            }
-            outputs
-        },
     )
 }
 
@@ -241,12 +197,5 @@ pub fn count_clamp(noise: &mut Noise) -> Case {
         Some(vec![wrapped(saturated, 7), u128::from(saturated != exact)])
     });
     let expected = expected.collect();
-    Case::combinational(
-        CountClamp::new(12, 7),
-        Ports::new(&[("i_count", 12)], &[("o_count", 7), ("o_clamped", 1)]),
-        inputs,
-        expected,
-        |block, input| block.i_count.next = Word::new(input[0], 12),
-        |block| vec![block.o_count.val().value(), u128::from(block.o_clamped.val())],
-    )
+    Case::new(CountClamp::new(12, 7), (&["i_count"], &["o_count", "o_clamped"]), inputs, expected)
 }

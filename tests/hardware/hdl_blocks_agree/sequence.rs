@@ -1,11 +1,10 @@
 //! What happens when: codes, scans, and a channel that follows both.
 
 use goldtof::rtl::blocks::{CodeSource, DetectorChannel, ScanController, StateMatch};
-use goldtof::rtl::front::Word;
 use goldtof::sensor::interface::Interface;
 
 use super::{CLOCKS, bit, wrapped};
-use crate::hdl_support::block_testbench::{Case, Ports};
+use crate::hdl_support::block_testbench::Case;
 use crate::hdl_support::stimulus::Noise;
 use crate::hdl_support::{Family, code, scene};
 
@@ -35,16 +34,11 @@ pub fn code_sources(noise: &mut Noise) -> Vec<Case> {
             Some(vec![chip, u128::from(position == start)])
         });
         let expected = expected.collect();
-        cases.push(Case::clocked(
+        cases.push(Case::new(
             CodeSource::new(&code, start, true),
-            Ports::new(&[("i_load", 1), ("i_advance", 1)], &[("o_chip", 1), ("o_epoch", 1)]),
+            (&["i_load", "i_advance"], &["o_chip", "o_epoch"]),
             inputs,
             expected,
-            |block, input| {
-                block.i_load.next = input[0] == 1;
-                block.i_advance.next = input[1] == 1;
-            },
-            |block| vec![u128::from(block.o_chip.val()), u128::from(block.o_epoch.val())],
         ));
     }
     cases
@@ -65,17 +59,7 @@ pub fn state_match(noise: &mut Noise) -> Case {
         Some(vec![u128::from(matched)])
     });
     let expected = expected.collect();
-    Case::clocked(
-        StateMatch::new(20),
-        Ports::new(&[("i_state", 20), ("i_wanted", 20)], &[("o_matched", 1)]),
-        inputs,
-        expected,
-        |block, input| {
-            block.i_state.next = Word::new(input[0], 20);
-            block.i_wanted.next = Word::new(input[1], 20);
-        },
-        |block| vec![u128::from(block.o_matched.val())],
-    )
+    Case::new(StateMatch::new(20), (&["i_state", "i_wanted"], &["o_matched"]), inputs, expected)
 }
 
 /// Steps of five chips, three to a scan, which begins with a code period; their
@@ -118,35 +102,18 @@ pub fn scan_controller(noise: &mut Noise) -> Case {
         ]));
     }
     let outputs = [
-        ("o_run", 1),
-        ("o_pre_last_chip", 1),
-        ("o_last_chip", 1),
-        ("o_start", 1),
-        ("o_dump", 2),
-        ("o_pre_counted", 1),
-        ("o_counted", 1),
-        ("o_scan_counted", 1),
+        "o_run",
+        "o_pre_last_chip",
+        "o_last_chip",
+        "o_start",
+        "o_dump",
+        "o_pre_counted",
+        "o_counted",
+        "o_scan_counted",
     ];
-    Case::clocked(
-        // It realigns; four clocks to the dump of two segments, three more to the count.
-        ScanController::new(CHIPS, STEPS, true, 4, 2, 3, true),
-        Ports::new(&[("i_epoch", 1)], &outputs),
-        inputs,
-        expected,
-        |block, input| block.i_epoch.next = input[0] == 1,
-        |block| {
-            vec![
-                u128::from(block.o_run.val()),
-                u128::from(block.o_pre_last_chip.val()),
-                u128::from(block.o_last_chip.val()),
-                u128::from(block.o_start.val()),
-                block.o_dump.val().value(),
-                u128::from(block.o_pre_counted.val()),
-                u128::from(block.o_counted.val()),
-                u128::from(block.o_scan_counted.val()),
-            ]
-        },
-    )
+    // It realigns; four clocks to the dump of two segments, three more to the count.
+    let block = ScanController::new(CHIPS, STEPS, true, 4, 2, 3, true);
+    Case::new(block, (&["i_epoch"], &outputs), inputs, expected)
 }
 
 /// Six steps at once in two banks: hits with the sign of the reference, delayed
@@ -206,31 +173,7 @@ pub fn detector_channel(noise: &mut Noise) -> Case {
             *shown = Some(counts.clone());
         }
     }
-    let names: Vec<String> = (0..6).map(|step| format!("o_count_{step}")).collect();
-    let outputs: Vec<(&str, u32)> =
-        names.iter().map(|name| (name.as_str(), interface.count_bits())).collect();
-    let inputs_of_block = [
-        ("i_samples", 4),
-        ("i_run", 1),
-        ("i_pre_last_chip", 1),
-        ("i_last_chip", 1),
-        ("i_start", 1),
-        ("i_dump", 1),
-    ];
-    let ports = Ports::new(&inputs_of_block, &outputs);
-    Case::clocked(
-        DetectorChannel::new(interface, correlator, code),
-        ports,
-        inputs.clone(),
-        expected,
-        |block, input| {
-            block.i_samples.next = Word::new(input[0], 4);
-            block.i_run.next = input[1] == 1;
-            block.i_pre_last_chip.next = input[2] == 1;
-            block.i_last_chip.next = input[3] == 1;
-            block.i_start.next = input[4] == 1;
-            block.i_dump.next = Word::new(input[5], 1);
-        },
-        |block| (0..6).map(|step| block.o_count[step].val().value()).collect(),
-    )
+    let ports = ["i_samples", "i_run", "i_pre_last_chip", "i_last_chip", "i_start", "i_dump"];
+    let block = DetectorChannel::new(interface, correlator, code);
+    Case::new(block, (&ports, &["o_count"]), inputs, expected)
 }

@@ -3,11 +3,10 @@
 use std::collections::VecDeque;
 
 use goldtof::rtl::blocks::ResultStream;
-use goldtof::rtl::front::Word;
 use goldtof::sensor::interface::TotalCount;
 
 use super::{CLOCKS, signed, wrapped};
-use crate::hdl_support::block_testbench::{Case, Ports};
+use crate::hdl_support::block_testbench::Case;
 use crate::hdl_support::stimulus::Noise;
 
 /// A queue of results: a group is taken in whole when nothing else waits, one
@@ -23,7 +22,6 @@ pub fn result_stream(
     const BITS: u32 = 6;
     const TOTAL_BITS: u32 = 5;
     let totals = if has_totals { detectors as usize } else { 0 };
-    let data_bits = if has_totals { 16 } else { 8 };
     let counts = (detectors * steps) as usize;
     let mut wait = 10;
     let mut hurry = 1;
@@ -89,58 +87,15 @@ pub fn result_stream(
         input.insert(0, u128::from(early));
     }
     expected.truncate(CLOCKS);
-    // A vector of one port has no number.
-    let numbered = |name: &str, number: usize, of: usize| match of {
-        1 => name.to_owned(),
-        _ => format!("{name}_{number}"),
-    };
-    let names: Vec<String> = (0..counts).map(|count| numbered("i_count", count, counts)).collect();
-    let mut ports = match several {
-        true => vec![("i_pre_counted", 1)],
-        false => Vec::new(),
-    };
-    ports.extend([("i_counted", 1), ("i_last", 1), ("i_ready", 1)]);
-    let total_names: Vec<String> =
-        (0..totals).map(|total| numbered("i_total", total, totals)).collect();
-    ports.extend(names.iter().map(|name| (name.as_str(), BITS)));
-    ports.extend(total_names.iter().map(|name| (name.as_str(), TOTAL_BITS)));
+    let mut ports = vec!["i_counted", "i_last", "i_ready", "i_count"];
+    ports.extend(has_totals.then_some("i_total"));
+    if several {
+        ports.insert(0, "i_pre_counted");
+    }
     let total =
         has_totals.then_some(TotalCount { exact_bits: TOTAL_BITS, bits: TOTAL_BITS, first_bit: 8 });
     let (detectors, steps, last_steps) = (detectors as usize, steps as usize, last_steps as usize);
-    Case::clocked(
-        ResultStream::new(BITS, false, total, detectors, steps, last_steps, false),
-        Ports::new(
-            &ports,
-            &[("o_data", data_bits), ("o_valid", 1), ("o_last", 1), ("o_overrun", 1)],
-        ),
-        inputs,
-        expected,
-        move |block, input| {
-            let input = match input {
-                [early, rest @ ..] if several => {
-                    block.i_pre_counted.next = *early == 1;
-                    rest
-                }
-                whole => whole,
-            };
-            block.i_counted.next = input[0] == 1;
-            block.i_last.next = input[1] == 1;
-            block.i_ready.next = input[2] == 1;
-            for count in 0..counts {
-                block.i_count[count].next = Word::new(input[3 + count], BITS);
-            }
-            for total in 0..totals {
-                let value = Word::new(input[3 + counts + total], TOTAL_BITS);
-                block.i_total[total].next = value;
-            }
-        },
-        |block| {
-            vec![
-                block.o_data.val().value(),
-                u128::from(block.o_valid.val()),
-                u128::from(block.o_last.val()),
-                u128::from(block.o_overrun.val()),
-            ]
-        },
-    )
+    let block = ResultStream::new(BITS, false, total, detectors, steps, last_steps, false);
+    let outputs = ["o_data", "o_valid", "o_last", "o_overrun"];
+    Case::new(block, (&ports, &outputs), inputs, expected)
 }

@@ -4,32 +4,59 @@ use std::fmt::Write as _;
 use std::fs;
 
 use goldtof::rtl::back::{ModuleText, Prefix, verilog_of};
-use goldtof::rtl::front::tick;
+use goldtof::rtl::front::{Inputs, tick};
+use rust_hdl_core::atom::Atom;
 use rust_hdl_core::block::Block;
+use rust_hdl_core::probe::Probe;
 use rust_hdl_core::simulate::simulate;
 
 use super::run;
 
-/// Names and widths of a block's ports besides clock and reset.
-pub struct Ports {
-    inputs: Vec<(String, u32)>,
-    outputs: Vec<(String, u32)>,
+/// Names, widths and values of a block's ports.
+#[derive(Default)]
+struct Ports {
+    depth: u32,
+    all: Vec<(String, u32, u128)>,
 }
 
-impl Ports {
-    pub fn new(inputs: &[(&str, u32)], outputs: &[(&str, u32)]) -> Ports {
-        let owned = |ports: &[(&str, u32)]| {
-            let port = |&(name, width): &(&str, u32)| (name.to_owned(), width);
-            ports.iter().map(port).collect()
-        };
-        Ports { inputs: owned(inputs), outputs: owned(outputs) }
+impl Probe for Ports {
+    fn visit_start_scope(&mut self, _name: &str, _node: &dyn Block) {
+        self.depth += 1;
     }
+
+    fn visit_atom(&mut self, name: &str, atom: &dyn Atom) {
+        if self.depth == 1 {
+            let number = format!("{:x}", atom.verilog());
+            let (_, digits) = number.split_once("'h").expect("it is a number");
+            let value = u128::from_str_radix(digits, 16).expect("it is one of a word");
+            self.all.push((name.to_owned(), atom.bits() as u32, value));
+        }
+    }
+
+    fn visit_end_scope(&mut self, _name: &str, _node: &dyn Block) {
+        self.depth -= 1;
+    }
+}
+
+/// Those of the ports `names`, in that order; a vector's are one after another.
+fn ports_of(block: &dyn Block, names: &[&str]) -> Vec<(String, u32, u128)> {
+    let mut ports = Ports::default();
+    block.accept("block", &mut ports);
+    let named = |name: &str| {
+        let is_one = |port: &str| port.split('$').next() == Some(name);
+        let found: Vec<_> = ports.all.iter().filter(|(port, _, _)| is_one(port)).cloned().collect();
+        assert!(!found.is_empty(), "the block has no port {name}");
+        found
+    };
+    names.iter().flat_map(|name| named(name)).collect()
 }
 
 /// A block, its inputs, and its outputs after every clock.
 pub struct Case {
     modules: Vec<ModuleText>,
-    ports: Ports,
+    /// Names and widths.
+    in_ports: Vec<(String, u32)>,
+    out_ports: Vec<(String, u32)>,
     is_clocked: bool,
     inputs: Vec<Vec<u128>>,
     /// What the rust-hdl simulation gives.
@@ -42,44 +69,39 @@ impl Case {
     /// Clocks of reset at the start.
     pub const RESET_CLOCKS: usize = 2;
 
-    /// A block with a clock. `set` sets its inputs, and `get` reads its outputs, in the order of
-    /// `ports`.
-    pub fn clocked<B: Block>(
+    /// A block, whose inputs of these names are set and whose outputs are read, in their order; a
+    /// vector's are as many.
+    pub fn new<B: Block + Inputs>(
         mut block: B,
-        ports: Ports,
+        (in_names, out_names): (&[&str], &[&str]),
         inputs: Vec<Vec<u128>>,
         expected: Vec<Option<Vec<u128>>>,
-        set: impl Fn(&mut B, &[u128]),
-        get: impl Fn(&B) -> Vec<u128>,
     ) -> Case {
         let modules = verilog_of(&block, &Prefix::default(), "a test").expect("the block is sound");
+        let is_clocked = modules.last().is_some_and(|module| module.text.contains("i_clk"));
+        let ports = |names| {
+            let ports = ports_of(&block, names).into_iter();
+            ports.map(|(name, width, _)| (name, width)).collect::<Vec<_>>()
+        };
+        let (in_ports, out_ports) = (ports(in_names), ports(out_names));
         let simulated = inputs
             .iter()
             .enumerate()
             .map(|(number, input)| {
-                set(&mut block, input);
+                assert_eq!(input.len(), in_ports.len());
+                for ((name, _), value) in in_ports.iter().zip(input) {
+                    block.set(name, *value);
+                }
                 let settle = |block: &mut B| {
                     assert!(simulate(block, 50), "the block does not settle");
                 };
                 settle(&mut block);
                 tick(&mut block, number < Self::RESET_CLOCKS);
                 settle(&mut block);
-                get(&block)
+                ports_of(&block, out_names).into_iter().map(|(_, _, value)| value).collect()
             })
             .collect();
-        Case { modules, ports, is_clocked: true, inputs, simulated, expected }
-    }
-
-    /// A block without a clock.
-    pub fn combinational<B: Block>(
-        block: B,
-        ports: Ports,
-        inputs: Vec<Vec<u128>>,
-        expected: Vec<Option<Vec<u128>>>,
-        set: impl Fn(&mut B, &[u128]),
-        get: impl Fn(&B) -> Vec<u128>,
-    ) -> Case {
-        Case { is_clocked: false, ..Case::clocked(block, ports, inputs, expected, set, get) }
+        Case { modules, in_ports, out_ports, is_clocked, inputs, simulated, expected }
     }
 
     /// Name of the block's module.
@@ -102,7 +124,7 @@ impl Case {
     }
 
     fn input_bits(&self) -> u32 {
-        1 + self.ports.inputs.iter().map(|(_, width)| width).sum::<u32>()
+        1 + self.in_ports.iter().map(|(_, width)| width).sum::<u32>()
     }
 
     /// The block's modules, with names that no other case has.
@@ -134,7 +156,7 @@ impl Case {
     fn in_testbench(&self, number: usize) -> String {
         let mut testbench = String::new();
         let input_bits = self.input_bits();
-        let output_bits: u32 = self.ports.outputs.iter().map(|(_, width)| width).sum();
+        let output_bits: u32 = self.out_ports.iter().map(|(_, width)| width).sum();
         let last = self.inputs.len() - 1;
         let mut pins = Vec::new();
         if self.is_clocked {
@@ -142,12 +164,12 @@ impl Case {
             pins.push(format!(".i_rst(now_{number}[0])"));
         }
         let mut at = 1;
-        for (name, width) in vectors(&self.ports.inputs) {
+        for (name, width) in vectors(&self.in_ports) {
             pins.push(format!(".{name}(now_{number}[{}:{at}])", at + width - 1));
             at += width;
         }
         let mut at = 0;
-        for (name, width) in vectors(&self.ports.outputs) {
+        for (name, width) in vectors(&self.out_ports) {
             pins.push(format!(".{name}(out_{number}[{}:{at}])", at + width - 1));
             at += width;
         }
@@ -171,7 +193,7 @@ impl Case {
         for (clock, input) in self.inputs.iter().enumerate() {
             let mut word = u128::from(clock < Self::RESET_CLOCKS);
             let mut at = 1;
-            for (value, (_, width)) in input.iter().zip(&self.ports.inputs) {
+            for (value, (_, width)) in input.iter().zip(&self.in_ports) {
                 word |= value << at;
                 at += width;
             }
@@ -181,7 +203,7 @@ impl Case {
     }
 
     fn outputs_of(&self, mut word: u128) -> Vec<u128> {
-        let values = self.ports.outputs.iter().map(|(_, width)| {
+        let values = self.out_ports.iter().map(|(_, width)| {
             let value = word & (u128::MAX >> (128 - width));
             word >>= width;
             value
@@ -190,25 +212,13 @@ impl Case {
     }
 }
 
-/// Ports as the Verilog has them: `name_0`, `name_1` and so on are one.
-fn vectors(ports: &[(String, u32)]) -> Vec<(String, u32)> {
-    let mut out: Vec<(String, u32)> = Vec::new();
-    let mut next = 0;
-    for (name, width) in ports {
-        let (base, place) = match name.rsplit_once('_') {
-            Some((base, place)) if place.parse::<usize>().is_ok() => (base, place.parse().ok()),
-            _ => (name.as_str(), None),
-        };
-        match out.last_mut() {
-            Some((last, bits)) if last == base && place == Some(next) => *bits += width,
-            _ => {
-                next = 0;
-                out.push((base.to_owned(), *width));
-            }
-        }
-        next += 1;
+/// Ports as the Verilog has them: a vector's are one.
+fn vectors(ports: &[(String, u32)]) -> impl Iterator<Item = (&str, u32)> {
+    fn base((name, _): &(String, u32)) -> &str {
+        name.split_once('$').map_or(name, |(base, _)| base)
     }
-    out
+    let vectors = ports.chunk_by(|a, b| base(a) == base(b));
+    vectors.map(|vector| (base(&vector[0]), vector.iter().map(|(_, width)| width).sum()))
 }
 
 /// Outputs of every case after every clock, from one Verilator model of all.

@@ -35,7 +35,7 @@ pub use clock::tick;
 pub use inline::BitTable;
 pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
 pub use memory::Memory;
-pub use net::{Constant, Input, Local, Net, Output, Value};
+pub use net::{Constant, Input, InputPort, Inputs, Local, Net, Output, Value};
 pub use optional::Optional;
 pub use register::Register;
 pub use word::{SignedWord, Word, bit_cast, gather, signed_cast};
@@ -48,7 +48,7 @@ pub mod prelude {
     pub use rust_hdl_core::{ast, probe};
 
     pub use super::{
-        About, BitTable, Constant, Input, Local, Memory, Optional, Output, Register, StateCheck,
-        Word, bit_cast, gather, signed_cast, tree,
+        About, BitTable, Constant, Input, InputPort, Inputs, Local, Memory, Optional, Output,
+        Register, StateCheck, Word, bit_cast, gather, signed_cast, tree,
     };
 }

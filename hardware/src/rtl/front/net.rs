@@ -20,8 +20,8 @@ use super::word::Word;
 pub trait Value: Copy + PartialEq + std::fmt::Debug {
     /// The value in `width` bits.
     fn fit(self, width: u32) -> Self;
-    /// Zero in `width` bits.
-    fn zero(width: u32) -> Self;
+    /// A number in `width` bits.
+    fn of(number: u128, width: u32) -> Self;
     /// The bits as a number.
     fn number(self) -> u128;
 }
@@ -30,8 +30,8 @@ impl Value for bool {
     fn fit(self, _width: u32) -> bool {
         self
     }
-    fn zero(_width: u32) -> bool {
-        false
+    fn of(number: u128, _width: u32) -> bool {
+        number & 1 == 1
     }
     fn number(self) -> u128 {
         u128::from(self)
@@ -42,8 +42,8 @@ impl Value for Word {
     fn fit(self, width: u32) -> Word {
         Word::new(self.value(), width)
     }
-    fn zero(width: u32) -> Word {
-        Word::new(0, width)
+    fn of(number: u128, width: u32) -> Word {
+        Word::new(number, width)
     }
     fn number(self) -> u128 {
         self.value()
@@ -86,8 +86,8 @@ impl Direction for Fixed {
 impl<D: Direction, V: Value> Net<D, V> {
     fn with_width(width: u32, about: impl Into<String>) -> Self {
         Net {
-            next: V::zero(width),
-            val: V::zero(width),
+            next: V::of(0, width),
+            val: V::of(0, width),
             changed: false,
             width,
             about: about.into(),
@@ -162,6 +162,34 @@ impl<V: Value> Net<direction::Local, V> {
     /// The value driven so far.
     pub fn val(&self) -> V {
         self.next.fit(self.width)
+    }
+}
+
+/// A block's inputs by name, for testbenches; `name$0`, `name$1` and so on are those of a vector.
+pub trait Inputs {
+    /// Sets the input of that name, if there is one.
+    fn set(&mut self, port: &str, value: u128);
+}
+
+/// One input, or several, under a field's name.
+pub trait InputPort {
+    /// Sets it if `port` is its name.
+    fn set_if(&mut self, name: &str, port: &str, value: u128);
+}
+
+impl<V: Value> InputPort for Input<V> {
+    fn set_if(&mut self, name: &str, port: &str, value: u128) {
+        if name == port {
+            self.next = V::of(value, self.width);
+        }
+    }
+}
+
+impl<P: InputPort> InputPort for Vec<P> {
+    fn set_if(&mut self, name: &str, port: &str, value: u128) {
+        for (place, one) in self.iter_mut().enumerate() {
+            one.set_if(&format!("{name}${place}"), port, value);
+        }
     }
 }
 

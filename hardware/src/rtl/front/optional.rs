@@ -6,6 +6,8 @@ use rust_hdl_core::block::Block;
 use rust_hdl_core::logic::Logic;
 use rust_hdl_core::probe::Probe;
 
+use super::net::InputPort;
+
 /// A part that may be left out, used inside `if self.part.is_present()`.
 #[derive(Debug, Clone)]
 pub struct Optional<B>(Option<B>);
@@ -35,6 +37,14 @@ impl<B> Deref for Optional<B> {
 impl<B> DerefMut for Optional<B> {
     fn deref_mut(&mut self) -> &mut B {
         self.0.as_mut().expect(ABSENT)
+    }
+}
+
+impl<P: InputPort> InputPort for Optional<P> {
+    fn set_if(&mut self, name: &str, port: &str, value: u128) {
+        if let Some(part) = &mut self.0 {
+            part.set_if(name, port, value);
+        }
     }
 }
 

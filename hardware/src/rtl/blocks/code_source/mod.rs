@@ -93,6 +93,12 @@ impl DerefMut for CodeSource {
     }
 }
 
+impl Inputs for CodeSource {
+    fn set(&mut self, port: &str, value: u128) {
+        CodePorts::set(self, port, value);
+    }
+}
+
 impl Logic for CodeSource {
     fn update(&mut self) {
         self.block_mut().update();
