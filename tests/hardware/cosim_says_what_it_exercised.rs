@@ -15,19 +15,14 @@ use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
 use goldtof::sensor::port::Role;
 
+use crate::hdl_support::goldtof_json;
+
 const QUICK: &str = "scenes/quick.toml";
 const DARK: &str = "tests/scenes/dark.toml";
 
 /// Runs goldtof: exit status and JSON.
 fn goldtof(arguments: &[&str]) -> (Option<i32>, Value) {
-    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .args(["--json", "--quiet"])
-        .args(arguments)
-        .output()
-        .unwrap();
-    let json = serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)));
-    (output.status.code(), json)
+    goldtof_json(&[&["--json", "--quiet"], arguments].concat())
 }
 
 /// The Verilog of a scene, whose edge detector never sees a hit.

@@ -1,22 +1,15 @@
 //! `goldtof grade`: a stimulus that leaves an input alone scores less, and says so.
 
 use std::fs;
-use std::process::Command;
 
 use serde_json::Value;
 
-/// Runs goldtof: exit status and JSON.
+use crate::hdl_support::{goldtof, goldtof_json};
+
+/// Grades a stimulus of the quick scene: exit status and JSON.
 fn grade(arguments: &[&str]) -> (Option<i32>, Value) {
-    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .args(["grade", "scenes/quick.toml", "--json", "--quiet"])
-        .args(["--mutants", "0", "--at-least", "99%"])
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap();
-    let json = serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)));
-    (output.status.code(), json)
+    let all = ["grade", "scenes/quick.toml", "--json", "--quiet"];
+    goldtof_json(&[&all[..], &["--mutants", "0", "--at-least", "99%"], arguments].concat())
 }
 
 fn number(faults: &Value, name: &str) -> u64 {
@@ -73,12 +66,9 @@ fn a_run_with_a_grade_has_it_in_its_document_and_its_report() {
     assert_eq!(status, Some(0));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let run = |scene: &str| {
-        Command::new(env!("CARGO_BIN_EXE_goldtof"))
-            .args(["run", scene, "--grade", "--json", "--quiet", "--out"])
-            .arg(folder.path().join(scene))
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .output()
-            .expect("goldtof runs")
+        let out = folder.path().join(scene);
+        let out = out.to_str().expect("a path of text");
+        goldtof(&["run", scene, "--grade", "--json", "--quiet", "--out", out])
     };
     let output = run("scenes/quick.toml");
     assert!(output.status.success(), "{output:?}");
@@ -105,14 +95,10 @@ fn a_run_with_a_grade_has_it_in_its_document_and_its_report() {
 #[test]
 fn a_small_histogram_is_graded_with_its_memory() {
     let scene = "tests/scenes/histogram-one-memory.toml";
-    let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
-        .args(["grade", scene, "--json", "--quiet", "--mutants", "20"])
-        .args(["--proof-time", "1", "--proof-budget", "4"])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("goldtof runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let grade: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let all = ["grade", scene, "--json", "--quiet", "--mutants", "20"];
+    let (status, grade) =
+        goldtof_json(&[&all[..], &["--proof-time", "1", "--proof-budget", "4"]].concat());
+    assert_eq!(status, Some(0), "{grade}");
     let faults = &grade["faults"];
     assert!(number(faults, "caught") * 100 >= 99 * number(faults, "total"), "{}", faults["caught"]);
     let names = faults["list"].as_array().expect("a list");
@@ -127,15 +113,9 @@ fn shards_of_a_grade_are_joined_to_the_grade_of_one_run() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     let goldtof = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_goldtof"))
-            .args(arguments)
-            .args(["--json", "--quiet"])
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .output()
-            .unwrap();
-        let mut json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let (status, mut json) = goldtof_json(&[arguments, &["--json", "--quiet"]].concat());
         json.as_object_mut().unwrap().remove("command");
-        (output.status.code(), json)
+        (status, json)
     };
     // What these clocks leave open is equivalent, which takes a moment, or nothing that
     // is decided in 20 s; `--proof-time` is far from both.

@@ -3,9 +3,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use serde_json::Value;
+
+use crate::hdl_support::goldtof;
 
 const QUICK: &str = "scenes/quick.toml";
 
@@ -37,10 +39,6 @@ const LASERS: [(&str, Option<&str>); 6] = [
     // A latch that is closed when the clock is low: it stands.
     ("reg held; always @* if (i_clk) held = laser_r; assign o_laser = held;", None),
 ];
-
-fn goldtof(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_goldtof")).args(arguments).output().unwrap()
-}
 
 fn emitted(folder: &Path) -> String {
     let out = folder.to_str().unwrap();

@@ -3,17 +3,15 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 use serde_json::Value;
+
+use crate::hdl_support::goldtof;
 
 const QUICK: &str = "scenes/quick.toml";
 const EXAMPLE: &str = "examples/own-rtl";
 const OWN_LATENCY: u64 = 10;
-
-fn goldtof(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_goldtof")).args(arguments).output().unwrap()
-}
 
 /// `goldtof cosim` of the quick scene: exit status, JSON, stderr.
 fn cosim(arguments: &[&str]) -> (Option<i32>, Value, String) {

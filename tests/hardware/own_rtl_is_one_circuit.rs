@@ -3,17 +3,14 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
+
+use crate::hdl_support::goldtof;
 
 const QUICK: &str = "scenes/quick.toml";
 /// Its clocks of reset.
 const RESET: u64 = 4;
-
-fn goldtof(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_goldtof")).args(arguments).output().unwrap()
-}
 
 /// Hostile inputs of the emitted sensor with some lines before its first wire and another laser:
 /// exit status, report, stderr.

@@ -169,10 +169,7 @@ impl ResultStream {
         layout: &Layout,
         table: Arc<CoverTable>,
     ) -> ResultStream {
-        let place = |name| {
-            let field = layout.outputs.field(name);
-            (field.word, field.shift)
-        };
+        let place = |role| layout.outputs.place(role);
         let data = layout.outputs.field(Role::Data);
         let total = interface.total().map(|total| {
             let bit = data.shift + total.first_bit;

@@ -104,6 +104,15 @@ impl Record {
         field.unwrap_or_else(|| panic!("the interface has no port {}", role.name()))
     }
 
+    /// Word and shift of a port's lowest bit.
+    ///
+    /// # Panics
+    /// As [`Record::field`].
+    pub fn place(&self, role: Role) -> (usize, u32) {
+        let field = self.field(role);
+        (field.word, field.shift)
+    }
+
     /// Bits of the ports before this one, where all ports' bits follow one another.
     pub fn bits_before(&self, role: Role) -> usize {
         let before = self.fields.iter().take_while(|field| field.port.role != role);

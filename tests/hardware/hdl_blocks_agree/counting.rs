@@ -1,5 +1,7 @@
 //! From samples to counts.
 
+use std::ops::Range;
+
 use goldtof::rtl::blocks::{
     Accumulator, CountClamp, EdgeDetector, HitCounter, QuadCounter, UpdownCorrelator,
 };
@@ -84,22 +86,59 @@ pub fn accumulator(noise: &mut Noise) -> Case {
     )
 }
 
+/// When the phase steps of a total in segments end.
+struct Dumps {
+    ends: Vec<usize>,
+    segments: CountSegments,
+}
+
+impl Dumps {
+    fn at_random(noise: &mut Noise, segments: CountSegments) -> Dumps {
+        let mut ends = vec![20];
+        while ends[ends.len() - 1] < CLOCKS {
+            ends.push(ends[ends.len() - 1] + 6 + noise.below(60) as usize);
+        }
+        ends.pop();
+        Dumps { ends, segments }
+    }
+
+    /// What the segments are told at a clock, each a clock behind the one below it.
+    fn word(&self, clock: usize) -> u128 {
+        let ends = |s: u32| clock.checked_sub(s as usize).is_some_and(|c| self.ends.contains(&c));
+        (0..self.segments.count).filter(|&s| ends(s)).fold(0, |word, s| word | 1 << s)
+    }
+
+    /// What `of` makes of each step's words, while it is complete and not yet the next step's; a
+    /// word is in the total after some clocks.
+    fn shown(
+        &self,
+        to_total: usize,
+        of: impl Fn(Range<usize>) -> Vec<u128>,
+    ) -> Vec<Option<Vec<u128>>> {
+        let mut shown = vec![None; CLOCKS];
+        let mut from = Case::RESET_CLOCKS;
+        for (number, &end) in self.ends.iter().enumerate() {
+            let until = end - to_total + 1;
+            let next = self.ends.get(number + 1).copied().unwrap_or(CLOCKS);
+            let complete = end + self.segments.clocks() as usize - 1;
+            let outputs = of(from..until);
+            shown.iter_mut().take(next).skip(complete).for_each(|s| *s = Some(outputs.clone()));
+            from = until;
+        }
+        shown
+    }
+}
+
 /// Counts of phase steps of random lengths, with a total in three segments: a
 /// word is in the total after four clocks.
 pub fn updown_correlator(noise: &mut Noise) -> Case {
     const TO_TOTAL: usize = 4;
     let segments = CountSegments { count: 3, lower_bits: 4, top_bits: 3 };
-    let mut dumps = vec![false; CLOCKS];
-    let mut clock = 20;
-    while clock < CLOCKS {
-        dumps[clock] = true;
-        clock += 6 + noise.below(60) as usize;
-    }
+    let dumps = Dumps::at_random(noise, segments);
     let mut clock = 0;
     let inputs = noise.words(CLOCKS, |noise| {
         let hits = u128::from(noise.below(16));
-        let dump = (0..3).filter(|&s| clock >= s && dumps[clock - s]);
-        let dump = dump.fold(0, |dump, s| dump | 1 << s);
+        let dump = dumps.word(clock);
         clock += 1;
         vec![hits, u128::from(noise.below(16)), u128::from(noise.below(256)), dump]
     });
@@ -112,19 +151,10 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
             })
             .sum()
     };
-    let mut expected = vec![None; CLOCKS];
-    let mut from = Case::RESET_CLOCKS;
-    let ends: Vec<usize> = (0..CLOCKS).filter(|&clock| dumps[clock]).collect();
-    for (number, &end) in ends.iter().enumerate() {
-        let until = end - TO_TOTAL + 1;
-        let count: i128 = inputs[from..until].iter().map(of_word).sum();
-        from = until;
-        let next = ends.get(number + 1).copied().unwrap_or(CLOCKS);
-        let complete = end + segments.clocks() as usize - 1;
-        for shown in expected.iter_mut().take(next).skip(complete) {
-            *shown = Some(vec![wrapped(count, segments.bits())]);
-        }
-    }
+    let expected = dumps.shown(TO_TOTAL, |words| {
+        let count: i128 = inputs[words].iter().map(of_word).sum();
+        vec![wrapped(count, segments.bits())]
+    });
     Case::new(
         UpdownCorrelator::new(8, segments),
         (&["i_hits", "i_early", "i_reference", "i_dump"], &["o_count"]),
@@ -141,17 +171,10 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
     let to_total = 2 + pairs.ilog2() as usize;
     let exact_bits = segments.bits() - 1;
     let plan = TotalCount { exact_bits, bits, first_bit: 8 };
-    let mut dumps = vec![false; CLOCKS];
-    let mut clock = 20;
-    while clock < CLOCKS {
-        dumps[clock] = true;
-        clock += 6 + noise.below(60) as usize;
-    }
+    let dumps = Dumps::at_random(noise, segments);
     let mut clock = 0;
     let inputs = noise.words(CLOCKS, |noise| {
-        let dump =
-            (0..segments.count).filter(|&s| clock >= s as usize && dumps[clock - s as usize]);
-        let dump = dump.fold(0, |dump, s| dump | 1 << s);
+        let dump = dumps.word(clock);
         clock += 1;
         // Long stretches without a pause reach the most that there can be.
         let hits = match clock / 500 % 2 {
@@ -160,26 +183,16 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
         };
         vec![u128::from(hits), dump]
     });
-    let mut expected = vec![None; CLOCKS];
-    let mut from = Case::RESET_CLOCKS;
-    let ends: Vec<usize> = (0..CLOCKS).filter(|&clock| dumps[clock]).collect();
     let saturates = bits < exact_bits;
-    for (number, &end) in ends.iter().enumerate() {
-        let until = end - to_total + 1;
-        let words = inputs[from..until].iter();
-        let total: u32 = words.map(|input| input[0].count_ones()).sum();
+    let expected = dumps.shown(to_total, |words| {
+        let total: u32 = inputs[words].iter().map(|input| input[0].count_ones()).sum();
         let most = (1 << bits) - 1;
         // What the counter is not wide enough for, an interface never sends it.
         let total = u128::from(total) % (1 << exact_bits);
-        from = until;
-        let next = ends.get(number + 1).copied().unwrap_or(CLOCKS);
-        let complete = end + segments.clocks() as usize - 1;
-        for shown in expected.iter_mut().take(next).skip(complete) {
-            let mut outputs = vec![total.min(most)];
-            outputs.extend(saturates.then_some(u128::from(total > most)));
-            *shown = Some(outputs);
-        }
-    }
+        let mut outputs = vec![total.min(most)];
+        outputs.extend(saturates.then_some(u128::from(total > most)));
+        outputs
+    });
     let outputs: &[&str] = if saturates { &["o_total", "o_clamped"] } else { &["o_total"] };
     Case::new(
         HitCounter::new(lanes as usize, plan, segments),

@@ -8,7 +8,7 @@ pub mod naive_sensor;
 pub mod stimulus;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 use std::sync::Arc;
 
 use goldtof::code::{Code, Generator, Lfsr};
@@ -184,6 +184,23 @@ pub fn models() -> PathBuf {
 /// What Verilator's makefiles are told where a model runs for moments: optimising it takes
 /// three times as long as all else.
 pub const PLAIN_MAKE: &str = "OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O0";
+
+/// Runs goldtof in the package's folder.
+pub fn goldtof(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_goldtof"))
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("the program is there")
+}
+
+/// Runs goldtof: exit status and the JSON that it printed.
+pub fn goldtof_json(arguments: &[&str]) -> (Option<i32>, serde_json::Value) {
+    let output = goldtof(arguments);
+    let json = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)));
+    (output.status.code(), json)
+}
 
 /// Runs a tool and returns what it said; panics with it if it failed.
 pub fn run(folder: &Path, tool: &str, arguments: &[&str]) -> String {

@@ -77,10 +77,7 @@ impl HistogramModel {
         table: Arc<CoverTable>,
     ) -> Option<HistogramModel> {
         let plan = interface.histogram()?;
-        let place = |name| {
-            let field = layout.outputs.field(name);
-            (field.word, field.shift)
-        };
+        let place = |role| layout.outputs.place(role);
         let detectors = interface.reference_codes.len();
         let codes = interface.reference_codes.iter();
         let points = DetectorIndex::first(detectors);

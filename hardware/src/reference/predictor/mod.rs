@@ -191,10 +191,7 @@ impl Reference {
             return Err(ReferenceError::CodeLengths(lengths.collect()));
         }
         let layout = Layout::of(&interface);
-        let place = |name| {
-            let field = layout.outputs.field(name);
-            (field.word, field.shift)
-        };
+        let place = |role| layout.outputs.place(role);
         let table = CoverTable::of(&interface);
         Ok(Reference {
             signs: interface

@@ -332,16 +332,11 @@ impl Logic for DetectorChannel {
         for p in 0..self.clamp.len() {
             self.clamp[p].i_count.next = self.exact[p].val();
             self.o_count[p].next = self.clamp[p].o_count.val();
-        }
-        if self.total_saturates {
-            self.o_clamped[0].next = self.clamp[0].o_clamped.val() | self.total[0].o_clamped.val();
-            for p in 1..self.clamp.len() {
-                self.o_clamped[p].next = self.clamp[p].o_clamped.val();
-            }
-        } else {
-            for p in 0..self.clamp.len() {
-                self.o_clamped[p].next = self.clamp[p].o_clamped.val();
-            }
+            self.o_clamped[p].next = if self.total_saturates && p == 0 {
+                self.clamp[p].o_clamped.val() | self.total[0].o_clamped.val()
+            } else {
+                self.clamp[p].o_clamped.val()
+            };
         }
         for p in self.clamp.len()..self.o_count.len() {
             self.o_count[p].next = self.exact[p].val();
