@@ -60,11 +60,11 @@ pub struct ChipHistory {
     chips: Register<Word>,
     /// chips that the reference went back by, the next one on top
     #[when(has_replays)]
-    #[width(replayed.max(1))]
+    #[width(replayed)]
     saved: Optional<Register<Word>>,
     /// which of them are still to come again
     #[when(has_replays)]
-    #[width(replayed.max(1))]
+    #[width(replayed)]
     replays: Optional<Register<Word>>,
     #[when(has_replays)]
     hold: Optional<Local<bool>>,
@@ -97,7 +97,7 @@ impl Logic for ChipHistory {
     /// When the generator goes on, and the chip that comes next.
     fn advance(&mut self) {
         if self.has_replays {
-            let top = self.replayed.saturating_sub(1);
+            let top = self.replayed - 1;
             self.hold.next = self.i_last_chip.val() | self.replays.q.val().get_bit(top);
             if self.replays.q.val().get_bit(top) {
                 self.chip.next = self.saved.q.val().get_bit(top);

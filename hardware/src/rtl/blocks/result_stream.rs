@@ -164,7 +164,7 @@ pub struct ResultStream {
     next: Optional<Local<Word>>,
     /// its detector, one-hot from 1
     #[when(further > 0)]
-    #[width(further.max(1))]
+    #[width(further)]
     next_detector: Optional<Local<Word>>,
     /// the count, signed, in whole bytes
     #[when(has_totals)]
@@ -422,7 +422,7 @@ impl Logic for ResultStream {
 
     /// What comes in behind the last makes no difference.
     fn move_up(&mut self) {
-        let last = self.counts.saturating_sub(1);
+        let last = self.counts - 1;
         for c in 1..last {
             self.count[c].d.next = self.count[c + 1].q.val();
             self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
@@ -434,8 +434,8 @@ impl Logic for ResultStream {
         }
         if self.next_detector.is_present() {
             let further = self.further;
-            self.detector[last.saturating_sub(1)].d.next =
-                bit_cast(false, further).replace_bit(further.saturating_sub(1), true);
+            self.detector[last - 1].d.next =
+                bit_cast(false, further).replace_bit(further - 1, true);
         }
     }
 
