@@ -229,7 +229,7 @@ pub enum CosimFailed {
     #[error(transparent)]
     Hdl(#[from] HdlError),
     /// The Verilog cannot be read, built or run.
-    #[error(transparent)]
+    #[error("{0}")]
     Cosim(#[from] CosimError),
 }
 

@@ -143,7 +143,7 @@ pub enum RunError {
     #[error(transparent)]
     Hdl(#[from] HdlError),
     /// The Verilog cannot be co-simulated.
-    #[error(transparent)]
+    #[error("{0}")]
     Cosim(#[from] CosimError),
     /// A file cannot be written.
     #[error(transparent)]

@@ -5,10 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::output::Output;
 use super::values::parse_shard;
+use super::warnings::warn_of_far_paths;
 use crate::cosim::MOST_CLOCKS;
 use crate::printable::{printable, printable_path, shell_word};
-use crate::scene::{Scene, SceneErrors, SceneText, Setting};
+use crate::scene::{SceneErrors, SceneText, Setting};
+use crate::sensor::Sensor;
 use crate::shard::Part;
 
 #[derive(Debug, Args)]
@@ -22,12 +25,14 @@ pub(super) struct SceneArgument {
 }
 
 impl SceneArgument {
-    /// The scene, with its settings.
+    /// The sensor of the scene with its settings, and a warning of paths that are too far for it.
     ///
     /// # Errors
     /// If it cannot be read, and everything that is wrong with it.
-    pub fn load(&self) -> Result<Scene, SceneErrors> {
-        self.read()?.scene()
+    pub fn sensor(&self, output: &Output) -> Result<Sensor, SceneErrors> {
+        let sensor = Sensor::new(&self.read()?.scene()?);
+        warn_of_far_paths(&sensor, output);
+        Ok(sensor)
     }
 
     /// The file's text, and the settings.

@@ -7,9 +7,6 @@ use clap::Args;
 use super::common::SceneArgument;
 use super::ending::Ending;
 use super::output::Output;
-use super::warnings::warn_of_far_paths;
-use crate::printable::printable_path;
-use crate::sensor::Sensor;
 use crate::study::architectures::compare;
 
 #[derive(Debug, Args)]
@@ -29,19 +26,13 @@ pub(super) fn run(
     arguments: &CompareArchitecturesArguments,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.load()?;
-    warn_of_far_paths(&Sensor::new(&scene), output);
+    let sensor = arguments.scene.sensor(output)?;
     // Before the work, so that a folder that cannot be had is told at once.
-    let folder = match &arguments.out {
-        Some(path) => Some(output.folder(path)?),
-        None => None,
-    };
-    let comparison = compare(&scene)?;
+    let folder = output.folder_if(arguments.out.as_deref())?;
+    let comparison = compare(sensor.scene())?;
     if let Some(folder) = folder {
-        for name in comparison.write_files(&folder)? {
-            output.note(&format!("wrote {}", printable_path(&folder.join(name))));
-        }
+        output.wrote(&folder, &comparison.write_files(&folder)?);
     }
-    output.answer(Some(&scene), &comparison, &comparison.to_text())?;
+    output.answer(Some(sensor.scene().reference()), &comparison, &comparison.to_text())?;
     Ok(Ending::Done)
 }

@@ -10,7 +10,6 @@ use super::ending::Ending;
 use super::forecast::Forecast;
 use super::junit;
 use super::output::{Bar, Output, with_causes};
-use super::warnings::warn_of_far_paths;
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
 use crate::cosim::{CosimOptions, Report, StimulusKind, VcdClocks, Verdict};
@@ -18,7 +17,6 @@ use crate::door::cosim;
 use crate::files::check_target;
 use crate::printable::printable_path;
 use crate::progress::Progress;
-use crate::sensor::Sensor;
 use crate::sensor::port::Role;
 
 #[derive(Debug, Args)]
@@ -46,9 +44,8 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.load()?;
-    let sensor = Sensor::new(&scene);
-    warn_of_far_paths(&sensor, output);
+    let sensor = arguments.scene.sensor(output)?;
+    let scene = sensor.scene();
     for path in [&arguments.vcd, &arguments.junit].into_iter().flatten() {
         // An unwritable file is reported before the run, not after it.
         check_target(path)?;
@@ -70,7 +67,7 @@ pub(super) fn run(
     if let Some(path) = &arguments.vcd {
         cosimulation.write_vcd(path)?;
     }
-    output.answer(Some(&scene), &cosimulation.report, &text(&cosimulation.report))?;
+    output.answer(Some(scene.reference()), &cosimulation.report, &text(&cosimulation.report))?;
     Ok(ending(&cosimulation.report))
 }
 

@@ -7,11 +7,9 @@ use clap::Args;
 use super::common::SceneArgument;
 use super::ending::Ending;
 use super::output::Output;
-use super::warnings::warn_of_far_paths;
 use crate::deliver::{self, Emission};
 use crate::door::{EmitOptions, Jobs as _};
 use crate::printable::printable_path;
-use crate::sensor::Sensor;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof emit scenes/quick.toml --out rtl")]
@@ -27,12 +25,11 @@ pub(super) struct EmitArguments {
 }
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let sensor = Sensor::new(&arguments.scene.load()?);
+    let sensor = arguments.scene.sensor(output)?;
     let mut made_by = command_line(&arguments.scene);
     if let Some(prefix) = &arguments.options.prefix {
         made_by += &format!(" --prefix {prefix}");
     }
-    warn_of_far_paths(&sensor, output);
     let emission = sensor.emit(&EmitOptions { made_by, ..arguments.options.clone() })?;
     deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
     output.answer_document(&emission.document(), &text(&emission, &arguments.out))?;

@@ -50,7 +50,7 @@ impl Body for Estimates<'_> {
 }
 
 pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.load()?.with_estimator(arguments.options.estimator)?;
+    let scene = arguments.scene.read()?.scene()?.with_estimator(arguments.options.estimator)?;
     let sensor = Sensor::new(&scene);
     warn_of_far_paths(&sensor, output);
     let assessments: Vec<(DetectorIndex, Assessment)> =
@@ -75,7 +75,7 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
     let assessments: Vec<Assessment> = assessments.into_iter().map(|(_, one)| one).collect();
     let text: String = assessments.iter().map(Assessment::to_string).collect();
     let document = Estimates { assessments: &assessments };
-    output.answer(Some(&scene), &document, &text)?;
+    output.answer(Some(scene.reference()), &document, &text)?;
     let is_accused =
         |one: &Assessment| one.diagnosis.as_ref().is_some_and(|d| !d.causes.is_empty());
     let holds = assessments

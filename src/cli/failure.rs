@@ -7,7 +7,6 @@ use crate::document::Body;
 use crate::files::FileError;
 use crate::printable::printable_path;
 use crate::scene::{SceneError, SceneErrors};
-use crate::study::sweep::{RunError as SweepFailed, SweepError};
 
 /// The document of a command that failed.
 #[derive(Debug, Serialize, schemars::JsonSchema)]
@@ -66,7 +65,8 @@ impl Failure {
 }
 
 fn places(error: &anyhow::Error) -> Vec<Place> {
-    match scene_errors(error) {
+    // Whichever job the scene was for.
+    match error.chain().find_map(|cause| cause.downcast_ref()) {
         Some(SceneErrors::Invalid { errors, .. }) => {
             return errors.iter().map(of_scene).collect();
         }
@@ -77,17 +77,6 @@ fn places(error: &anyhow::Error) -> Vec<Place> {
         return vec![of_file(printable_path(path))];
     }
     super::cosim_error(error).map_or_else(Vec::new, of_cosim)
-}
-
-/// What is wrong with a scene, whichever job it was for.
-fn scene_errors(error: &anyhow::Error) -> Option<&SceneErrors> {
-    if let Some(SweepError::Scene(errors)) = error.downcast_ref() {
-        return Some(errors);
-    }
-    if let Some(SweepFailed::Sweep(SweepError::Scene(errors))) = error.downcast_ref() {
-        return Some(errors);
-    }
-    error.downcast_ref()
 }
 
 fn of_file(file: String) -> Place {

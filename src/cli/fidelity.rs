@@ -8,9 +8,6 @@ use super::common::{CheckArgument, SceneArgument};
 use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
-use super::warnings::warn_of_far_paths;
-use crate::printable::printable_path;
-use crate::sensor::Sensor;
 use crate::study::fidelity::{FidelityOptions, compare};
 
 #[derive(Debug, Args)]
@@ -35,27 +32,21 @@ pub(super) fn run(
     seed: u64,
     output: &mut Output,
 ) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.load()?;
-    warn_of_far_paths(&Sensor::new(&scene), output);
+    let sensor = arguments.scene.sensor(output)?;
     let options = FidelityOptions { seed, ..arguments.options.clone() };
     // Before the long work, so that a folder that cannot be had is told at once.
-    let folder = match &arguments.out {
-        Some(path) => Some(output.folder(path)?),
-        None => None,
-    };
+    let folder = output.folder_if(arguments.out.as_deref())?;
     announce(output, "the comparison", options.budget_s as f64);
-    let report = compare(&scene, &options)?;
+    let report = compare(sensor.scene(), &options)?;
     for tier in &report.domains {
         for warning in &tier.warnings {
             output.note(&format!("warning: {}: {warning}", tier.fidelity));
         }
     }
     if let Some(folder) = folder {
-        for name in report.write_files(&folder)? {
-            output.note(&format!("wrote {}", printable_path(&folder.join(name))));
-        }
+        output.wrote(&folder, &report.write_files(&folder)?);
     }
-    output.answer(Some(&scene), &report, &report.to_text())?;
+    output.answer(Some(sensor.scene().reference()), &report, &report.to_text())?;
     if let Some(refusal) = &report.refusal {
         output.note(&format!("refused: {refusal}"));
         return Ok(Ending::DoesNotHold);

@@ -9,8 +9,6 @@ use super::cosim::CosimProgress;
 use super::emit::command_line;
 use super::ending::Ending;
 use super::output::Output;
-use super::provenance::typed_command;
-use crate::document::Document;
 use crate::door::{grade, grade_some, sha256_of};
 use crate::grade::{Grade, GradeOptions, GradeStimulus, Score};
 use crate::printable::printable_lines;
@@ -85,8 +83,7 @@ pub(super) fn merge(
 }
 
 fn tell(grade: &Grade, scene: SceneReference, output: &Output) -> anyhow::Result<Ending> {
-    let document = Document { scene: Some(scene), ..Document::new(grade, typed_command(), None) };
-    output.answer_document(&document, &text(grade))?;
+    output.answer(Some(scene), grade, &text(grade))?;
     Ok(match grade.asked_fraction {
         Some(asked) if grade.caught_fraction < asked => Ending::BelowThreshold,
         _ => Ending::Done,

@@ -7,9 +7,8 @@ use serde::Serialize;
 
 use super::ending::Ending;
 use super::output::Output;
-use super::provenance::typed_command;
 use super::{grade, reproduce, simulate, stress, sweep};
-use crate::document::{Body, Document};
+use crate::document::Body;
 use crate::shard::{Folder, Job, listed};
 
 /// The JSON of `goldtof merge --missing`.
@@ -45,9 +44,7 @@ pub(super) fn run(arguments: &MergeArguments, output: &mut Output) -> anyhow::Re
             false => listed(&missing) + "\n",
         };
         let report = MissingShards { shards: collected.of, missing };
-        let document =
-            Document { scene: collected.scene, ..Document::new(report, typed_command(), None) };
-        output.answer_document(&document, &text)?;
+        output.answer(collected.scene, &report, &text)?;
         return Ok(Ending::Done);
     }
     let job = collected.job.clone();

@@ -51,13 +51,9 @@ use self::failure::Failure;
 use self::output::Output;
 use crate::cosim::build::set_cache_dir;
 use crate::cosim::error::CosimError;
-use crate::door::CosimFailed;
 use crate::interrupt;
 use crate::printable::printable_lines;
 use crate::programs;
-use crate::run::RunError;
-use crate::simulate::scans::ScansError;
-use crate::study::sweep::RunError as SweepFailed;
 
 /// Parses the command line, runs the command, and says how it ended.
 pub fn main() -> ExitCode {
@@ -140,17 +136,5 @@ fn status_of(error: &anyhow::Error) -> u8 {
 
 /// What went wrong with Verilog or tools, whichever job they were for.
 fn cosim_error(error: &anyhow::Error) -> Option<&CosimError> {
-    if let Some(RunError::Cosim(error)) = error.downcast_ref() {
-        return Some(error);
-    }
-    if let Some(CosimFailed::Cosim(error)) = error.downcast_ref() {
-        return Some(error);
-    }
-    if let Some(SweepFailed::Scans(ScansError::Cosim(error))) = error.downcast_ref() {
-        return Some(error);
-    }
-    if let Some(ScansError::Cosim(error)) = error.downcast_ref() {
-        return Some(error);
-    }
-    error.downcast_ref()
+    error.chain().find_map(|cause| cause.downcast_ref())
 }

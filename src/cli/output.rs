@@ -15,7 +15,7 @@ use super::provenance::typed_command;
 use crate::document::{Body, Document};
 use crate::files::{FileError, OutputFolder};
 use crate::printable::{printable_json, printable_lines, printable_path};
-use crate::scene::Scene;
+use crate::scene::SceneReference;
 
 /// Colour of the word "error", and back; as clap has it of a command line.
 const BOLD_RED: (&str, &str) = ("\x1b[1m\x1b[31m", "\x1b[0m");
@@ -35,11 +35,12 @@ impl Output {
     /// document's head.
     pub fn answer<B: Body>(
         &self,
-        scene: Option<&Scene>,
+        scene: Option<SceneReference>,
         body: &B,
         text: &str,
     ) -> anyhow::Result<()> {
-        self.answer_document(&Document::new(body, typed_command(), scene), text)
+        let document = Document::new(body, typed_command(), None);
+        self.answer_document(&Document { scene, ..document }, text)
     }
 
     /// [`Output::answer`] with a document that has its head.
@@ -76,6 +77,18 @@ impl Output {
     /// into it.
     pub fn folder(&self, path: &Path) -> Result<OutputFolder, FileError> {
         OutputFolder::open(path, |path| self.waits(path))
+    }
+
+    /// [`Output::folder`], if there is to be one.
+    pub fn folder_if(&self, path: Option<&Path>) -> Result<Option<OutputFolder>, FileError> {
+        path.map(|path| self.folder(path)).transpose()
+    }
+
+    /// Says which files of a folder were written.
+    pub fn wrote(&self, folder: &OutputFolder, names: &[&str]) {
+        for name in names {
+            self.note(&format!("wrote {}", printable_path(&folder.join(name))));
+        }
     }
 
     /// Reports that the folder is locked by another run.

@@ -78,7 +78,7 @@ pub(super) fn run(
         junit::write_report(path, &scene.name, &run.cosim)?;
     }
     let chips = scene.scan.integration_chips;
-    output.answer(Some(&scene), &run, &summary(&run, chips, &options.out))?;
+    output.answer(Some(scene.reference()), &run, &summary(&run, chips, &options.out))?;
     Ok(match ending(&run.cosim) {
         Ending::Done => {
             let holds = run.estimates.iter().all(|own| own.expectation_holds != Some(false));

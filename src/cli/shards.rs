@@ -6,7 +6,7 @@ use super::common::Order;
 use super::ending::Ending;
 use super::output::Output;
 use super::provenance::typed_command;
-use crate::document::{Body, Document};
+use crate::document::Body;
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::scene::SceneText;
@@ -59,8 +59,7 @@ impl Order<'_> {
         let text = format!("shard {}{was}: {file}\n", self.part);
         let report =
             ShardDone { shard: self.part.number(), shards: self.part.of(), file, done_before };
-        let document = Document { scene, ..Document::new(report, typed_command(), None) };
-        output.answer_document(&document, &text)?;
+        output.answer(scene, &report, &text)?;
         Ok(Ending::Done)
     }
 }

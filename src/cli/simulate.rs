@@ -8,9 +8,7 @@ use super::common::{CheckArgument, Order, SceneArgument, ShardArguments};
 use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
-use super::provenance::typed_command;
 use super::warnings::warn_of_far_paths;
-use crate::document::Document;
 use crate::files;
 use crate::recorded::expected_csv;
 use crate::scene::{SceneReference, SceneText};
@@ -117,8 +115,6 @@ fn tell(
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));
     }
-    let document =
-        Document { scene: Some(scene), ..Document::new(simulation, typed_command(), None) };
-    output.answer_document(&document, &simulation.to_text())?;
+    output.answer(Some(scene), simulation, &simulation.to_text())?;
     Ok(Ending::of_check(check, simulation.is_as_expected()))
 }

@@ -13,7 +13,7 @@ use super::provenance::typed_command;
 use super::sweep_files::Rows;
 use super::values::parse_shard;
 use super::warnings::{is_far, warn_of_far_paths};
-use crate::document::{Body, Document};
+use crate::document::Body;
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::report::table::Table;
@@ -181,9 +181,7 @@ fn tell(
     );
     let seed = sweep.options.seed;
     let report = SweepReport { points, points_done_before: done_before, seed, rows };
-    let scene = Some(sweep.scene.reference());
-    let document = Document { scene, ..Document::new(report, typed_command(), None) };
-    output.answer_document(&document, &text)?;
+    output.answer(Some(sweep.scene.reference()), &report, &text)?;
     if written.contradicted > 0 {
         output.note(&format!(
             "warning: in {} of {} rows the scans contradict what is expected of them \

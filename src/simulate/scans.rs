@@ -63,7 +63,7 @@ pub enum ScansError {
     #[error(transparent)]
     Hdl(#[from] HdlError),
     /// The co-simulation could not be done.
-    #[error(transparent)]
+    #[error("{0}")]
     Cosim(#[from] CosimError),
     /// The estimator that is asked for needs total counts.
     #[error(transparent)]

@@ -31,10 +31,10 @@ use crate::simulate::scans::{Prepared, ScansError};
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// A point is no scene.
-    #[error(transparent)]
+    #[error("{0}")]
     Sweep(#[from] SweepError),
     /// A tool failed, or the Verilog differs from the reference model.
-    #[error(transparent)]
+    #[error("{0}")]
     Scans(#[from] ScansError),
     /// The folder cannot be used.
     #[error(transparent)]

@@ -73,7 +73,7 @@ pub struct Point<'s> {
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
     /// The scene of a point is invalid.
-    #[error(transparent)]
+    #[error("{0}")]
     Scene(#[from] SceneErrors),
     /// The estimator needs what the hardware is told not to send.
     #[error(transparent)]
