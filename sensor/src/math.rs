@@ -23,6 +23,16 @@ pub fn normal_density(x: f64) -> f64 {
     Normal::standard().pdf(x)
 }
 
+/// The upper end of what is left of a range after so many halvings, in which something is so below
+/// a number, and not so above.
+pub fn bisected(mut range: [f64; 2], halvings: u32, is_so: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..halvings {
+        let middle = 0.5 * (range[0] + range[1]);
+        range[usize::from(!is_so(middle))] = middle;
+    }
+    range[1]
+}
+
 /// A normal law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NormalLaw {
@@ -60,6 +70,59 @@ impl NormalLaw {
             part: NormalLaw { mean: self.mean + std * mean, std: std * variance.max(0.0).sqrt() },
         }
     }
+}
+
+/// Mean and scatter of a sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// How many values there are.
+    pub number: f64,
+    /// Their mean; not a number of none.
+    pub mean: f64,
+    /// Their variance; not a number of fewer than two.
+    pub variance: f64,
+    /// Their fourth central moment.
+    pub fourth: f64,
+}
+
+impl Sample {
+    /// Of these values.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Sample {
+        let values: Vec<f64> = values.into_iter().collect();
+        let number = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / number;
+        let power = |p: i32| values.iter().map(|v| (v - mean).powi(p)).sum::<f64>();
+        Sample { number, mean, variance: power(2) / (number - 1.0), fourth: power(4) / number }
+    }
+
+    /// Standard error of the mean.
+    pub fn standard_error(&self) -> f64 {
+        (self.variance / self.number).sqrt()
+    }
+
+    /// Standard errors from an expected mean.
+    pub fn z(&self, expected: f64) -> f64 {
+        (self.mean - expected) / self.standard_error()
+    }
+
+    /// Standard errors from an expected variance, of a nearly normal sample.
+    pub fn variance_z(&self, expected: f64) -> f64 {
+        (self.variance / expected - 1.0) / (2.0 / (self.number - 1.0)).sqrt()
+    }
+}
+
+/// The interval of a share at 95 %, `count` of `trials` (Wilson 1927).
+pub fn share_interval(count: u64, trials: u64) -> [f64; 2] {
+    if trials == 0 {
+        return [0.0, 1.0];
+    }
+    let n = trials as f64;
+    let share = count as f64 / n;
+    let z2 = NORMAL_95 * NORMAL_95;
+    let middle = (share + 0.5 * z2 / n) / (1.0 + z2 / n);
+    let half =
+        NORMAL_95 * (share * (1.0 - share) / n + 0.25 * z2 / (n * n)).sqrt() / (1.0 + z2 / n);
+    [(middle - half).clamp(0.0, share), (middle + half).clamp(share, 1.0)]
 }
 
 /// Density of the sum of an exponential number, whose mean is `mean`, and a normal one
@@ -201,6 +264,26 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_sample_is_held_against_its_expectation() {
+        let sample = Sample::of([1.0, 3.0, 5.0, 7.0]);
+        // Deviations 3, 1, 1, 3: 20 / 3; its quarter's root.
+        assert_eq!((sample.mean, sample.variance), (4.0, 20.0 / 3.0));
+        assert_eq!(sample.fourth, (81.0 + 1.0) / 2.0);
+        assert!((sample.z(3.0) - (3.0f64 / 5.0).sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn shares_have_the_tabulated_intervals() {
+        // Wilson 1927 for 5 of 10: 0.2366 to 0.7634; for none of n: 0 to z^2 / (n + z^2).
+        let half = share_interval(5, 10);
+        assert!((half[0] - 0.2366).abs() < 1e-4 && (half[1] - 0.7634).abs() < 1e-4);
+        let none = share_interval(0, 10);
+        assert_eq!(none[0], 0.0);
+        assert!((none[1] - 3.8415 / 13.8415).abs() < 1e-4);
+        assert_eq!(share_interval(0, 0), [0.0, 1.0]);
     }
 
     fn product(factor: &[Vec<f64>]) -> Vec<Vec<f64>> {

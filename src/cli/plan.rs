@@ -9,6 +9,10 @@ use crate::report::plan::text;
 pub(super) fn run(arguments: &SceneArgument, output: &mut Output) -> anyhow::Result<Ending> {
     let sensor = arguments.sensor(output)?;
     let overview = overview(&sensor);
-    output.answer(Some(sensor.scene().reference()), &overview, &text(&overview, terminal_width()))?;
+    output.answer(
+        Some(sensor.scene().reference()),
+        &overview,
+        &text(&overview, terminal_width()),
+    )?;
     Ok(Ending::Done)
 }

@@ -155,13 +155,12 @@ impl Search<'_> {
             match fit(self.sensor, self.observed, &unknowns, self.fitted.change) {
                 Ok(fitted) => {
                     let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
-                    self.tests.retain(|test| test.cause != cause_of(unknown));
+                    self.tests.retain(|test| test.cause != unknown.cause());
                     self.tests.push(self.outcome(unknown, gain, &fitted));
                     gains.push((gain, unknown, fitted));
                 }
                 Err(reason) => {
-                    let name = name_of(unknown);
-                    self.not_tested.push(format!("{name}: {reason}"));
+                    self.not_tested.push(format!("{}: {reason}", unknown.name()));
                 }
             }
         }
@@ -218,18 +217,14 @@ impl Search<'_> {
             Unknown::Delay => (0.0, value * 1e-3, 1e-3),
         };
         TestOutcome {
-            cause: cause_of(unknown),
+            cause: unknown.cause(),
             statistic,
             p_value: Some(chance(statistic)),
             rejects: statistic > critical(),
             scene_value: Some(scene_value),
             fitted_value: Some(fitted_value),
             fitted_value_std: std.map(|std| std * of_change),
-            unit: match unknown {
-                Unknown::Light => "of the scene's",
-                Unknown::Constant => "cps",
-                Unknown::DeadTime | Unknown::ChipPeriod | Unknown::Delay => "ns",
-            },
+            unit: unknown.unit(),
         }
     }
 
@@ -329,7 +324,7 @@ impl Search<'_> {
             Some((_, fitted)) => self.fitted = fitted,
             None => {
                 for alike in &self.alike {
-                    for cause in alike.iter().map(|unknown| cause_of(*unknown)) {
+                    for cause in alike.iter().map(|unknown| unknown.cause()) {
                         if !causes.contains(&cause) {
                             causes.push(cause);
                         }
@@ -412,7 +407,7 @@ impl Search<'_> {
     /// What was taken in, in words.
     fn of_unknowns(&self, alike: &[Unknown]) -> String {
         let words = |unknown: &Unknown| {
-            let test = self.tests.iter().find(|test| test.cause == cause_of(*unknown))?;
+            let test = self.tests.iter().find(|test| test.cause == unknown.cause())?;
             let (value, scene) = (test.fitted_value?, test.scene_value?);
             let std = test.fitted_value_std.unwrap_or(0.0);
             Some(match unknown {
@@ -423,7 +418,7 @@ impl Search<'_> {
                 ),
                 Unknown::DeadTime | Unknown::ChipPeriod => format!(
                     "a {} of {value:.3} +- {std:.3} ns in place of {scene:.3}",
-                    name_of(*unknown)
+                    unknown.name()
                 ),
                 Unknown::Delay => return None,
             })
@@ -431,25 +426,5 @@ impl Search<'_> {
         let words: Vec<String> = alike.iter().filter_map(words).collect();
         let tells = if words.len() == 1 { "" } else { "; they do not tell which" };
         format!("the counts fit better with {}{tells}", words.join(", also with "))
-    }
-}
-
-fn cause_of(unknown: Unknown) -> Cause {
-    match unknown {
-        Unknown::Delay => Cause::Offset,
-        Unknown::Light => Cause::LightLevel,
-        Unknown::Constant => Cause::ConstantLight,
-        Unknown::DeadTime => Cause::DeadTime,
-        Unknown::ChipPeriod => Cause::ChipPeriod,
-    }
-}
-
-fn name_of(unknown: Unknown) -> &'static str {
-    match unknown {
-        Unknown::Delay => "offset",
-        Unknown::Light => "light level",
-        Unknown::Constant => "background",
-        Unknown::DeadTime => "dead time",
-        Unknown::ChipPeriod => "chip period",
     }
 }

@@ -1,6 +1,7 @@
 //! What counts a scene lets one expect if something about it is otherwise, fitted to
 //! counts that were recorded.
 
+use super::Cause;
 use super::observed::{Agreement, Expected, NoFit, Observed, Weights, differences};
 use crate::estimate::fit::normal::Normal;
 use crate::estimate::fit::scoring::{Counts, Settling, Slopes, settle};
@@ -8,19 +9,44 @@ use crate::photons::DetectorModel;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
-/// Something about a scene that may be otherwise than it says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Unknown {
+/// Declares what may be otherwise: each with the cause that it is, its name, and the unit in which
+/// its values are told.
+macro_rules! unknowns {
+    ($($(#[$about:meta])* $Unknown:ident = $Cause:ident, $name:literal, $unit:literal;)*) => {
+        /// Something about a scene that may be otherwise than it says.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub(super) enum Unknown { $($(#[$about])* $Unknown,)* }
+
+        impl Unknown {
+            /// What is wrong where it is otherwise.
+            pub fn cause(self) -> Cause {
+                match self { $(Unknown::$Unknown => Cause::$Cause,)* }
+            }
+
+            /// Its name.
+            pub fn name(self) -> &'static str {
+                match self { $(Unknown::$Unknown => $name,)* }
+            }
+
+            /// Unit of its values.
+            pub fn unit(self) -> &'static str {
+                match self { $(Unknown::$Unknown => $unit,)* }
+            }
+        }
+    };
+}
+
+unknowns! {
     /// All light comes later.
-    Delay,
+    Delay = Offset, "offset", "ns";
     /// All sources are brighter by a factor.
-    Light,
+    Light = LightLevel, "light level", "of the scene's";
     /// More dark counts, or other background.
-    Constant,
+    Constant = ConstantLight, "background", "cps";
     /// The dead time is longer.
-    DeadTime,
+    DeadTime = DeadTime, "dead time", "ns";
     /// A chip is longer, and the light stands at the same phase step all the same.
-    ChipPeriod,
+    ChipPeriod = ChipPeriod, "chip period", "ns";
 }
 
 /// By how much each is otherwise: delay in ps, logarithm of the brightness, further constant

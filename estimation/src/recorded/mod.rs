@@ -11,12 +11,15 @@
 //! # }
 //! use std::path::Path;
 //!
-//! use goldtof::recorded::{assess, read_counts};
+//! use goldtof::recorded::{Recorded, assess, read_recorded};
 //! use goldtof::sensor::Sensor;
 //!
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 //! let sensor = Sensor::new(&scene);
-//! for scan in read_counts(Path::new("counts.csv"), &sensor)? {
+//! let Recorded::Scans(scans) = read_recorded(Path::new("counts.csv"), &sensor)? else {
+//!     return Ok(());
+//! };
+//! for scan in scans {
 //!     let assessment = assess(&sensor, &scan);
 //!     if let Some(diagnosis) = &assessment.diagnosis {
 //!         println!("{}: {}", assessment.detector, diagnosis.sentence);
@@ -129,15 +132,6 @@ pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<Recorded, CountsErr
         false => csv_file::scans(&text, sensor).map(Recorded::Scans),
     };
     recorded.map_err(|wrong| CountsError::of(path, wrong))
-}
-
-/// Reads the counts of one scan of a scene, of every detector that the file names.
-///
-/// # Errors
-/// If the file cannot be read, is not of the format, or is of another scene.
-pub fn read_counts(path: &Path, sensor: &Sensor) -> Result<Vec<RecordedScan>, CountsError> {
-    let text = csv_file::text_of(path)?;
-    csv_file::scans(&text, sensor).map_err(|wrong| CountsError::of(path, wrong))
 }
 
 /// One histogram of one detector, as a file has it.

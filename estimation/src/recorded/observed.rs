@@ -105,11 +105,15 @@ impl Observed<'_> {
         }
     }
 
+    /// What a detector answers to light that comes later by a delay.
+    fn delayed(model: &DetectorModel, delay_ps: f64) -> Result<MeanResponse<'_>, NoFit> {
+        Ok(MeanResponse::of_tier(model, CountingTier::Sampled)?.delayed(delay_ps)?)
+    }
+
     /// Means of all numbers, of light that comes later by a delay.
     pub fn means(self, sensor: &Sensor, delay_ps: f64) -> Result<Vec<f64>, NoFit> {
         let model = DetectorModel::new(sensor, self.detector());
-        let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
-        let delayed = response.delayed(delay_ps)?;
+        let delayed = Observed::delayed(&model, delay_ps)?;
         Ok(match self {
             Observed::Steps(_) => {
                 let counts = delayed.mean_counts();
@@ -122,8 +126,7 @@ impl Observed<'_> {
     /// What a sensor lets one expect of light that comes later by a delay.
     pub fn expected(self, sensor: &Sensor, delay_ps: f64) -> Result<Expected, NoFit> {
         let model = DetectorModel::new(sensor, self.detector());
-        let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
-        let delayed = response.delayed(delay_ps)?;
+        let delayed = Observed::delayed(&model, delay_ps)?;
         Ok(match self {
             Observed::Steps(scan) => {
                 let moments = SecondMoments::new(&delayed)?.of_scan();

@@ -4,12 +4,17 @@ use rand_distr::{Binomial, Distribution, Gamma, Poisson, StandardNormal};
 use rayon::prelude::*;
 
 use super::MeanResponseError;
-use super::group_counts::{GroupLaw, MOST_COUNTS, NORMAL_FROM_SIGMAS};
+use super::group_counts::{GroupLaw, MOST_COUNTS};
 use super::moments::{CountMoments, SecondMoments};
 use crate::photons::counter::StepCount;
 use crate::photons::detector::DetectorModel;
 use crate::photons::random::{Part, StreamRng};
 use crate::scan::Group;
+
+/// Up and down counts whose means are this many standard deviations above zero
+/// are drawn as a pair of normal values: less than one in a million would have
+/// been negative.
+const NORMAL_FROM_SIGMAS: f64 = 5.0;
 
 /// Draws the counts of phase steps from their means, variances and covariance.
 ///
@@ -21,7 +26,7 @@ use crate::scan::Group;
 /// (afterpulses of one direction in the other), and of numbers of their own:
 /// binomial, Poisson or negative binomial by whether the variance is below, at or
 /// above the mean. Means and variances of U and W are kept, a negative covariance is
-/// not. [`CountSampler::steps_without_covariance`] tells how many steps those are.
+/// not.
 ///
 /// Phase steps that are correlated at once share their detections: their counts
 /// are drawn together, always as normal numbers.
@@ -56,8 +61,6 @@ struct SmallLaw {
     common: Single,
     up: Single,
     down: Single,
-    /// Whether a negative covariance is left out.
-    lacks_covariance: bool,
 }
 
 /// The distribution of one whole number.
@@ -101,27 +104,6 @@ impl<'m> CountSampler<'m> {
             .map(|group| GroupLaw::of(&moments.of_group(Group(group))))
             .collect::<Result<_, _>>()?;
         Ok(CountSampler { model, laws: Laws::Groups(groups) })
-    }
-
-    /// Steps whose counts upwards and downwards are so small that their joint
-    /// distribution is not normal, and go against each other, which is left out; of
-    /// steps that share their light all that are too small.
-    pub fn steps_without_covariance(&self) -> usize {
-        match &self.laws {
-            Laws::Steps(laws) => {
-                let lacks = |law: &&Law| match law {
-                    Law::Normal { .. } => false,
-                    Law::Small(small) => small.lacks_covariance,
-                };
-                laws.iter().filter(lacks).count()
-            }
-            Laws::Groups(laws) => laws
-                .iter()
-                .zip(0..)
-                .filter(|(law, _)| !law.is_normal)
-                .map(|(_, group)| self.model.timing.grouping().steps_of(Group(group)).len())
-                .sum(),
-        }
     }
 
     /// Counts of all steps of scan number `repetition`. They depend on the
@@ -175,7 +157,6 @@ impl Law {
                 common: Single::of(common, common),
                 up: Single::of(up - common, up_variance - common),
                 down: Single::of(down - common, down_variance - common),
-                lacks_covariance: between < 0.0,
             }))
         })
     }

@@ -8,11 +8,6 @@ use crate::math::correlating;
 use crate::photons::counter::StepCount;
 use crate::photons::random::StreamRng;
 
-/// Up and down counts whose means are this many standard deviations above zero
-/// are drawn as a pair of normal values: less than one in a million would have
-/// been negative.
-pub(super) const NORMAL_FROM_SIGMAS: f64 = 5.0;
-
 /// Counts that a double tells from the next: 2^53.
 pub(super) const MOST_COUNTS: f64 = 9_007_199_254_740_992.0;
 
@@ -25,8 +20,6 @@ pub struct GroupLaw {
     means: Vec<f64>,
     /// Rows of the lower triangle L of covariance = L L^T.
     factor: Vec<Vec<f64>>,
-    /// Whether all counts are large enough to be normal.
-    pub is_normal: bool,
 }
 
 impl GroupLaw {
@@ -48,20 +41,13 @@ impl GroupLaw {
         }
         let mut means: Vec<f64> =
             moments.signed_means.iter().map(|signed| 0.5 * (moments.total_mean + signed)).collect();
-        let is_normal = (0..count).all(|step| {
-            let (up, down) = (means[step], moments.total_mean - means[step]);
-            let down_variance = 0.25 * (r[step][step] - 2.0 * r[step][count] + total);
-            let far =
-                |mean: f64, variance: f64| mean > NORMAL_FROM_SIGMAS * variance.max(1.0).sqrt();
-            far(up, covariance[step][step]) && far(down, down_variance)
-        });
         means.push(moments.total_mean);
         if !means.iter().all(|mean| mean.abs() < MOST_COUNTS) {
             return Err(MeanResponseError::NotDrawn);
         }
         // Rounding to whole numbers adds 1/12.
         let factor = correlating(&covariance, 1.0 / 12.0).ok_or(MeanResponseError::NotDrawn)?;
-        Ok(GroupLaw { means, factor, is_normal })
+        Ok(GroupLaw { means, factor })
     }
 
     /// Counts of every step of the group.
@@ -109,7 +95,6 @@ mod tests {
             covariance: covariance.clone(),
         })
         .expect("a law");
-        assert!(law.is_normal);
         let key = StreamKey { seed: 8, detector: 0, group: Group(0), repetition: 0 };
         let mut rng = key.stream(Part::Counts);
         let draws = 100_000;

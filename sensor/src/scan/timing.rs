@@ -164,11 +164,6 @@ impl Timing {
         }
     }
 
-    /// No scan is followed by a longer gap.
-    pub fn longest_gap_chips(&self) -> u64 {
-        if self.is_gapless() { 0 } else { self.code_chips() }
-    }
-
     /// Chips from the start of one scan to the start of the next.
     pub fn scan_pitch_chips(&self) -> u128 {
         self.next_scan_after(Chip(self.scan_chips())).0

@@ -1,10 +1,13 @@
 //! The spectrum of sunlight on the ground, for background light that is given in lux.
 
-mod spectrum;
-
 use std::ops::RangeInclusive;
 
-use spectrum::{FIRST_NM, SPECTRUM};
+/// Wavelength of the spectrum's first entry; one nanometre lies between one and the next.
+const FIRST_NM: f64 = 350.0;
+
+/// Spectral irradiance in 0.1 mW / (m^2 nm) at 350 nm to 1700 nm, a nanometre apart: the global
+/// tilted reference spectrum of ASTM G173-03, as NREL publishes it.
+const SPECTRUM: [u16; 1351] = include!("sunlight/astm-g173-tilted.in");
 
 /// Illuminance of that spectrum, by the CIE's photopic luminous efficiency of 1924.
 const ILLUMINANCE_LUX: f64 = 109_495.0;

@@ -1,13 +1,14 @@
 //! The statistics of many scans beside what theory expects.
 
 use super::answers::Ranging;
-use super::moments::{Moments, share_interval};
+use super::moments::Moments;
 use super::tally::Tally;
 use crate::estimate::coverage;
 use crate::estimate::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
 use crate::estimate::{Prediction, Theory, distance_m, folded, share_error};
+use crate::math::share_interval;
 use crate::scene::EstimatorKind;
 use crate::simulate::path_statistics::PathStatistics;
 

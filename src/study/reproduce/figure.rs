@@ -10,86 +10,6 @@ use crate::exact;
 use crate::report::chart::{Chart, Panel};
 use crate::report::table::Table;
 
-/// Declares the figures: what each shows, its name, what the command line calls it, the
-/// article's number of it, and the stem of its files' names.
-macro_rules! figures {
-    ($($what:literal, $id:ident, $called:literal, $number:expr, $name:literal;)*) => {
-        /// The figures that can be made: the article's, those of the errors that it leaves
-        /// out, and those of light that the joint fit tells apart.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-        #[serde(into = "&'static str", try_from = "String")]
-        pub enum FigureId {
-            $(#[doc = $what] #[value(name = $called)] $id,)*
-        }
-
-        impl FigureId {
-            /// All, in order.
-            pub const ALL: [FigureId; [$($name),*].len()] = [$(FigureId::$id),*];
-
-            /// The article's number of it.
-            pub fn number(self) -> Option<u32> {
-                match self { $(FigureId::$id => $number,)* }
-            }
-
-            /// Stem of its files' names.
-            pub fn name(self) -> &'static str {
-                match self { $(FigureId::$id => $name,)* }
-            }
-
-            /// A number of its own, for seeds.
-            pub fn ordinal(self) -> u64 {
-                self as u64
-            }
-        }
-    };
-}
-
-figures! {
-    "Correlation of Gold and interleaved codes",
-        Fig3, "3", Some(3), "fig03-code-correlation";
-    "Standard deviation against power, Gold code and square wave",
-        Fig5, "5", Some(5), "fig05-precision-gold-square";
-    "Standard deviation against power, by interleaving depth",
-        Fig6, "6", Some(6), "fig06-precision-interleaving";
-    "Correlation by interleaving depth",
-        Fig7, "7", Some(7), "fig07-correlation-interleaving";
-    "Standard deviation with a second source or a second path",
-        Fig8, "8", Some(8), "fig08-precision-two-sources";
-    "Correlation with an interferer",
-        Fig9, "9", Some(9), "fig09-correlation-interferer";
-    "Correlation over two paths",
-        Fig10, "10", Some(10), "fig10-correlation-two-paths";
-    "How far apart two paths must be",
-        Fig11, "11", Some(11), "fig11-path-resolution";
-    "Error left out: range walk (pile-up) against light level",
-        Walk, "walk", None, "error-dead-time-walk";
-    "Error left out: interference bias against relative delay",
-        Interference, "interference", None, "error-interference-bias";
-    "Error left out: circular error against sub-step delay",
-        Circular, "circular", None, "error-circular";
-    "Error left out: failures of the global coarse search",
-        Coarse, "coarse", None, "error-coarse-search";
-    "Joint fit: two paths of one code by their separation, beside the bound",
-        TwoPaths, "two-paths", None, "joint-two-paths";
-    "Joint fit: own sensor under another one by their power ratio, synchronised and not",
-        PowerRatio, "power-ratio", None, "joint-power-ratio";
-}
-
-impl From<FigureId> for &'static str {
-    fn from(id: FigureId) -> &'static str {
-        id.name()
-    }
-}
-
-impl TryFrom<String> for FigureId {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<FigureId, String> {
-        let known = FigureId::ALL.into_iter().find(|id| id.name() == name);
-        known.ok_or_else(|| format!("there is no figure \"{name}\""))
-    }
-}
-
 /// A figure's drawing and data, and the claims that it decides.
 #[derive(Debug)]
 pub struct Figure {
@@ -178,21 +98,6 @@ impl Claim {
                 format!("{:.3} {} ({low:.3} to {high:.3})", self.measured, self.unit)
             }
             None => format!("{} {} (exact)", self.measured, self.unit),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_figure_has_files_and_a_seed_of_its_own() {
-        for (i, a) in FigureId::ALL.iter().enumerate() {
-            for b in &FigureId::ALL[i + 1..] {
-                assert_ne!(a.name(), b.name());
-                assert_ne!(a.ordinal(), b.ordinal());
-            }
         }
     }
 }

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::figure::{Claim, Figure, FigureId};
-use super::{ReproduceOptions, RunError, make};
+use super::figure::{Claim, Figure};
+use super::{FigureId, ReproduceOptions, RunError};
 use crate::files::{FileError, OutputFolder};
 
 /// A figure with its drawing.
@@ -36,7 +36,7 @@ impl MadeFigure {
     /// When it cannot be made.
     pub fn new(id: FigureId, options: &ReproduceOptions) -> Result<MadeFigure, RunError> {
         let started = Instant::now();
-        let Figure { chart, table, claims, notes } = make(id, options)?;
+        let Figure { chart, table, claims, notes } = id.make(options)?;
         Ok(MadeFigure {
             id,
             svg: chart.svg(),

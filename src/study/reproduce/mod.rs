@@ -35,14 +35,100 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::figure::Claim;
 use self::figure::Figure;
-pub use self::figure::{Claim, FigureId};
 pub use self::made::MadeFigure;
 use self::run::Run;
 pub use self::run_error::RunError;
 pub use self::verdict::ClaimVerdict;
 use crate::document::Body;
 use crate::files::{FileError, OutputFolder};
+
+/// Declares the figures: what each shows, its name, what the command line calls it, the
+/// article's number of it, the stem of its files' names, and what makes it.
+macro_rules! figures {
+    ($($what:literal, $id:ident, $called:literal, $number:expr, $name:literal, $make:expr;)*) => {
+        /// The figures that can be made: the article's, those of the errors that it leaves
+        /// out, and those of light that the joint fit tells apart.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+        #[serde(into = "&'static str", try_from = "String")]
+        pub enum FigureId {
+            $(#[doc = $what] #[value(name = $called)] $id,)*
+        }
+
+        impl FigureId {
+            /// All, in order.
+            pub const ALL: [FigureId; [$($name),*].len()] = [$(FigureId::$id),*];
+
+            /// The article's number of it.
+            pub fn number(self) -> Option<u32> {
+                match self { $(FigureId::$id => $number,)* }
+            }
+
+            /// Stem of its files' names.
+            pub fn name(self) -> &'static str {
+                match self { $(FigureId::$id => $name,)* }
+            }
+
+            /// Makes it.
+            fn make(self, options: &ReproduceOptions) -> Result<Figure, RunError> {
+                let mut run = Run::new(self, options);
+                match self { $(FigureId::$id => $make(&mut run),)* }
+            }
+
+            /// A number of its own, for seeds.
+            pub fn ordinal(self) -> u64 {
+                self as u64
+            }
+        }
+    };
+}
+
+figures! {
+    "Correlation of Gold and interleaved codes",
+        Fig3, "3", Some(3), "fig03-code-correlation", theory::code_correlation;
+    "Standard deviation against power, Gold code and square wave",
+        Fig5, "5", Some(5), "fig05-precision-gold-square", precision::gold_square::gold_and_square;
+    "Standard deviation against power, by interleaving depth",
+        Fig6, "6", Some(6), "fig06-precision-interleaving", precision::interleaving::interleaving;
+    "Correlation by interleaving depth",
+        Fig7, "7", Some(7), "fig07-correlation-interleaving", correlations::interleaving;
+    "Standard deviation with a second source or a second path",
+        Fig8, "8", Some(8), "fig08-precision-two-sources", precision::two_sources::two_sources;
+    "Correlation with an interferer",
+        Fig9, "9", Some(9), "fig09-correlation-interferer", correlations::interferer;
+    "Correlation over two paths",
+        Fig10, "10", Some(10), "fig10-correlation-two-paths", correlations::two_paths;
+    "How far apart two paths must be",
+        Fig11, "11", Some(11), "fig11-path-resolution", correlations::path_resolution;
+    "Error left out: range walk (pile-up) against light level",
+        Walk, "walk", None, "error-dead-time-walk", errors::range_walk;
+    "Error left out: interference bias against relative delay",
+        Interference, "interference", None, "error-interference-bias", errors::interference;
+    "Error left out: circular error against sub-step delay",
+        Circular, "circular", None, "error-circular", circular::circular_error;
+    "Error left out: failures of the global coarse search",
+        Coarse, "coarse", None, "error-coarse-search", coarse::coarse_search;
+    "Joint fit: two paths of one code by their separation, beside the bound",
+        TwoPaths, "two-paths", None, "joint-two-paths", many::two_paths::two_paths;
+    "Joint fit: own sensor under another one by their power ratio, synchronised and not",
+        PowerRatio, "power-ratio", None, "joint-power-ratio", many::power_ratio::power_ratio;
+}
+
+impl From<FigureId> for &'static str {
+    fn from(id: FigureId) -> &'static str {
+        id.name()
+    }
+}
+
+impl TryFrom<String> for FigureId {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<FigureId, String> {
+        let known = FigureId::ALL.into_iter().find(|id| id.name() == name);
+        known.ok_or_else(|| format!("there is no figure \"{name}\""))
+    }
+}
 
 /// Figures and claims of the article: which to make, and how well. Of scans shorter than 1.04 ms
 /// so many more are made as they are shorter. Mean correlations take at most 100 (as in the
@@ -169,26 +255,6 @@ impl Reproduction {
     }
 }
 
-fn make(id: FigureId, options: &ReproduceOptions) -> Result<Figure, RunError> {
-    let mut run = Run::new(id, options);
-    match id {
-        FigureId::Fig3 => theory::code_correlation(&mut run),
-        FigureId::Fig5 => precision::gold_square::gold_and_square(&mut run),
-        FigureId::Fig6 => precision::interleaving::interleaving(&mut run),
-        FigureId::Fig7 => correlations::interleaving(&mut run),
-        FigureId::Fig8 => precision::two_sources::two_sources(&mut run),
-        FigureId::Fig9 => correlations::interferer(&mut run),
-        FigureId::Fig10 => correlations::two_paths(&mut run),
-        FigureId::Fig11 => correlations::path_resolution(&mut run),
-        FigureId::Walk => errors::range_walk(&mut run),
-        FigureId::Interference => errors::interference(&mut run),
-        FigureId::Circular => circular::circular_error(&mut run),
-        FigureId::Coarse => coarse::coarse_search(&mut run),
-        FigureId::TwoPaths => many::two_paths::two_paths(&mut run),
-        FigureId::PowerRatio => many::power_ratio::power_ratio(&mut run),
-    }
-}
-
 impl Reproduction {
     /// Whether every claim that was measured holds.
     pub fn holds(&self) -> bool {
@@ -218,5 +284,20 @@ impl Reproduction {
             self.confidence, self.repetitions, self.seed, self.run_time_s
         );
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_figure_has_files_and_a_seed_of_its_own() {
+        for (i, a) in FigureId::ALL.iter().enumerate() {
+            for b in &FigureId::ALL[i + 1..] {
+                assert_ne!(a.name(), b.name());
+                assert_ne!(a.ordinal(), b.ordinal());
+            }
+        }
     }
 }

@@ -1,12 +1,11 @@
 //! Simulated scans behind the points of one figure.
 
-use super::ReproduceOptions;
-use super::figure::FigureId;
 use super::many::Fits;
 use super::phase::{Errors, phase_errors};
 use super::printed::printed_distance_m;
 use super::run_error::RunError;
 use super::statistics::{Measured, rate, sample_mean, sample_mean_of, sample_std};
+use super::{FigureId, ReproduceOptions};
 use crate::door::Jobs as _;
 use crate::estimate::fit::Fitter;
 use crate::estimate::unwrap::unwrap;

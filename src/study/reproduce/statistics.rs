@@ -1,6 +1,6 @@
 //! Confidence intervals, all at 95 %.
 
-use crate::math::{NORMAL_95, binomial_interval};
+use crate::math::{NORMAL_95, Sample, binomial_interval};
 use crate::report::table::Spread;
 
 /// A measured value with its 95 % interval.
@@ -79,24 +79,19 @@ pub fn sample_mean(sum: f64, sum_of_squares: f64, n: u64) -> Measured {
 
 /// The same from the sample itself.
 pub fn sample_mean_of(values: &[f64]) -> Measured {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    Measured::normal(mean, (squares / (n - 1.0) / n).sqrt())
+    let sample = Sample::of(values.iter().copied());
+    Measured::normal(sample.mean, sample.standard_error())
 }
 
 /// Standard deviation of a sample of two or more. Its standard error is by the
 /// sample's own fourth moment, since distances are not normal where a coarse stage
 /// wavers between two steps.
 pub fn sample_std(values: &[f64]) -> Measured {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let power = |p: i32| values.iter().map(|v| (v - mean).powi(p)).sum::<f64>();
-    let variance = power(2) / (n - 1.0);
+    let Sample { number: n, variance, fourth, .. } = Sample::of(values.iter().copied());
     if variance == 0.0 {
         return Measured::normal(0.0, 0.0);
     }
-    let of_variance = (power(4) / n - variance * variance * (n - 3.0) / (n - 1.0)) / n;
+    let of_variance = (fourth - variance * variance * (n - 3.0) / (n - 1.0)) / n;
     let std = variance.sqrt();
     Measured::normal(std, of_variance.max(0.0).sqrt() / (2.0 * std))
 }

@@ -5,8 +5,9 @@ use super::reading::{
     counts, counts_of_scans, estimated, mean_counts, model, refusal, simulated, totals,
 };
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
-use super::statistics::{Sample, step_s};
+use super::statistics::step_s;
 use crate::estimate::{CountingTier, Estimate, NoEstimate};
+use crate::math::Sample;
 use crate::photons::fast::StepCounter;
 use crate::response::MeanResponse;
 use crate::scene::Scene;

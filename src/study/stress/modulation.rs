@@ -5,9 +5,10 @@ use super::reading::{
     counts_of_scans, drawn, mean_count, mean_counts, model, predicted, simulated,
 };
 use super::scenes::{GOLD_5, ideal, lit_step, table_i, window};
-use super::statistics::{Sample, step_s};
+use super::statistics::step_s;
 use crate::estimate::report::estimate_scan;
 use crate::estimate::{CountingTier, PredictionError};
+use crate::math::Sample;
 use crate::response::{CountMoments, CountSampler};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, EstimatorKind, Scene};

@@ -8,9 +8,11 @@ use goldtof_fft::{Fft, FftNum};
 use goldtof_fft::{double_pair, single_pair};
 
 use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{drawn, estimated, mean_count, mean_counts, model, numbers, rate_z};
+use super::reading::{
+    drawn, estimated, mean_count, mean_counts, model, numbers, of_totals, rate_z,
+};
 use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
-use super::statistics::{Sample, step_s, worst};
+use super::statistics::{step_s, worst};
 use crate::code::{CodeSpec, Family};
 use crate::estimate::CountingTier;
 use crate::response::{CountSampler, MeanResponse, SecondMoments};
@@ -143,7 +145,7 @@ fn drawn_totals(seed: u64) -> Result<Measured, CaseError> {
     let moments = SecondMoments::new(&response)?.of_step(Step(0));
     let sampler = CountSampler::new(&model, &[moments])?;
     let counts: Vec<_> = (0..20_000).flat_map(|scan| drawn(&sampler, 1, seed, scan)).collect();
-    let totals = Sample::of_totals(&counts);
+    let totals = of_totals(&counts);
     Measured::deviation([totals.z(mean), totals.variance_z(mean)])
 }
 

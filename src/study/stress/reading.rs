@@ -4,12 +4,13 @@
 use std::ops::Range;
 
 use super::case::CaseError;
-use super::statistics::{Sample, step_s};
+use super::statistics::step_s;
 use crate::code::correlate;
 use crate::door::Jobs as _;
 use crate::estimate::{
     CountingTier, Estimate, NoEstimate, Prediction, PredictionError, estimate, predict,
 };
+use crate::math::Sample;
 use crate::photons::fast::StepCounter;
 use crate::photons::{Detection, DetectorModel, StepCount, count_step};
 use crate::response::{CountSampler, MeanCount, MeanResponse, MeanResponseError};
@@ -91,7 +92,12 @@ pub(super) fn counts_of_scans(
 
 /// Total counts of the first `steps` steps of the first scan.
 pub(super) fn totals(scene: &Scene, steps: u64, seed: u64) -> Sample {
-    Sample::of_totals(&counts(scene, steps, seed))
+    of_totals(&counts(scene, steps, seed))
+}
+
+/// Total counts.
+pub(super) fn of_totals(counts: &[StepCount]) -> Sample {
+    Sample::of(counts.iter().map(|count| count.total as f64))
 }
 
 /// Standard errors of their mean from that of a rate of detections.

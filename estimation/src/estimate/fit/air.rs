@@ -10,7 +10,7 @@ use super::hadamard::{CodeSet, Scales};
 use super::problem::Problem;
 use super::template::{Axis, Matched, Template};
 use crate::code::Code;
-use crate::math::normal_cdf;
+use crate::math::{bisected, normal_cdf};
 use crate::photons::DetectorModel;
 use crate::scene::{DetectorIndex, OtherLight};
 use crate::sensor::Sensor;
@@ -80,15 +80,7 @@ pub struct Air {
 
 /// The deviation that the largest of so many places exceeds in a share of scans.
 fn threshold(places: f64, share: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 40.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        match places * normal_cdf(-middle) > share {
-            true => low = middle,
-            false => high = middle,
-        }
-    }
-    high
+    bisected([0.0, 40.0], 60, |sigmas| places * normal_cdf(-sigmas) > share)
 }
 
 /// The deviation that own light must exceed that is looked for in so many chips.

@@ -11,7 +11,7 @@ use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
 use super::problem::Problem;
-use super::scoring::{Counts, Settling, Slopes, settle};
+use super::scoring::{Counts, Settling, Slopes, likeliest_of, settle};
 use super::start;
 use crate::estimate::dead_time::{dead_time, periods};
 use crate::estimate::path_bound::{Bound, PathBound};
@@ -252,20 +252,14 @@ impl<'s> BinFitter<'s> {
         light: Option<PrimaryLight>,
     ) -> Result<ModelEstimate, FitError> {
         let start = self.start(counts, light)?;
-        let mut best = self.settle(counts, start.clone());
+        let first = self.settle(counts, start.clone());
         let fits_badly = |settled: &BinFit| settled.estimate.alarm_sigmas() >= RETRIED_SIGMAS;
-        let others = match &best {
+        let others = match &first {
             Ok(first) if !fits_badly(first) => self.likelier(counts, first)?,
             _ => OTHER_STARTS_CHIPS.iter().map(|&by| start.later(by)).collect(),
         };
-        for there in others {
-            // One that does not settle is no better.
-            let Ok(other) = self.settle(counts, there) else { continue };
-            if best.as_ref().map_or(true, |best| other.misfit < best.misfit) {
-                best = Ok(other);
-            }
-        }
-        best.map(|settled| settled.estimate)
+        let others = others.into_iter().map(|there| self.settle(counts, there));
+        Ok(likeliest_of(first, others, |settled| settled.misfit)?.estimate)
     }
 
     /// Light that comes up to a bin earlier or later, where that is likelier.

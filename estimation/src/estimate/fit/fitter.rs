@@ -12,6 +12,7 @@ use super::moving;
 use super::one_path::Fitted;
 use super::parameters::Parameters;
 use super::problem::{Problem, window};
+use super::scoring::likeliest_of;
 use super::start;
 use super::template::Axis;
 use crate::estimate::bound::bound;
@@ -207,22 +208,14 @@ impl Fitter<'_> {
     ) -> Result<Fitted<'m>, FitError> {
         let settle =
             |start: &Parameters| Fitted::new(problem, axis, &self.moments, start.clone(), counts);
-        let mut best = settle(start)?;
+        let first = settle(start)?;
         if !problem.shares_light() {
-            return Ok(best);
+            return Ok(first);
         }
         let step_chips = self.sensor.clock().sample_period_chips();
-        let settled = best.end.parameters.clone();
-        for steps in NEIGHBOURS {
-            let there = settled.later(steps * step_chips);
-            // One that does not settle is no better.
-            if let Ok(other) = settle(&there)
-                && other.unlikelihood() < best.unlikelihood()
-            {
-                best = other;
-            }
-        }
-        Ok(best)
+        let settled = first.end.parameters.clone();
+        let others = NEIGHBOURS.iter().map(|steps| settle(&settled.later(steps * step_chips)));
+        likeliest_of(Ok(first), others, Fitted::unlikelihood)
     }
 
     /// The fit of a path that moves.

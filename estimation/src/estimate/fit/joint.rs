@@ -16,6 +16,7 @@ use super::problem::Problem;
 use super::ridge;
 use super::search::Search;
 use crate::estimate::distance_m;
+use crate::math::bisected;
 use crate::response::MeanCount;
 
 /// Most paths of one fit: bounds its time.
@@ -270,14 +271,6 @@ impl AllLight<'_> {
             let shared = dot(&both, &between).powi(2) / dot(&between, &between);
             (dot(&both, &both) - shared).max(0.0) * (height / self.sigma).powi(2)
         };
-        let (mut low, mut high) = (0.0, 2.0);
-        for _ in 0..8 {
-            let middle = 0.5 * (low + high);
-            match left_over(middle) < needed {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        high
+        bisected([0.0, 2.0], 8, |apart| left_over(apart) < needed)
     }
 }

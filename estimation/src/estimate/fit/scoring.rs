@@ -169,6 +169,19 @@ fn downhill<C: Counts>(
     })
 }
 
+/// The fit of the least misfit, of a first one and others; one that does not settle is no better.
+pub fn likeliest_of<F, E>(
+    first: Result<F, E>,
+    others: impl IntoIterator<Item = Result<F, E>>,
+    misfit: impl Fn(&F) -> f64,
+) -> Result<F, E> {
+    others.into_iter().flatten().fold(first, |best, other| match &best {
+        Err(_) => Ok(other),
+        Ok(known) if misfit(&other) < misfit(known) => Ok(other),
+        Ok(_) => best,
+    })
+}
+
 fn squares(residuals: &[f64]) -> f64 {
     residuals.iter().map(|residual| residual * residual).sum()
 }
