@@ -55,7 +55,7 @@ print(told["diagnosis"]["sentence"])
 # time does not, and it is named.
 
 # %%
-scene["path.distance"] = f"{estimates['model']:.6f} m"
+scene["path.distance"] = estimates["model"]
 right = goldtof.estimate(scene, signed, total=total, estimator="model")
 wrong_scene = scene.copy()
 wrong_scene["detector.dead_time"] = "20 ns"

@@ -26,17 +26,21 @@ from ._goldtof import (
     correlation,
     cosim,
     emit,
-    estimate,
     expected,
     scans,
     simulate,
 )
+from .estimating import estimate
+from .reports import Estimate, Estimates, Report
 from .sweeping import sweep
 
 __all__ = [
     "SPEED_OF_LIGHT_M_PER_S",
+    "Estimate",
+    "Estimates",
     "GoldtofError",
     "ReferenceModel",
+    "Report",
     "Scene",
     "SceneError",
     "Scoreboard",

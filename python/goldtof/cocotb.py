@@ -122,7 +122,7 @@ class Scoreboard:
         """The same in words."""
         if self._unknown:
             return f"mismatch: {self._unknown}"
-        return self._comparison.summary()["text"]
+        return str(self._comparison.summary()["text"])
 
     async def check(self) -> str:
         """Waits for the end of the present batch, while the clock runs, and judges.

@@ -29,6 +29,7 @@ fn _goldtof(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("SceneError", python.get_type::<errors::SceneError>())?;
     module.add("ToolError", python.get_type::<errors::ToolError>())?;
     module.add_class::<scene::PyScene>()?;
+    module.add_function(wrap_pyfunction!(scene::_scene, module)?)?;
     module.add_class::<model::PyModel>()?;
     module.add_class::<scoreboard::PyScoreboard>()?;
     module.add_function(wrap_pyfunction!(hardware::codes, module)?)?;
@@ -37,6 +38,7 @@ fn _goldtof(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(simulating::expected, module)?)?;
     module.add_function(wrap_pyfunction!(simulating::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(simulating::scans, module)?)?;
-    module.add_function(wrap_pyfunction!(estimating::estimate, module)?)?;
+    module.add_function(wrap_pyfunction!(estimating::_estimate, module)?)?;
+    module.add_function(wrap_pyfunction!(estimating::_recorded, module)?)?;
     module.add_function(wrap_pyfunction!(hardware::cosim, module)?)
 }

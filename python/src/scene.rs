@@ -1,19 +1,22 @@
 //! Scenes.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
-use goldtof::scene::{self, DetectorIndex, EstimatorKind, Scene, Setting};
+use goldtof::scene::{self, DetectorIndex, Entry, EstimatorKind, Origin, Scene, Setting};
 use goldtof::sensor::Sensor;
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 use crate::errors::{bad_argument, of_scene, of_whole_scene};
-use crate::values::to_toml;
+use crate::values::{of_toml, to_toml};
 
 /// A sensor and what surrounds it: what a scene file says, read and checked.
 ///
-/// Keys are set in place, as ``--set`` does; if a value is refused, the scene stays as it
-/// was.
+/// Keys are read in SI units, and set in place, as ``--set`` does; numbers for keys that take a
+/// quantity are in SI units, too. If a value is refused, the scene stays as it was. Scenes are
+/// equal that say the same; they can be copied and pickled.
 ///
 /// >>> scene = Scene.parse(QUICK, "quick.toml")
 /// >>> scene.name, scene.phase_steps
@@ -21,6 +24,9 @@ use crate::values::to_toml;
 /// >>> scene["path.distance"] = "5 m"
 /// >>> scene.path_distances_m
 /// [5.0]
+/// >>> scene["path.distance"] *= 2
+/// >>> scene["path.distance"], scene["source.mean_power"], scene["source.code.degree"]
+/// (10.0, 2e-11, 5)
 /// >>> scene["path.distance"] = "5 kg"
 /// Traceback (most recent call last):
 ///     ...
@@ -62,6 +68,47 @@ impl PyScene {
     pub(crate) fn sensor(&self) -> Sensor {
         Sensor::new(&self.scene)
     }
+
+    /// All that the scene says, whatever text says it.
+    fn content(&self) -> String {
+        format!("{:?}", Scene { origin: Origin::default(), ..self.scene.clone() })
+    }
+
+    fn entry(&self, key: &str) -> PyResult<Entry> {
+        Entry::of(&self.text, &self.settings, key).map_err(PyKeyError::new_err)
+    }
+}
+
+/// Numbers for a key that takes a quantity as what a scene has for them.
+fn in_units(key: &str, value: toml::Value) -> PyResult<toml::Value> {
+    let quantity = |number: f64| scene::quantity_text(key, number).ok().flatten();
+    Ok(match value {
+        toml::Value::Float(number) => quantity(number).map_or(value, toml::Value::String),
+        toml::Value::Integer(number) => quantity(number as f64).map_or(value, toml::Value::String),
+        toml::Value::Array(values) => {
+            let values = values.into_iter().map(|value| in_units(key, value));
+            toml::Value::Array(values.collect::<PyResult<_>>()?)
+        }
+        other => other,
+    })
+}
+
+/// Text in HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// A scene from what is pickled of it.
+#[pyfunction]
+pub(crate) fn _scene(
+    file_name: String,
+    text: String,
+    settings: Vec<(String, String)>,
+) -> PyResult<PyScene> {
+    let settings = settings.iter().map(|(key, value)| Setting::of(key, value, "Scene"));
+    let settings = settings.collect::<Result<Vec<_>, _>>().map_err(bad_argument)?;
+    let scene = scene::parse_with(&file_name, &text, &settings).map_err(of_scene)?;
+    Ok(PyScene { file_name, text, settings, scene })
 }
 
 /// The detector of a name, or the only one.
@@ -128,8 +175,47 @@ impl PyScene {
         self.clone()
     }
 
+    fn __reduce__<'py>(&self, python: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let maker = python.import("goldtof._goldtof")?.getattr("_scene")?;
+        let settings: Vec<_> = self.settings.iter().map(Setting::key_and_value).collect();
+        (maker, (&self.file_name, &self.text, settings)).into_pyobject(python)
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<PyScene>();
+        other.is_ok_and(|other| self.content() == other.borrow().content())
+    }
+
+    /// Of what the scene says now: it is another one when a key is set.
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.content().hash(&mut hasher);
+        hasher.finish()
+    }
+
+    fn __getitem__<'py>(&self, python: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        match self.entry(key)?.value {
+            Some(value) => of_toml(python, &value),
+            None => Ok(python.None().into_bound(python)),
+        }
+    }
+
+    /// What is known of a key: its ``value`` in SI units, or its default (None where other keys
+    /// decide), its ``unit`` as UDUNITS writes it (None if it is no quantity), its ``meaning``.
+    ///
+    /// >>> Scene.parse(QUICK, "quick.toml").about("source.mean_power")
+    /// {'value': 2e-11, 'unit': 'W', 'meaning': 'optical power averaged over the code, at the source'}
+    fn about<'py>(&self, python: Python<'py>, key: &str) -> PyResult<Bound<'py, PyDict>> {
+        let Entry { value, unit, meaning } = self.entry(key)?;
+        let about = PyDict::new(python);
+        about.set_item("value", value.map(|value| of_toml(python, &value)).transpose()?)?;
+        about.set_item("unit", unit)?;
+        about.set_item("meaning", meaning)?;
+        Ok(about)
+    }
+
     fn __setitem__(&mut self, key: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        let value = to_toml(value, key)?;
+        let value = in_units(key, to_toml(value, key)?)?;
         let setting = Setting::of(key, &value.to_string(), "Scene").map_err(bad_argument)?;
         let mut settings = self.settings.clone();
         settings.push(setting);
@@ -146,6 +232,37 @@ impl PyScene {
             self.scene.scan.steps,
             if detectors == 1 { "" } else { "s" }
         ))
+    }
+
+    fn _repr_html_(&self) -> String {
+        let scene = &self.scene;
+        let names = |names: Vec<&str>| names.join(", ");
+        let paths = scene.paths.iter().map(|path| {
+            format!(
+                "{} to {}, {} m",
+                scene.sources[path.source].name,
+                scene.detectors[path.detector].name,
+                path.distance_m()
+            )
+        });
+        let rows = [
+            ("sources", names(scene.sources.iter().map(|source| source.name.as_str()).collect())),
+            ("detectors", names(scene.detectors.iter().map(|spad| spad.name.as_str()).collect())),
+            ("paths", paths.collect::<Vec<_>>().join("; ")),
+            ("chip period", format!("{} ns", scene.chip_period_ps * 1e-3)),
+            ("samples of a chip", scene.samples_per_chip.to_string()),
+            ("phase steps", scene.scan.steps.to_string()),
+            ("integration", format!("{} us", scene.timing().integration_ps() * 1e-6)),
+            ("set since it was read", names(self.settings().iter().map(String::as_str).collect())),
+        ];
+        let rows = rows.iter().filter(|(_, value)| !value.is_empty()).map(|(name, value)| {
+            format!("<tr><th style=\"text-align:left\">{name}</th><td>{}</td></tr>", escaped(value))
+        });
+        format!(
+            "<table><caption>{}</caption><tbody>{}</tbody></table>",
+            escaped(&scene.name),
+            rows.collect::<String>()
+        )
     }
 
     /// The scene's name: the file's, without its ending.

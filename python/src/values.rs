@@ -44,6 +44,29 @@ fn of_json<'py>(python: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny
     })
 }
 
+/// A value of a scene.
+pub(crate) fn of_toml<'py>(
+    python: Python<'py>,
+    value: &toml::Value,
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        toml::Value::Float(number) => PyFloat::new(python, *number).into_any(),
+        toml::Value::Array(values) => {
+            let values = values.iter().map(|value| of_toml(python, value));
+            PyList::new(python, values.collect::<PyResult<Vec<_>>>()?)?.into_any()
+        }
+        toml::Value::Table(fields) => {
+            let dict = PyDict::new(python);
+            for (name, value) in fields {
+                dict.set_item(name, of_toml(python, value)?)?;
+            }
+            dict.into_any()
+        }
+        // The others are as in JSON.
+        other => to_python(python, other)?,
+    })
+}
+
 /// A value of a scene; `place` is the key that it is for.
 pub(crate) fn to_toml(value: &Bound<'_, PyAny>, place: &str) -> PyResult<toml::Value> {
     to_toml_within(value, place, MOST_KEY_PARTS)

@@ -63,7 +63,7 @@ fn in_living_threads<T: Send>(job: impl FnOnce() -> PyResult<T> + Send) -> PyRes
 }
 
 /// Runs a job without Python's lock, and tells `on_progress(done, all)` how far it has
-/// come. With Ctrl-C, or when the callback raises, the call ends at once, and the job at
+/// come; where there is none, a bar in a terminal or a notebook. With Ctrl-C, or when the callback raises, the call ends at once, and the job at
 /// its next progress.
 pub(crate) fn wait_for<T: Send + 'static>(
     python: Python<'_>,
@@ -81,6 +81,10 @@ pub(crate) fn wait_for<T: Send + 'static>(
             let _ = to_us.send(ended);
         })
         .map_err(|error| failed(format!("no thread for the job: {error}")))?;
+    let on_progress = match on_progress {
+        Some(callback) => Some(callback),
+        None => python.import("goldtof.progress")?.getattr("bar")?.call0()?.extract()?,
+    };
     let mut told = 0;
     loop {
         // By a reference that nobody else has: a receiver is not shared between threads.

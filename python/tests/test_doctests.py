@@ -35,3 +35,25 @@ def test_stubs_are_those_of_the_library(tmp_path):
     )
     # A module that it does not find is none of its failures.
     assert "no issues found in 1 module" in ran.stdout, ran.stdout + ran.stderr
+
+
+def test_types_are_whole(tmp_path):
+    """The package itself, and a user's lines, under the strictest rules of mypy."""
+    lines = tmp_path / "lines.py"
+    lines.write_text(
+        "import goldtof\nimport numpy as np\n"
+        "scene = goldtof.Scene.load('quick.toml')\n"
+        "scene['path.distance'] = 5.0\n"
+        "counts = goldtof.scans(scene, fidelity='sampled')['signed']\n"
+        "distance = goldtof.estimate(scene, counts).distance_m\n"
+        "data = goldtof.sweep(scene, {'path.distance': np.linspace(1, 3, 3)}, to='xarray')\n"
+        "units: str = data['bias_m'].attrs['units']\n"
+    )
+    for what in [["-p", "goldtof"], [str(lines)]]:
+        ran = subprocess.run(
+            [sys.executable, "-P", "-m", "mypy", "--strict", "--ignore-missing-imports", *what],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+        assert ran.returncode == 0, ran.stdout + ran.stderr

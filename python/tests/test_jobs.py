@@ -158,17 +158,34 @@ def test_a_callback_that_raises_ends_the_call(quick):
         goldtof.simulate(quick, fidelity="sampled", repetitions=1_000_000, on_progress=stop)
 
 
-def test_sweeps_are_frames_and_datasets(quick):
-    over = {"path.distance": ["1 m", "2 m", "3 m"], "source.mean_power": ["10 pW", "20 pW"]}
+def test_sweeps_are_frames_and_datasets_of_numbers_with_units(quick):
+    over = {"path.distance": ["1 m", "200 cm", "10 m"], "source.mean_power": ["20 pW", "10 pW"]}
     frame = goldtof.sweep(quick, over)
-    assert len(frame) == 6
-    assert frame["true_distance_m"].round(9).tolist() == [1, 1, 2, 2, 3, 3]
+    assert frame["path.distance"].tolist() == [1, 1, 2, 2, 10, 10]
+    assert frame["true_distance_m"].round(9).tolist() == [1, 1, 2, 2, 10, 10]
+    assert frame.attrs["units"]["source.mean_power"] == "W" and frame.attrs["units"]["std_m"] == "m"
     data = goldtof.sweep(quick, over, to="xarray")
-    assert data["bias_m"].sizes["path.distance"] == 3
-    point = data["bias_m"].sel({"path.distance": "2 m", "source.mean_power": "20 pW"})
+    assert data["source.mean_power"].values.tolist() == [1e-11, 2e-11]
+    assert data["path.distance"].attrs["units"] == data["bias_m"].attrs["units"] == "m"
+    # A slice takes what lies between; as texts "10 m" would lie between "1 m" and "2 m".
+    near = data["bias_m"].sel({"path.distance": slice(1, 2)})
+    assert near.sizes["path.distance"] == 2
+    point = data["bias_m"].sel({"path.distance": 2, "source.mean_power": 2e-11})
     quick["path.distance"] = "2 m"
     alone = goldtof.simulate(quick)["estimates"][0]["bias_m"]
     assert float(point.squeeze()) == alone
+
+
+def test_a_sweep_takes_arrays_with_a_unit_and_texts_in_their_order(quick):
+    over = {"path.distance": (np.linspace(100, 300, 3), "cm"), "estimate.estimator": ["model", "fft"]}
+    data = goldtof.sweep(quick, over, to="xarray")
+    assert data["path.distance"].values.tolist() == [1, 2, 3]
+    assert data["estimate.estimator"].values.tolist() == ["model", "fft"]
+    si = goldtof.sweep(quick, {"path.distance": np.linspace(1, 3, 3)})
+    of_fft = data["expected_std_m"].sel({"estimate.estimator": "fft"}).values.ravel()
+    assert si["expected_std_m"].tolist() == of_fft.tolist()
+    with pytest.raises(ValueError, match="is one value; write a list"):
+        goldtof.sweep(quick, {"path.distance": "1 m"})
 
 
 def test_counts_that_no_hardware_has_are_refused(quick):

@@ -1,9 +1,12 @@
 """Scenes from files, texts and dicts, and what is set in them."""
 
 import copy
+import pickle
 import tomllib
+import xml.dom.minidom
 
 import goldtof
+import numpy as np
 import pytest
 from conftest import ROOT
 
@@ -66,3 +69,37 @@ def test_values_within_values_have_an_end(quick):
     with pytest.raises(ValueError, match="a key of more than 16 parts"):
         quick["a" + ".a" * 30_000] = 1
     assert quick.phase_steps == 248
+
+
+def test_scenes_are_pickled_compared_and_hashed_by_what_they_say(quick):
+    quick["path.distance"] = "5 m"
+    quick["source.code"] = {"family": "gold", "degree": 5, "index": 3}
+    twin = pickle.loads(pickle.dumps(quick))
+    assert twin == quick and hash(twin) == hash(quick) and twin.settings == quick.settings
+    assert len({quick, twin}) == 1
+    twin["path.distance"] = "500 cm"
+    assert twin == quick
+    twin["path.distance"] = "5.001 m"
+    assert twin != quick and quick != "quick"
+
+
+def test_keys_are_read_as_numbers_in_si_units(quick):
+    assert quick["clock.chip_period"] == 8e-9
+    assert quick["detector.jitter"] == [53.5e-12, 4e-12]
+    assert quick["source.extinction_ratio"] == 10.0 and quick["source.rise_time"] == 0.0
+    assert quick["source.name"] == "laser" and quick["source.impulse_response"] is None
+    assert quick.about("detector.dark_count_rate")["unit"] == "s-1"
+    for key in ["clock.chip_period", "detector.jitter", "source.mean_power", "source.clock_offset"]:
+        twin = quick.copy()
+        twin[key] = quick[key]
+        assert twin == quick, key
+    quick["path.distance"] = np.float32(2.5)
+    assert quick.path_distances_m == [2.5]
+    with pytest.raises(KeyError, match="did you mean `distance`"):
+        quick["path.distanse"]
+
+
+def test_a_scene_shows_itself_in_a_notebook(quick):
+    html = goldtof.Scene.parse(quick.text.replace('"laser"', '"<laser>"'))._repr_html_()
+    assert "&lt;laser&gt; to spad, 3.2 m" in html and "<laser>" not in html
+    assert xml.dom.minidom.parseString(html)

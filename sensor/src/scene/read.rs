@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path as FilePath;
 
+use toml::Spanned;
 use toml::de::DeTable;
 
 use super::catalogue::TABLES;
@@ -96,7 +97,25 @@ pub fn parse_with(file_name: &str, text: &str, settings: &[Setting]) -> Result<S
             return diagnostics.finish(None);
         }
     };
-    for (setting, line, place) in &appended.settings {
+    let lines = appended.settings.iter().map(|(setting, line, _)| (*setting, line.as_str()));
+    with_settings(&mut document, lines, |index, message| {
+        diagnostics.report(appended.settings[index].2.clone(), message);
+    });
+    let reference = SceneReference::of_text(file_name, text, settings);
+    let root = Section::new(&diagnostics, &TABLES, document.get_ref(), 0..0, String::new());
+    let scene = read_scene(&root, reference);
+    root.finish();
+    diagnostics.finish(scene)
+}
+
+/// Puts settings into a document, each with its line of TOML; `refuse` hears of those, by their
+/// number, that do not go into it.
+pub(super) fn with_settings<'t>(
+    document: &mut Spanned<DeTable<'t>>,
+    settings: impl Iterator<Item = (&'t Setting, &'t str)>,
+    mut refuse: impl FnMut(usize, String),
+) {
+    for (index, (setting, line)) in settings.enumerate() {
         let value = DeTable::parse(line).ok().and_then(|table| {
             let mut values = table.into_inner().into_iter();
             values.next().map(|(_, value)| value)
@@ -106,14 +125,9 @@ pub fn parse_with(file_name: &str, text: &str, settings: &[Setting]) -> Result<S
             None => Err("the value is not TOML".to_owned()),
         };
         if let Err(message) = applied {
-            diagnostics.report(place.clone(), message);
+            refuse(index, message);
         }
     }
-    let reference = SceneReference::of_text(file_name, text, settings);
-    let root = Section::new(&diagnostics, &TABLES, document.get_ref(), 0..0, String::new());
-    let scene = read_scene(&root, reference);
-    root.finish();
-    diagnostics.finish(scene)
 }
 
 /// A scene's text with settings behind it, a line each, so that each of their values has

@@ -29,10 +29,20 @@ pub struct Setting {
 
 /// One step of the way to a key.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum KeyPart {
+pub(super) enum KeyPart {
     Key(String),
     Index(usize),
     Name(String),
+}
+
+impl KeyPart {
+    /// Of a key, not of a number or a name in brackets.
+    pub(super) fn name(&self) -> Option<&str> {
+        match self {
+            KeyPart::Key(name) => Some(name),
+            KeyPart::Index(_) | KeyPart::Name(_) => None,
+        }
+    }
 }
 
 /// Parts of the longest key that is read: a scene's own have four.
@@ -100,6 +110,11 @@ impl Setting {
         self.origin.split_once(' ').map_or("", |(_, rest)| rest)
     }
 
+    /// Key and value, as [`Setting::of`] takes them.
+    pub fn key_and_value(&self) -> (&str, &str) {
+        split(self.assignment()).unwrap_or_default()
+    }
+
     /// Its value as a line of TOML.
     pub(super) fn line(&self) -> String {
         format!("v = {}", self.value)
@@ -119,7 +134,7 @@ impl Setting {
 }
 
 /// The parts of a key: `a`, `a[0].b`, `a[name].b`.
-fn parts(key: &str) -> Result<Vec<KeyPart>, String> {
+pub(super) fn parts(key: &str) -> Result<Vec<KeyPart>, String> {
     let too_long =
         || format!("a key of more than {MOST_KEY_PARTS} parts is none of a scene; {EXAMPLE}");
     let mut parts = Vec::new();
@@ -210,15 +225,10 @@ fn into_value<'t>(
 ) -> Result<(), String> {
     match (found, parts) {
         (DeValue::Table(table), [KeyPart::Key(_), ..]) => into_table(table, parts, value, path),
-        (DeValue::Array(array), [KeyPart::Key(_), ..]) => match array.len() {
-            1 => into_value((**array)[0].get_mut(), parts, value, path),
-            count => Err(format!(
-                "the scene has {count} [[{path}]]; write which one is meant, {path}[0] to \
-                 {path}[{}]{}",
-                count.saturating_sub(1),
-                by_name(array, path)
-            )),
-        },
+        (DeValue::Array(array), [KeyPart::Key(_), ..]) => {
+            let only = only(array, path)?;
+            into_value((**array)[only].get_mut(), parts, value, path)
+        }
         (DeValue::Array(array), [which, rest @ ..]) => {
             let index = index_of(array, which, path)?;
             if rest.is_empty() {
@@ -230,6 +240,18 @@ fn into_value<'t>(
         }
         (DeValue::Table(_), _) => Err(format!("`{path}` is one table, and has no number")),
         _ => Err(format!("`{path}` is a value, and has no keys below it")),
+    }
+}
+
+/// The only table of an array, whose number may be left out.
+pub(super) fn only(array: &[Spanned<DeValue>], path: &str) -> Result<usize, String> {
+    match array.len() {
+        1 => Ok(0),
+        count => Err(format!(
+            "the scene has {count} [[{path}]]; write which one is meant, {path}[0] to {path}[{}]{}",
+            count.saturating_sub(1),
+            by_name(array, path)
+        )),
     }
 }
 
@@ -246,7 +268,11 @@ fn by_name(array: &[Spanned<DeValue>], path: &str) -> String {
     }
 }
 
-fn index_of(array: &[Spanned<DeValue>], which: &KeyPart, path: &str) -> Result<usize, String> {
+pub(super) fn index_of(
+    array: &[Spanned<DeValue>],
+    which: &KeyPart,
+    path: &str,
+) -> Result<usize, String> {
     let found = match which {
         KeyPart::Index(index) => Some(*index).filter(|&index| index < array.len()),
         KeyPart::Name(wanted) => array.iter().position(|value| {

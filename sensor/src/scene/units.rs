@@ -48,6 +48,21 @@ impl Quantity {
         }
     }
 
+    /// Its SI unit, as UDUNITS writes it.
+    pub(super) fn si_unit(self) -> &'static str {
+        match self {
+            Quantity::Time => "s",
+            Quantity::Distance | Quantity::Wavelength => "m",
+            Quantity::Rate | Quantity::ClockDrift => "s-1",
+            Quantity::Power => "W",
+            Quantity::Speed => "m s-1",
+            Quantity::ClockOffset => "1",
+            Quantity::Angle => "rad",
+            Quantity::Illuminance => "lx",
+            Quantity::SpectralIrradiance => "W m-2 nm-1",
+        }
+    }
+
     /// The quantity whose units it has.
     fn dimension(self) -> Quantity {
         match self {
@@ -141,6 +156,20 @@ const UNITS: [Unit; 49] = [
 /// Decimal units shift the decimal exponent before the number becomes binary,
 /// so that "53.5 ps" and "0.0535 ns" are the same double.
 pub(super) fn parse(text: &str, quantity: Quantity, example: &str) -> Result<f64, String> {
+    converted(text, quantity, example, quantity.base_exponent())
+}
+
+/// The same in the SI unit of the quantity.
+pub(super) fn in_si(text: &str, quantity: Quantity, example: &str) -> Result<f64, String> {
+    converted(text, quantity, example, 0)
+}
+
+fn converted(
+    text: &str,
+    quantity: Quantity,
+    example: &str,
+    base_exponent: i32,
+) -> Result<f64, String> {
     let (number, unit) = split_number(text.trim());
     let Ok(value) = number.parse::<f64>() else {
         return Err(format!(
@@ -161,13 +190,41 @@ pub(super) fn parse(text: &str, quantity: Quantity, example: &str) -> Result<f64
             quantity.name()
         ));
     }
-    let base = quantity.base_exponent();
-    let converted = match scale {
-        Scale::Decimal(exponent) => shifted(number, exponent - base),
-        Scale::Multiple(factor) => shifted(number, -base) * factor,
+    Ok(match scale {
+        Scale::Decimal(exponent) => shifted(number, exponent - base_exponent),
+        Scale::Multiple(factor) => shifted(number, -base_exponent) * factor,
         Scale::Dbm => 1e-3 * 10f64.powf(value / 10.0),
+    })
+}
+
+/// A number in the SI unit of `quantity` as a scene writes it.
+pub(super) fn in_scene(value: f64, quantity: Quantity) -> String {
+    let (unit, exponent) = match quantity {
+        Quantity::ClockOffset => ("ppm", 6),
+        Quantity::ClockDrift => ("ppm/s", 6),
+        Quantity::Rate => ("cps", 0),
+        Quantity::Illuminance => ("lux", 0),
+        Quantity::SpectralIrradiance => ("W/m2/nm", 0),
+        Quantity::Speed => ("m/s", 0),
+        other => (other.si_unit(), 0),
     };
-    Ok(converted)
+    let shown = match exponent {
+        0 => plain(value),
+        _ => {
+            let shown = format!("{value:e}");
+            let (mantissa, of_value) = shown.split_once('e').unwrap_or((&shown, "0"));
+            format!("{mantissa}e{}", of_value.parse().unwrap_or(0) + exponent)
+        }
+    };
+    format!("{shown} {unit}")
+}
+
+/// A number in the fewest digits that are it.
+fn plain(value: f64) -> String {
+    match (1e-4..1e15).contains(&value.abs()) || value == 0.0 {
+        true => value.to_string(),
+        false => format!("{value:e}"),
+    }
 }
 
 /// The units of a quantity.
