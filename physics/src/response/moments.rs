@@ -9,7 +9,6 @@ use super::MeanResponseError;
 use super::expected::MeanResponse;
 use super::grid::{Samples, frame_chips};
 use super::pairs::{DetectorPairs, before_chips};
-use super::scan_moments::PerDetection;
 use super::span::Reach;
 use crate::photons::DetectorModel;
 use crate::scan::{Group, Step};
@@ -111,6 +110,14 @@ pub(super) struct Shared {
     phase_steps: Option<Mutex<BTreeMap<u64, Arc<BeforeChips>>>>,
     /// Of the phase steps of a long scan.
     pub(super) all_phase_steps: OnceLock<Vec<PerDetection>>,
+}
+
+/// Second moments of one phase step of a long scan, for each expected detection.
+#[derive(Clone, Copy)]
+pub(super) struct PerDetection {
+    pub(super) variance: f64,
+    /// Covariance of r and N, less the mean of r.
+    pub(super) excess_covariance: f64,
 }
 
 /// What an end of steps divides of the pairs of all detections.

@@ -24,7 +24,7 @@ use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::moments::{CountMoments, SecondMoments, rows};
+use super::moments::{CountMoments, PerDetection, SecondMoments, rows};
 use crate::scan::Step;
 
 /// Phases per chip that are worked out.
@@ -71,14 +71,6 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
             }
         })
         .collect()
-}
-
-/// Second moments of one phase step per expected detection.
-#[derive(Clone, Copy)]
-pub(super) struct PerDetection {
-    variance: f64,
-    /// Covariance of r and N, less the mean of r.
-    excess_covariance: f64,
 }
 
 /// Second moments of every `stride`-th phase step of the code period.
