@@ -181,7 +181,7 @@ impl Scan {
         let mut wall_s = Vec::new();
         let whole = measured(|seed| {
             let options = RunOptions {
-                out: out.path().to_owned(),
+                out: Some(out.path().to_owned()),
                 seed,
                 made_by: MADE_BY.to_owned(),
                 ..Default::default()

@@ -14,7 +14,7 @@ use goldtof::{EstimateOptions, Jobs as _, RunOptions, Sensor};
 /// The distance that the counts give, and that of the target, in metres.
 fn distances(folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {
     let sensor = Sensor::load("scenes/quick.toml")?;
-    sensor.run(&RunOptions { out: folder.to_owned(), ..Default::default() })?;
+    sensor.run(&RunOptions { out: Some(folder.to_owned()), ..Default::default() })?;
 
     // Signed counts in the order of the phase steps: columns of counts.csv.
     let text = std::fs::read_to_string(folder.join("counts.csv"))?;

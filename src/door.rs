@@ -175,7 +175,7 @@ pub trait Jobs {
     }
 
     /// The main job: plan, emission, photon simulation, co-simulation, estimates and report, into
-    /// `options.out`: the Verilog (in `rtl`), `counts.csv`, of histograms `bins.csv` too,
+    /// `options.out`, or `out` and the scene's name: the Verilog (in `rtl`), `counts.csv`, of histograms `bins.csv` too,
     /// `report.html`, after a mismatch `mismatch.vcd`, and `waves.vcd` if asked for. A mismatch of
     /// Verilog and reference model is a result.
     ///
@@ -183,8 +183,7 @@ pub trait Jobs {
     /// use goldtof::{Jobs as _, Sensor};
     ///
     /// let sensor = Sensor::load("scenes/quick.toml")?;
-    /// let options = goldtof::RunOptions { out: "out/quick".into(), ..Default::default() };
-    /// let run = sensor.run(&options)?;
+    /// let run = sensor.run(&goldtof::RunOptions::default())?;
     /// println!("{}: {:?}", run.cosim.verdict, run.estimates[0].distance_m);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

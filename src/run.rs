@@ -24,13 +24,14 @@ use crate::plan::overview::with_cells;
 use crate::plan::resources::{Resources, resources};
 use crate::plan::{self, Plan};
 use crate::progress::Progress;
+use crate::recorded::{RecordedScan, fit_distance_alone};
 use crate::reference::predictor::ReferenceError;
 use crate::report::curves::IntegrationCurves;
 use crate::report::page::Page;
 use crate::report::provenance::Provenance;
 use crate::report::timing::{Wave, waves};
 use crate::report::{DetectorCounts, bins_csv, counts_csv};
-use crate::scene::{DetectorIndex, EstimatorKind, TotalsMissing};
+use crate::scene::{DetectorIndex, EstimatorKind, Scene, TotalsMissing};
 use crate::sensor::Sensor;
 use crate::version::MADE_BY;
 
@@ -50,10 +51,10 @@ const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from t
 /// Options of the main job.
 #[derive(Debug, Clone, clap::Args)]
 pub struct RunOptions {
-    /// Folder for the Verilog, counts.csv and report.html; made when missing,
-    /// for example --out out/quick
+    /// Folder for the Verilog, counts.csv and report.html; made when missing, for example
+    /// --out build/quick [default: out/ and the scene's name]
     #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    pub out: Option<PathBuf>,
     /// Estimator [default: the scene's]
     #[arg(long, value_name = "E", value_enum)]
     pub estimator: Option<EstimatorKind>,
@@ -84,7 +85,7 @@ pub struct RunOptions {
 impl Default for RunOptions {
     fn default() -> RunOptions {
         RunOptions {
-            out: "out".into(),
+            out: None,
             estimator: None,
             engine: Engine::Auto,
             graded_mutants: None,
@@ -93,6 +94,15 @@ impl Default for RunOptions {
             window: None,
             provenance: Provenance::default(),
         }
+    }
+}
+
+impl RunOptions {
+    /// The folder of a scene's run.
+    pub fn folder(&self, scene: &Scene) -> PathBuf {
+        // A name of dots alone would lead out of it.
+        let of_scene = || Path::new("out").join(scene.name.trim_matches('.'));
+        self.out.clone().unwrap_or_else(of_scene)
     }
 }
 
@@ -172,7 +182,8 @@ pub fn run(
     }
     let plan = with_cells(plan::plan(&sensor), &sensor);
     let emission = deliver::emit(&sensor, &options.made_by)?;
-    let folder = OutputFolder::open(&options.out, |path| on_event(RunEvent::Waits(path)))?;
+    let folder =
+        OutputFolder::open(&options.folder(scene), |path| on_event(RunEvent::Waits(path)))?;
     remove_other_runs(&folder)?;
     let rtl = folder.subfolder(RTL, |path| on_event(RunEvent::Waits(path)))?;
     deliver::write_into(&emission, &rtl)?;
@@ -197,8 +208,17 @@ pub fn run(
     }
     on_event(RunEvent::Compared(&cosimulation.report));
     let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
-    let (own_estimates, other_estimates) =
+    let (own_estimates, mut other_estimates) =
         beside(|| estimates(&other, &cosimulation), || estimates(&sensor, &cosimulation));
+    if scene.estimator == EstimatorKind::Fft && !scene.sends_total_counts() {
+        let sent = DetectorIndex::all().zip(&cosimulation.counts);
+        let both = own_estimates.iter().zip(&mut other_estimates);
+        for ((detector, sent), (phase, model)) in sent.zip(both) {
+            let counts = sent.iter().map(SentCount::step_count).collect();
+            let scan = RecordedScan { detector, counts, has_totals: false };
+            fit_distance_alone(&sensor, &scan, phase, model);
+        }
+    }
     let mutants =
         options.graded_mutants.filter(|_| cosimulation.report.verdict != Verdict::Mismatch);
     let stage = |stage| on_event(RunEvent::Progress(Progress::Stage(stage)));

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::output::Output;
 use super::values::parse_shard;
-use super::warnings::warn_of_far_paths;
+use super::warnings::warn;
 use crate::cosim::MOST_CLOCKS;
 use crate::printable::{printable, printable_path, shell_word};
 use crate::scene::{SceneErrors, SceneText, Setting};
@@ -31,7 +31,7 @@ impl SceneArgument {
     /// If it cannot be read, and everything that is wrong with it.
     pub fn sensor(&self, output: &Output) -> Result<Sensor, SceneErrors> {
         let sensor = Sensor::new(&self.read()?.scene()?);
-        warn_of_far_paths(&sensor, output);
+        warn(&sensor, output);
         Ok(sensor)
     }
 

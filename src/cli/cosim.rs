@@ -112,7 +112,7 @@ impl<'o> CosimProgress<'o> {
 
     /// The Verilog is being built.
     pub fn build(&self) {
-        self.bar.stage("building the model of the Verilog");
+        self.bar.stage("compiling a model of the Verilog; the next run has it from the cache");
     }
 
     /// Clocks of the co-simulation, and stages of what is done after it.

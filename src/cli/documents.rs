@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::estimate::Estimates;
 use super::failure::Failure;
-use super::manual::Pages;
+use super::manual::{Completions, Pages};
 use super::merge::MissingShards;
 use super::new::Made;
 use super::shards::ShardDone;
@@ -40,6 +40,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<Failure>(),
         schema::<FidelityReport>(),
         schema::<Grade>(),
+        schema::<Completions>(),
         schema::<Pages>(),
         schema::<Made>(),
         schema::<Overview>(),

@@ -8,11 +8,11 @@ use serde::Serialize;
 use super::common::{CheckArgument, SceneArgument};
 use super::ending::Ending;
 use super::output::Output;
-use super::warnings::warn_of_far_paths;
+use super::warnings::warn;
 use crate::document::Body;
 use crate::door::EstimateOptions;
 use crate::recorded::{
-    Assessment, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram, read_recorded,
+    Assessment, CountsFile, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram,
 };
 use crate::report::residual_plot;
 use crate::scene::DetectorIndex;
@@ -34,6 +34,9 @@ pub(super) struct EstimateArguments {
     /// for example --out out/residuals
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// First say how the file was understood: encoding, delimiter, decimal sign, columns, rows
+    #[arg(long)]
+    pub explain: bool,
     #[command(flatten)]
     pub check: CheckArgument,
 }
@@ -41,6 +44,8 @@ pub(super) struct EstimateArguments {
 /// The JSON of `goldtof estimate`.
 #[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct Estimates<'a> {
+    /// How the file was understood.
+    file: &'a CountsFile,
     /// What each detector's scan says.
     assessments: &'a [Assessment],
 }
@@ -52,19 +57,21 @@ impl Body for Estimates<'_> {
 pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow::Result<Ending> {
     let scene = arguments.scene.read()?.scene()?.with_estimator(arguments.options.estimator)?;
     let sensor = Sensor::new(&scene);
-    warn_of_far_paths(&sensor, output);
-    let assessments: Vec<(DetectorIndex, Assessment)> =
-        match read_recorded(&arguments.counts, &sensor)? {
-            Recorded::Scans(scans) => {
-                let assessed = |scan: &RecordedScan| (scan.detector, assess(&sensor, scan));
-                scans.iter().map(assessed).collect()
-            }
-            Recorded::Histograms(histograms) => {
-                let assessed =
-                    |one: &RecordedHistogram| (one.detector, assess_histogram(&sensor, one));
-                histograms.iter().map(assessed).collect()
-            }
-        };
+    warn(&sensor, output);
+    let file = CountsFile::read(&arguments.counts)?;
+    if arguments.explain {
+        output.note(file.to_string().trim_end());
+    }
+    let assessments: Vec<(DetectorIndex, Assessment)> = match file.recorded(&sensor)? {
+        Recorded::Scans(scans) => {
+            let assessed = |scan: &RecordedScan| (scan.detector, assess(&sensor, scan));
+            scans.iter().map(assessed).collect()
+        }
+        Recorded::Histograms(histograms) => {
+            let assessed = |one: &RecordedHistogram| (one.detector, assess_histogram(&sensor, one));
+            histograms.iter().map(assessed).collect()
+        }
+    };
     if let Some(out) = &arguments.out {
         let folder = output.folder(out)?;
         for (number, assessment) in &assessments {
@@ -74,7 +81,7 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
     }
     let assessments: Vec<Assessment> = assessments.into_iter().map(|(_, one)| one).collect();
     let text: String = assessments.iter().map(Assessment::to_string).collect();
-    let document = Estimates { assessments: &assessments };
+    let document = Estimates { file: &file, assessments: &assessments };
     output.answer(Some(scene.reference()), &document, &text)?;
     let is_accused =
         |one: &Assessment| one.diagnosis.as_ref().is_some_and(|d| !d.causes.is_empty());

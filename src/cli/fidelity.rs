@@ -47,7 +47,7 @@ pub(super) fn run(
         output.wrote(&folder, &report.write_files(&folder)?);
     }
     output.answer(Some(sensor.scene().reference()), &report, &report.to_text())?;
-    if let Some(refusal) = &report.refusal {
+    if let (Some(refusal), None) = (&report.refusal, &report.recommended) {
         output.note(&format!("refused: {refusal}"));
         return Ok(Ending::DoesNotHold);
     }

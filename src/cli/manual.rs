@@ -1,8 +1,5 @@
 //! `goldtof completions` and `goldtof man`.
 
-use std::io::{self, Write as _};
-
-use anyhow::Context as _;
 use clap::CommandFactory as _;
 use serde::Serialize;
 
@@ -11,6 +8,19 @@ use super::ending::Ending;
 use super::output::Output;
 use crate::document::Body;
 use crate::printable::printable_path;
+
+/// The JSON of `goldtof completions`.
+#[derive(Serialize, schemars::JsonSchema)]
+pub(super) struct Completions {
+    /// The shell's name.
+    shell: String,
+    /// What the shell has to read.
+    script: String,
+}
+
+impl Body for Completions {
+    const NAME: &'static str = "completions";
+}
 
 /// The JSON of `goldtof man`.
 #[derive(Serialize, schemars::JsonSchema)]
@@ -23,16 +33,16 @@ impl Body for Pages {
     const NAME: &'static str = "man";
 }
 
-pub(super) fn completions(arguments: &CompletionsArguments) -> anyhow::Result<Ending> {
+pub(super) fn completions(
+    arguments: &CompletionsArguments,
+    output: &Output,
+) -> anyhow::Result<Ending> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Cli::command(), "goldtof", &mut script);
-    match io::stdout().lock().write_all(&script) {
-        // A broken pipe: the reader has seen enough.
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(error).context("cannot write to stdout")
-        }
-        _ => Ok(Ending::Done),
-    }
+    let script = String::from_utf8(script)?;
+    let document = Completions { shell: arguments.shell.to_string(), script };
+    output.answer(None, &document, &document.script)?;
+    Ok(Ending::Done)
 }
 
 pub(super) fn pages(arguments: &ManArguments, output: &Output) -> anyhow::Result<Ending> {

@@ -95,7 +95,7 @@ pub fn main() -> ExitCode {
         Command::Sweep(arguments) => sweep::run(&arguments, cli.seed, &mut output),
         Command::Merge(arguments) => merge::run(&arguments, &mut output),
         Command::New(arguments) => new::run(&arguments, &output),
-        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments, &output),
         Command::Man(arguments) => manual::pages(&arguments, &output),
         Command::Stress(arguments) => stress::run(&arguments, cli.seed, &mut output),
     };

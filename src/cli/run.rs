@@ -13,7 +13,7 @@ use super::grade;
 use super::junit;
 use super::output::{Output, terminal_width};
 use super::provenance::provenance;
-use super::warnings::warn_of_far_paths;
+use super::warnings::warn;
 use crate::cosim::Verdict;
 use crate::printable::printable_path;
 use crate::report::estimates::{BothEstimates, texts};
@@ -21,7 +21,7 @@ use crate::run::{REPORT, Run, RunEvent, RunOptions, run as main_job};
 use crate::sensor::Sensor;
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example: goldtof run scenes/quick.toml --out out/quick")]
+#[command(after_help = "Example: goldtof run scenes/quick.toml")]
 pub(super) struct RunArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
@@ -46,7 +46,7 @@ pub(super) fn run(
     let text = arguments.scene.read()?;
     let scene = text.scene()?;
     let sensor = Sensor::new(&scene);
-    warn_of_far_paths(&sensor, output);
+    warn(&sensor, output);
     let options = RunOptions {
         seed,
         made_by: command_line(&arguments.scene),
@@ -78,7 +78,7 @@ pub(super) fn run(
         junit::write_report(path, &scene.name, &run.cosim)?;
     }
     let chips = scene.scan.integration_chips;
-    output.answer(Some(scene.reference()), &run, &summary(&run, chips, &options.out))?;
+    output.answer(Some(scene.reference()), &run, &summary(&run, chips, &options.folder(&scene)))?;
     Ok(match ending(&run.cosim) {
         Ending::Done => {
             let holds = run.estimates.iter().all(|own| own.expectation_holds != Some(false));

@@ -8,7 +8,7 @@ use super::common::{CheckArgument, Order, SceneArgument, ShardArguments};
 use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
-use super::warnings::warn_of_far_paths;
+use super::warnings::warn;
 use crate::files;
 use crate::recorded::expected_csv;
 use crate::scene::{SceneReference, SceneText};
@@ -46,7 +46,7 @@ pub(super) fn run(
     let options = SimulateOptions { seed, ..arguments.options };
     let scene = text.scene()?.with_estimator(options.estimator)?;
     let sensor = Sensor::new(&scene);
-    warn_of_far_paths(&sensor, output);
+    warn(&sensor, output);
     let order = arguments.shard.order();
     let scans = order.as_ref().map_or(options.repetitions, |order| {
         let stretch = order.part.stretch(options.repetitions);
@@ -101,7 +101,7 @@ pub(super) fn merge(
 ) -> anyhow::Result<Ending> {
     let scene = job.scene.scene()?.with_estimator(job.options.estimator)?;
     let sensor = Sensor::new(&scene);
-    warn_of_far_paths(&sensor, output);
+    warn(&sensor, output);
     let simulation = shard::simulation(job, &sensor, shards)?;
     tell(job.scene.reference(), &simulation, job.check, output)
 }

@@ -4,8 +4,42 @@ use super::output::Output;
 use crate::code::{Family, Generator, MOST_HARDWARE_DEGREE};
 use crate::estimate::folded;
 use crate::light::distance_m;
+use crate::plan::link::LinkBudget;
+use crate::printable::printable;
 use crate::scene::PathIndex;
 use crate::sensor::Sensor;
+
+/// Primary detections in a dead time from which a detector counts as saturated: it is ready for
+/// less than a tenth of the time, and the code shows in little more than when it becomes ready.
+const SATURATED: f64 = 10.0;
+
+/// Warns of what the sensor that a scene describes hardly can do.
+pub(super) fn warn(sensor: &Sensor, output: &Output) {
+    warn_of_far_paths(sensor, output);
+    warn_of_saturation(sensor, output);
+}
+
+/// Warns of detectors that the light of one path keeps blind.
+fn warn_of_saturation(sensor: &Sensor, output: &Output) {
+    let scene = sensor.scene();
+    for index in PathIndex::of(&scene.paths) {
+        let path = &scene.paths[index];
+        let (source, spad) = (&scene.sources[path.source], &scene.detectors[path.detector]);
+        let primary_hz = LinkBudget::of(scene, index).primary_hz;
+        let in_dead_time = primary_hz * spad.dead_time_ps * 1e-12;
+        if in_dead_time > SATURATED {
+            output.note(&format!(
+                "warning: detector {} saturates: path {index} would fire it {primary_hz:.2e} times a second, \
+                 and it is blind for {} ns after each detection; source[{}].mean_power = \"{:.1e} W\" \
+                 leaves it ready half of the time",
+                printable(&spad.name),
+                spad.dead_time_ps * 1e-3,
+                printable(&source.name),
+                source.mean_power_w / in_dead_time,
+            ));
+        }
+    }
+}
 
 /// Warns of paths beyond the unambiguous range; whether there are any.
 pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) -> bool {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::light::photon_rate_hz;
-use crate::scene::PathIndex;
+use crate::scene::{PathIndex, Scene};
 use crate::sensor::Sensor;
 
 /// Where a path's photons stay. Rates are averages over the code.
@@ -29,11 +29,10 @@ pub struct LinkBudget {
     pub signal_to_background: Option<f64>,
 }
 
-/// Path by path, but for those whose source is dark.
-pub fn link_budget(sensor: &Sensor) -> Vec<LinkBudget> {
-    let scene = sensor.scene();
-    let of_path = |index: PathIndex| {
-        let path = &scene.paths[index];
+impl LinkBudget {
+    /// That of one path.
+    pub fn of(scene: &Scene, path: PathIndex) -> LinkBudget {
+        let path = &scene.paths[path];
         let (source, spad) = (&scene.sources[path.source], &scene.detectors[path.detector]);
         let emitted_hz = photon_rate_hz(source.mean_power_w, source.wavelength_nm);
         let returned_hz = emitted_hz * path.transmission;
@@ -51,9 +50,15 @@ pub fn link_budget(sensor: &Sensor) -> Vec<LinkBudget> {
             dark_counts_hz: spad.dark_count_rate_cps,
             signal_to_background: (unwanted_hz > 0.0).then(|| primary_hz / unwanted_hz),
         }
-    };
+    }
+}
+
+/// Path by path, but for those whose source is dark.
+pub fn link_budget(sensor: &Sensor) -> Vec<LinkBudget> {
+    let scene = sensor.scene();
     let emits = |index: &PathIndex| scene.sources[scene.paths[*index].source].emits();
-    PathIndex::of(&scene.paths).filter(emits).map(of_path).collect()
+    let paths = PathIndex::of(&scene.paths).filter(emits);
+    paths.map(|path| LinkBudget::of(scene, path)).collect()
 }
 
 #[cfg(test)]

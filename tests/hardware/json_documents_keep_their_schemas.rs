@@ -191,6 +191,7 @@ fn documents(work: &Path) -> Vec<Value> {
     let mut all = vec![
         document(&["codes", "--degree", "5", "--interleave", "1"]),
         document(&["codes", "--family", "square"]),
+        document(&["completions", "bash"]),
         document(&["man", "--out", &at("man")]),
         document(&["new", &at("my-sensor")]),
         document(&["stress", "--list"]),

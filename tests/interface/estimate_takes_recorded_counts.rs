@@ -72,6 +72,25 @@ fn wrong_files_are_refused_with_line_and_remedy() {
     let (status, told) = of(&right.replace(",count,", ",counts,"), QUICK);
     assert_eq!(status, Some(2));
     assert!(told.contains("x.csv:1: no column is called \"counts\""), "{told}");
+    // What a spreadsheet of a country with decimal commas makes of it, and how it was understood.
+    let semicolons = right.replace(',', ";").replace('.', ",").replace('\n', "\r\n");
+    fs::write(&shuffled, format!("sep=;\r\n{semicolons}")).unwrap();
+    let output = goldtof(&["estimate", QUICK, shuffled.to_str().unwrap(), "--explain"]);
+    let told = said(&output);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    for line in ["delimiter     semicolon, named on line 1", "248, phase steps 0 to 247"] {
+        assert!(told.contains(line), "{told}");
+    }
+    let found = json(&["estimate", QUICK, shuffled.to_str().unwrap(), "--json"]);
+    assert_eq!(found["file"]["dialect"]["decimal_sign"], ",");
+    assert_eq!(found["file"]["heading_line"], 2);
+    // A cause that cannot be tested is named once, however often it was tried.
+    let settings = ["detector.dead_time=20 ns", "detector.background_rate=3 Mcps"];
+    for setting in settings {
+        let found = json(&["estimate", QUICK, &counts, "--set", setting, "--json"]);
+        let left_out = &found["assessments"][0]["diagnosis"]["not_tested"];
+        assert_eq!(left_out.as_array().map(Vec::len), Some(1), "{setting}: {left_out}");
+    }
     let missing = goldtof(&["estimate", QUICK, "no-such.csv"]);
     assert_eq!(missing.status.code(), Some(2));
     assert!(said(&missing).contains("no-such.csv: cannot read the counts"));

@@ -110,6 +110,9 @@ fn completions_parse_and_know_every_command() {
         for word in ["sweep", "estimate", "completions", "--tool-timeout"] {
             assert!(script.contains(word.trim_start_matches("--")), "{shell}: {word}");
         }
+        let output = goldtof(folder.path(), &["completions", shell, "--json"]);
+        let document: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(document["script"], script);
         if shell == "bash" {
             fs::write(folder.path().join("c"), &script).unwrap();
             let lines = "source ./c; COMP_WORDS=(goldtof simulate --fid); COMP_CWORD=2; \

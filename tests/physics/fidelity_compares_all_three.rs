@@ -46,6 +46,15 @@ fn a_target_that_the_budget_cannot_resolve_is_refused_with_the_one_that_would() 
     assert!(refusal["needed_scans"].as_f64().unwrap() > 3.4e7, "{refusal}");
     assert!(refusal["needed_budget_s"].as_f64().unwrap() > 1_000.0, "{refusal}");
 
+    // Where no error is asked for, the least that this budget resolves is, and what 5 % would take is told.
+    let (output, own) = fidelity("scenes/quick.toml", &["--budget-s", "3"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(own["refusal"]["target_error"], 0.05);
+    let resolved = own["refusal"]["resolved_error"].as_f64().unwrap();
+    assert!(
+        resolved > 0.05 && own["recommended"]["shown_error"].as_f64().unwrap() <= resolved + 0.01
+    );
+
     // Every tier with its share of missed peaks, and an interval that holds it.
     for tier in report["tiers"].as_array().unwrap() {
         let missed = tier["missed_fraction"].as_f64().unwrap();

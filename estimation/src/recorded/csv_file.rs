@@ -1,13 +1,20 @@
 //! Reading `counts.csv` and `bins.csv`: every mistake with its line and what would be right.
 
+mod dialect;
+
+pub use dialect::Dialect;
+use dialect::{Decoded, decoded, is_skipped};
+
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::Path;
 
 use csv::StringRecord;
+use serde::Serialize;
 
-use super::{RecordedHistogram, RecordedScan};
+use super::{Recorded, RecordedHistogram, RecordedScan};
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m, possible_count};
-use crate::files::read_text;
+use crate::files::read_bytes;
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::printable::{printable, printable_path};
@@ -23,8 +30,9 @@ const DISTANCE_TOLERANCE_M: f64 = 1e-3;
 
 /// What a file has a row of for each detector.
 struct Layout {
-    /// Columns that it may have, and those that it must, beside `detector` where there are several.
-    columns: &'static [&'static str],
+    /// Columns that it may have, with what they are, and those that it must, beside `detector`
+    /// where there are several.
+    columns: &'static [(&'static str, &'static str)],
     needed: [&'static str; 2],
     /// What a row is of, and the rows of a detector together.
     row: &'static str,
@@ -38,7 +46,14 @@ struct Layout {
 }
 
 const STEPS: Layout = Layout {
-    columns: &["measurement", "phase_step", "distance_m", "count", "detector", "total_count"],
+    columns: &[
+        ("measurement", "number of the phase step in the scan, from 0; checked"),
+        ("phase_step", "phase step, from 0 on in a code period"),
+        ("distance_m", "distance that the phase step stands for, in metres; checked"),
+        ("count", "signed count: hits up less hits down"),
+        ("detector", "name of the detector"),
+        ("total_count", "hits up and hits down together"),
+    ],
     needed: ["phase_step", "count"],
     row: "phase step",
     whole: "scan",
@@ -50,7 +65,11 @@ const STEPS: Layout = Layout {
 };
 
 const BINS: Layout = Layout {
-    columns: &["bin", "count", "detector"],
+    columns: &[
+        ("bin", "samples from the start of the code period, from 0"),
+        ("count", "hits in the bin"),
+        ("detector", "name of the detector"),
+    ],
     needed: ["bin", "count"],
     row: "bin",
     whole: "histogram",
@@ -84,101 +103,198 @@ pub enum CountsError {
 }
 
 impl CountsError {
-    pub(super) fn of(path: &Path, (line, problem): Wrong) -> CountsError {
+    fn of(file: &str, (line, problem): Wrong) -> CountsError {
         CountsError::Invalid {
-            file: printable_path(path),
+            file: file.to_owned(),
             line,
             problem: printable(&problem).into_owned(),
         }
     }
 }
 
-/// The text of a file.
-pub(super) fn text_of(path: &Path) -> Result<String, CountsError> {
-    read_text(path, MOST_BYTES)
-        .map_err(|source| CountsError::Unreadable { file: printable_path(path), source })
-}
-
 /// A line's number, and what is wrong with it.
 pub(super) type Wrong = (u64, String);
 
-/// Whether a text is of bins, by its heading.
-pub(super) fn has_bins(text: &str) -> bool {
-    let heading = text.lines().next().unwrap_or_default();
-    let heading = heading.trim_start_matches('\u{feff}');
-    let mut names = heading.split(',');
-    names.any(|name| name.trim().trim_matches('"') == BINS.needed[0])
+/// A file of counts, and how it is understood; nothing is checked of it but how it is written.
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+pub struct CountsFile {
+    /// File as it was named by the caller.
+    pub file: String,
+    /// How it is written.
+    pub dialect: Dialect,
+    /// Line of the heading, 1-based.
+    pub heading_line: u64,
+    /// The columns that the heading names.
+    pub columns: Vec<Column>,
+    /// Lines below the heading that are neither empty nor comments.
+    pub rows: u64,
+    /// Smallest phase step, or bin; null where there is none.
+    pub first: Option<i64>,
+    /// Largest phase step, or bin; null where there is none.
+    pub last: Option<i64>,
+    #[serde(skip)]
+    text: String,
 }
 
-/// The scans of a text: one of every detector that it names.
-pub(super) fn scans(text: &str, sensor: &Sensor) -> Result<Vec<RecordedScan>, Wrong> {
+/// A column of a file of counts.
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+pub struct Column {
+    /// Its name in the heading.
+    pub name: String,
+    /// What it is taken for; null where no column is called so.
+    pub taken_for: Option<&'static str>,
+}
+
+impl CountsFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is no text in columns.
+    pub fn read(path: &Path) -> Result<CountsFile, CountsError> {
+        let file = printable_path(path);
+        match read_bytes(path, MOST_BYTES).and_then(decoded) {
+            Ok(text) => CountsFile::of(&file, text).map_err(|wrong| CountsError::of(&file, wrong)),
+            Err(source) => Err(CountsError::Unreadable { file, source }),
+        }
+    }
+
+    fn of(file: &str, decoded: Decoded) -> Result<CountsFile, Wrong> {
+        let (dialect, text) = Dialect::of(decoded)?;
+        let mut reader = dialect.reader(&text);
+        let heading = reader.headers().map_err(|error| unreadable(&text, &error))?.clone();
+        let mut file = CountsFile {
+            file: file.to_owned(),
+            heading_line: line_at(&text, heading.position()),
+            columns: Vec::new(),
+            rows: 0,
+            first: None,
+            last: None,
+            text: String::new(),
+            dialect,
+        };
+        let layout = if heading.iter().any(|name| name == BINS.needed[0]) { &BINS } else { &STEPS };
+        for name in &heading {
+            let known = layout.columns.iter().find(|(known, _)| *known == name);
+            let taken_for = known.map(|(_, meaning)| *meaning);
+            file.columns.push(Column { name: name.to_owned(), taken_for });
+        }
+        let place = heading.iter().position(|name| name == layout.needed[0]);
+        let mut record = StringRecord::new();
+        while let Ok(true) = reader.read_record(&mut record) {
+            file.rows += u64::from(!is_blank(&record));
+            let number = place.and_then(|place| file.dialect.whole(record.get(place)?));
+            if let Some(number) = number.and_then(|number| i64::try_from(number).ok()) {
+                file.first = file.first.min(Some(number)).or(Some(number));
+                file.last = file.last.max(Some(number));
+            }
+        }
+        file.text = text;
+        Ok(file)
+    }
+
+    fn has_bins(&self) -> bool {
+        self.columns.iter().any(|column| column.name == BINS.needed[0])
+    }
+
+    /// The counts of one scan, or the bins of one histogram, as the heading says, of each detector
+    /// that the file names.
+    ///
+    /// # Errors
+    /// If the file is not of the format, or is of another scene.
+    pub fn recorded(&self, sensor: &Sensor) -> Result<Recorded, CountsError> {
+        let recorded = match self.has_bins() {
+            true => histograms(self, sensor).map(Recorded::Histograms),
+            false => scans(self, sensor).map(Recorded::Scans),
+        };
+        recorded.map_err(|wrong| CountsError::of(&self.file, wrong))
+    }
+}
+
+impl fmt::Display for CountsFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Dialect { encoding, byte_order_mark, delimiter, delimiter_line, decimal_sign } =
+            &self.dialect;
+        let mark = if *byte_order_mark { ", with a byte order mark" } else { "" };
+        let named = if *delimiter_line { ", named on line 1" } else { "" };
+        writeln!(f, "{} is understood as", self.file)?;
+        writeln!(f, "  encoding      {encoding}{mark}")?;
+        writeln!(f, "  delimiter     {delimiter}{named}")?;
+        writeln!(f, "  decimal sign  {decimal_sign}")?;
+        writeln!(f, "  heading       line {}", self.heading_line)?;
+        let width = self.columns.iter().map(|column| column.name.len()).max().unwrap_or(0);
+        for (place, Column { name, taken_for }) in (1..).zip(&self.columns) {
+            let label = format!("column {place}");
+            let taken_for = taken_for.unwrap_or("not known");
+            writeln!(f, "  {label:12}  {name:width$}  {taken_for}")?;
+        }
+        write!(f, "  rows          {}", self.rows)?;
+        let row = if self.has_bins() { BINS.row } else { STEPS.row };
+        match self.first.zip(self.last) {
+            Some((first, last)) => writeln!(f, ", {row}s {first} to {last}"),
+            None => writeln!(f, ", no {row}s"),
+        }
+    }
+}
+
+/// The scans of a file: one of every detector that it names.
+fn scans(file: &CountsFile, sensor: &Sensor) -> Result<Vec<RecordedScan>, Wrong> {
     let scene = sensor.scene();
     let scan = &scene.scan;
     let of_row = |row: &CountsRow| step_count(row, sensor);
     let shown = |step: u64| scan.phase_step(Step(step));
-    let file = read_rows(text, scene, &STEPS, (scan.steps, &shown), of_row)?;
-    let has_totals = file.has_column("total_count");
-    let scans = file.rows.into_iter();
+    let read = read_rows(file, scene, &STEPS, (scan.steps, &shown), of_row)?;
+    let has_totals = file.columns.iter().any(|column| column.name == "total_count");
+    let scans = read.into_iter();
     Ok(scans.map(|(detector, counts)| RecordedScan { detector, counts, has_totals }).collect())
 }
 
-/// The histograms of a text: one of every detector that it names.
-pub(super) fn histograms(text: &str, sensor: &Sensor) -> Result<Vec<RecordedHistogram>, Wrong> {
+/// The histograms of a file: one of every detector that it names.
+fn histograms(file: &CountsFile, sensor: &Sensor) -> Result<Vec<RecordedHistogram>, Wrong> {
     let Some(plan) = sensor.interface().histogram() else {
         let says = "bins are of a sensor that keeps a histogram, and this scene's correlates phase \
                     step by phase step; write hardware.architecture = \"histogram\", or the counts \
                     of its phase steps with the heading phase_step,count";
-        return Err((1, says.to_owned()));
+        return Err((file.heading_line, says.to_owned()));
     };
     let of_row = |row: &CountsRow| bin_count(row, plan.bins(), plan.periods);
-    let file = read_rows(text, sensor.scene(), &BINS, (plan.bins(), &|bin| bin), of_row)?;
-    let histograms = file.rows.into_iter().map(|(detector, bins)| {
+    let read = read_rows(file, sensor.scene(), &BINS, (plan.bins(), &|bin| bin), of_row)?;
+    let histograms = read.into_iter().map(|(detector, bins)| {
         let histogram = Histogram::new(bins, plan.row_bins, plan.periods);
-        let histogram = histogram.map_err(|problem| (file.last_line, problem.to_string()))?;
+        let histogram = histogram.map_err(|problem| (file.heading_line, problem.to_string()))?;
         Ok(RecordedHistogram { detector, histogram })
     });
     histograms.collect()
 }
 
-/// A file that was read.
-struct Whole<T> {
-    heading: Heading,
-    last_line: u64,
-    /// What each detector's rows say, in their order.
-    rows: Vec<(DetectorIndex, Vec<T>)>,
-}
-
-impl<T> Whole<T> {
-    fn has_column(&self, name: &str) -> bool {
-        self.heading.place(name).is_some()
-    }
-}
-
 /// Reads a file that has for every detector that it names so many rows, each once; `shown` is a
 /// row's number in the file, and `of_row` its place among them and what it says.
 fn read_rows<T>(
-    text: &str,
+    file: &CountsFile,
     scene: &Scene,
     layout: &'static Layout,
     (all, shown): (u64, &dyn Fn(u64) -> u64),
     of_row: impl Fn(&CountsRow) -> Result<(u64, T), String>,
-) -> Result<Whole<T>, Wrong> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+) -> Result<Vec<(DetectorIndex, Vec<T>)>, Wrong> {
     let Layout { row, whole, .. } = *layout;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let heading = reader.headers().map_err(|error| unreadable(&error))?;
-    let heading = Heading::of(heading, layout, scene).map_err(|problem| (1, problem))?;
+    let dialect = &file.dialect;
+    let mut reader = dialect.reader(&file.text);
+    let heading = reader.headers().map_err(|error| unreadable(&file.text, &error))?;
+    let heading =
+        Heading::of(heading, layout, scene).map_err(|problem| (file.heading_line, problem))?;
     // Of each detector: line of each row, and what it says.
     let mut found: Vec<BTreeMap<u64, (u64, T)>> = Vec::new();
     found.resize_with(scene.detectors.len(), BTreeMap::new);
     let mut record = StringRecord::new();
-    while reader.read_record(&mut record).map_err(|error| unreadable(&error))? {
-        let line = record.position().map_or(0, csv::Position::line);
+    while reader.read_record(&mut record).map_err(|error| unreadable(&file.text, &error))? {
+        if is_blank(&record) {
+            continue;
+        }
+        let line = line_at(&file.text, record.position());
         let read = || {
             let name = heading.place("detector").and_then(|place| record.get(place));
             let detector = detector_of(name, scene)?;
             let (place, says) =
-                of_row(&CountsRow { record: &record, heading: &heading, detector })?;
+                of_row(&CountsRow { record: &record, heading: &heading, detector, dialect })?;
             Ok((detector, place, says))
         };
         let (detector, place, says) = read().map_err(|problem| (line, problem))?;
@@ -192,7 +308,7 @@ fn read_rows<T>(
             return Err((line, problem));
         }
     }
-    let last_line = text.lines().count().max(1) as u64;
+    let last_line = file.text.lines().count().max(1) as u64;
     let mut rows = Vec::new();
     for (detector, found) in DetectorIndex::all().zip(found).filter(|(_, rows)| !rows.is_empty()) {
         let missing = all - found.len() as u64;
@@ -211,13 +327,25 @@ fn read_rows<T>(
     }
     match rows.is_empty() {
         true => Err((last_line, layout.if_empty.to_owned())),
-        false => Ok(Whole { heading, last_line, rows }),
+        false => Ok(rows),
     }
 }
 
+/// Line of a record that the reader found from a place of a text on.
+fn line_at(text: &str, place: Option<&csv::Position>) -> u64 {
+    let (byte, line) = place.map_or((0, 1), |place| (place.byte() as usize, place.line()));
+    let lines = text.get(byte..).unwrap_or_default().lines();
+    line + lines.take_while(|line| is_skipped(line)).count() as u64
+}
+
+/// Whether a record is of an empty line: of a spreadsheet it has its delimiters.
+fn is_blank(record: &StringRecord) -> bool {
+    record.iter().all(str::is_empty)
+}
+
 /// What the reader says of a record that is none.
-fn unreadable(error: &csv::Error) -> Wrong {
-    let line = error.position().map_or(1, csv::Position::line);
+fn unreadable(text: &str, error: &csv::Error) -> Wrong {
+    let line = line_at(text, error.position());
     match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => (
             line,
@@ -242,10 +370,11 @@ impl Heading {
         let Layout { columns, needed, of, .. } = *layout;
         let mut places = vec![None; columns.len()];
         for (place, name) in heading.iter().enumerate() {
-            let Some(column) = columns.iter().position(|known| *known == name) else {
+            let Some(column) = columns.iter().position(|(known, _)| *known == name) else {
+                let known: Vec<&str> = columns.iter().map(|(known, _)| *known).collect();
                 return Err(format!(
                     "no column{of} is called \"{name}\"; the heading may name {}, and must name {}",
-                    columns.join(", "),
+                    known.join(", "),
                     needed.join(" and ")
                 ));
             };
@@ -267,7 +396,7 @@ impl Heading {
     }
 
     fn place(&self, name: &str) -> Option<usize> {
-        let column = self.layout.columns.iter().position(|known| *known == name)?;
+        let column = self.layout.columns.iter().position(|(known, _)| *known == name)?;
         self.places[column]
     }
 }
@@ -277,6 +406,7 @@ struct CountsRow<'r> {
     record: &'r StringRecord,
     heading: &'r Heading,
     detector: DetectorIndex,
+    dialect: &'r Dialect,
 }
 
 impl CountsRow<'_> {
@@ -284,8 +414,16 @@ impl CountsRow<'_> {
         self.record.get(self.heading.place(name)?)
     }
 
+    /// A whole number, of any size that has a meaning somewhere.
     fn whole(&self, name: &str) -> Result<i128, String> {
-        whole(name, self.field(name))
+        let field = self.field(name).unwrap_or_default();
+        let refused = || self.refused(name, field, "a whole number, for example 12");
+        self.dialect.whole(field).ok_or_else(refused)
+    }
+
+    fn refused(&self, name: &str, field: &str, right: &str) -> String {
+        let shown: String = field.chars().take(40).collect();
+        format!("{name} is \"{shown}\"{}; write {right}", self.dialect.doubt(field))
     }
 }
 
@@ -305,10 +443,10 @@ fn step_count(row: &CountsRow, sensor: &Sensor) -> Result<(u64, StepCount), Stri
         }
     }
     if let Some(field) = row.field("distance_m") {
-        check_distance(field, sensor, row.detector, step)?;
+        check_distance(field, row, sensor, step)?;
     }
     let signed = row.whole("count")?;
-    let total = row.field("total_count").map(|field| whole("total_count", Some(field)));
+    let total = row.field("total_count").map(|_| row.whole("total_count"));
     Ok((step.0, possible_count(scene, signed, total.transpose()?)?))
 }
 
@@ -345,15 +483,6 @@ fn detector_of(name: Option<&str>, scene: &Scene) -> Result<DetectorIndex, Strin
     })
 }
 
-/// A whole number, of any size that has a meaning somewhere.
-fn whole(name: &str, field: Option<&str>) -> Result<i128, String> {
-    let field = field.unwrap_or_default();
-    field.parse().map_err(|_| {
-        let shown: String = field.chars().take(40).collect();
-        format!("{name} is \"{shown}\"; write a whole number, for example 12")
-    })
-}
-
 fn step_of(phase_step: i128, scene: &Scene) -> Result<Step, String> {
     let scan = &scene.scan;
     let period = scan.steps_per_period;
@@ -369,18 +498,11 @@ fn step_of(phase_step: i128, scene: &Scene) -> Result<Step, String> {
     })
 }
 
-fn check_distance(
-    field: &str,
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    step: Step,
-) -> Result<(), String> {
-    let given: f64 = field
-        .parse()
-        .map_err(|_| format!("distance_m is \"{field}\"; write metres, for example 3.2"))?;
-    let offset_ps = calibration_offset_ps(sensor, detector, CountingTier::Sampled);
+fn check_distance(field: &str, row: &CountsRow, sensor: &Sensor, step: Step) -> Result<(), String> {
+    let refused = || row.refused("distance_m", field, "metres, for example 3.2");
+    let given = row.dialect.number(field).ok_or_else(refused)?;
+    let offset_ps = calibration_offset_ps(sensor, row.detector, CountingTier::Sampled);
     let expected = distance_m(sensor.timing().reference_delay_ps(step) - offset_ps);
-    // Neither is one that is no number.
     if (given - expected).abs() <= DISTANCE_TOLERANCE_M {
         return Ok(());
     }

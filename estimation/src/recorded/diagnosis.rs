@@ -74,14 +74,12 @@ pub(super) fn diagnose(
     observed: Observed,
     delays_ps: &[f64],
 ) -> Result<(Diagnosis, Fitted), NoFit> {
-    let start = best_delay(sensor, observed, delays_ps)?;
     let mut search = Search {
         sensor,
         scene: sensor.scene(),
         observed,
         unknowns: vec![Unknown::Delay],
-        fitted: fit(sensor, observed, &[Unknown::Delay], start)
-            .or_else(|_| fit(sensor, observed, &[], start))?,
+        fitted: fit_of_scene(sensor, observed, delays_ps)?,
         tests: Vec::new(),
         alike: Vec::new(),
         not_tested: Vec::new(),
@@ -99,6 +97,18 @@ pub(super) fn diagnose(
         false => search.other_codes(),
     };
     Ok(search.conclude(codes))
+}
+
+/// The scene with its light later or earlier, fitted from where it agrees best of some delays; with no
+/// unknown where the counts do not tell the delay.
+pub(super) fn fit_of_scene(
+    sensor: &Sensor,
+    observed: Observed,
+    delays_ps: &[f64],
+) -> Result<Fitted, NoFit> {
+    let start = best_delay(sensor, observed, delays_ps)?;
+    let fitted = fit(sensor, observed, &[Unknown::Delay], start);
+    fitted.or_else(|_| fit(sensor, observed, &[], start))
 }
 
 /// Where, of some delays, the scene agrees best with what was recorded.
@@ -148,6 +158,8 @@ impl Search<'_> {
         let mut candidates = vec![Unknown::Light, Unknown::Constant, Unknown::ChipPeriod];
         candidates.extend(has_dead_time.then_some(Unknown::DeadTime));
         candidates.retain(|unknown| !self.unknowns.contains(unknown));
+        // What could not be tested beside fewer unknowns is tested anew.
+        self.not_tested.clear();
         let mut gains: Vec<(f64, Unknown, Fitted)> = Vec::new();
         for unknown in candidates {
             let mut unknowns = self.unknowns.clone();

@@ -36,11 +36,13 @@ mod hypothesis;
 mod observed;
 mod report;
 
-pub use csv_file::CountsError;
+pub use csv_file::{Column, CountsError, CountsFile, Dialect};
 pub use diagnosis::{Diagnosis, TestOutcome};
 pub use expected::{expected_bins, expected_csv};
 pub use observed::HITS_OF_A_SUM;
-pub use report::{Assessment, BinResidual, StepResidual, assess, assess_histogram};
+pub use report::{
+    Assessment, BinResidual, StepResidual, assess, assess_histogram, fit_distance_alone,
+};
 
 use std::path::Path;
 
@@ -126,12 +128,7 @@ pub enum Recorded {
 /// # Errors
 /// If the file cannot be read, is not of the format, or is of another scene.
 pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<Recorded, CountsError> {
-    let text = csv_file::text_of(path)?;
-    let recorded = match csv_file::has_bins(&text) {
-        true => csv_file::histograms(&text, sensor).map(Recorded::Histograms),
-        false => csv_file::scans(&text, sensor).map(Recorded::Scans),
-    };
-    recorded.map_err(|wrong| CountsError::of(path, wrong))
+    CountsFile::read(path)?.recorded(sensor)
 }
 
 /// One histogram of one detector, as a file has it.

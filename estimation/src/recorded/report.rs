@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::diagnosis::{Diagnosis, diagnose};
+use super::diagnosis::{Diagnosis, diagnose, fit_of_scene};
 use super::hypothesis::{Fitted, Unknown};
 use super::observed::{NoFit, Observed};
 use super::{RecordedHistogram, RecordedScan};
@@ -102,6 +102,43 @@ pub fn assess(sensor: &Sensor, scan: &RecordedScan) -> Assessment {
 /// If it has not one bin per sample of the scene's code period.
 pub fn assess_histogram(sensor: &Sensor, recorded: &RecordedHistogram) -> Assessment {
     held_against(sensor, Observed::Bins(recorded))
+}
+
+/// What a fit to signed counts alone rests on.
+const LIGHT_OF_SCENE: &str = "of signed counts alone, which do not tell light level and background: \
+     these are the scene's; total_counts = true, or estimator = \"model\", adds the counts that do";
+
+/// The best fit of the scene in place of a model estimate that signed counts alone do not allow:
+/// nothing is unknown but the distance. `phase` is the phase estimate of the same counts, `model` the
+/// model's. Left as it is where more than one path leads to the detector, whose light would go together,
+/// and where the scene's expected counts do not hold.
+pub fn fit_distance_alone(
+    sensor: &Sensor,
+    scan: &RecordedScan,
+    phase: &EstimateReport,
+    model: &mut EstimateReport,
+) {
+    let observed = Observed::Steps(scan);
+    let paths = sensor.scene().paths.iter().filter(|path| path.detector == scan.detector);
+    let is_whole = scan.counts.len() as u64 == sensor.scene().scan.steps;
+    if paths.count() != 1 || !is_whole || check_testable(sensor, observed).is_err() {
+        return;
+    }
+    let delays_ps: Vec<f64> = later_ps(phase).into_iter().chain([0.0]).collect();
+    let fitted = fit_of_scene(sensor, observed, &delays_ps).ok();
+    let std_ps = fitted.as_ref().and_then(|fitted| fitted.std_of(Unknown::Delay));
+    let (Some(fitted), Some(std_ps), Some(true_m)) = (fitted, std_ps, model.true_distance_m) else {
+        return;
+    };
+    let (range_m, std_m) = (model.unambiguous_range_m, distance_m(std_ps));
+    let later_m = distance_m(fitted.change.value(Unknown::Delay));
+    let error_m = later_m - (later_m / range_m).round() * range_m;
+    model.distance_m = Some((true_m + error_m).rem_euclid(range_m));
+    model.error_m = Some(error_m);
+    (model.expected_bias_m, model.expected_std_m) = (Some(0.0), Some(std_m));
+    model.deviation_in_std = Some(error_m / std_m);
+    model.std_over_bound = model.bound_m.map(|bound_m| std_m / bound_m);
+    model.remark = Some(LIGHT_OF_SCENE.to_owned());
 }
 
 /// Ranges with the sensor's estimator, and holds against the scene.
@@ -288,7 +325,16 @@ impl fmt::Display for Assessment {
             (self.fitted_distance_m, self.fitted_distance_std_m)
         {
             let std_mm = std_m * 1e3;
-            writeln!(f, "  best fit of the scene: {distance_m:.4} m +- {std_mm:.2} mm")?;
+            write!(f, "  best fit of the scene: {distance_m:.4} m +- {std_mm:.2} mm")?;
+            match (estimate.estimator, estimate.distance_m.zip(estimate.expected_bias_m)) {
+                (EstimatorKind::Model, _) => {
+                    writeln!(f, ", of its light and background; the model leaves both free")?;
+                }
+                (EstimatorKind::Fft, Some((phase_m, bias_m))) => {
+                    writeln!(f, "; the phase less its bias: {:.4} m", phase_m - bias_m)?;
+                }
+                (EstimatorKind::Fft, None) => writeln!(f, "; the phase has a bias")?,
+            }
         }
         if let (Some(chi_square), Some(degrees)) = (self.chi_square, self.degrees_of_freedom) {
             write!(f, "  chi-square {chi_square:.1} for {degrees} degrees of freedom")?;

@@ -44,7 +44,7 @@ pub struct FidelityReport {
     pub tiers: Vec<TierPoint>,
     /// The cheapest way to the error that was asked for.
     pub recommended: Option<Recommendation>,
-    /// Why there is none, where the budget was too small to tell.
+    /// Why there is none, or none for the default error, where the budget was too small to tell.
     pub refusal: Option<Refusal>,
     /// Domain of each tier, and where the scene is outside of it.
     pub domains: Vec<TierDomain>,
@@ -159,6 +159,13 @@ pub struct Refusal {
     pub needed_budget_s: f64,
 }
 
+impl Refusal {
+    /// The least that these scans resolve, in whole percents.
+    fn resolved_percent(&self) -> f64 {
+        (100.0 * self.resolved_error).ceil() / 100.0
+    }
+}
+
 impl std::fmt::Display for Refusal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
@@ -252,8 +259,9 @@ pub enum FidelityError {
 pub struct FidelityOptions {
     /// Largest error of standard deviation, bias (in standard deviations) and share of
     /// missed peaks for a recommended tier, 0.01% to 99%: --target-error 5%, or 0.05
-    #[arg(long, value_name = "E", default_value = "5%", value_parser = parse_error)]
-    pub target_error: f64,
+    /// [default: 5%, or what the budget resolves where that is more]
+    #[arg(long, value_name = "E", value_parser = parse_error)]
+    pub target_error: Option<f64>,
     /// Approximate run time in seconds, 1 to 86400, for example --budget-s 300
     #[arg(long, value_name = "S", default_value_t = FidelityOptions::default().budget_s,
           value_parser = clap::value_parser!(u64).range(1..=86_400))]
@@ -265,10 +273,12 @@ pub struct FidelityOptions {
 
 impl Default for FidelityOptions {
     fn default() -> FidelityOptions {
-        FidelityOptions { target_error: 0.05, budget_s: 60, seed: 1 }
+        FidelityOptions { target_error: None, budget_s: 60, seed: 1 }
     }
 }
 
+/// The error that is asked for where none is.
+const DEFAULT_ERROR: f64 = 0.05;
 /// The smallest error that scans can show: it takes 2 10^8 of them.
 const LEAST_ERROR: f64 = 1e-4;
 const MOST_ERROR: f64 = 0.99;
@@ -292,7 +302,8 @@ fn parse_error(text: &str) -> Result<f64, String> {
 /// # Errors
 /// When a tier cannot do the scene, or there is nothing to compare.
 pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityReport, FidelityError> {
-    let FidelityOptions { target_error, seed, .. } = *options;
+    let seed = options.seed;
+    let mut target_error = options.target_error.unwrap_or(DEFAULT_ERROR);
     let budget = Duration::from_secs(options.budget_s);
     let path = scene.own_paths(DetectorIndex(0)).next().ok_or(FidelityError::NoPath)?;
     let sensor = Sensor::new(scene);
@@ -305,6 +316,11 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
     let mut sampled = points::grow(&windowed, &prepared, path, seed, of_reference)?;
     let reference = points::reference(sampled.last())?;
     let refusal = choice::refuse(&sampled, &reference, target_error);
+    let resolved = refusal.as_ref().map(Refusal::resolved_percent);
+    if let (None, Some(resolved)) = (options.target_error, resolved) {
+        target_error = resolved.min(MOST_ERROR);
+    }
+    let is_resolved = resolved.is_none_or(|resolved| resolved <= target_error);
     let counting = Tier::Expected.counting();
     let predicted = [(path, predict(&windowed, DetectorIndex(0), path, counting))];
     let mut tiers = Vec::new();
@@ -338,10 +354,7 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
     Ok(FidelityReport {
         scene: scene.name.clone(),
         seed,
-        recommended: match refusal {
-            None => choice::recommend(&tiers, target_error),
-            Some(_) => None,
-        },
+        recommended: choice::recommend(&tiers, target_error).filter(|_| is_resolved),
         refusal,
         reference,
         tiers,

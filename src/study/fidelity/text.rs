@@ -81,10 +81,10 @@ impl FidelityReport {
     }
 
     fn write_recommendation(&self, text: &mut String) {
-        if let Some(refusal) = &self.refusal {
-            let _ = writeln!(text, "\nno tier is recommended: {refusal}");
-        }
         let Some(best) = &self.recommended else {
+            if let Some(refusal) = &self.refusal {
+                let _ = writeln!(text, "\nno tier is recommended: {refusal}");
+            }
             return;
         };
         let scans = best.repetitions.map_or(String::new(), |n| format!(" with {n} scans"));
@@ -97,6 +97,9 @@ impl FidelityReport {
             best.run_time_s,
             best.shown_error * 100.0
         );
+        if let Some(refusal) = &self.refusal {
+            let _ = writeln!(text, "for less: {refusal}");
+        }
     }
 
     fn write_sensor(&self, text: &mut String) {

@@ -27,7 +27,7 @@ pub use folder::OutputFolder;
 pub use guarded::open_ours;
 pub use log::Log;
 pub use private::{check_private, private_folder};
-pub use read::{read_regular, read_text};
+pub use read::{read_bytes, read_regular, read_text, utf8_text};
 pub use staged::check_target;
 pub use staged::{Staged, stage};
 

@@ -15,7 +15,15 @@ use super::guarded::flags;
 /// # Errors
 /// When it cannot be read, is larger, or is not UTF-8.
 pub fn read_text(path: &Path, most_bytes: u64) -> io::Result<String> {
-    text_of(File::open(path)?, most_bytes)
+    utf8_text(read_bytes(path, most_bytes)?)
+}
+
+/// [`read_text`] of a file that need not be text.
+///
+/// # Errors
+/// When it cannot be read, or is larger.
+pub fn read_bytes(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
+    bytes_of(File::open(path)?, most_bytes)
 }
 
 /// [`read_text`] of a file, but neither of a folder nor of a pipe that nobody may
@@ -31,10 +39,10 @@ pub fn read_regular(path: &Path, most_bytes: u64) -> io::Result<String> {
     if !file.metadata()?.is_file() {
         return Err(io::Error::other("it is not a regular file"));
     }
-    text_of(file, most_bytes)
+    utf8_text(bytes_of(file, most_bytes)?)
 }
 
-fn text_of(file: File, most_bytes: u64) -> io::Result<String> {
+fn bytes_of(file: File, most_bytes: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.take(most_bytes + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most_bytes {
@@ -44,6 +52,14 @@ fn text_of(file: File, most_bytes: u64) -> io::Result<String> {
             format!("it has more than {mebibytes} MiB, the most that is read"),
         ));
     }
+    Ok(bytes)
+}
+
+/// The text that bytes are.
+///
+/// # Errors
+/// When they are not UTF-8, with the byte at which that shows.
+pub fn utf8_text(bytes: Vec<u8>) -> io::Result<String> {
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         io::Error::new(

@@ -11,14 +11,39 @@ fn file() -> String {
     format!("phase_step,count\n{}", rows.collect::<String>())
 }
 
+/// The file of these bytes; line 0 where it is no text.
+fn read(bytes: &[u8]) -> Result<CountsFile, Wrong> {
+    let decoded = decoded(bytes.to_vec()).map_err(|error| (0, error.to_string()))?;
+    CountsFile::of("lab.csv", decoded)
+}
+
+/// What it has of a sensor.
+fn recorded(bytes: &[u8], sensor: &Sensor) -> Result<Recorded, Wrong> {
+    read(bytes)?.recorded(sensor).map_err(|error| match error {
+        CountsError::Invalid { line, problem, .. } => (line, problem),
+        CountsError::Unreadable { source, .. } => panic!("it was read: {source}"),
+    })
+}
+
+fn scans(text: &str, sensor: &Sensor) -> Vec<RecordedScan> {
+    match recorded(text.as_bytes(), sensor) {
+        Ok(Recorded::Scans(scans)) => scans,
+        other => panic!("{other:?}"),
+    }
+}
+
 fn wrong(text: &str) -> Wrong {
-    scans(text, &quick()).expect_err("it is wrong")
+    recorded(text.as_bytes(), &quick()).expect_err("it is wrong")
+}
+
+fn utf16(text: &str, bytes_of: fn(u16) -> [u8; 2]) -> Vec<u8> {
+    format!("\u{feff}{text}").encode_utf16().flat_map(bytes_of).collect()
 }
 
 #[test]
 fn counts_come_into_their_places_in_whatever_form_the_file_has() {
     let scene = quick();
-    let right = scans(&file(), &scene).unwrap();
+    let right = scans(&file(), &scene);
     assert_eq!(right.len(), 1);
     assert!(!right[0].has_totals);
     let signed: Vec<i64> = right[0].counts.iter().map(|count| count.signed).collect();
@@ -35,12 +60,93 @@ fn counts_come_into_their_places_in_whatever_form_the_file_has() {
         reversed,
         format!("count,detector,phase_step\r\n{swapped}"),
     ] {
-        assert_eq!(scans(&text, &scene).unwrap(), right);
+        assert_eq!(scans(&text, &scene), right);
+    }
+}
+
+/// As spreadsheets write it in other countries, and programs that know no whole numbers.
+#[test]
+fn encodings_delimiters_and_decimal_signs_are_found_in_the_file() {
+    let sensor = quick();
+    let right = Recorded::Scans(scans(&file(), &sensor));
+    let semicolons = file().replace(',', ";");
+    let decimals = |sign: char| {
+        let rows = (0..248).map(|k| format!("{k}{sign}0;{k}{sign}00\r\n"));
+        format!("phase_step;count\r\n{}", rows.collect::<String>())
+    };
+    let tabs = file().replace(',', "\t");
+    for text in [
+        semicolons.clone(),
+        tabs.clone(),
+        format!("sep=;\r\n{}", semicolons.replace('\n', "\r\n")),
+        format!("\"sep=;\"\n{semicolons}"),
+        format!("SEP=\t\n{tabs}"),
+        format!("{semicolons};\n;\n"),
+        format!("# oscilloscope 3\n\n{}", file()),
+        decimals(','),
+        decimals('.'),
+        file().replace('\n', "\r"),
+        file().replace("\n17,17\n", "\n1.7e1,+17\n"),
+    ] {
+        assert_eq!(recorded(text.as_bytes(), &sensor).as_ref(), Ok(&right), "{text}");
+        for bytes_of in [u16::to_le_bytes, u16::to_be_bytes] {
+            assert_eq!(recorded(&utf16(&text, bytes_of), &sensor).as_ref(), Ok(&right));
+        }
+    }
+    // Distances of 0.149896229 m for each ns, with a decimal comma.
+    let of_row = |row: &str| {
+        let text = format!("phase_step;distance_m;count\n{row}\n");
+        recorded(text.as_bytes(), &sensor).unwrap_err().1
+    };
+    let offset_m = calibration_offset_ps(&sensor, DetectorIndex(0), CountingTier::Sampled);
+    let at_m = 0.149_896_229 * (8.0 - offset_m * 1e-3);
+    let told = of_row(&format!("8;{at_m:.6};-14").replace('.', ","));
+    assert!(told.contains("247 of the scan's 248 phase steps"), "{told}");
+    assert!(of_row("8;1,19;-14").contains("another scene"));
+}
+
+#[test]
+fn how_a_file_was_understood_is_told() {
+    let text = "sep=;\r\n\r\nphase_step;distance_m;counts\r\n7;1,5;3\r\n9;1,5;3\r\n;;\r\n";
+    let file = read(&utf16(text, u16::to_le_bytes)).unwrap();
+    let expected = "lab.csv is understood as
+  encoding      UTF-16LE, with a byte order mark
+  delimiter     semicolon, named on line 1
+  decimal sign  ,
+  heading       line 3
+  column 1      phase_step  phase step, from 0 on in a code period
+  column 2      distance_m  distance that the phase step stands for, in metres; checked
+  column 3      counts      not known
+  rows          2, phase steps 7 to 9
+";
+    assert_eq!(file.to_string(), expected);
+}
+
+#[test]
+fn what_is_no_text_in_columns_is_refused_by_its_name() {
+    let sensor = quick();
+    let spaces = file().replace(',', " ");
+    let of = |bytes: &[u8]| recorded(bytes, &sensor).unwrap_err();
+    for (bytes, line, says) in [
+        (spaces.into_bytes(), 1, "\"phase_step count\" has neither comma, semicolon nor tab"),
+        (b"# by hand\nphase_step|count\n".to_vec(), 2, "neither comma"),
+        (b"sep=|\nphase_step|count\n".to_vec(), 1, "\"sep=|\": only a comma"),
+        (utf16(&file(), u16::to_le_bytes)[2..].to_vec(), 0, "UTF-16 without a byte order mark"),
+        (utf16(&file(), u16::to_le_bytes)[..9].to_vec(), 0, "its text is not"),
+        (b"phase_step,count,detector\n0,0,Ger\xe4t\n".to_vec(), 0, "byte 33"),
+        (b"phase_step;count;distance_m\n0;1,0;1.5\n".to_vec(), 2, "with decimal commas"),
+        (b"phase_step,distance_m,count\n0,\"1,5\",0\n".to_vec(), 2, "with a comma"),
+        (b"phase_step;count\n0;12.000\n".to_vec(), 2, "which is 12 or 12000"),
+        (b"phase_step;count\n0;-1,000\n".to_vec(), 2, "which is 1 or 1000"),
+        (b"phase_step;count\n0;1,234\n".to_vec(), 2, "count is \"1,234\"; write a whole number"),
+    ] {
+        let (at, problem) = of(&bytes);
+        assert!(at == line && problem.contains(says), "{at}: {problem}");
     }
 }
 
 /// A line, what stands there, what is written in its place, and what is said of it.
-const MISTAKES: [(u64, &str, &str, &str); 14] = [
+const MISTAKES: [(u64, &str, &str, &str); 15] = [
     (1, "phase_step,count", "phase_step,counts", "no column is called \"counts\""),
     (1, "phase_step,count", "phase_step,phase_step", "two columns are called"),
     (1, "phase_step,count", "phase_step,total_count", "has no column count"),
@@ -48,6 +154,7 @@ const MISTAKES: [(u64, &str, &str, &str); 14] = [
     (5, "\n3,3\n", "\n3\n", "1 fields here, the heading has 2"),
     (5, "\n3,3\n", "\n3,3.5\n", "count is \"3.5\"; write a whole number"),
     (5, "\n3,3\n", "\n3,\n", "count is \"\""),
+    (7, "\n3,3\n", "\n\n# gap\n3,\n", "count is \"\""),
     (5, "\n3,3\n", "\n3,nan\n", "count is \"nan\""),
     (5, "\n3,3\n", "\n2,3\n", "phase step 2 of detector \"spad\" stands on line 4 already"),
     (5, "\n3,3\n", "\n248,3\n", "the scene's scan has no phase step 248"),
@@ -62,9 +169,12 @@ fn a_mistake_is_told_with_its_line_and_what_would_be_right() {
     for (line, from, to, told) in MISTAKES {
         let text = file();
         assert!(text.contains(from));
-        let (found, problem) = wrong(&text.replacen(from, to, 1));
-        assert!(problem.contains(told), "{told}: {problem}");
-        assert_eq!(found, line, "{problem}");
+        let mistaken = text.replacen(from, to, 1);
+        for text in [&mistaken, &mistaken.replace('\n', "\r\n"), &mistaken.replace('\n', "\r")] {
+            let (found, problem) = wrong(text);
+            assert!(problem.contains(told), "{told}: {problem}");
+            assert_eq!(found, line, "{problem}");
+        }
     }
     assert_eq!(wrong("").0, 1);
     assert!(wrong("phase_step,count\n").1.contains("no counts"));
@@ -109,7 +219,8 @@ fn bins_come_into_their_places_in_whatever_form_the_file_has() {
     let sensor = histogram_sensor();
     let plan = sensor.interface().histogram().unwrap();
     let file = bins_file(plan.bins());
-    let right = histograms(&file, &sensor).unwrap();
+    let of = |text: &str| recorded(text.as_bytes(), &sensor).unwrap();
+    let Recorded::Histograms(right) = of(&file) else { panic!("these are bins") };
     let expected: Vec<u64> = (0..plan.bins()).map(|bin| bin % 3).collect();
     assert_eq!(right[0].histogram.bins(), expected);
     assert_eq!(right[0].histogram.periods(), plan.periods);
@@ -121,8 +232,7 @@ fn bins_come_into_their_places_in_whatever_form_the_file_has() {
         file.replace('\n', "\r\n"),
         format!("detector,count,bin\r\n{swapped}"),
     ] {
-        assert!(has_bins(&text));
-        assert_eq!(histograms(&text, &sensor).as_ref(), Ok(&right));
+        assert_eq!(of(&text), Recorded::Histograms(right.clone()));
     }
 }
 
@@ -131,7 +241,7 @@ fn what_is_wrong_with_bins_is_said_with_its_line() {
     let sensor = histogram_sensor();
     let plan = sensor.interface().histogram().unwrap();
     let (bins, periods) = (plan.bins(), plan.periods);
-    let wrong = |text: &str| histograms(text, &sensor).expect_err("it is wrong");
+    let wrong = |text: &str| recorded(text.as_bytes(), &sensor).expect_err("it is wrong");
     let right = bins_file(bins);
     for (text, line, says) in [
         ("bin,counts\n".to_owned(), 1, "no column of bins is called \"counts\""),
@@ -151,8 +261,8 @@ fn what_is_wrong_with_bins_is_said_with_its_line() {
         let (at, problem) = wrong(&text);
         assert!(at == line && problem.contains(says), "{at}: {problem}");
     }
-    assert!(!has_bins("phase_step,count\nbin,1\n") && !has_bins(""));
+    assert!(wrong("phase_step,count\nbin,1\n").1.contains("phase_step is \"bin\""));
     let of_steps = Sensor::new(&scene::load(Path::new("../scenes/quick.toml")).unwrap());
-    let (line, problem) = histograms(&right, &of_steps).expect_err("it correlates");
+    let (line, problem) = recorded(right.as_bytes(), &of_steps).expect_err("it correlates");
     assert!(line == 1 && problem.contains("architecture = \"histogram\""));
 }
