@@ -6,8 +6,9 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use goldtof::reference::adversarial::Adversarial;
+use goldtof::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use goldtof::reference::blocks::{Block, BlockMaker};
+use goldtof::reference::coverage::CoverPoint;
 use goldtof::reference::exercise::{DetectorExercised, Exercised};
 use goldtof::reference::predictor::Reference;
 use goldtof::scene;
@@ -230,6 +231,58 @@ fn what_a_stream_holds_without_tvalid_is_the_designs_own_business() {
         assert_eq!(report["verdict"], verdict, "{data}");
         if verdict == "mismatch" {
             assert_eq!(report["first_mismatch"]["port"], "m_axis_tdata");
+        }
+    }
+}
+
+/// The cover points that hostile inputs leave out, and their clocks.
+fn left_out(interface: &Interface, means: Means) -> (Vec<CoverPoint>, u64) {
+    let layout = Layout::of(interface);
+    let mut reference = Reference::new(interface.clone()).unwrap();
+    let points = reference.cover_table().points().to_vec();
+    let mut adversary = Adversarial::with_means(interface, 1, means).unwrap();
+    let clocks = adversary.clone().clocks_to_cover(LONGEST_DEFAULT);
+    let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
+    let mut block = Block::default();
+    while maker.make(&mut block) {}
+    let covered = &block.exercise.covered;
+    let missed = (0..points.len()).filter(|&number| !covered.contains(number));
+    (missed.map(|number| points[number]).collect(), clocks)
+}
+
+#[test]
+fn every_cover_point_is_reached_where_steps_and_scans_can_be_shortened() {
+    for file in [
+        "scenes/quick.toml",
+        "scenes/paper-single.toml",
+        "scenes/paper-square.toml",
+        "scenes/paper-interleaved.toml",
+        "scenes/dual-view.toml",
+        "scenes/multipath.toml",
+        "scenes/moving.toml",
+        "tests/scenes/window.toml",
+        "tests/scenes/window-in-step.toml",
+        "tests/scenes/peak.toml",
+        "tests/scenes/totals.toml",
+        "tests/scenes/histogram.toml",
+        "tests/scenes/histogram-one-memory.toml",
+    ] {
+        let interface = Interface::of(&scene::load(Path::new(file)).unwrap());
+        let (missed, clocks) = left_out(&interface, Means::cosim(true));
+        assert!(missed.is_empty(), "{file}: {missed:?}");
+        assert!(clocks < 2_000_000, "{file}: {clocks}");
+    }
+}
+
+#[test]
+fn without_that_what_is_not_reached_is_said_to_be_too_far_away() {
+    for file in ["scenes/paper-single.toml", "tests/scenes/window.toml", "tests/scenes/totals.toml"]
+    {
+        let means = Means::cosim(false);
+        let interface = Interface::of(&scene::load(Path::new(file)).unwrap());
+        for point in left_out(&interface, means).0 {
+            let hindrance = Adversarial::hindrance(&interface, means, point);
+            assert!(hindrance.is_some(), "{file}: {point:?}");
         }
     }
 }

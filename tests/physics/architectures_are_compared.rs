@@ -7,7 +7,7 @@ use goldtof::scene::{Architecture, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::study::architectures::{Comparison, Point, compare};
-use optics_support::{gold_11, table_i_scene};
+use optics_support::{gold_11, repeated, table_i_scene};
 
 fn scene(primary_cps: f64, integration_chips: u64) -> Scene {
     table_i_scene(gold_11(), primary_cps, integration_chips)
@@ -100,14 +100,15 @@ fn the_front_is_what_nothing_beats() {
 /// The same ratio, of photons: 16 steps of 8,956 chips against 70 code periods.
 #[test]
 fn photons_say_so_too() {
+    let scans = repeated(120, 250);
     let measured = |change: &dyn Fn(&mut Scene)| {
         let mut scene = scene(8e6, ALL_TIMES);
         scene.estimator = EstimatorKind::Model;
         change(&mut scene);
         let said =
-            Sensor::new(&scene).simulate(Tier::Sampled.scans(250).seeded(3)).expect("it does");
+            Sensor::new(&scene).simulate(Tier::Sampled.scans(scans).seeded(3)).expect("it does");
         let path = &said.estimates[0];
-        assert_eq!(path.estimates, 250, "{:?}", path.remark);
+        assert_eq!(path.estimates, scans, "{:?}", path.remark);
         [path.std_m, path.std_std_error_m].map(|value| value.expect("some"))
     };
     let [steps, steps_error] = measured(&|scene| {

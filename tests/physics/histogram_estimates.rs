@@ -16,7 +16,9 @@ use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::histograms;
 use optics_support::stepped::Stepped;
-use optics_support::{Moments, assert_within_standard_errors, gold_5, gold_11, table_i_scene};
+use optics_support::{
+    Moments, assert_within_standard_errors, gold_5, gold_11, repeated, table_i_scene,
+};
 
 const STEP_PS: f64 = 25.0;
 const DELAY_PS: f64 = 21_350.0;
@@ -131,7 +133,8 @@ fn bins_go_together_as_photons_do() {
 fn drawn_bins_fit_as_those_of_photons() {
     let mut scene = scene(8e6, 70);
     scene.estimator = EstimatorKind::Model;
-    let said = Sensor::new(&scene).simulate(Tier::Counts.scans(300)).expect("it does");
+    let said =
+        Sensor::new(&scene).simulate(Tier::Counts.scans(repeated(120, 300))).expect("it does");
     let path = &said.estimates[0];
     let bound = path.bound_m.expect("there is one");
     let [std, std_error] = [path.std_m, path.std_std_error_m].map(|m| m.expect("some"));
@@ -219,9 +222,10 @@ fn the_fit_to_bins_has_no_walk() {
 fn the_fit_to_bins_scatters_as_the_bound_says() {
     let mut scene = scene(8e6, 70);
     scene.estimator = EstimatorKind::Model;
-    let said = Sensor::new(&scene).simulate(Tier::Sampled.scans(200)).expect("it does");
+    let scans = repeated(100, 200);
+    let said = Sensor::new(&scene).simulate(Tier::Sampled.scans(scans)).expect("it does");
     let path = &said.estimates[0];
-    assert_eq!(path.estimates, 200, "{:?}", path.remark);
+    assert_eq!(path.estimates, scans, "{:?}", path.remark);
     let bound = path.bound_m.expect("there is one");
     let [std, error] = [path.std_m, path.std_std_error_m].map(|m| m.expect("some"));
     assert!((std / bound - 1.0).abs() < 4.0 * error / bound, "{std} {bound}");

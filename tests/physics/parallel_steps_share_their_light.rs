@@ -14,7 +14,7 @@ use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
 use goldtof::simulate::scans::scans;
-use optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
+use optics_support::{assert_within_standard_errors, gold_5, repeated, table_i_scene};
 
 const PARALLEL: u32 = 4;
 
@@ -327,7 +327,8 @@ fn the_fit_meets_the_bound_with_steps_that_share_their_light() {
         let second = SecondMoments::new(&response).expect("second moments");
         let sampler = CountSampler::of(&model, &second).expect("finite moments");
         let fitter = Fitter::new(&sensor, detector, tier, OtherLight::Given);
-        let fits = (0..150).map(|scan| fitter.fit(&sampler.scan(11, scan)).expect("a fit"));
+        let fits =
+            (0..repeated(80, 150)).map(|scan| fitter.fit(&sampler.scan(11, scan)).expect("a fit"));
         let what = format!("moments, parallel {parallel}, {periods} periods");
         check_fits(&scene, &fits.collect::<Vec<_>>(), &what);
     }

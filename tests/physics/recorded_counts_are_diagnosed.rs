@@ -11,6 +11,7 @@ use goldtof::scene::{self, DetectorIndex, Setting, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
+use optics_support::repeated;
 use statrs::distribution::{Beta, ContinuousCDF as _};
 
 /// The scene, with settings.
@@ -141,7 +142,7 @@ fn what_is_wrong_with_a_sensor_is_named() {
         let fixed = "detector.pulse_width=7 ns";
         let settings: Vec<&str> = std::iter::once(fixed).chain(setting.split("; ")).collect();
         let built = quick(&settings);
-        let found = causes(&built, &quick(&[fixed]), has_totals, scans_or(12));
+        let found = causes(&built, &quick(&[fixed]), has_totals, scans_or(repeated(9, 12)));
         let totals = if has_totals { "with" } else { "without" };
         let what = format!("{what}, {totals} totals");
         let named = share(&what, &found, |causes| causes.contains(&cause));

@@ -15,6 +15,15 @@ use goldtof_sensor::scene::{
     Path, Scan, Scene, Source, SourceClock, SourceIndex, Target,
 };
 
+/// How often a test repeats what it counts: as often as every change needs, or, where
+/// `scripts/test --thorough` says so, as a release.
+pub fn repeated(every_change: u64, release: u64) -> u64 {
+    match std::env::var_os("GOLDTOF_THOROUGH") {
+        None => every_change,
+        Some(_) => release,
+    }
+}
+
 pub fn code(chips: &[u8]) -> Arc<Code> {
     Arc::new(Code {
         generator: Generator::Chips(chips.to_vec()),
