@@ -12,7 +12,7 @@ use crate::grade::{Grade, GradeOptions, Graded, not_graded};
 use crate::photons::StepCount;
 use crate::progress::Progress;
 use crate::run::{Run, RunError, RunOptions, run};
-use crate::scene::{Detector, DetectorIndex, EstimatorKind, TotalsMissing};
+use crate::scene::{Detector, DetectorIndex, EstimatorKind, Scene, TotalsMissing};
 use crate::sensor::Sensor;
 use crate::simulate::repeat::Simulation;
 use crate::simulate::scans::ScansError;
@@ -157,21 +157,12 @@ pub trait Jobs {
     ) -> Result<EstimateReport, EstimateError> {
         let sensor = self.sensor().with_estimator(options.estimator)?;
         let scene = sensor.scene();
-        let is_meant = |detector: &Detector| {
-            options.detector.as_ref().is_none_or(|name| detector.name == *name)
-        };
-        let detector = scene.detectors.iter().position(is_meant).ok_or_else(|| {
-            let known = scene.detectors.iter().map(|detector| format!("\"{}\"", detector.name));
-            EstimateError::NoDetector {
-                name: options.detector.clone().unwrap_or_default(),
-                known: known.collect::<Vec<_>>().join(", "),
-            }
-        })?;
+        let detector = detector_named(scene, options.detector.as_deref())?;
         // Hardware that sends no total counts leaves them all 0.
         let has_totals = counts.iter().any(|count| count.total != 0);
         let told = |count: &StepCount| (count.signed, has_totals.then_some(count.total));
         let counts = possible_scan(scene, &counts.iter().map(told).collect::<Vec<_>>())?;
-        Ok(estimate_scan(&sensor, DetectorIndex(detector), &counts))
+        Ok(estimate_scan(&sensor, detector, &counts))
     }
 
     /// The main job: plan, emission, photon simulation, co-simulation, estimates and report, into
@@ -260,6 +251,24 @@ pub enum EstimateError {
     /// The estimator needs counts that the hardware does not send.
     #[error(transparent)]
     Totals(#[from] TotalsMissing),
+}
+
+/// The detector of this name, or the scene's first.
+///
+/// # Errors
+/// When there is none.
+pub(crate) fn detector_named(
+    scene: &Scene,
+    name: Option<&str>,
+) -> Result<DetectorIndex, EstimateError> {
+    let is_meant = |detector: &Detector| name.is_none_or(|name| detector.name == name);
+    scene.detectors.iter().position(is_meant).map(DetectorIndex).ok_or_else(|| {
+        let known = scene.detectors.iter().map(|detector| format!("\"{}\"", detector.name));
+        EstimateError::NoDetector {
+            name: name.unwrap_or_default().to_owned(),
+            known: known.collect::<Vec<_>>().join(", "),
+        }
+    })
 }
 
 /// [`Jobs::cosim`] with its progress in clocks.

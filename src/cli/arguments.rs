@@ -11,6 +11,7 @@ use super::compare_architectures::CompareArchitecturesArguments;
 use super::cosim::CosimArguments;
 use super::emit::EmitArguments;
 use super::estimate::EstimateArguments;
+use super::explain::ExplainArguments;
 use super::fidelity::FidelityArguments;
 use super::grade::GradeArguments;
 use super::merge::MergeArguments;
@@ -58,6 +59,8 @@ pub(super) enum Command {
     /// Show what a scene keeps and leaves out, and why
     #[command(after_help = "Example: goldtof plan scenes/quick.toml")]
     Plan(SceneArgument),
+    /// Show what limits a detector, and what each key would bring
+    Explain(ExplainArguments),
     /// Show a code and its correlation properties
     #[command(after_help = "Example: goldtof codes --degree 11 --index 3 --interleave 1")]
     Codes(CodeSpec),

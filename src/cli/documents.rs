@@ -25,6 +25,7 @@ use crate::shard::Shard;
 use crate::simulate::repeat::Simulation;
 use crate::study::architectures::Comparison;
 use crate::study::fidelity::FidelityReport;
+use crate::study::limits::Limits;
 use crate::study::reproduce::Reproduction;
 use crate::study::stress::StressReport;
 use crate::study::sweep::SweepOptions;
@@ -37,6 +38,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<cosim::Report>(),
         schema::<Emission>(),
         schema::<Estimates>(),
+        schema::<Limits>(),
         schema::<Failure>(),
         schema::<FidelityReport>(),
         schema::<Grade>(),

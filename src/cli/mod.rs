@@ -19,6 +19,7 @@ pub mod documents;
 mod emit;
 mod ending;
 mod estimate;
+mod explain;
 mod failure;
 mod fidelity;
 mod forecast;
@@ -81,6 +82,7 @@ pub fn main() -> ExitCode {
     let ending = match cli.command {
         Command::Run(arguments) => run::run(&arguments, cli.seed, &mut output),
         Command::Plan(arguments) => plan::run(&arguments, &mut output),
+        Command::Explain(arguments) => explain::run(&arguments, &mut output),
         Command::Codes(arguments) => codes::run(&arguments, &mut output),
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),

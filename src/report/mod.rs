@@ -9,6 +9,7 @@ pub mod estimates;
 mod figure;
 mod geometry;
 mod layers;
+pub(crate) mod limits;
 pub(crate) mod page;
 pub mod plan;
 pub mod provenance;

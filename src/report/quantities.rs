@@ -45,6 +45,16 @@ pub(super) fn frequency(hertz: f64) -> String {
     scaled(hertz, "Hz")
 }
 
+/// Counts per second.
+pub(super) fn rate(per_second: f64) -> String {
+    scaled(per_second, "cps")
+}
+
+/// Bits per second.
+pub(super) fn bit_rate(bits_per_s: f64) -> String {
+    scaled(bits_per_s, "bit/s")
+}
+
 fn scaled(value: f64, unit: &str) -> String {
     const SCALES: [(f64, &str); 8] = [
         (1e9, "G"),

@@ -1,4 +1,4 @@
-//! Studies: which architecture to build, the fidelity of the tiers, the article's
+//! Studies: which architecture to build, what limits a sensor, the fidelity of the tiers, the article's
 //! figures and claims, stiff and extreme cases, sweeps over a scene's keys.
 //!
 //! ```
@@ -13,6 +13,7 @@
 pub mod architectures;
 mod article;
 pub mod fidelity;
+pub mod limits;
 pub mod reproduce;
 pub mod stress;
 pub mod sweep;

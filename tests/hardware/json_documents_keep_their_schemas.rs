@@ -208,6 +208,7 @@ fn documents(work: &Path) -> Vec<Value> {
     all.push(document(&grade));
     for scene in ["quick", "moving", "dual-view", "multipath"] {
         all.push(document(&["plan", &format!("scenes/{scene}.toml")]));
+        all.push(document(&["explain", &format!("scenes/{scene}.toml")]));
     }
     for scene in ["peak", "totals", "dark", "window"] {
         let scene = format!("tests/scenes/{scene}.toml");

@@ -12,6 +12,7 @@ mod code_gps_ca_chips_are_the_published_ones;
 mod code_reports_name_the_published_properties;
 mod documents_name_what_exists;
 mod estimate_takes_recorded_counts;
+mod explain_says_what_limits;
 mod modules_have_no_circles;
 mod new_scenes_and_manual;
 mod program;

@@ -49,8 +49,8 @@ impl Entry {
     }
 }
 
-/// A number in SI units as a scene has it at `key`, `4 pW` as "4e-12 W"; none where the key takes
-/// no quantity.
+/// A number in SI units as a scene has it at `key`, 4e-12 as "4 pW"; none where the key takes no
+/// quantity.
 ///
 /// # Errors
 /// If it is none of a scene's keys.
@@ -243,8 +243,20 @@ mod tests {
             assert_eq!(format!("{set:?}"), format!("{as_it_was:?}"), "{key} = {text}");
         }
         let text = |key, number| quantity_text(key, number).unwrap();
-        assert_eq!(text("source.clock_offset", 2e-5).as_deref(), Some("2e1 ppm"));
-        assert_eq!(text("path.distance", 5.0).as_deref(), Some("5 m"));
+        for (key, number, told) in [
+            ("source.clock_offset", 2e-5, "20 ppm"),
+            ("source.clock_offset", -2.5e-12, "-0.0025 ppb"),
+            ("source.mean_power", 4e-12, "4 pW"),
+            ("source.mean_power", 0.0, "0 W"),
+            ("clock.chip_period", 0.1 + 0.2, "300.00000000000004 ms"),
+            ("detector.dark_count_rate", 71e3, "71 kcps"),
+            ("detector.dark_count_rate", 1e-9, "1e-9 cps"),
+            ("path.distance", 5.0, "5 m"),
+            ("path.distance", 0.05, "50 mm"),
+            ("path.distance", 1.5e9, "1500000 km"),
+        ] {
+            assert_eq!(text(key, number).as_deref(), Some(told));
+        }
         assert_eq!(text("clock.samples_per_chip", 4.0), None);
     }
 }

@@ -63,6 +63,7 @@ pub use origin::{Origin, SceneReference};
 pub use read::{load, load_with, parse, parse_with, read as read_scene_text};
 pub use setting::{MOST_KEY_PARTS, Setting};
 pub use text::SceneText;
+pub use toml::Value;
 pub use waveform::{Curve, JitterTail, LaserResponse};
 
 use crate::code::Code;

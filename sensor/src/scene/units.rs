@@ -197,34 +197,48 @@ fn converted(
     })
 }
 
-/// A number in the SI unit of `quantity` as a scene writes it.
+/// A number in the SI unit of `quantity` as a scene writes it: in the largest unit that is no larger,
+/// by the digits that the number has, so that it is read as the same double.
 pub(super) fn in_scene(value: f64, quantity: Quantity) -> String {
-    let (unit, exponent) = match quantity {
-        Quantity::ClockOffset => ("ppm", 6),
-        Quantity::ClockDrift => ("ppm/s", 6),
-        Quantity::Rate => ("cps", 0),
-        Quantity::Illuminance => ("lux", 0),
-        Quantity::SpectralIrradiance => ("W/m2/nm", 0),
-        Quantity::Speed => ("m/s", 0),
-        other => (other.si_unit(), 0),
-    };
-    let shown = match exponent {
-        0 => plain(value),
-        _ => {
-            let shown = format!("{value:e}");
-            let (mantissa, of_value) = shown.split_once('e').unwrap_or((&shown, "0"));
-            format!("{mantissa}e{}", of_value.parse().unwrap_or(0) + exponent)
+    let scientific = format!("{value:e}");
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let thousands = UNITS.iter().filter_map(|(name, of, scale)| match scale {
+        Scale::Decimal(power) if *of == quantity.dimension() && power % 3 == 0 => {
+            Some((*power, *name))
         }
-    };
-    format!("{shown} {unit}")
+        _ => None,
+    });
+    // Spellings that repeat another one's meaning come last.
+    let (mut unit, mut smallest) = (None, None);
+    for (power, name) in thousands.filter(|(_, name)| name.is_ascii()) {
+        if power <= exponent && unit.is_none_or(|(larger, _)| power > larger) {
+            unit = Some((power, name));
+        }
+        if smallest.is_none_or(|(smaller, _)| power < smaller) {
+            smallest = Some((power, name));
+        }
+    }
+    let (power, name) = unit.or(smallest).unwrap_or((0, ""));
+    format!("{} {name}", placed(mantissa, exponent - power))
 }
 
-/// A number in the fewest digits that are it.
-fn plain(value: f64) -> String {
-    match (1e-4..1e15).contains(&value.abs()) || value == 0.0 {
-        true => value.to_string(),
-        false => format!("{value:e}"),
+/// Digits with a point behind the first, times ten to `exponent`, without an exponent unless that
+/// takes many zeros.
+fn placed(mantissa: &str, exponent: i32) -> String {
+    if !(-4..15).contains(&exponent) {
+        return format!("{mantissa}e{exponent}");
     }
+    let sign = if mantissa.starts_with('-') { "-" } else { "" };
+    let mut digits = mantissa.replace(['-', '.'], "");
+    if exponent < 0 {
+        return format!("{sign}0.{}{digits}", "0".repeat((-exponent - 1) as usize));
+    }
+    let whole = exponent as usize + 1;
+    if digits.len() > whole {
+        digits.insert(whole, '.');
+    }
+    format!("{sign}{digits:0<whole$}")
 }
 
 /// The units of a quantity.

@@ -1,0 +1,29 @@
+//! `goldtof explain`: what limits a sensor.
+
+use clap::Args;
+
+use super::common::SceneArgument;
+use super::ending::Ending;
+use super::output::{Output, terminal_width};
+use super::warnings::warn;
+use crate::report::limits::text;
+use crate::sensor::Sensor;
+use crate::study::limits::limits;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof explain scenes/quick.toml")]
+pub(super) struct ExplainArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// Name of the detector, for example --detector spad [default: the scene's first]
+    #[arg(long, value_name = "NAME")]
+    pub detector: Option<String>,
+}
+
+pub(super) fn run(arguments: &ExplainArguments, output: &mut Output) -> anyhow::Result<Ending> {
+    let scene = arguments.scene.read()?;
+    warn(&Sensor::new(&scene.scene()?), output);
+    let limits = limits(&scene, arguments.detector.as_deref())?;
+    output.answer(Some(scene.reference()), &limits, &text(&limits, terminal_width()))?;
+    Ok(Ending::Done)
+}
