@@ -24,7 +24,7 @@ use crate::plan::overview::with_cells;
 use crate::plan::resources::{Resources, resources};
 use crate::plan::{self, Plan};
 use crate::progress::Progress;
-use crate::recorded::{RecordedScan, fit_distance_alone};
+use crate::recorded::{RecordedHistogram, RecordedScan, fit_distance_alone};
 use crate::reference::predictor::ReferenceError;
 use crate::report::curves::IntegrationCurves;
 use crate::report::page::Page;
@@ -328,9 +328,11 @@ fn write(
         })
         .collect();
     folder.write(COUNTS, &counts_csv(sensor, &counts))?;
-    let histograms: Vec<(DetectorIndex, Histogram)> = DetectorIndex::all()
+    let histograms: Vec<RecordedHistogram> = DetectorIndex::all()
         .zip(sent)
-        .filter_map(|(detector, sent)| Some((detector, histogram_of(sensor, sent)?)))
+        .filter_map(|(detector, sent)| {
+            Some(RecordedHistogram { detector, histogram: histogram_of(sensor, sent)? })
+        })
         .collect();
     if !histograms.is_empty() {
         folder.write(BINS, &bins_csv(sensor, &histograms))?;
@@ -348,6 +350,7 @@ fn write(
             emission: &run.emit,
             cosim: &run.cosim,
             counts: &counts,
+            histograms: &histograms,
             estimates: &run.estimates,
             other_estimates: &run.other_estimates,
             grade: run.grade.as_ref(),

@@ -1,5 +1,7 @@
 //! The emitted modules and their connections, drawn.
 
+use std::collections::BTreeMap;
+
 use maud::{Markup, html};
 
 use super::figure::{Figure, coordinate, label, shortened};
@@ -8,12 +10,14 @@ use crate::rtl::back::{Connections, End, Netlist};
 
 const WIDTH: f64 = 480.0;
 const MARGIN: f64 = 8.0;
+const ROOM: f64 = WIDTH - 2.0 * MARGIN;
 /// Height of a box, and from one layer to the next.
 const BOX: f64 = 38.0;
 const PITCH: f64 = 76.0;
-/// From one line of a crowded row to the next, and the least space between two places.
-const LINE: f64 = BOX + 6.0;
-const LEAST_GAP: f64 = 2.0;
+/// Least space between two places.
+const GAP: f64 = 10.0;
+/// Width of edges that pass a layer.
+const PASSING: f64 = 4.0;
 /// Width of a character of a label, and of a name in bold.
 const CHARACTER: f64 = 6.6;
 const BOLD_CHARACTER: f64 = 8.0;
@@ -27,6 +31,12 @@ struct Node {
     end: Vec<End>,
     lines: Vec<String>,
     class: &'static str,
+}
+
+impl Node {
+    fn height(&self) -> f64 {
+        if self.class == "port" { 22.0 } else { BOX }
+    }
 }
 
 /// A drawing of one module, and its connections in words.
@@ -58,7 +68,11 @@ fn diagram(module: &Netlist) -> Diagram {
     };
     let inputs = of_kind(|end| matches!(end, End::Input(_)));
     let outputs = of_kind(|end| matches!(end, End::Output(_)));
-    let placed = layers(nodes.len(), &edges, &inputs, &outputs);
+    let fits = |row: &[Slot]| {
+        let taken: f64 = row.iter().map(|slot| width(*slot, &nodes) + GAP).sum();
+        taken - GAP <= ROOM
+    };
+    let placed = layers(nodes.len(), &edges, &inputs, &outputs, fits);
     let places = Places::of(&placed, &nodes);
     let instances: Vec<String> = module
         .instances
@@ -169,62 +183,36 @@ fn families<'a>(names: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family> 
 
 /// Centres of what stands in the rows.
 struct Places {
-    /// Row by row, as in the layers.
-    centres: Vec<Vec<(f64, f64)>>,
+    /// Row by row, along the row.
+    along: Vec<BTreeMap<Slot, f64>>,
     height: f64,
 }
 
 impl Places {
     fn of(layers: &Layers, nodes: &[Node]) -> Places {
-        let mut y = MARGIN + BOX / 2.0;
-        let mut centres = Vec::new();
-        for row in &layers.rows {
-            let widths: Vec<f64> = row.iter().map(|place| width(place, nodes)).collect();
-            let lines = lines(&widths);
-            let mut places = vec![(0.0, 0.0); row.len()];
-            for line in 0..lines {
-                let on_line: Vec<usize> = (line..row.len()).step_by(lines).collect();
-                let gap = gap(on_line.iter().map(|&index| widths[index]));
-                let mut x = MARGIN + gap;
-                for index in on_line {
-                    places[index] = (x + widths[index] / 2.0, y + line as f64 * LINE);
-                    x += widths[index] + gap;
-                }
-            }
-            centres.push(places);
-            y += PITCH + (lines - 1) as f64 * LINE;
-        }
-        Places { centres, height: y - PITCH + BOX / 2.0 + MARGIN }
+        let mut along = layers.places(ROOM, GAP, |slot| width(slot, nodes));
+        // In the middle of the drawing.
+        let ends = along.iter().flatten().map(|(slot, x)| (x, width(*slot, nodes) / 2.0));
+        let (left, right) = ends.fold((ROOM, 0.0_f64), |(left, right), (x, half)| {
+            (left.min(x - half), right.max(x + half))
+        });
+        let shift = (ROOM - left - right) / 2.0;
+        along.iter_mut().flatten().for_each(|(_, x)| *x += shift);
+        let height = 2.0 * MARGIN + BOX + PITCH * (along.len().max(1) - 1) as f64;
+        Places { along, height }
     }
 
-    fn centre(&self, layers: &Layers, layer: usize, place: Slot) -> (f64, f64) {
-        let index = layers.rows[layer].iter().position(|&other| other == place);
-        index.map_or((0.0, 0.0), |index| self.centres[layer][index])
+    fn centre(&self, layer: usize, slot: Slot) -> (f64, f64) {
+        let along = self.along[layer].get(&slot).copied().unwrap_or(0.0);
+        (MARGIN + along, MARGIN + BOX / 2.0 + layer as f64 * PITCH)
     }
 }
 
-/// Space between what stands on a line, and beside it.
-fn gap(widths: impl Iterator<Item = f64>) -> f64 {
-    let (number, taken) = widths.fold((0.0, 0.0), |(n, sum), width| (n + 1.0, sum + width));
-    (WIDTH - 2.0 * MARGIN - taken) / (number + 1.0)
-}
-
-/// Lines that a row needs, on which its places take turns.
-fn lines(widths: &[f64]) -> usize {
-    let fits = |lines: &usize| {
-        (0..*lines).all(|line| {
-            let on_line = widths.iter().skip(line).step_by(*lines);
-            gap(on_line.copied()) >= LEAST_GAP
-        })
-    };
-    (1..widths.len()).find(fits).unwrap_or(widths.len().max(1))
-}
-
-fn width(place: &Slot, nodes: &[Node]) -> f64 {
-    match place {
-        Slot::Passing(_) => 8.0,
+fn width(slot: Slot, nodes: &[Node]) -> f64 {
+    match slot {
+        Slot::Passing(_) => PASSING,
         Slot::Node(node) => {
-            let lines = &nodes[*node].lines;
+            let lines = &nodes[node].lines;
             let is_bold = |line: usize| line == 0 && lines.len() > 1;
             let widths = lines.iter().enumerate().map(|(number, line)| {
                 let character = if is_bold(number) { BOLD_CHARACTER } else { CHARACTER };
@@ -250,13 +238,13 @@ fn drawing(
                 path class="arrow" d="M0,0 L8,4 L0,8 z" {}
             }
         }
-        @for (number, edge) in edges.iter().enumerate() {
-            path class="wire" d=(wire(layers, places, number, *edge)) marker-end={ "url(#" (arrow) ")" } {}
+        @for edge in edges {
+            path class="wire" d=(wire(layers, places, nodes, *edge)) marker-end={ "url(#" (arrow) ")" } {}
         }
         @for (layer, row) in layers.rows.iter().enumerate() {
-            @for place in row {
-                @if let Slot::Node(node) = place {
-                    (block(&nodes[*node], places.centre(layers, layer, *place), width(place, nodes)))
+            @for slot in row {
+                @if let Slot::Node(node) = slot {
+                    (block(&nodes[*node], places.centre(layer, *slot), width(*slot, nodes)))
                 }
             }
         }
@@ -264,7 +252,7 @@ fn drawing(
 }
 
 fn block(node: &Node, (x, y): (f64, f64), width: f64) -> Markup {
-    let height = if node.class == "port" { 22.0 } else { BOX };
+    let height = node.height();
     html! {
         rect class=(node.class) x=(coordinate(x - width / 2.0)) y=(coordinate(y - height / 2.0))
             width=(coordinate(width)) height=(coordinate(height)) rx="5" {}
@@ -277,33 +265,32 @@ fn block(node: &Node, (x, y): (f64, f64), width: f64) -> Markup {
     }
 }
 
-/// A smooth line through the layers between.
-fn wire(layers: &Layers, places: &Places, number: usize, (from, to): (usize, usize)) -> String {
-    let [first, last] = [from, to].map(|node| layers.layer_of[node]);
-    let half = |layer: usize, node: usize| {
-        let (_, y) = places.centre(layers, layer, Slot::Node(node));
-        (y, BOX / 2.0)
-    };
-    let upward = last < first;
-    let between: Vec<usize> = match upward {
-        true => (last + 1..first).rev().collect(),
-        false => (first + 1..last).collect(),
-    };
-    let (start_x, _) = places.centre(layers, first, Slot::Node(from));
-    let (end_x, _) = places.centre(layers, last, Slot::Node(to));
-    let sign = if upward { -1.0 } else { 1.0 };
-    let side = if upward { 14.0 } else { 0.0 };
-    let mut stops = vec![(start_x + side, half(first, from).0 + sign * half(first, from).1)];
-    for layer in between {
-        stops.push(places.centre(layers, layer, Slot::Passing(number)));
-    }
-    stops.push((end_x + side, half(last, to).0 - sign * (half(last, to).1 + 1.0)));
-    let mut path = format!("M{},{}", coordinate(stops[0].0), coordinate(stops[0].1));
-    for pair in stops.windows(2) {
-        let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
+/// A line through the layers between: upright where it passes them, and smooth from one to the next.
+fn wire(layers: &Layers, places: &Places, nodes: &[Node], edge: (usize, usize)) -> String {
+    let is_upward = layers.layer_of[edge.1] < layers.layer_of[edge.0];
+    let (sign, aside) = if is_upward { (-1.0, 14.0) } else { (1.0, 0.0) };
+    let way = layers.way(edge);
+    let ends: Vec<[(f64, f64); 2]> = way
+        .into_iter()
+        .map(|(layer, slot)| {
+            let (x, y) = places.centre(layer, slot);
+            let (x, half) = match slot {
+                Slot::Node(node) => (x + aside, nodes[node].height() / 2.0),
+                Slot::Passing(_) => (x, BOX / 2.0),
+            };
+            [(x, y - sign * half), (x, y + sign * half)]
+        })
+        .collect();
+    let [_, (x, y)] = ends[0];
+    let mut path = format!("M{},{}", coordinate(x), coordinate(y));
+    for (number, pair) in ends.windows(2).enumerate() {
+        let ((x0, y0), [(x1, y1), (_, leaves)]) = (pair[0][1], pair[1]);
         let bend = (y1 - y0) / 2.0;
         let [a, b, c, d, e, f] = [x0, y0 + bend, x1, y1 - bend, x1, y1].map(coordinate);
         path += &format!(" C{a},{b} {c},{d} {e},{f}");
+        if number + 2 < ends.len() {
+            path += &format!(" V{}", coordinate(leaves));
+        }
     }
     path
 }
@@ -356,8 +343,8 @@ mod tests {
     }
 
     #[test]
-    fn however_many_stand_in_a_row_none_is_cut_or_covers_another() {
-        for number in 1..40 {
+    fn no_block_is_cut_or_covers_another_and_no_edge_passes_beneath_one() {
+        for number in 2..24 {
             let nodes: Vec<Node> = (0..number)
                 .map(|index| Node {
                     end: vec![End::Instance(index)],
@@ -365,24 +352,27 @@ mod tests {
                     class: "block",
                 })
                 .collect();
-            let all: Vec<usize> = (0..number).collect();
-            let layers = layers(number, &[], &all, &[]);
-            let places = Places::of(&layers, &nodes);
-            let boxes: Vec<(f64, f64, f64)> = all
-                .iter()
-                .map(|&node| {
-                    let (x, y) = places.centre(&layers, 0, Slot::Node(node));
-                    (x, y, width(&Slot::Node(node), &nodes) / 2.0)
-                })
+            // Each to three others, wherever they are.
+            let edges: Vec<(usize, usize)> = (0..number)
+                .flat_map(|from| [1, 5, 11].map(|more| (from, (from * 7 + more) % number)))
+                .filter(|(from, to)| from != to)
                 .collect();
-            for (index, &(x, y, half)) in boxes.iter().enumerate() {
-                assert!(x - half >= 0.0 && x + half <= WIDTH, "{number}: {index}");
-                assert!(y + BOX / 2.0 <= places.height, "{number}: {index}");
-                for &(other_x, other_y, other_half) in &boxes[..index] {
-                    let is_apart =
-                        (x - other_x).abs() >= half + other_half || (y - other_y).abs() >= BOX;
-                    assert!(is_apart, "{number}: {index}");
-                }
+            let fits = |row: &[Slot]| {
+                row.iter().map(|slot| width(*slot, &nodes) + GAP).sum::<f64>() - GAP <= ROOM
+            };
+            let layers = layers(number, &edges, &[0], &[], fits);
+            let places = Places::of(&layers, &nodes);
+            for (layer, row) in layers.rows.iter().enumerate() {
+                let ends = row.iter().map(|slot| {
+                    let (x, half) = (places.centre(layer, *slot).0, width(*slot, &nodes) / 2.0);
+                    (x - half, x + half)
+                });
+                let ends: Vec<(f64, f64)> = ends.collect();
+                assert!(ends[0].0 >= MARGIN - 1e-6, "{number} {ends:?}");
+                assert!(ends[ends.len() - 1].1 <= WIDTH - MARGIN + 1e-6, "{number} {ends:?}");
+                // What passes is a slot of its own: upright, and apart from the blocks beside it.
+                let is_apart = |pair: &[(f64, f64)]| pair[1].0 - pair[0].1 >= GAP - 1e-6;
+                assert!(ends.windows(2).all(is_apart), "{number} {ends:?}");
             }
         }
     }

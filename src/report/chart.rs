@@ -8,13 +8,99 @@ pub use super::coordinate::{Axis, Point, Scale};
 use super::figure::{Figure, coordinate, label, points};
 use super::table::Table;
 
-/// Colours that people with any colour vision tell apart (Okabe and Ito).
-const COLOURS: [&str; 7] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#966e00", "#000000"];
-/// Black, for what is no curve.
-pub const BLACK: usize = COLOURS.len() - 1;
-/// Classes of vertical lines, in turn.
-const MARKS: [&str; 3] = ["m0", "m1", "m2"];
+/// What is drawn, by what it means: each has its colour, the same in every figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// What was counted, or simulated.
+    Counts,
+    /// The phase estimator.
+    Phase,
+    /// The model fit.
+    Fit,
+    /// The Cramer-Rao bound.
+    Bound,
+    /// What theory expects.
+    Expected,
+    /// The truth, limits, and what else is given.
+    Truth,
+    /// One of several of a kind, by its number.
+    Other(usize),
+}
+
+/// Colours on light and on dark ground, in the order of the roles. People with any colour vision tell
+/// those of two roles apart; a test simulates it.
+const COLOURS: [[&str; 2]; 7] = [
+    ["#0a4fd6", "#4a86f0"],
+    ["#c2500a", "#ea7638"],
+    ["#0a5c31", "#2ff18d"],
+    ["#9e347f", "#c06aa0"],
+    ["#1499c8", "#a6caff"],
+    ["#1b2330", "#e4e9f0"],
+    ["#8a6400", "#d9b84a"],
+];
+/// Of several of a kind: neither that of the truth, nor twice the same.
+const OF_A_KIND: [usize; 7] = [0, 1, 2, 3, 4, 6, 5];
+
+impl Role {
+    /// What a name tells.
+    fn named(name: &str) -> Option<Role> {
+        let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
+        if has(&["bound", "Cramer"]) {
+            Some(Role::Bound)
+        } else if has(&["expected", "exact"]) {
+            Some(Role::Expected)
+        } else if name.starts_with("phase") {
+            Some(Role::Phase)
+        } else {
+            name.starts_with("model").then_some(Role::Fit)
+        }
+    }
+
+    /// Its class, by which the style has its colour.
+    pub(super) fn class(self) -> String {
+        format!("s{}", self.colour())
+    }
+
+    /// Number of its colour.
+    fn colour(self) -> usize {
+        match self {
+            Role::Counts => 0,
+            Role::Phase => 1,
+            Role::Fit => 2,
+            Role::Bound => 3,
+            Role::Expected => 4,
+            Role::Truth => 5,
+            Role::Other(number) => OF_A_KIND[number % OF_A_KIND.len()],
+        }
+    }
+}
+
+/// Colours as CSS, of the classes `s0` and so on: for the page, on ground of either kind, or for a
+/// drawing of its own, whose readers know no variables.
+pub(super) fn colours(on_page: bool) -> String {
+    let mut style = String::new();
+    if on_page {
+        let variables = |ground: usize| {
+            let all = COLOURS.iter().enumerate();
+            all.map(|(number, of)| format!("--s{number}:{};", of[ground])).collect::<String>()
+        };
+        let [light, dark] = [0, 1].map(variables);
+        style = format!(":root{{{light}}}@media (prefers-color-scheme: dark){{:root{{{dark}}}}}\n");
+    }
+    for (number, colour) in COLOURS.iter().enumerate() {
+        let colour = match on_page {
+            true => format!("var(--s{number})"),
+            false => colour[0].to_owned(),
+        };
+        let stroked =
+            ["curve", "bar", "mark", "block"].map(|kind| format!("svg .{kind}.s{number}"));
+        style += &format!(
+            "{}{{stroke:{colour}}}svg .dot.s{number},svg .band.s{number}{{fill:{colour}}}",
+            stroked.join(",")
+        );
+    }
+    style
+}
 
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = 12.0;
@@ -30,6 +116,15 @@ const TITLE: f64 = 30.0;
 /// On a logarithmic axis the lower part of a bar is drawn at least down to this
 /// share of its point, and further as far as the axis goes.
 const SHORTEST_BAR_SHOWN: f64 = 0.3;
+/// Marks that are nearer to one another than this are one.
+const LEAST_BETWEEN_MARKS: f64 = 3.0;
+/// A curve that is nearer to another than this, in most of its points, is dashed: both are seen.
+const COVERED: f64 = 1.5;
+const COVERED_SHARE: f64 = 0.5;
+/// Panels side by side in a drawing.
+const PANELS_IN_ROW: usize = 2;
+/// Points of a series that tell their values, at most.
+const MOST_TOLD: usize = 200;
 /// Half the width of a bar's caps: wider than a dot, so that a bar shorter than the dot is
 /// seen. In a series of more points caps would run into one another.
 const HALF_CAP: f64 = 6.0;
@@ -62,10 +157,10 @@ pub struct Panel {
     y: Axis,
     /// What is drawn, the first at the back.
     series: Vec<Series>,
-    /// Names of the curves, in the order of their colours.
-    names: Vec<String>,
-    /// Vertical lines: where, and what they mark.
-    marks: Vec<(f64, &'static str)>,
+    /// Names of the curves, and what they mean.
+    names: Vec<(String, Role)>,
+    /// Vertical lines: where, what they mark, and its meaning.
+    marks: Vec<(f64, &'static str, Role)>,
 }
 
 /// Points of one kind.
@@ -74,8 +169,7 @@ struct Series {
     /// Name in the legend, where those of one name stand once; an empty one is not there.
     label: String,
     mark: Mark,
-    /// Number of its colour.
-    colour: usize,
+    role: Role,
     /// The points, in order of x.
     points: Vec<Point>,
 }
@@ -91,6 +185,8 @@ pub enum Mark {
     LineAndDots,
     /// Wide rings, round the dots of another series.
     Rings,
+    /// The area between the ends of the points' intervals.
+    Band,
 }
 
 impl Mark {
@@ -124,35 +220,44 @@ impl Panel {
                 // The dots that they are round have the bars.
                 points.iter_mut().for_each(|point| point.interval = None);
             }
-            let known = self.names.iter().position(|known| *known == name);
-            let colour = match (mark, known) {
-                (Mark::Rings, _) => BLACK,
-                (_, Some(number)) => number % COLOURS.len(),
+            let role = match (mark, self.names.iter().find(|(known, _)| *known == name)) {
+                (Mark::Rings, _) => Role::Truth,
+                (_, Some((_, role))) => *role,
                 (_, None) => {
-                    self.names.push(name.clone());
-                    (self.names.len() - 1) % COLOURS.len()
+                    let role = self.free_role(&name);
+                    self.names.push((name.clone(), role));
+                    role
                 }
             };
-            self.series.push(Series { label: name, mark, colour, points });
+            self.series.push(Series { label: name, mark, role, points });
         }
         self
     }
 
+    /// What a curve of a table means by its name, or else one of a kind; of those that no curve has.
+    fn free_role(&self, name: &str) -> Role {
+        let is_free =
+            |role: &Role| self.names.iter().all(|(_, other)| other.colour() != role.colour());
+        let of_a_kind = || (0..OF_A_KIND.len()).map(Role::Other).find(is_free);
+        let role = Role::named(name).filter(is_free).or_else(of_a_kind);
+        role.unwrap_or(Role::Other(self.names.len()))
+    }
+
     /// Adds points of one kind.
     pub fn with(
-        mut self,
+        self,
         label: &str,
-        colour: usize,
+        role: Role,
         mark: Mark,
         points: impl IntoIterator<Item = (f64, f64)>,
     ) -> Panel {
         let points = points.into_iter().map(|(x, y)| Point { x, y, interval: None });
-        self.series.push(Series {
-            label: label.to_owned(),
-            mark,
-            colour,
-            points: points.collect(),
-        });
+        self.with_points(label, role, mark, points.collect())
+    }
+
+    /// The same of points that have intervals.
+    pub fn with_points(mut self, label: &str, role: Role, mark: Mark, points: Vec<Point>) -> Panel {
+        self.series.push(Series { label: label.to_owned(), mark, role, points });
         self
     }
 
@@ -161,7 +266,7 @@ impl Panel {
         let places = || self.series.iter().flat_map(|s| &s.points).map(|point| point.x);
         let ends =
             [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)];
-        self.with(label, BLACK, Mark::Line, ends.map(|x| (x, y)))
+        self.with(label, Role::Truth, Mark::Line, ends.map(|x| (x, y)))
     }
 
     /// Adds level lines at plus and minus a limit.
@@ -170,8 +275,8 @@ impl Panel {
         self.level(&label, limit).level(&label, -limit)
     }
 
-    /// Adds vertical lines: where, and what they mark.
-    pub fn marked(self, marks: Vec<(f64, &'static str)>) -> Panel {
+    /// Adds vertical lines: where, what they mark, and its meaning.
+    pub fn marked(self, marks: Vec<(f64, &'static str, Role)>) -> Panel {
         Panel { marks, ..self }
     }
 
@@ -205,18 +310,25 @@ impl Panel {
             from: room.height - BOTTOM,
             to: TOP,
         };
-        let legend = self.legend();
+        let marks = self.marks(&x);
+        let dashed = self.covering(&x, &y);
+        let legend = self.legend(&marks, &dashed);
         let widest = legend.iter().map(|entry| entry.name.chars().count()).max().unwrap_or(0);
         let half = (room.width - LEFT) / 2.0;
         let columns = if widest as f64 * LEGEND_CHARACTER + 26.0 <= half { 2 } else { 1 };
         let height = room.height + LEGEND_LINE * legend.len().div_ceil(columns) as f64;
         let content = html! {
             (self.grid(room, &x, &y))
-            @for (number, (at, _)) in self.marks.iter().enumerate() {
-                line class={ "mark " (MARKS[number % MARKS.len()]) } x1=(coordinate(x.place(*at)))
-                    x2=(coordinate(x.place(*at))) y1=(coordinate(y.to)) y2=(coordinate(y.from)) {}
+            @for series in self.series.iter().filter(|series| series.mark == Mark::Band) {
+                (series.band(&x, &y))
             }
-            @for series in &self.series { (series.drawn(&x, &y)) }
+            @for (at, _, role) in &marks {
+                line class={ "mark " (role.class()) } x1=(coordinate(*at))
+                    x2=(coordinate(*at)) y1=(coordinate(y.to)) y2=(coordinate(y.from)) {}
+            }
+            @for (series, is_dashed) in self.series.iter().zip(&dashed) {
+                (series.drawn(&x, &y, [&self.x, &self.y], *is_dashed))
+            }
             @for (number, entry) in legend.iter().enumerate() {
                 (entry.drawn(
                     LEFT + (number % columns) as f64 * half,
@@ -227,25 +339,59 @@ impl Panel {
         (height, content)
     }
 
-    fn legend(&self) -> Vec<Entry<'_>> {
+    /// Places of vertical lines, names and meaning; of those that would be one to the eye the names are
+    /// together.
+    fn marks(&self, x: &Along) -> Vec<(f64, String, Role)> {
+        let mut marks: Vec<(f64, String, Role)> = Vec::new();
+        for (at, name, role) in &self.marks {
+            let at = x.place(*at);
+            match marks.iter_mut().find(|mark| (mark.0 - at).abs() < LEAST_BETWEEN_MARKS) {
+                Some(mark) => mark.1 += &format!(", {name}"),
+                None => marks.push((at, (*name).to_owned(), *role)),
+            }
+        }
+        marks
+    }
+
+    /// Whether each series is a line that hides one before it.
+    fn covering(&self, x: &Along, y: &Along) -> Vec<bool> {
+        let places = |series: &Series| series.places(x, y).1;
+        let lines: Vec<Option<Vec<(f64, f64)>>> =
+            self.series.iter().map(|s| s.mark.has_line().then(|| places(s))).collect();
+        let hides = |number: usize| {
+            let Some(line) = &lines[number] else { return false };
+            let before = lines[..number].iter().flatten();
+            before.into_iter().any(|other| {
+                let near = line.iter().filter(|(x, y)| {
+                    height_at(other, *x).is_some_and(|height| (height - y).abs() < COVERED)
+                });
+                near.count() as f64 > COVERED_SHARE * line.len() as f64
+            })
+        };
+        (0..lines.len()).map(hides).collect()
+    }
+
+    fn legend<'p>(&'p self, marks: &'p [(f64, String, Role)], dashed: &[bool]) -> Vec<Entry<'p>> {
         let mut entries: Vec<Entry> = Vec::new();
         let is_shown = |series: &&Series| !series.label.is_empty() && !series.points.is_empty();
-        for series in self.series.iter().filter(is_shown) {
+        let dashed_of = self.series.iter().zip(dashed);
+        for (series, is_dashed) in dashed_of.filter(|(series, _)| is_shown(series)) {
             let shown = match series.mark {
                 mark if mark.has_line() => Shown::Line,
                 Mark::Rings => Shown::Ring,
+                Mark::Band => Shown::Band,
                 _ => Shown::Dot,
             };
-            let class = format!("s{}", series.colour);
+            let dashes = if *is_dashed { " dashed" } else { "" };
+            let class = series.role.class() + dashes;
             match entries.iter_mut().find(|entry| entry.name == series.label) {
                 Some(entry) if entry.shown != shown => entry.shown = Shown::LineAndDot,
                 Some(_) => {}
                 None => entries.push(Entry { class, name: &series.label, shown }),
             }
         }
-        let marks = self.marks.iter().enumerate();
-        entries.extend(marks.map(|(number, (_, name))| Entry {
-            class: MARKS[number % MARKS.len()].to_owned(),
+        entries.extend(marks.iter().map(|(_, name, role)| Entry {
+            class: role.class(),
             name,
             shown: Shown::Mark,
         }));
@@ -289,23 +435,48 @@ impl Along {
 }
 
 impl Series {
-    fn drawn(&self, x: &Along, y: &Along) -> Markup {
+    /// The points that can be drawn, and where.
+    fn places(&self, x: &Along, y: &Along) -> (Vec<&Point>, Vec<(f64, f64)>) {
         let holds = |p: &&Point| x.axis.holds(p.x) && y.axis.holds(p.y);
         let shown: Vec<&Point> = self.points.iter().filter(holds).collect();
-        let places: Vec<(f64, f64)> = shown.iter().map(|p| (x.place(p.x), y.place(p.y))).collect();
+        let places = shown.iter().map(|p| (x.place(p.x), y.place(p.y))).collect();
+        (shown, places)
+    }
+
+    /// The area between the ends of its intervals.
+    fn band(&self, x: &Along, y: &Along) -> Markup {
+        let (shown, _) = self.places(x, y);
+        let edge = |of: fn((f64, f64)) -> f64| {
+            let ends = shown.iter().filter_map(move |point| Some((point.x, of(point.interval?))));
+            ends.map(|(at, end)| (x.place(at), y.place(y.axis.clamp(end)))).collect::<Vec<_>>()
+        };
+        let back = edge(|interval| interval.0).into_iter().rev();
+        let outline = edge(|interval| interval.1).into_iter().chain(back);
+        html! { polygon class={ "band " (self.role.class()) } points=(points(outline)) {} }
+    }
+
+    fn drawn(&self, x: &Along, y: &Along, axes: [&Axis; 2], is_dashed: bool) -> Markup {
+        if self.mark == Mark::Band {
+            return html! {};
+        }
+        let (shown, places) = self.places(x, y);
         let cap = if shown.len() <= MOST_CAPPED { HALF_CAP } else { 0.0 };
         let bars = shown.iter().zip(&places).filter_map(|(point, (x, _))| {
             let (low, high) = point.interval?;
             Some(bar(*x, [low, high].map(|end| y.place(y.axis.clamp(end))), cap))
         });
-        let class = format!("s{}", self.colour);
+        let class = self.role.class();
+        let dashes = if is_dashed { " dashed" } else { "" };
+        let tells = shown.len() <= MOST_TOLD;
         html! {
             @if self.mark.has_line() {
-                polyline class={ "curve " (class) } points=(points(places.iter().copied())) {}
+                polyline class={ "curve " (class) (dashes) } points=(points(places.iter().copied())) {}
             }
             @if self.mark.has_dots() {
-                @for (x, y) in &places {
-                    circle class={ "dot " (class) } cx=(coordinate(*x)) cy=(coordinate(*y)) r="3" {}
+                @for (point, (x, y)) in shown.iter().zip(&places) {
+                    circle class={ "dot " (class) } cx=(coordinate(*x)) cy=(coordinate(*y)) r="3" {
+                        @if tells { title { (self.told(point, axes)) } }
+                    }
                 }
             }
             @if self.mark == Mark::Rings {
@@ -315,6 +486,39 @@ impl Series {
             }
             @for bar in bars { path class={ "bar " (class) } d=(bar) {} }
         }
+    }
+
+    /// What a point is, in words: shown where one points at it.
+    fn told(&self, point: &Point, [x, y]: [&Axis; 2]) -> String {
+        let name = if self.label.is_empty() { "" } else { ": " };
+        let mut told = format!(
+            "{}{name}{} {}, {} {}",
+            self.label,
+            x.label,
+            digits(point.x),
+            y.label,
+            digits(point.y)
+        );
+        if let Some((low, high)) = point.interval {
+            told += &format!(" ({} to {})", digits(low), digits(high));
+        }
+        told
+    }
+}
+
+/// A number to five digits.
+fn digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
+    rounded.to_string()
+}
+
+/// Height of a line at `x`; none beside its ends.
+fn height_at(line: &[(f64, f64)], x: f64) -> Option<f64> {
+    let after = line.partition_point(|point| point.0 < x);
+    let (&(x1, y1), before) = (line.get(after)?, after.checked_sub(1));
+    match before.map(|before| line[before]) {
+        None => (x1 - x < COVERED).then_some(y1),
+        Some((x0, y0)) => Some(y0 + (y1 - y0) * (x - x0) / (x1 - x0).max(f64::MIN_POSITIVE)),
     }
 }
 
@@ -345,6 +549,7 @@ enum Shown {
     Dot,
     LineAndDot,
     Ring,
+    Band,
     Mark,
 }
 
@@ -354,7 +559,7 @@ impl Entry<'_> {
         let line = match self.shown {
             Shown::Line | Shown::LineAndDot => Some("curve"),
             Shown::Mark => Some("mark"),
-            Shown::Dot | Shown::Ring => None,
+            Shown::Dot | Shown::Ring | Shown::Band => None,
         };
         let (dot, radius) = match self.shown {
             Shown::Ring => ("bar", "6"),
@@ -365,7 +570,9 @@ impl Entry<'_> {
                 line class={ (line) " " (class) } x1=(coordinate(x)) x2=(coordinate(x + 20.0))
                     y1=(coordinate(y - 4.0)) y2=(coordinate(y - 4.0)) {}
             }
-            @if line.is_none() || self.shown == Shown::LineAndDot {
+            @if self.shown == Shown::Band {
+                rect class={ "band " (class) } x=(coordinate(x)) y=(coordinate(y - 10.0)) width="20" height="12" {}
+            } @else if line.is_none() || self.shown == Shown::LineAndDot {
                 circle class={ (dot) " " (class) } cx=(coordinate(x + 10.0)) cy=(coordinate(y - 4.0)) r=(radius) {}
             }
             (label(x + 26.0, y, "start", self.name))
@@ -378,8 +585,19 @@ impl Chart {
     pub fn svg(&self) -> String {
         let drawn: Vec<(f64, Markup)> =
             self.panels.iter().map(|panel| panel.drawn(&OF_DRAWING)).collect();
-        let width = OF_DRAWING.width * drawn.len().max(1) as f64;
-        let height = TITLE + drawn.iter().map(|panel| panel.0).fold(0.0, f64::max);
+        let columns = drawn.len().clamp(1, PANELS_IN_ROW);
+        let rows: Vec<&[(f64, Markup)]> = drawn.chunks(columns).collect();
+        let tops: Vec<f64> = rows
+            .iter()
+            .scan(TITLE, |top, row| {
+                let this = *top;
+                *top += row.iter().map(|panel| panel.0).fold(0.0, f64::max);
+                Some(this)
+            })
+            .collect();
+        let last = rows.last().map_or(0.0, |row| row.iter().map(|p| p.0).fold(0.0, f64::max));
+        let width = OF_DRAWING.width * columns as f64;
+        let height = tops.last().map_or(TITLE, |top| top + last);
         let [wide, high] = [width, height].map(coordinate);
         let svg = html! {
             svg xmlns="http://www.w3.org/2000/svg" width=(wide) height=(high)
@@ -387,10 +605,12 @@ impl Chart {
                 style { (style()) }
                 rect width="100%" height="100%" fill="#ffffff" {}
                 (label(width / 2.0, 20.0, "middle title", &self.title))
-                @for (number, (_, content)) in drawn.iter().enumerate() {
-                    g transform={
-                        "translate(" (coordinate(number as f64 * OF_DRAWING.width)) " " (coordinate(TITLE)) ")"
-                    } { (content) }
+                @for (row, top) in rows.iter().zip(&tops) {
+                    @for (number, (_, content)) in row.iter().enumerate() {
+                        g transform={
+                            "translate(" (coordinate(number as f64 * OF_DRAWING.width)) " " (coordinate(*top)) ")"
+                        } { (content) }
+                    }
                 }
             }
         };
@@ -400,16 +620,12 @@ impl Chart {
 
 /// The looks of a drawing that stands alone: those of the report's page are in its own style.
 fn style() -> String {
-    let mut style = "text{font-family:sans-serif;font-size:13px}.title{font-size:16px}\
-                     .middle{text-anchor:middle}.end{text-anchor:end}.grid{stroke:#dedede}\
-                     .curve{fill:none;stroke-width:2}.bar{fill:none;stroke-width:1}"
-        .to_owned();
-    for (number, colour) in COLOURS.iter().enumerate() {
-        style += &format!(
-            ".curve.s{number},.bar.s{number}{{stroke:{colour}}}.dot.s{number}{{fill:{colour}}}"
-        );
-    }
-    style
+    "text{font-family:sans-serif;font-size:13px}.title{font-size:16px}.middle{text-anchor:middle}\
+     .end{text-anchor:end}.grid{stroke:#dedede}.curve{fill:none;stroke-width:2}\
+     .bar{fill:none;stroke-width:1}.mark{stroke-width:1.6}.mark,.dashed{stroke-dasharray:6 4}\
+     .band{opacity:.25}"
+        .to_owned()
+        + &colours(false)
 }
 
 /// At most four points per column of a plot on the page: the first, lowest, highest and last
@@ -437,6 +653,116 @@ pub(super) fn decimate(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
+    /// Linear light of a colour, 0 to 1 (IEC 61966-2-1).
+    fn light(colour: &str) -> [f64; 3] {
+        [1, 3, 5].map(|at| {
+            let share = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
+            if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+        })
+    }
+
+    fn times(matrix: [[f64; 3]; 3], light: [f64; 3]) -> [f64; 3] {
+        matrix.map(|row| (0..3).map(|i| row[i] * light[i]).sum::<f64>())
+    }
+
+    const TO_XYZ: [[f64; 3]; 3] =
+        [[0.412_4, 0.357_6, 0.180_5], [0.212_6, 0.715_2, 0.072_2], [0.019_3, 0.119_2, 0.950_5]];
+
+    /// CIELAB, white D65.
+    fn lab(light: [f64; 3]) -> [f64; 3] {
+        let xyz = times(TO_XYZ, light.map(|part| part.clamp(0.0, 1.0)));
+        let [x, y, z] =
+            [xyz[0] / 0.950_47, xyz[1], xyz[2] / 1.088_83].map(|t| match t > 0.008_856 {
+                true => f64::cbrt(t),
+                false => 7.787 * t + 16.0 / 116.0,
+            });
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    /// What people without one kind of cones see, red, green, blue: G. M. Machado, M. M. Oliveira
+    /// and L. A. F. Fernandes, IEEE Trans. Vis. Comput. Graph. 15, 1291 (2009), severity 1.
+    const VISIONS: [[[f64; 3]; 3]; 4] = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        [
+            [0.152_286, 1.052_583, -0.204_868],
+            [0.114_503, 0.786_281, 0.099_216],
+            [-0.003_882, -0.048_116, 1.051_998],
+        ],
+        [
+            [0.367_322, 0.860_646, -0.227_968],
+            [0.280_085, 0.672_501, 0.047_413],
+            [-0.011_820, 0.042_940, 0.968_881],
+        ],
+        [
+            [1.255_528, -0.076_749, -0.178_779],
+            [-0.078_411, 0.930_809, 0.147_602],
+            [0.004_733, 0.691_367, 0.303_900],
+        ],
+    ];
+
+    /// Of colours of one ground, the least difference of two in CIELAB by any vision.
+    fn least_difference(colours: &[&str]) -> f64 {
+        let mut least = f64::INFINITY;
+        for vision in VISIONS {
+            let seen: Vec<_> = colours.iter().map(|c| lab(times(vision, light(c)))).collect();
+            for (i, a) in seen.iter().enumerate() {
+                for b in &seen[..i] {
+                    let squares = (0..3).map(|part| (a[part] - b[part]).powi(2));
+                    least = least.min(squares.sum::<f64>().sqrt());
+                }
+            }
+        }
+        least
+    }
+
+    #[test]
+    fn people_of_any_colour_vision_tell_the_roles_apart_on_either_ground() {
+        use Role::{Bound, Counts, Expected, Fit, Phase, Truth};
+        let roles = [Counts, Phase, Fit, Bound, Expected, Truth];
+        for (ground, behind) in [(0, ["#ffffff", "#f5f7fa"]), (1, ["#12161c", "#1a2029"])] {
+            let colours = roles.map(|role| COLOURS[role.colour()][ground]);
+            let least = least_difference(&colours);
+            assert!(least > 20.0, "{ground}: {least}");
+            // Graphics: 3 to 1 (WCAG 2.2, 1.4.11).
+            let luminance = |colour: &str| times(TO_XYZ, light(colour))[1] + 0.05;
+            for (colour, behind) in colours.iter().flat_map(|c| behind.map(|b| (c, b))) {
+                let ratio = luminance(colour) / luminance(behind);
+                assert!(ratio.max(1.0 / ratio) >= 3.0, "{colour} on {behind}: {ratio}");
+            }
+        }
+        // Red and green of the same lightness are not.
+        assert!(least_difference(&["#c2500a", "#6f7d00"]) < 20.0);
+        assert!((least_difference(&["#ffffff", "#000000"]) - 100.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn of_two_curves_in_one_place_the_second_is_dashed() {
+        let line = |by: f64| (0..9).map(move |x| (f64::from(x), f64::from(x * x) + by));
+        let panel = |by| {
+            Panel::new(Axis::linear("", "x"), Axis::linear("", "y"))
+                .with("one", Role::Counts, Mark::Line, line(0.0))
+                .with("other", Role::Fit, Mark::Line, line(by))
+        };
+        for (by, is_dashed) in [(0.0, true), (0.1, true), (10.0, false)] {
+            let drawn = panel(by).drawn(&OF_PAGE).1.into_string();
+            // The curve, and its line of the legend.
+            assert_eq!(drawn.matches("dashed").count(), 2 * usize::from(is_dashed), "{by}");
+        }
+    }
+
+    #[test]
+    fn marks_that_are_one_to_the_eye_have_one_name() {
+        let panel = Panel::new(Axis::linear("", "x"), Axis::linear("", "y"))
+            .with("", Role::Counts, Mark::Line, [(0.0, 0.0), (100.0, 1.0)])
+            .marked(vec![
+                (50.0, "truth", Role::Truth),
+                (50.1, "phase", Role::Phase),
+                (60.0, "fit", Role::Fit),
+            ]);
+        let drawn = panel.drawn(&OF_PAGE).1.into_string();
+        assert!(drawn.contains(">truth, phase<") && drawn.contains(">fit<"), "{drawn}");
+    }
+
     #[test]
     fn decimation_keeps_a_peak_of_one_point() {
         let mut points: Vec<_> = (0..16_376).map(|i| (f64::from(i), 0.0)).collect();
@@ -461,8 +787,8 @@ mod tests {
     #[test]
     fn a_plot_of_one_point_is_still_a_plot() {
         let panel = Panel::new(Axis::linear("", "x"), Axis::log("", "y < 1"))
-            .with("", 0, Mark::LineAndDots, [(1.0, 2.0), (2.0, f64::NAN)])
-            .marked(vec![(1.0, "here")]);
+            .with("", Role::Counts, Mark::LineAndDots, [(1.0, 2.0), (2.0, f64::NAN)])
+            .marked(vec![(1.0, "here", Role::Truth)]);
         let chart = Chart { title: "a < b & \"c\"".to_owned(), panels: vec![panel.clone()] };
         let figure = panel.figure("one".to_owned(), chart.title.clone(), String::new());
         for svg in [figure.markup().into_string(), chart.svg()] {
@@ -478,7 +804,7 @@ mod tests {
         let point = Point { x: 1.0, y: 10.0, interval: Some((0.0, 20.0)) };
         let mut panel = Panel::new(Axis::linear("", "x"), Axis::log("", "y"));
         let (mark, label) = (Mark::Dots, String::new());
-        panel.series.push(Series { label, mark, colour: 0, points: vec![point] });
+        panel.series.push(Series { label, mark, role: Role::Counts, points: vec![point] });
         let (_, drawn) = panel.drawn(&OF_PAGE);
         // Down to the frame, not to the zero that has no logarithm.
         assert!(drawn.into_string().contains(&format!(",{} V", coordinate(300.0 - BOTTOM))));

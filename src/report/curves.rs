@@ -1,6 +1,6 @@
 //! What longer integration gains, and what longer simulation does.
 
-use super::chart::{Axis, Mark, Panel};
+use super::chart::{Axis, Mark, Panel, Role};
 use super::figure::Figure;
 use crate::cosim;
 use crate::estimate::coverage::bound_m;
@@ -96,15 +96,12 @@ impl Points {
 }
 
 /// The error of a detector's distance against the integration time of what is measured at
-/// once, a phase step or a histogram, as theory expects it; `error_m` is that of this run's phase.
+/// once, a phase step or a histogram, as theory expects it. One run's error is no mean of squares, and
+/// has no place among them.
 ///
 /// # Errors
 /// Why it is not known.
-pub(super) fn integration(
-    sensor: &Sensor,
-    curves: IntegrationCurves,
-    error_m: Option<f64>,
-) -> Result<Figure, String> {
+pub(super) fn integration(sensor: &Sensor, curves: IntegrationCurves) -> Result<Figure, String> {
     let detector = curves.detector;
     let Points { rms, scatter, bound } = curves.points?;
     let here = sensor.timing().integration_ps() * 1e-6;
@@ -122,12 +119,10 @@ pub(super) fn integration(
          logarithmic. {}",
         words(&rms, &bound, here)
     );
-    let measured = error_m.map(|error_m| (here, error_m.abs() * 1e3));
     let panel = Panel::new(Axis::log("", along), Axis::log("", "error (mm)"))
-        .with("phase, bias and scatter", 1, Mark::Line, rms)
-        .with("phase, scatter alone", 2, Mark::Line, scatter)
-        .with("model fit (Cramer-Rao)", 0, Mark::Line, bound)
-        .with("this run, phase", 3, Mark::Dots, measured);
+        .with("phase, bias and scatter", Role::Phase, Mark::LineAndDots, rms)
+        .with("phase, scatter alone", Role::Expected, Mark::LineAndDots, scatter)
+        .with("model fit (Cramer-Rao)", Role::Bound, Mark::LineAndDots, bound);
     Ok(panel.figure(format!("integration-{detector}"), title, description))
 }
 
@@ -153,18 +148,18 @@ pub(super) fn run_time(sensor: &Sensor, cosim: &cosim::Report, std_m: f64) -> Op
     let verilog_s = cosim.clocks as f64 / cosim.clocks_per_s;
     let is_timed = cosim.clocks_per_s > 0.0 && cosim.verdict == cosim::Verdict::Match;
     let tiers = [
-        ("events (continuous time)", 0, forecast::seconds(sensor, Tier::Events, 1)),
-        ("sampled", 2, forecast::seconds(sensor, Tier::Sampled, 1)),
-        ("Verilog (this run)", 1, is_timed.then_some(verilog_s)),
+        ("events (continuous time)", Role::Other(0), forecast::seconds(sensor, Tier::Events, 1)),
+        ("sampled", Role::Other(1), forecast::seconds(sensor, Tier::Sampled, 1)),
+        ("Verilog (this run)", Role::Other(2), is_timed.then_some(verilog_s)),
     ];
     let mut panel =
         Panel::new(Axis::log("", "run time (s)"), Axis::log("", "standard error of the bias (mm)"));
     let mut told = Vec::new();
-    for (name, colour, scan_s) in tiers {
+    for (name, role, scan_s) in tiers {
         let Some(scan_s) = scan_s else { continue };
         let scans = (0..=MOST_SCANS).map(|decade| 10f64.powi(decade));
         let points = scans.map(|scans| (scans * scan_s, std_m / scans.sqrt() * 1e3));
-        panel = panel.with(name, colour, Mark::LineAndDots, points);
+        panel = panel.with(name, role, Mark::LineAndDots, points);
         told.push(format!("{name}: one scan takes {scan_s:.2e} s"));
     }
     let description = format!(

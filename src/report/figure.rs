@@ -26,6 +26,8 @@ impl Figure {
         html! {
             figure.wide[self.wide] {
                 figcaption { (self.title) }
+                // Wide as the page while it is ticked.
+                label.larger { input type="checkbox"; span { "larger" } }
                 svg role="img"
                     viewBox={ "0 0 " (coordinate(self.size.0)) " " (coordinate(self.size.1)) }
                     aria-labelledby={ (title) " " (description) } {

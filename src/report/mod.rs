@@ -10,6 +10,7 @@ mod figure;
 mod geometry;
 mod layers;
 pub(crate) mod limits;
+mod offsets;
 pub(crate) mod page;
 pub mod plan;
 pub mod provenance;
@@ -22,8 +23,8 @@ use std::fmt::Write as _;
 
 use crate::cosim::sent::SentCount;
 use crate::estimate::distance_m;
-use crate::histogram::Histogram;
 use crate::printable::csv_field;
+use crate::recorded::RecordedHistogram;
 use crate::scan::Step;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
@@ -90,9 +91,9 @@ pub fn counts_csv(sensor: &Sensor, detectors: &[DetectorCounts]) -> String {
 }
 
 /// Histograms as CSV: bin, its count, and the name of the detector.
-pub fn bins_csv(sensor: &Sensor, histograms: &[(DetectorIndex, Histogram)]) -> String {
+pub fn bins_csv(sensor: &Sensor, histograms: &[RecordedHistogram]) -> String {
     let mut text = "bin,count,detector\n".to_owned();
-    for (detector, histogram) in histograms {
+    for RecordedHistogram { detector, histogram } in histograms {
         let name = csv_field(&sensor.scene().detectors[*detector].name);
         for (bin, count) in histogram.bins().iter().enumerate() {
             let _ = writeln!(text, "{bin},{count},{name}");

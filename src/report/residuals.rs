@@ -1,88 +1,144 @@
-//! Recorded counts over what was expected, and what is left.
+//! Counts over what is expected of them, and what is left.
 
-use super::chart::{Axis, Chart, Mark, Panel};
-use super::table::Table;
-use crate::recorded::{Assessment, BinResidual, HITS_OF_A_SUM};
+use super::chart::{Axis, Chart, Mark, Panel, Point, Role};
+use crate::recorded::{Assessment, BinResidual, HITS_OF_A_SUM, StepResidual};
 
 /// Most points of a series: of longer scans the steps round the largest count.
 const MOST_POINTS: usize = 400;
+/// Half the width of the band, in standard deviations: 19 of 20 counts are within.
+const BAND_IN_STD: f64 = 2.0;
 
-/// What a point of both panels says.
-struct Shown {
+/// What a count, or a sum of neighbouring bins, says beside its expectation.
+#[derive(Debug, Clone, Copy)]
+struct Counted {
     x: f64,
     count: f64,
     expected: f64,
-    residual: f64,
+    std: f64,
+    residual_in_std: f64,
 }
 
-/// Neighbouring bins together, at the middle of them: where hardly any bin counts at all, a
-/// single hit would be many standard deviations.
-fn sums_of_bins(bins: &[BinResidual]) -> Vec<Shown> {
-    let mut sums = Vec::new();
-    let (mut count, mut expected, mut beyond, mut first) = (0.0, 0.0, 0.0, 0);
-    for (last, bin) in bins.iter().enumerate() {
-        count += bin.count as f64;
-        expected += bin.expected_count;
-        beyond += bin.residual_in_std * bin.expected_count.max(0.0).sqrt();
-        if expected >= HITS_OF_A_SUM {
-            sums.push(Shown {
-                x: 0.5 * (first + last) as f64,
-                count,
+/// Counts of a scan, or of a histogram, beside what is expected of them.
+#[derive(Debug, Clone)]
+pub(super) struct Comparison {
+    along: String,
+    counted: Vec<Counted>,
+    of_bins: bool,
+}
+
+impl Comparison {
+    /// Of phase steps, in order of distance: also of a window that wraps round the code period.
+    pub fn of_steps(steps: &[StepResidual]) -> Comparison {
+        let of_step = |step: &StepResidual| Counted {
+            x: step.distance_m,
+            count: step.count as f64,
+            expected: step.expected_count,
+            std: step.expected_count_std,
+            residual_in_std: step.residual_in_std,
+        };
+        let mut counted: Vec<Counted> = steps.iter().map(of_step).collect();
+        counted.sort_by(|a, b| a.x.total_cmp(&b.x));
+        Comparison { along: "distance of the phase step (m)".to_owned(), counted, of_bins: false }
+    }
+
+    /// Of bins, neighbours together where hardly any bin counts at all: a single hit would be many
+    /// standard deviations.
+    pub fn of_bins(bins: &[BinResidual]) -> Comparison {
+        let hits: f64 = bins.iter().map(|bin| bin.expected_count).sum();
+        let together = (HITS_OF_A_SUM * bins.len() as f64 / hits.max(f64::MIN_POSITIVE)).ceil();
+        let together = (together as usize).clamp(1, bins.len().max(1));
+        let of_sum = |(number, sum): (usize, &[BinResidual])| {
+            let total = |of: fn(&BinResidual) -> f64| sum.iter().map(of).sum::<f64>();
+            let expected = total(|bin| bin.expected_count);
+            let beyond = total(|bin| bin.residual_in_std * bin.expected_count.max(0.0).sqrt());
+            Counted {
+                x: (number * together) as f64 + 0.5 * (sum.len() - 1) as f64,
+                count: total(|bin| bin.count as f64),
                 expected,
-                residual: beyond / expected.sqrt(),
-            });
-            (count, expected, beyond, first) = (0.0, 0.0, 0.0, last + 1);
+                std: total(|bin| bin.expected_count_std.powi(2)).sqrt(),
+                residual_in_std: beyond / expected.sqrt().max(f64::MIN_POSITIVE),
+            }
+        };
+        Comparison {
+            along: match together {
+                1 => "bin (sample of the code period)".to_owned(),
+                _ => format!("bin (sample of the code period), {together} together"),
+            },
+            counted: bins.chunks(together).enumerate().map(of_sum).collect(),
+            of_bins: true,
         }
     }
-    sums
+
+    fn of(assessment: &Assessment) -> Comparison {
+        match assessment.bins.as_slice() {
+            [] => Comparison::of_steps(&assessment.phase_steps),
+            bins => Comparison::of_bins(bins),
+        }
+    }
+
+    fn within(&self, from: f64, to: f64) -> impl Iterator<Item = &Counted> {
+        self.counted.iter().filter(move |one| (from..=to).contains(&one.x))
+    }
+
+    /// Counts over the expected ones with their band, from one place to another.
+    pub fn counts(&self, from: f64, to: f64, whose: &str) -> Panel {
+        let band = self.within(from, to).map(|one| {
+            let half = BAND_IN_STD * one.std;
+            let interval = Some((one.expected - half, one.expected + half));
+            Point { x: one.x, y: one.expected, interval }
+        });
+        let expected = self.within(from, to).map(|one| (one.x, one.expected));
+        let counts = self.within(from, to).map(|one| (one.x, one.count));
+        Panel::new(Axis::linear("", &self.along), Axis::linear("", "count"))
+            .with_points("", Role::Expected, Mark::Band, band.collect())
+            .with("expected, \u{b1}2 std", Role::Expected, Mark::Line, expected)
+            .with(whose, Role::Counts, Mark::Dots, counts)
+    }
+
+    /// Residuals, from one place to another.
+    pub fn residuals(&self, from: f64, to: f64) -> Panel {
+        let shown = self.within(from, to).map(|one| (one.x, one.residual_in_std));
+        let axis = Axis::linear("", "residual (standard deviations)");
+        Panel::new(Axis::linear("", &self.along), axis)
+            .with("", Role::Counts, Mark::Dots, shown)
+            .limits(BAND_IN_STD, "standard deviations")
+    }
+
+    /// First and last of no more than so many points: round the largest count, or, of bins, round
+    /// what is farthest from expected.
+    pub fn near(&self, most: usize) -> (f64, f64) {
+        let height = |one: &Counted| match self.of_bins {
+            true => one.residual_in_std.abs(),
+            false => one.count,
+        };
+        let all = &self.counted;
+        let middle = (0..all.len()).max_by(|&a, &b| height(&all[a]).total_cmp(&height(&all[b])));
+        let first = middle.unwrap_or(0).saturating_sub(most / 2);
+        let first = first.min(all.len().saturating_sub(most));
+        let shown = &all[first..(first + most).min(all.len())];
+        let ends = shown.first().zip(shown.last());
+        ends.map_or((0.0, 0.0), |(first, last)| (first.x, last.x))
+    }
+
+    /// Sum of the squares of all residuals, and their number.
+    pub fn chi_square(&self) -> (f64, usize) {
+        let squares = self.counted.iter().map(|one| one.residual_in_std.powi(2));
+        (squares.sum(), self.counted.len())
+    }
 }
 
-/// Counts and expected counts on the left, residuals in standard deviations on the
-/// right; of a long scan the steps round the largest count. Of a histogram each point is the
-/// sum of so many bins that five hits are expected, and of many those round the one that is
-/// farthest from what is expected.
+/// Counts and expected counts on the left, residuals in standard deviations on the right; of a long
+/// scan those round the largest count, of a histogram those round what is farthest from expected.
 pub fn residual_plot(assessment: &Assessment) -> String {
-    let of_steps = assessment.phase_steps.iter().map(|step| Shown {
-        x: step.distance_m,
-        count: step.count as f64,
-        expected: step.expected_count,
-        residual: step.residual_in_std,
-    });
-    let all: Vec<Shown> = of_steps.chain(sums_of_bins(&assessment.bins)).collect();
-    let is_histogram = !assessment.bins.is_empty();
-    let height = |shown: &Shown| match is_histogram {
-        true => shown.residual.abs(),
-        false => shown.count,
+    let comparison = Comparison::of(assessment);
+    let (from, to) = comparison.near(MOST_POINTS);
+    let title = match assessment.bins.is_empty() {
+        true => "recorded counts and residuals",
+        false => "recorded bins and residuals",
     };
-    let middle = (0..all.len()).max_by(|&a, &b| height(&all[a]).total_cmp(&height(&all[b])));
-    let first = middle.unwrap_or(0).saturating_sub(MOST_POINTS / 2);
-    let first = first.min(all.len().saturating_sub(MOST_POINTS));
-    let shown = &all[first..(first + MOST_POINTS).min(all.len())];
-    let (along, title) = match is_histogram {
-        true => {
-            ("bin (sample of the code period; sums of neighbours)", "recorded bins and residuals")
-        }
-        false => ("distance of the phase step (m)", "recorded counts and residuals"),
-    };
-    let table = Table::of(shown)
-        .column("recorded", |_| "recorded")
-        .column("x", |shown| shown.x)
-        .column("count", |shown| shown.count)
-        .column("expected", |shown| shown.expected)
-        .column("residual", |shown| shown.residual)
-        .table();
-    let panel = |column: &str, label: &str| {
-        Panel::new(Axis::linear("x", along), Axis::linear(column, label))
-    };
-    let expected = table.named(|_, _| "expected".to_owned());
     let chart = Chart {
         title: format!("{}: {title}", assessment.detector),
-        panels: vec![
-            panel("count", "count")
-                .curves_of(&expected, "expected", Mark::Line)
-                .curves(&table, Mark::Dots),
-            panel("residual", "residual (standard deviations)").curves(&table, Mark::Dots),
-        ],
+        panels: vec![comparison.counts(from, to, "recorded"), comparison.residuals(from, to)],
     };
     chart.svg()
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use goldtof::code::{Code, CodeSpec, Family, Generator};
-use goldtof::recorded::{Cause, RecordedScan, assess};
+use goldtof::recorded::{Cause, RecordedScan, against_scene, assess};
 use goldtof::scene::{self, DetectorIndex, Setting, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
@@ -272,4 +272,61 @@ fn the_fitted_distance_scatters_as_it_says_and_is_unbiased() {
     println!("pulls: mean {mean:.3}, variance {variance:.3}");
     assert!(mean.abs() < 4.0 / n.sqrt(), "{mean}");
     assert!((variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{variance}");
+}
+
+/// Chi-squares of scans of one sensor beside another as it is, with nothing fitted, and their
+/// degrees of freedom.
+fn chi_squares(built: &Sensor, written: &Sensor, repetitions: u64) -> (Vec<f64>, f64) {
+    let mut found = Vec::new();
+    let mut numbers = 0;
+    scans(built, DetectorIndex(0), Tier::Sampled, 7, repetitions, |counts| {
+        let scan =
+            RecordedScan { detector: DetectorIndex(0), counts: counts.to_vec(), has_totals: false };
+        let steps = against_scene(written, &scan).unwrap();
+        numbers = steps.len();
+        found.push(steps.iter().map(|step| step.residual_in_std.powi(2)).sum());
+    })
+    .unwrap();
+    (found, numbers as f64)
+}
+
+/// The chi-square of a right scene has as many degrees of freedom as there are phase steps, since nothing
+/// is fitted; that of light elsewhere is far beyond.
+#[test]
+fn counts_beside_the_scene_as_it_is_have_residuals_of_one() {
+    // Also steps that share their light: each by itself has that residual.
+    for settings in [&[][..], &["hardware.parallel=4"]] {
+        let scene = quick(settings);
+        let repetitions = scans_or(40);
+        let (found, numbers) = chi_squares(&scene, &scene, repetitions);
+        let mean = found.iter().sum::<f64>() / found.len() as f64;
+        // Groups of four vary as a quarter of the numbers would, at most.
+        let groups = numbers / f64::from(scene.scene().hardware.parallel);
+        let std = numbers * (2.0 / groups / found.len() as f64).sqrt();
+        println!("chi-square {mean:.1} for {numbers}, {std:.1}");
+        assert!((mean - numbers).abs() < 4.0 * std, "{mean} for {numbers}, {std}");
+    }
+    let scene = quick(&[]);
+    let (elsewhere, numbers) = chi_squares(&quick(&["path.distance=3.4 m"]), &scene, 4);
+    assert!(elsewhere.iter().all(|one| *one > 1.5 * numbers), "{elsewhere:?}");
+}
+
+#[test]
+fn where_nothing_is_expected_it_is_said_why() {
+    let scan = |sensor: &Sensor, steps: usize| {
+        let counts = vec![goldtof::photons::StepCount { signed: 0, total: 0 }; steps];
+        against_scene(
+            sensor,
+            &RecordedScan { detector: DetectorIndex(0), counts, has_totals: true },
+        )
+    };
+    for (settings, steps, told) in [
+        (&["path.velocity=30 m/s"][..], 248, "moves"),
+        (&["hardware.architecture=histogram"], 248, "same photons"),
+        (&["detector.recharge=passive"], 248, "recharge is passive"),
+        (&[], 247, "not whole"),
+    ] {
+        let refused = scan(&quick(settings), steps).expect_err(told);
+        assert!(refused.contains(told), "{refused}");
+    }
 }

@@ -5,7 +5,9 @@
 use std::path::Path;
 
 use goldtof::histogram::Histogram;
-use goldtof::recorded::{Assessment, Cause, RecordedHistogram, assess_histogram};
+use goldtof::recorded::{
+    Assessment, Cause, RecordedHistogram, assess_histogram, histogram_against_scene,
+};
 use goldtof::scene::{self, DetectorIndex, Setting};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
@@ -105,4 +107,28 @@ fn averages_are_no_counts() {
     };
     let found = assess_histogram(&scene, &recorded);
     assert!(causes(&found).contains(&Cause::TooEven), "{found}");
+}
+
+/// Residuals of bins beside the scene as it is: of a right one they vary by one, of light elsewhere by
+/// much more.
+#[test]
+fn bins_beside_the_scene_as_it_is_have_residuals_of_one() {
+    let scene = histogram(&[]);
+    let mean_square = |built: &Sensor, repetitions: u64| {
+        let (mut squares, mut number) = (0.0, 0.0);
+        histograms(built, FIRST, Tier::Sampled, 13, repetitions, |histogram| {
+            let recorded = RecordedHistogram { detector: FIRST, histogram };
+            for bin in histogram_against_scene(&scene, &recorded).unwrap() {
+                squares += bin.residual_in_std.powi(2);
+                number += 1.0;
+            }
+        })
+        .unwrap();
+        (squares / number, number)
+    };
+    let (right, number) = mean_square(&scene, histograms_or(60));
+    // A Poisson number's square varies by 2 + 1 / mean.
+    assert!((right - 1.0).abs() < 4.0 * (3.0 / number).sqrt(), "{right} of {number}");
+    let (elsewhere, _) = mean_square(&histogram(&["path.distance=3.4 m"]), 4);
+    assert!(elsewhere > 1.5, "{elsewhere}");
 }

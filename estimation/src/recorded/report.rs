@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::diagnosis::{Diagnosis, diagnose, fit_of_scene};
 use super::hypothesis::{Fitted, Unknown};
-use super::observed::{NoFit, Observed};
+use super::observed::{Agreement, Expected, NoFit, Observed};
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::report::EstimateReport;
-use crate::estimate::{TheoryEffort, Work, distance_m};
+use crate::estimate::{CountingTier, TheoryEffort, Work, calibration_offset_ps, distance_m};
 use crate::photons::StepCount;
 use crate::scan::Step;
 use crate::scene::EstimatorKind;
@@ -172,17 +172,16 @@ fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
     assessment
 }
 
+const OF_BINS: &str = "counts of a histogram's phase steps are of the same photons, and their residuals \
+     go together; its bins (bins.csv of `goldtof run`) have some that do not";
+
 /// Why counts cannot be held against their scene.
 fn check_testable(sensor: &Sensor, observed: Observed) -> Result<(), String> {
     if matches!(observed, Observed::Bins(_)) {
         return Ok(());
     }
     if sensor.interface().histogram().is_some() {
-        return Err(
-            "counts of a histogram's phase steps are of the same photons, and their residuals go \
-             together; its bins (bins.csv of `goldtof run`) have some that do not"
-                .to_owned(),
-        );
+        return Err(OF_BINS.to_owned());
     }
     let parallel = sensor.scene().hardware.parallel;
     if parallel > 1 {
@@ -212,8 +211,14 @@ impl Assessment {
     fn take(&mut self, sensor: &Sensor, observed: Observed, diagnosis: Diagnosis, fitted: &Fitted) {
         let scene = sensor.scene();
         match observed {
-            Observed::Steps(scan) => self.phase_steps = self.steps(sensor, scan, fitted),
-            Observed::Bins(recorded) => self.bins = bins(recorded, fitted),
+            Observed::Steps(scan) => {
+                let offset_ps = self.estimate.calibration_offset_ps;
+                self.phase_steps =
+                    steps(sensor, scan, offset_ps, &fitted.expected, &fitted.agreement);
+            }
+            Observed::Bins(recorded) => {
+                self.bins = bins(recorded, &fitted.expected, &fitted.agreement);
+            }
         }
         if let (Some(std_ps), Some(path)) = (fitted.std_of(Unknown::Delay), self.estimate.path) {
             let code = &scene.sources[scene.paths[path].source].code;
@@ -226,30 +231,6 @@ impl Assessment {
         self.degrees_of_freedom = Some(fitted.degrees);
         self.p_value = fitted.p_value;
         self.diagnosis = Some(diagnosis);
-    }
-
-    /// What each step of a scan says.
-    fn steps(&self, sensor: &Sensor, scan: &RecordedScan, fitted: &Fitted) -> Vec<StepResidual> {
-        let step_ps = sensor.clock().sample_period_ps();
-        let offset_ps = self.estimate.calibration_offset_ps;
-        let residuals = &fitted.agreement.whitened;
-        let per_step = residuals.len() / scan.counts.len().max(1);
-        let expected = fitted.expected.each();
-        let of_step = |(j, count): (usize, &StepCount)| {
-            let phase_step = sensor.timing().scan.phase_step(Step::at(j));
-            let [mean, std] = expected[j];
-            let residuals = &residuals[j * per_step..(j + 1) * per_step];
-            StepResidual {
-                phase_step,
-                distance_m: distance_m(phase_step as f64 * step_ps - offset_ps),
-                count: count.signed,
-                expected_count: mean,
-                expected_count_std: std,
-                residual_in_std: residuals[0],
-                total_residual_in_std: residuals.get(1).copied(),
-            }
-        };
-        scan.counts.iter().enumerate().map(of_step).collect()
     }
 
     /// The residuals as CSV.
@@ -290,10 +271,42 @@ impl Assessment {
     }
 }
 
+/// What each step of a scan says.
+fn steps(
+    sensor: &Sensor,
+    scan: &RecordedScan,
+    offset_ps: f64,
+    expected: &Expected,
+    agreement: &Agreement,
+) -> Vec<StepResidual> {
+    let step_ps = sensor.clock().sample_period_ps();
+    let residuals = &agreement.whitened;
+    let per_step = residuals.len() / scan.counts.len().max(1);
+    let of_steps = scan.counts.iter().zip(expected.each()).enumerate();
+    let of_step = |(j, (count, [mean, std])): (usize, (&StepCount, [f64; 2]))| {
+        let phase_step = sensor.timing().scan.phase_step(Step::at(j));
+        let residuals = &residuals[j * per_step..(j + 1) * per_step];
+        StepResidual {
+            phase_step,
+            distance_m: distance_m(phase_step as f64 * step_ps - offset_ps),
+            count: count.signed,
+            expected_count: mean,
+            expected_count_std: std,
+            residual_in_std: residuals[0],
+            total_residual_in_std: residuals.get(1).copied(),
+        }
+    };
+    of_steps.map(of_step).collect()
+}
+
 /// What each bin of a histogram says.
-fn bins(recorded: &RecordedHistogram, fitted: &Fitted) -> Vec<BinResidual> {
+fn bins(
+    recorded: &RecordedHistogram,
+    expected: &Expected,
+    agreement: &Agreement,
+) -> Vec<BinResidual> {
     let counts = recorded.histogram.bins().iter().copied();
-    let of_bins = counts.zip(fitted.expected.each()).zip(&fitted.agreement.whitened);
+    let of_bins = counts.zip(expected.each()).zip(&agreement.whitened);
     let of_bin =
         |(bin, ((count, [mean, std]), residual)): (u64, ((u64, [f64; 2]), &f64))| BinResidual {
             bin,
@@ -303,6 +316,49 @@ fn bins(recorded: &RecordedHistogram, fitted: &Fitted) -> Vec<BinResidual> {
             residual_in_std: *residual,
         };
     (0..).zip(of_bins).map(of_bin).collect()
+}
+
+/// What each phase step says beside the scene as it is, with nothing fitted: expected counts are those
+/// of the scene's own light, and the chi-square has as many degrees of freedom as there are numbers.
+///
+/// # Errors
+/// Why nothing is expected.
+pub fn against_scene(sensor: &Sensor, scan: &RecordedScan) -> Result<Vec<StepResidual>, String> {
+    if sensor.interface().histogram().is_some() {
+        return Err(OF_BINS.to_owned());
+    }
+    if scan.counts.len() as u64 != sensor.scene().scan.steps {
+        return Err("the scan is not whole".to_owned());
+    }
+    let observed = Observed::Steps(scan);
+    let (expected, agreement) = held_as_it_is(sensor, observed)?;
+    let offset_ps = calibration_offset_ps(sensor, scan.detector, CountingTier::Sampled);
+    Ok(steps(sensor, scan, offset_ps, &expected, &agreement))
+}
+
+/// The same of a histogram, bin by bin.
+///
+/// # Errors
+/// Why nothing is expected.
+///
+/// # Panics
+/// If it has not one bin per sample of the scene's code period.
+pub fn histogram_against_scene(
+    sensor: &Sensor,
+    recorded: &RecordedHistogram,
+) -> Result<Vec<BinResidual>, String> {
+    let (expected, agreement) = held_as_it_is(sensor, Observed::Bins(recorded))?;
+    Ok(bins(recorded, &expected, &agreement))
+}
+
+fn held_as_it_is(sensor: &Sensor, observed: Observed) -> Result<(Expected, Agreement), String> {
+    let effort = TheoryEffort::of(sensor, observed.detector()).map_err(|e| e.to_string())?;
+    effort.check(Work::Predictions(1)).map_err(|e| e.to_string())?;
+    let held = observed.expected(sensor, 0.0).and_then(|expected| {
+        let agreement = expected.judge(&observed.values())?;
+        Ok((expected, agreement))
+    });
+    held.map_err(|reason| reason.to_string())
 }
 
 impl fmt::Display for Assessment {

@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::Page;
 use super::tables::{table, values};
+use super::{Page, WAVES, id_of};
 use crate::report::block_diagram::{Diagram, diagrams};
 use crate::report::plan::{figures, resources};
 
@@ -27,7 +27,7 @@ pub(super) fn section(page: &Page) -> Markup {
             summary { "The same in words" }
             @for diagram in &diagrams { (in_words(diagram)) }
         }
-        h3 { "Ports, clock by clock" }
+        h3 id=(id_of(WAVES)) { (WAVES) }
         p.soft { "Inputs are taken at the edge that ends a column; outputs change at the one that begins it." }
         div.figures {
             @for (number, wave) in page.waves.iter().enumerate() {

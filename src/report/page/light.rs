@@ -1,38 +1,52 @@
 //! Light, counts, and what more of either gains.
 
 use maud::{Markup, html};
+use rayon::prelude::*;
 
 use super::Page;
 use super::tables::table;
+use crate::photons::StepCount;
 use crate::plan::link::link_budget;
-use crate::report::chart::{Axis, Mark, Panel, decimate};
+use crate::recorded::{RecordedScan, against_scene, histogram_against_scene};
+use crate::report::chart::{Axis, Mark, Panel, Role, decimate};
 use crate::report::curves::{self, IntegrationCurves};
+use crate::report::estimates::BothEstimates;
 use crate::report::figure::Figure;
 use crate::report::plan::{LINK_HEADINGS, link};
-use crate::report::{DetectorCounts, geometry};
+use crate::report::residuals::Comparison;
+use crate::report::{DetectorCounts, geometry, offsets};
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 
 /// Chips on either side of the largest count in the zoom.
 const ZOOM_CHIPS: usize = 4;
+
+/// Bins, and residuals, that are shown at most.
+const BINS_SHOWN: usize = 200;
+const RESIDUALS_SHOWN: usize = 400;
 
 /// Detectors of more than this have what is alike in all of them folded away.
 const MOST_UNFOLDED: usize = 4;
 
 pub(super) fn section(page: &Page) -> Markup {
     let budgets = link(&link_budget(page.sensor));
-    let of_counts = page.counts.iter().filter_map(|counts| correlation(page, counts));
-    let (whole, peaks): (Vec<Figure>, Vec<Figure>) = of_counts.unzip();
+    let of_detectors: Vec<OfDetector> =
+        page.counts.par_iter().filter_map(|counts| OfDetector::of(page, counts)).collect();
     let is_folded = page.counts.len() > MOST_UNFOLDED;
+    let unknown = of_detectors.iter().filter_map(|of| Some((&of.name, of.unknown.as_ref()?)));
     html! {
         div.figures {
             (geometry::figure(page.sensor.scene()).markup())
-            @if is_folded {
-                @for figure in &peaks { (figure.markup()) }
-            } @else {
-                @for (whole, peak) in whole.iter().zip(&peaks) { (whole.markup()) (peak.markup()) }
+            @for of_detector in &of_detectors {
+                @if !is_folded { (of_detector.whole.markup()) }
+                @for figure in &of_detector.near { (figure.markup()) }
             }
         }
-        @if is_folded { (folded("Counts of all phase steps", &whole)) }
+        @for (name, reason) in unknown {
+            p.soft { "Expected counts of " (name) ": not known, " (reason) "." }
+        }
+        @if is_folded {
+            (folded("Counts of all phase steps", of_detectors.iter().map(|of| &of.whole)))
+        }
         @if !budgets.is_empty() {
             h3 { "Photons per second" }
             (table(&LINK_HEADINGS, &budgets))
@@ -41,7 +55,7 @@ pub(super) fn section(page: &Page) -> Markup {
 }
 
 /// Figures that are there for those who ask for them.
-fn folded(summary: &str, figures: &[Figure]) -> Markup {
+fn folded<'f>(summary: &str, figures: impl Iterator<Item = &'f Figure>) -> Markup {
     html! {
         details {
             summary { (summary) ", detector by detector" }
@@ -59,59 +73,150 @@ fn points(counts: &DetectorCounts) -> Vec<(f64, f64)> {
     points
 }
 
-/// All counts, and those round the largest.
-fn correlation(page: &Page, counts: &DetectorCounts) -> Option<(Figure, Figure)> {
-    let points = points(counts);
-    let peak = (0..points.len()).max_by(|&a, &b| points[a].1.total_cmp(&points[b].1))?;
-    let half = ZOOM_CHIPS * page.sensor.clock().samples_per_chip as usize;
-    let near = &points[peak.saturating_sub(half)..(peak + half + 1).min(points.len())];
-    let detector = &page.sensor.scene().detectors[counts.detector].name;
-    let described = |what: &str, shown: &[(f64, f64)]| {
+/// A detector's figures.
+struct OfDetector {
+    name: String,
+    /// All counts.
+    whole: Figure,
+    /// Those round the largest over what is expected, what is left, and bins of a histogram.
+    near: Vec<Figure>,
+    /// Why nothing is expected.
+    unknown: Option<String>,
+}
+
+impl OfDetector {
+    fn of(page: &Page, counts: &DetectorCounts) -> Option<OfDetector> {
+        let points = points(counts);
+        let peak = (0..points.len()).max_by(|&a, &b| points[a].1.total_cmp(&points[b].1))?;
+        let half = ZOOM_CHIPS * page.sensor.clock().samples_per_chip as usize;
+        let near = &points[peak.saturating_sub(half)..(peak + half + 1).min(points.len())];
+        let (from, to) = (near.first()?.0, near.last()?.0);
+        let name = page.sensor.scene().detectors[counts.detector].name.clone();
+        let id = |part: &str| format!("counts-{}-{part}", counts.detector);
+        let panel = |mark, points: Vec<(f64, f64)>| {
+            Panel::new(Axis::linear("", "distance (m)"), Axis::linear("", "count")).with(
+                "",
+                Role::Counts,
+                mark,
+                points,
+            )
+        };
+        let whole = panel(Mark::Line, decimate(&points)).figure(
+            id("all"),
+            format!("Counts of {name}, all phase steps"),
+            format!(
+                "Signed counts of all phase steps against distance. The largest is {} at {:.2} m.",
+                points[peak].1, points[peak].0
+            ),
+        );
+        let expected = Expected::of(page, counts);
+        let zoom = match &expected {
+            Expected::OfSteps(comparison) => comparison.counts(from, to, "this run"),
+            _ => panel(Mark::LineAndDots, near.to_vec()),
+        };
+        let marks = marks(page, counts.detector, near);
+        let zoom = zoom.marked(marks).figure(
+            id("peak"),
+            format!("Counts of {name}, round the peak"),
+            format!("Signed counts of the phase steps from {from:.2} to {to:.2} m."),
+        );
+        let mut figures = vec![zoom];
+        if let Expected::OfBins(comparison) = &expected {
+            let (from, to) = comparison.near(BINS_SHOWN);
+            let where_from = match comparison.chi_square().1 > BINS_SHOWN {
+                true => ", where they are farthest from expected",
+                false => "",
+            };
+            figures.push(comparison.counts(from, to, "this run").figure(
+                id("bins"),
+                format!("Bins of {name}{where_from}"),
+                format!("Counts of bins {from} to {to} over those that the scene lets one expect."),
+            ));
+        }
+        if let Expected::OfSteps(comparison) | Expected::OfBins(comparison) = &expected {
+            figures.push(residuals(comparison, &name, id("residuals")));
+        }
+        let (estimates, others) = (page.estimates, page.other_estimates);
+        let both =
+            BothEstimates { own: &estimates[counts.detector], other: &others[counts.detector] };
+        figures.extend(offsets::figure(counts.detector, &both));
+        let unknown = match expected {
+            Expected::Unknown(reason) => Some(reason),
+            _ => None,
+        };
+        Some(OfDetector { name, whole, near: figures, unknown })
+    }
+}
+
+/// What is left of all counts, or of as many as there is room for.
+fn residuals(comparison: &Comparison, name: &str, id: String) -> Figure {
+    let (chi_square, number) = comparison.chi_square();
+    let (from, to) = comparison.near(RESIDUALS_SHOWN);
+    comparison.residuals(from, to).figure(
+        id,
+        format!("Residuals of {name}: chi-square {chi_square:.0} for {number}"),
         format!(
-            "Signed counts of {what} against distance, {:.2} to {:.2} m. The largest is {} at {:.2} m.",
-            shown.first().map_or(0.0, |p| p.0),
-            shown.last().map_or(0.0, |p| p.0),
-            points[peak].1,
-            points[peak].0
-        )
-    };
-    let panel = |mark, points: Vec<(f64, f64)>| {
-        Panel::new(Axis::linear("", "distance (m)"), Axis::linear("", "count"))
-            .with("", 0, mark, points)
-    };
-    let id = |part: &str| format!("counts-{}-{part}", counts.detector);
-    let whole = panel(Mark::Line, decimate(&points)).figure(
-        id("all"),
-        format!("Counts of {detector}, all phase steps"),
-        described("all phase steps", &points),
-    );
-    let marks = marks(page, counts.detector, near);
-    let zoom = panel(Mark::LineAndDots, near.to_vec()).marked(marks).figure(
-        id("peak"),
-        format!("Counts of {detector}, round the peak"),
-        described("the phase steps round the peak", near),
-    );
-    Some((whole, zoom))
+            "Counts less what the scene lets one expect, in standard deviations. The squares of all {number} \
+             sum up to {chi_square:.1}."
+        ),
+    )
+}
+
+/// Counts beside what the scene as it is lets one expect.
+enum Expected {
+    OfSteps(Comparison),
+    OfBins(Comparison),
+    /// Why nothing is.
+    Unknown(String),
+}
+
+impl Expected {
+    fn of(page: &Page, counts: &DetectorCounts) -> Expected {
+        let mine = page.histograms.iter().find(|one| one.detector == counts.detector);
+        let expected = match mine {
+            Some(histogram) => histogram_against_scene(page.sensor, histogram)
+                .map(|bins| Expected::OfBins(Comparison::of_bins(&bins))),
+            None => against_scene(page.sensor, &scan(counts))
+                .map(|steps| Expected::OfSteps(Comparison::of_steps(&steps))),
+        };
+        expected.unwrap_or_else(Expected::Unknown)
+    }
+}
+
+/// The scan that was counted.
+fn scan(counts: &DetectorCounts) -> RecordedScan {
+    let total = |step: usize| counts.totals.as_ref().map_or(0, |totals| totals[step]);
+    let signed = counts.counts.iter().enumerate();
+    let counted = signed.map(|(step, &signed)| StepCount { signed, total: total(step) });
+    RecordedScan {
+        detector: counts.detector,
+        counts: counted.collect(),
+        has_totals: counts.totals.is_some(),
+    }
 }
 
 /// Estimates and truth, as far as they lie in the zoom.
-fn marks(page: &Page, detector: DetectorIndex, near: &[(f64, f64)]) -> Vec<(f64, &'static str)> {
+fn marks(
+    page: &Page,
+    detector: DetectorIndex,
+    near: &[(f64, f64)],
+) -> Vec<(f64, &'static str, Role)> {
     let estimates = [&page.estimates[detector], &page.other_estimates[detector]];
     let by = |kind: EstimatorKind| {
         let estimate = estimates.into_iter().find(|estimate| estimate.estimator == kind);
         estimate.and_then(|estimate| estimate.distance_m)
     };
     let marks = [
-        (by(EstimatorKind::Fft), "phase"),
-        (estimates[0].true_distance_m, "true distance"),
-        (by(EstimatorKind::Model), "model fit"),
+        (estimates[0].true_distance_m, "true distance", Role::Truth),
+        (by(EstimatorKind::Fft), "phase", Role::Phase),
+        (by(EstimatorKind::Model), "model fit", Role::Fit),
     ];
     let holds = |at: f64| {
         near.first().is_some_and(|first| first.0 <= at)
             && near.last().is_some_and(|last| at <= last.0)
     };
-    let marks = marks.into_iter().filter_map(|(at, name)| Some((at?, name)));
-    marks.filter(|(at, _)| holds(*at)).collect()
+    let marks = marks.into_iter().filter_map(|(at, name, role)| Some((at?, name, role)));
+    marks.filter(|(at, ..)| holds(*at)).collect()
 }
 
 /// Error against integration time, and against run time.
@@ -124,7 +229,7 @@ pub(super) fn trades(page: &Page) -> Markup {
         let estimate = &page.estimates[detector];
         let Some(path) = estimate.path else { continue };
         let curves = curves_of(page, detector, path);
-        match curves::integration(page.sensor, curves, phase_error(page, detector)) {
+        match curves::integration(page.sensor, curves) {
             Ok(figure) => figures.push(figure),
             Err(reason) => match unknown.iter_mut().find(|(known, _)| *known == reason) {
                 Some((_, whose)) => whose.push(&estimate.detector),
@@ -145,7 +250,7 @@ pub(super) fn trades(page: &Page) -> Markup {
         @for (reason, whose) in &unknown {
             p.soft { "Error against integration time, " (whose.join(", ")) ": not known, " (reason) "." }
         }
-        @if !beyond.is_empty() { (folded("Error against integration time of the others", &beyond)) }
+        @if !beyond.is_empty() { (folded("Error against integration time of the others", beyond.iter())) }
         p.soft {
             "Averaging longer lowers the scatter of both estimators and leaves the bias of the phase. "
             code { "goldtof fidelity" } " measures the errors of every tier of simulation."
@@ -157,10 +262,4 @@ fn curves_of(page: &Page, detector: DetectorIndex, path: PathIndex) -> Integrati
     let known = page.curves.iter().find(|c| c.are_of(detector, path));
     let anew = || IntegrationCurves::of(page.sensor, detector, path);
     known.cloned().unwrap_or_else(anew)
-}
-
-fn phase_error(page: &Page, detector: DetectorIndex) -> Option<f64> {
-    let estimates = [&page.estimates[detector], &page.other_estimates[detector]];
-    let phase = estimates.into_iter().find(|e| e.estimator == EstimatorKind::Fft);
-    phase.and_then(|phase| phase.error_m)
 }

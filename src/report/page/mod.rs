@@ -1,4 +1,4 @@
-//! The report page of `goldtof run`: one file, without scripts and links.
+//! The report page of `goldtof run`: one file, without scripts and without links out of it.
 
 mod hardware;
 mod light;
@@ -9,6 +9,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use self::tables::{table, values};
 use super::DetectorCounts;
+use super::chart::colours;
 use super::curves::IntegrationCurves;
 use super::estimates::{BothEstimates, Notes, estimator_name, millimetres};
 use super::plan::{row, saving, spelled};
@@ -23,9 +24,22 @@ use crate::plan::figures::Figures;
 use crate::plan::resources::{Basis, Resources};
 use crate::plan::{Part, Plan};
 use crate::printable::{printable, printable_lines};
+use crate::recorded::RecordedHistogram;
+use crate::reference::cover_report::Missed;
 use crate::sensor::Sensor;
 
 const STYLE: &str = include_str!("style.css");
+/// Titles that links lead to.
+const COSIMULATION: &str = "Co-simulation";
+const HARDWARE: &str = "Hardware";
+const STRENGTH: &str = "How strong the check is";
+const WAVES: &str = "Ports, clock by clock";
+
+/// What a title is linked by.
+fn id_of(title: &str) -> String {
+    let words = title.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    words.map(str::to_lowercase).collect::<Vec<_>>().join("-")
+}
 
 /// What the page shows.
 pub struct Page<'a> {
@@ -51,6 +65,8 @@ pub struct Page<'a> {
     pub cosim: &'a cosim::Report,
     /// Counts of the scan's steps, one entry per detector.
     pub counts: &'a [DetectorCounts],
+    /// The histograms that they are of; none of a sensor that counts up and down.
+    pub histograms: &'a [RecordedHistogram],
     /// What the counts say by the scene's estimator.
     pub estimates: &'a [EstimateReport],
     /// And by the other one.
@@ -67,11 +83,11 @@ impl Page<'_> {
             ("Distance", self.distance()),
             ("Light and counts", light::section(self)),
             ("What longer integration and longer simulation gain", light::trades(self)),
-            ("Hardware", hardware::section(self)),
-            ("Co-simulation", self.cosimulation()),
+            (HARDWARE, hardware::section(self)),
+            (COSIMULATION, self.cosimulation()),
         ];
         let strength = self.grade.map(strength::section);
-        sections.extend(strength.map(|section| ("How strong the check is", section)));
+        sections.extend(strength.map(|section| (STRENGTH, section)));
         sections.extend([
             ("Left out, and kept", self.parts()),
             ("Where this comes from", self.origin()),
@@ -84,13 +100,13 @@ impl Page<'_> {
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     meta name="color-scheme" content="light dark";
                     title { "goldtof: " (name) }
-                    style { (PreEscaped(STYLE)) }
+                    style { (PreEscaped(STYLE)) (PreEscaped(colours(true))) }
                 }
                 body {
                     main {
                         (self.head(name))
                         @for (title, content) in &sections {
-                            section { h2 { (title) } (content) }
+                            section id=(id_of(title)) { h2 { (title) } (content) }
                         }
                     }
                 }
@@ -105,7 +121,7 @@ impl Page<'_> {
             header {
                 div.head {
                     h1 { (name) }
-                    span class={ "verdict " (verdict) } { (verdict) }
+                    span class={ "verdict " (verdict) } { a href={ "#" (id_of(COSIMULATION)) } { (verdict) } }
                 }
                 p.lead { "Verilog against its reference model, over " (number(self.cosim.clocks)) " clocks" }
                 dl.tiles { @for (name, value, remark) in self.tiles() {
@@ -207,7 +223,31 @@ impl Page<'_> {
             let speed = report.clocks_per_s / 1e6;
             rows.push(row("speed", format!("{speed:.1} million clocks per second")));
         }
-        values(&rows)
+        let coverage = &report.coverage;
+        let missed = |points: &[Missed]| -> Vec<Vec<String>> {
+            let row = |missed: &Missed| {
+                vec![missed.point.clone(), missed.reason.clone().unwrap_or_default()]
+            };
+            points.iter().map(row).collect()
+        };
+        let lists =
+            [("Not covered", &coverage.not_covered), ("Out of reach", &coverage.unreachable)];
+        html! {
+            (values(&rows))
+            @for (title, points) in lists.into_iter().filter(|(_, points)| !points.is_empty()) {
+                details {
+                    summary { (title) ": " (points.len()) " cover points" }
+                    (table(&["cover point", "why"], &missed(points)))
+                }
+            }
+            p.soft {
+                "The ports that are compared: " a href={ "#" (id_of(WAVES)) } { "clock by clock" }
+                @if self.grade.is_some() {
+                    "; what the check would have found: " a href={ "#" (id_of(STRENGTH)) } { "faults and mutants" }
+                }
+                "."
+            }
+        }
     }
 
     fn parts(&self) -> Markup {

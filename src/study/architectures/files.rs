@@ -2,7 +2,7 @@
 
 use super::{Comparison, Point, Way};
 use crate::files::{FileError, OutputFolder};
-use crate::report::chart::{Axis, BLACK, Chart, Mark, Panel};
+use crate::report::chart::{Axis, Chart, Mark, Panel, Role};
 use crate::report::table::{Quoted, Table};
 use crate::scene::EstimatorKind;
 
@@ -46,7 +46,7 @@ impl Comparison {
                 panel("rms_error_m", "error of the phase, bias included (mm)")
                     .curves(&phase, Mark::LineAndDots),
                 panel("rms_error_m", "error of the model fit (mm); line: Pareto front of both")
-                    .with("Pareto front", BLACK, Mark::Line, front)
+                    .with("Pareto front", Role::Truth, Mark::Line, front)
                     .curves(&of(EstimatorKind::Model), Mark::LineAndDots),
             ],
         }

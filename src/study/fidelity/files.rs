@@ -3,7 +3,7 @@
 use super::points::worst;
 use super::{FidelityReport, SensorPoint, TierPoint};
 use crate::files::{FileError, OutputFolder};
-use crate::report::chart::{Axis, BLACK, Chart, Mark, Panel};
+use crate::report::chart::{Axis, Chart, Mark, Panel, Role};
 use crate::report::table::Table;
 use crate::simulate::Tier;
 
@@ -57,7 +57,7 @@ impl FidelityReport {
         let panels = [
             panel("std_error", "error of the standard deviation (%)").with(
                 "Pareto front",
-                BLACK,
+                Role::Truth,
                 Mark::Line,
                 front.iter().map(corner),
             ),

@@ -12,7 +12,7 @@ use super::sensor::{
     CHIP_PERIOD_PS, Light, POWER_PW, TARGET_PS, balanced_gold, sensor, square, window,
 };
 use crate::code::Code;
-use crate::report::chart::{Axis, Mark, Panel};
+use crate::report::chart::{Axis, Mark, Panel, Role};
 use crate::report::table::Table;
 use crate::simulate::Tier;
 
@@ -128,5 +128,5 @@ fn all_delays(own: &Arc<Code>, other: &Arc<Code>) -> Result<(Table, Panel, Strin
         Axis::log("", "optical power at the detector, of each source (pW)"),
         Axis::linear("", "phase estimator's bias over all delays, peak to peak (mm)"),
     );
-    Ok((table.table(), panel.with("exact", 0, Mark::LineAndDots, ranges_mm), note))
+    Ok((table.table(), panel.with("exact", Role::Expected, Mark::LineAndDots, ranges_mm), note))
 }
