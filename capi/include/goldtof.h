@@ -18,6 +18,9 @@
 
 // Made by cbindgen from capi/src; do not edit.
 
+// In place of a result's latency: the design's own, which its first result tells.
+#define GOLDTOF_LATENCY_AUTO -2
+
 // How a call ended.
 enum goldtof_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -135,15 +138,16 @@ struct goldtof_scene *goldtof_scene_load(const char *path);
 // is what errors call the file; without its ending it is the scene's name.
 struct goldtof_scene *goldtof_scene_parse(const char *name, const char *toml);
 
-// Overrides a key of the text, as `--set` does: `path.distance=5 m`. If it
-// cannot be, the scene stays as it is.
+// Overrides a key of the text, as `--set` does: `path.distance=5 m`; or several, each on
+// a line. If one cannot be, the scene stays as it is.
 goldtof_status goldtof_scene_set(struct goldtof_scene *scene, const char *assignment);
 
 // Ends a scene. Models and scoreboards that were made of it stay.
 void goldtof_scene_free(struct goldtof_scene *scene);
 
 // A scoreboard for a design of this scene; null if there can be none. Latencies are as
-// with goldtof_model_new(). `batch_clocks` are compared at once: a mismatch is told when
+// with goldtof_model_new(), or GOLDTOF_LATENCY_AUTO of results, which keeps the clocks until the first.
+// `batch_clocks` are compared at once: a mismatch is told when
 // the last of them has come.
 struct goldtof_scoreboard *goldtof_scoreboard_new(const struct goldtof_scene *scene,
                                                   int32_t result_latency_clocks,

@@ -29,10 +29,11 @@ impl OpenScene {
         Ok(OpenScene { name, text, settings: Vec::new(), scene })
     }
 
-    fn set(&mut self, assignment: &str) -> Result<(), Failure> {
-        let setting: Setting = assignment.parse().map_err(Failure::invalid)?;
+    fn set(&mut self, assignments: &str) -> Result<(), Failure> {
         let mut settings = self.settings.clone();
-        settings.push(setting);
+        for assignment in assignments.split('\n') {
+            settings.push(assignment.parse().map_err(Failure::invalid)?);
+        }
         self.scene =
             scene::parse_with(&self.name, &self.text, &settings).map_err(Failure::invalid)?;
         self.settings = settings;
@@ -69,8 +70,8 @@ pub unsafe extern "C" fn goldtof_scene_parse(
     })
 }
 
-/// Overrides a key of the text, as `--set` does: `path.distance=5 m`. If it
-/// cannot be, the scene stays as it is.
+/// Overrides a key of the text, as `--set` does: `path.distance=5 m`; or several, each on
+/// a line. If one cannot be, the scene stays as it is.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn goldtof_scene_set(
     scene: *mut SceneHandle,

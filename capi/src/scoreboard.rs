@@ -38,8 +38,12 @@ impl OpenScoreboard {
     }
 }
 
+/// In place of a result's latency: the design's own, which its first result tells.
+pub const GOLDTOF_LATENCY_AUTO: i32 = -2;
+
 /// A scoreboard for a design of this scene; null if there can be none. Latencies are as
-/// with goldtof_model_new(). `batch_clocks` are compared at once: a mismatch is told when
+/// with goldtof_model_new(), or GOLDTOF_LATENCY_AUTO of results, which keeps the clocks until the first.
+/// `batch_clocks` are compared at once: a mismatch is told when
 /// the last of them has come.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn goldtof_scoreboard_new(
@@ -56,6 +60,7 @@ pub unsafe extern "C" fn goldtof_scoreboard_new(
         let options = ScoreboardOptions {
             result_latency_clocks: u32::try_from(result_latency_clocks).ok(),
             peak_latency_clocks: u32::try_from(peak_latency_clocks).ok(),
+            finds_latency: result_latency_clocks == GOLDTOF_LATENCY_AUTO,
             is_idle_payload_free: is_idle_payload_free != 0,
             batch_clocks: batch_clocks
                 .ok_or_else(|| Failure::invalid("a batch has at least 1 clock"))?,

@@ -49,7 +49,8 @@ endpackage
 
 module goldtof_scoreboard #(
     parameter string SCENE = "",       // the scene's file
-    parameter string SET   = "",       // a key to override: "path.distance=5 m"
+    // A key to override, "path.distance=5 m", or several, each on a line.
+    parameter string SET   = "",
     // Widths of the ports, as in the manifest; 1 for those that the sensor does not have.
     parameter int LASERS     = 1,
     parameter int SAMPLES    = 8,      // of all detectors together
@@ -57,7 +58,8 @@ module goldtof_scoreboard #(
     parameter int PEAK_STEP  = 1,
     parameter int PEAK_COUNT = 1,
     // Clocks from a group's last word to its first result, and from a scan's to its peak;
-    // -1 for those of the design that goldtof emits.
+    // -1 for those of the design that goldtof emits; -2 of results for the design's own, which its
+    // first result tells.
     parameter int RESULT_LATENCY = -1,
     parameter int PEAK_LATENCY   = -1,
     // What m_axis_tdata and m_axis_tlast hold while m_axis_tvalid is low is not compared.

@@ -5,6 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use goldtof::deliver::Prefix;
+use goldtof::deliver::testbenches::bind;
+use goldtof::scene::SceneText;
+use goldtof::{EmitOptions, Jobs as _, Sensor};
 use tempfile::TempDir;
 
 const DESIGN: &str = "generated/quick";
@@ -189,10 +193,73 @@ fn other_peoples_designs_are_held_to_their_latency() {
     let told = ran(&output);
     assert!(output.status.success() && told.contains("match: 20000 clocks"), "{told}");
 
+    // Or to the one that its first result shows, of a scoreboard that is not told it.
+    let output = simulated(&[&own[..], &["-Wno-lint", "+define+LATENCY=-2"]].concat());
+    let told = ran(&output);
+    assert!(output.status.success() && told.contains("match: 20000 clocks"), "{told}");
+    assert!(told.contains("results after 10 clocks, 4 later than the emitted design's"), "{told}");
+
     // Held to the emitted design's it comes four clocks late.
     let output = simulated(&[&own[..], &quiet[..1]].concat());
     let told = ran(&output);
     assert!(!output.status.success(), "{told}");
+    assert!(told.contains("clock 2511 ") && told.contains("port m_axis_tdata should be"), "{told}");
+}
+
+/// The emitted design in a folder, and what `emit --bind` puts beside it.
+fn with_bound_files(folder: &Path) -> PathBuf {
+    let scene = SceneText::read(&root().join("scenes/quick.toml"), &[]).unwrap();
+    let sensor = Sensor::new(&scene.scene().unwrap());
+    let emission = sensor.emit(&EmitOptions::default()).unwrap();
+    let design = folder.join("design");
+    goldtof::deliver::write(&emission, &design).unwrap();
+    for file in bind(&emission, &Prefix::default(), &scene) {
+        fs::write(design.join(file.name), file.text).unwrap();
+    }
+    design
+}
+
+/// The same in the testbench, whose own scoreboard is left out.
+fn bound(design: &Path) -> Output {
+    let list = text(&design.join("sensor_top.f")).to_owned();
+    let [rules, binding] =
+        ["axis_rules.sv", "sensor_top_bind.sv"].map(|name| text(&design.join(name)).to_owned());
+    let scene = format!("+define+GOLDTOF_SCENE=\"{}\"", text(&design.join("scene.toml")));
+    simulated(&[
+        "--assert",
+        "-Wno-fatal",
+        "+define+WITHOUT_SCOREBOARD",
+        &scene,
+        "-F",
+        &list,
+        &rules,
+        &binding,
+    ])
+}
+
+#[test]
+fn bound_files_hold_a_design_to_the_model_and_its_stream_to_its_rules() {
+    let folder = TempDir::new().unwrap();
+    let design = with_bound_files(folder.path());
+    let told = ran(&bound(&design));
+    assert!(told.contains("goldtof_scoreboard: match: 20000 clocks compared"), "{told}");
+
+    let edited = |file: &str, sound: &str, faulty: &str| {
+        let path = design.join(file);
+        let before = fs::read_to_string(&path).unwrap();
+        assert_eq!(before.matches(sound).count(), 1, "{file}");
+        fs::write(&path, before.replace(sound, faulty)).unwrap();
+        let told = ran(&bound(&design));
+        fs::write(&path, before).unwrap();
+        told
+    };
+    // An offer that is withdrawn breaks the stream's rules before a batch is compared.
+    let told =
+        edited("result_stream.v", "o_valid <= i_counted | blocked;", "o_valid <= i_counted;");
+    assert!(told.contains("m_axis_tvalid fell before m_axis_tready was high"), "{told}");
+    // Wrong counts keep the rules, and differ from the model's.
+    let told =
+        edited("edge_detector.v", "last_sample_r <= i_samples[7];", "last_sample_r <= 1'b0;");
     assert!(told.contains("clock 2511 ") && told.contains("port m_axis_tdata should be"), "{told}");
 }
 

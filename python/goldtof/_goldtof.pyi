@@ -109,7 +109,7 @@ class Scoreboard:
         scene: Scene,
         ports: Sequence[tuple[str, int]],
         *,
-        result_latency_clocks: int | None = None,
+        result_latency_clocks: int | Literal["auto"] | None = None,
         peak_latency_clocks: int | None = None,
         is_idle_payload_free: bool = True,
         batch_clocks: int = 4096,

@@ -17,7 +17,7 @@ Works with cocotb 2 in Icarus and Verilator.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -43,7 +43,8 @@ class Scoreboard:
 
     Comparison begins with the first clock at which ``i_rst`` is high. A mismatch raises
     :class:`Mismatch`, with clock and port, in the batch in which it is found; with
-    ``stop=False`` not before :meth:`check`.
+    ``stop=False`` not before :meth:`check`. ``result_latency_clocks="auto"`` takes the design's own
+    latency, which its first result tells.
     """
 
     def __init__(
@@ -51,7 +52,7 @@ class Scoreboard:
         recorder: Any,
         scene: Scene,
         *,
-        result_latency_clocks: int | None = None,
+        result_latency_clocks: int | Literal["auto"] | None = None,
         peak_latency_clocks: int | None = None,
         is_idle_payload_free: bool = True,
         stop: bool = True,

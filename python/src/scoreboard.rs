@@ -15,9 +15,18 @@ use crate::values::to_python;
 /// ``ports`` are names and bits of what a clock's record holds, the first at bit 0, one
 /// behind the other, in words of 64 bits.
 ///
+/// ``result_latency_clocks="auto"`` takes the design's own latency, which its first result tells.
+///
 /// Threads may share a scoreboard: calls wait for each other.
 #[pyclass(name = "Scoreboard", module = "goldtof", frozen)]
 pub(crate) struct PyScoreboard(Guarded<Scoreboard>);
+
+/// Clocks, or "auto".
+#[derive(FromPyObject)]
+enum LatencyArgument {
+    Clocks(u32),
+    Word(String),
+}
 
 #[pymethods]
 impl PyScoreboard {
@@ -27,7 +36,7 @@ impl PyScoreboard {
     fn new(
         scene: &PyScene,
         ports: Vec<(String, u32)>,
-        result_latency_clocks: Option<u32>,
+        result_latency_clocks: Option<LatencyArgument>,
         peak_latency_clocks: Option<u32>,
         is_idle_payload_free: bool,
         batch_clocks: u32,
@@ -37,8 +46,19 @@ impl PyScoreboard {
         }
         let ports: Vec<TestbenchPort> =
             ports.into_iter().map(|(name, width)| TestbenchPort { name, width }).collect();
+        let (result_latency_clocks, finds_latency) = match result_latency_clocks {
+            None => (None, false),
+            Some(LatencyArgument::Clocks(clocks)) => (Some(clocks), false),
+            Some(LatencyArgument::Word(word)) if word == "auto" => (None, true),
+            Some(LatencyArgument::Word(word)) => {
+                let told =
+                    format!("result_latency_clocks is \"{word}\": write clocks, or \"auto\"");
+                return Err(bad_argument(told));
+            }
+        };
         let options = ScoreboardOptions {
             result_latency_clocks,
+            finds_latency,
             peak_latency_clocks,
             is_idle_payload_free,
             batch_clocks,
@@ -64,8 +84,8 @@ impl PyScoreboard {
     }
 
     /// What all clocks so far say: ``verdict`` (match, mismatch or inconclusive),
-    /// ``clocks``, ``mismatches``, ``first_mismatch``, ``exercised``, ``missing`` and
-    /// ``text``, all of that in words.
+    /// ``clocks``, ``mismatches``, ``first_mismatch``, ``exercised``, ``missing``, ``latency`` (where
+    /// it is not the emitted design's) and ``text``, all of that in words.
     fn summary<'py>(&self, python: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let summary = self.0.lock(python).summary();
         let told = PyDict::new(python);
@@ -75,6 +95,7 @@ impl PyScoreboard {
         told.set_item("first_mismatch", to_python(python, &summary.first_mismatch)?)?;
         told.set_item("exercised", to_python(python, &summary.exercised)?)?;
         told.set_item("missing", &summary.missing)?;
+        told.set_item("latency", to_python(python, &summary.latency)?)?;
         told.set_item("text", summary.to_string())?;
         Ok(told)
     }

@@ -1,7 +1,9 @@
 """The cocotb scoreboard in Icarus and Verilator, on emitted and own Verilog."""
 
 import os
+import subprocess
 import sys
+from pathlib import Path
 
 import goldtof
 import pytest
@@ -87,3 +89,61 @@ def test_emitted_verilog_matches_and_a_fault_is_named(bench, simulator, tmp_path
 def test_the_example_runs_by_itself(bench, capsys):
     assert bench.main("icarus", str(QUICK)) == 0
     assert "PASS=1 FAIL=0" in capsys.readouterr().out
+
+
+def made(folder, *arguments):
+    """`make` in what `emit --cocotb` has written; its status and what it said."""
+    environment = os.environ | {
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "PYTHON": sys.executable,
+    }
+    command = ["make", "SIM=icarus", *arguments]
+    done = subprocess.run(
+        command, cwd=folder, env=environment, check=False, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    # cocotb's Makefiles end well whatever the tests say.
+    return done.stdout
+
+
+def emitted(scene, folder, *words):
+    subprocess.run([os.environ["GOLDTOF"], "emit", scene, "--out", folder, "--cocotb", "--quiet",
+                    *words], check=True)
+    return folder / "cocotb"
+
+
+def test_what_emit_writes_for_cocotb_runs_and_finds_a_fault(tmp_path, short):
+    folder = emitted(short, tmp_path / "rtl", "--set", "path.distance=5 m")
+    said = made(folder)
+    assert "PASS=1 FAIL=0" in said and "match: " in said, said
+    (folder / "results.xml").unlink()
+    faulty = tmp_path / "rtl/edge_detector.v"
+    text, right = faulty.read_text(), "last_sample_r <= i_samples[7];"
+    assert text.count(right) == 1
+    faulty.write_text(text.replace(right, "last_sample_r <= 1'b0;"))
+    said = made(folder)
+    assert "PASS=0 FAIL=1" in said and "port m_axis_tdata should be" in said, said
+
+
+@pytest.mark.parametrize("scene", ["every-part", "histogram"])
+def test_it_is_wired_for_whatever_ports_there_are(tmp_path, scene):
+    said = made(emitted(ROOT / f"tests/scenes/{scene}.toml", tmp_path / "rtl"))
+    assert "PASS=1 FAIL=0" in said, said
+
+
+def test_own_verilog_is_held_to_the_latency_that_it_shows(tmp_path):
+    folder = emitted(QUICK, tmp_path / "rtl")
+    own = ["RTL=" + " ".join(map(str, OWN)), "DESIGN=range_top",
+           f"COMPILE_ARGS=-DADDER_STAGES=8 -I{ROOT}/examples/own-rtl/include"]
+    said = made(folder, *own, "LATENCY=auto")
+    assert "PASS=1 FAIL=0" in said, said
+    assert "results after 10 clocks, 4 later than the emitted design's" in said
+    # Held to that of the emitted design it is late.
+    (folder / "results.xml").unlink()
+    said = made(folder, *own)
+    assert "PASS=0 FAIL=1" in said and "clock 25" in said, said
+
+
+def test_a_latency_that_is_none_is_refused():
+    ports = [("i_rst", 1)]
+    with pytest.raises(ValueError, match='write clocks, or "auto"'):
+        goldtof.Scoreboard(goldtof.Scene.load(QUICK), ports, result_latency_clocks="soon")

@@ -7,6 +7,7 @@ use clap::Args;
 use super::common::SceneArgument;
 use super::ending::Ending;
 use super::output::Output;
+use crate::deliver::testbenches::{self, BIND, COCOTB};
 use crate::deliver::{self, Emission};
 use crate::door::{EmitOptions, Jobs as _};
 use crate::printable::printable_path;
@@ -22,6 +23,13 @@ pub(super) struct EmitArguments {
     pub out: PathBuf,
     #[command(flatten)]
     pub options: EmitOptions,
+    /// Also a testbench for cocotb, with goldtof's scoreboard, in the folder cocotb: `make` there runs it
+    #[arg(long)]
+    pub cocotb: bool,
+    /// Also a SystemVerilog file that binds the scoreboard of the C library, and rules of an AXI4-Stream,
+    /// to the design or to your own, in the folder bind
+    #[arg(long)]
+    pub bind: bool,
 }
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
@@ -31,8 +39,22 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
         made_by += &format!(" --prefix {prefix}");
     }
     let emission = sensor.emit(&EmitOptions { made_by, ..arguments.options.clone() })?;
-    deliver::write_into(&emission, &output.folder(&arguments.out)?)?;
-    output.answer_document(&emission.document(), &text(&emission, &arguments.out))?;
+    let folder = output.folder(&arguments.out)?;
+    deliver::write_into(&emission, &folder)?;
+    let mut text = text(&emission, &arguments.out);
+    let scene = arguments.scene.read()?;
+    let prefix = arguments.options.prefix.clone().unwrap_or_default();
+    let cocotb = || (COCOTB, testbenches::cocotb(&sensor, &emission, &scene));
+    let bind = || (BIND, testbenches::bind(&emission, &prefix, &scene));
+    let more = [arguments.cocotb.then(cocotb), arguments.bind.then(bind)];
+    for (name, files) in more.into_iter().flatten() {
+        let beside = folder.subfolder(name, |path| output.waits(path))?;
+        for file in &files {
+            beside.write(&file.name, &file.text)?;
+        }
+        text += &format!("{} files in {}\n", files.len(), printable_path(beside.path()));
+    }
+    output.answer_document(&emission.document(), &text)?;
     Ok(Ending::Done)
 }
 

@@ -232,7 +232,7 @@ fn modules(
 }
 
 /// What files say of their origin.
-fn made_by(command: &str) -> String {
+pub(super) fn made_by(command: &str) -> String {
     format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"))
 }
 

@@ -26,6 +26,7 @@ mod error;
 pub mod flow;
 pub mod formal;
 mod limits;
+pub mod testbenches;
 mod write;
 
 pub use crate::rtl::back::{BadPrefix, Prefix};

@@ -120,6 +120,14 @@ pub(super) struct Clocks {
 }
 
 impl Clocks {
+    /// Takes all clocks of others behind its own.
+    pub(super) fn append(&mut self, others: &mut Clocks) {
+        self.samples.append(&mut others.samples);
+        self.reset.append(&mut others.reset);
+        self.ready.append(&mut others.ready);
+        self.got.append(&mut others.got);
+    }
+
     pub(super) fn clear(&mut self) {
         self.samples.clear();
         self.reset.clear();

@@ -4,10 +4,14 @@ use super::model::{Inputs, Model};
 use super::record::{Clocks, RecordReader, TestbenchPort};
 use super::{BatchError, held_to};
 use crate::cosim::Verdict;
+use crate::cosim::asked_latency::MOST_CLOCKS;
 use crate::cosim::comparison::Comparison;
 use crate::cosim::exercised::{Exercised, missing};
+use crate::cosim::latency::HeldLatency;
 use crate::cosim::mismatch::{FirstMismatch, MismatchKind};
 use crate::sensor::Sensor;
+use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
 
 /// How a design is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +21,9 @@ pub struct ScoreboardOptions {
     /// Clocks from a scan's last word to its peak. If it is not given, a peak moves by as
     /// much as the results.
     pub peak_latency_clocks: Option<u32>,
+    /// The latency is the design's own: its first result tells it, in place of
+    /// `result_latency_clocks`. Clocks until then are kept and compared afterwards.
+    pub finds_latency: bool,
     /// What `m_axis_tdata` and `m_axis_tlast` hold while `m_axis_tvalid` is low is the
     /// design's own business, as the interface has it.
     pub is_idle_payload_free: bool,
@@ -30,6 +37,7 @@ impl Default for ScoreboardOptions {
         ScoreboardOptions {
             result_latency_clocks: None,
             peak_latency_clocks: None,
+            finds_latency: false,
             is_idle_payload_free: true,
             batch_clocks: 4096,
         }
@@ -44,6 +52,8 @@ pub struct Scoreboard {
     model: Model,
     reader: RecordReader,
     options: ScoreboardOptions,
+    /// While the design's latency is not known.
+    search: Option<Search>,
     /// Words of a clock that has not come whole.
     partial: Vec<u64>,
     pending: Clocks,
@@ -70,6 +80,54 @@ pub struct Summary {
     pub missing: Vec<String>,
     /// What else was not exercised.
     pub not_exercised: Vec<&'static str>,
+    /// The latency that the design was held to, where it is not the emitted design's.
+    pub latency: Option<HeldLatency>,
+}
+
+/// Most clocks that are kept until a first result.
+const MOST_KEPT_CLOCKS: usize = 1 << 22;
+
+/// Clocks that were kept, and when results begin behind the last reset.
+#[derive(Debug, Clone, Default)]
+struct Search {
+    kept: Clocks,
+    expected_at: Option<u64>,
+    got_at: Option<u64>,
+}
+
+impl Search {
+    /// Looks for the first result in clocks that have come, of which the first is `from`; `layout` is
+    /// that of the outputs.
+    fn look(&mut self, from: u64, clocks: &Clocks, expected: &[u64], layout: &Layout) {
+        let words = layout.outputs.words;
+        let valid = layout.outputs.field(Role::Valid);
+        let shown = expected.chunks_exact(words).zip(clocks.got.chunks_exact(words));
+        for (clock, (reset, (expected, got))) in (from..).zip(clocks.reset.iter().zip(shown)) {
+            if self.late().is_some() {
+                return;
+            }
+            if *reset != 0 {
+                (self.expected_at, self.got_at) = (None, None);
+            }
+            for (at, outputs) in [(&mut self.expected_at, expected), (&mut self.got_at, got)] {
+                if at.is_none() && *reset == 0 && valid.low_word(outputs) != 0 {
+                    *at = Some(clock);
+                }
+            }
+        }
+    }
+
+    /// How many clocks later than expected the design's results come, once both are known.
+    fn late(&self) -> Option<i64> {
+        Some(self.got_at? as i64 - self.expected_at? as i64)
+    }
+
+    /// Whether more clocks would tell no more.
+    fn is_in_vain(&self, clocks: u64) -> bool {
+        let waited = self.expected_at.or(self.got_at).map(|at| clocks - at);
+        let too_late = waited.is_some_and(|waited| waited > u64::from(MOST_CLOCKS));
+        too_late || self.kept.reset.len() >= MOST_KEPT_CLOCKS
+    }
 }
 
 impl Scoreboard {
@@ -91,6 +149,7 @@ impl Scoreboard {
             options,
             partial: Vec::new(),
             pending: Clocks::default(),
+            search: options.finds_latency.then(Search::default),
             expected: Vec::new(),
             compared: 0,
             mismatches: 0,
@@ -135,9 +194,45 @@ impl Scoreboard {
         }
     }
 
-    /// Compares the clocks that have come and were not compared.
+    /// Compares the clocks that have come and were not compared; while the design's latency is not
+    /// known, they are kept.
     pub fn compare(&mut self) {
-        let first_clock = self.model.clocks();
+        if self.search.is_none() || self.finds_latency(false) {
+            self.compare_pending();
+        }
+    }
+
+    /// Clocks the emitted design's model beside the design until both have shown a result, or, `at_once`,
+    /// no longer. Then what was kept is to be compared with a model of the latency that was found, or, if
+    /// none was, of the emitted design.
+    fn finds_latency(&mut self, at_once: bool) -> bool {
+        let Some(mut search) = self.search.take() else { return true };
+        let from = self.model.clocks();
+        self.clock_pending();
+        search.look(from, &self.pending, &self.expected, self.model.layout());
+        search.kept.append(&mut self.pending);
+        let late = search.late();
+        if late.is_none() && !at_once && !search.is_in_vain(self.model.clocks()) {
+            self.search = Some(search);
+            return false;
+        }
+        let emitted = self.sensor.interface().result_latency_clocks;
+        let found = i64::from(emitted) + late.unwrap_or(0);
+        let found = u32::try_from(found).ok().filter(|found| *found <= MOST_CLOCKS);
+        let held = held_to(&self.sensor, found, self.options.peak_latency_clocks);
+        // Whatever the emitted design may have, a design may.
+        if let Ok((sensor, model)) = held.and_then(|sensor| {
+            let model = Model::new(&sensor)?;
+            Ok((sensor, model))
+        }) {
+            (self.sensor, self.model) = (sensor, model);
+        }
+        self.pending = search.kept;
+        true
+    }
+
+    /// Clocks the model with the inputs of the clocks that have come.
+    fn clock_pending(&mut self) {
         let inputs = Inputs {
             samples: &self.pending.samples,
             reset: &self.pending.reset,
@@ -145,6 +240,11 @@ impl Scoreboard {
         };
         let clocked = self.model.clock(&inputs, &mut self.expected);
         debug_assert_eq!(clocked, Ok(()), "the reader cuts words to a chip's samples");
+    }
+
+    fn compare_pending(&mut self) {
+        let first_clock = self.model.clocks();
+        self.clock_pending();
         // Before the first reset a design may show anything.
         let from = match self.model.first_reset() {
             Some(reset) => reset.saturating_sub(first_clock) as usize,
@@ -185,7 +285,8 @@ impl Scoreboard {
 
     /// What all clocks that have come say.
     pub fn summary(&mut self) -> Summary {
-        self.compare();
+        self.finds_latency(true);
+        self.compare_pending();
         let interface = self.sensor.interface();
         let detectors = self.sensor.scene().detectors.iter();
         let names = detectors.map(|detector| detector.name.as_str());
@@ -206,6 +307,7 @@ impl Scoreboard {
             clocks: self.compared,
             mismatches: self.mismatches,
             first_mismatch: self.first.clone(),
+            latency: HeldLatency::of(&self.sensor),
             not_exercised: exercised.not_reached(interface),
             exercised,
             missing,
@@ -216,6 +318,9 @@ impl Scoreboard {
 impl std::fmt::Display for Summary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {} clocks compared", self.verdict, self.clocks)?;
+        if let Some(latency) = &self.latency {
+            write!(f, "; {}", latency.text())?;
+        }
         if let Some(first) = &self.first_mismatch {
             return write!(
                 f,
