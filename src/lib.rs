@@ -47,6 +47,7 @@ mod differences;
 mod door;
 pub mod plan;
 mod progress;
+pub mod replay;
 #[doc(hidden)]
 pub mod report;
 mod run;

@@ -27,10 +27,12 @@ from ._goldtof import (
     cosim,
     emit,
     expected,
+    read_tags,
     scans,
     simulate,
 )
 from .estimating import estimate
+from .recording import replay
 from .reports import Estimate, Estimates, Report
 from .sweeping import sweep
 
@@ -52,6 +54,8 @@ __all__ = [
     "emit",
     "estimate",
     "expected",
+    "read_tags",
+    "replay",
     "scans",
     "simulate",
     "sweep",

@@ -22,6 +22,8 @@ __all__ = [
     "scans",
     "_estimate",
     "_recorded",
+    "_replay",
+    "read_tags",
     "_scene",
     "cosim",
 ]
@@ -171,6 +173,16 @@ def _estimate(
 def _recorded(
     scene: Scene, path: str | PathLike[str], *, detector: str | None = None
 ) -> dict[str, NDArray[Any]]: ...
+def _replay(
+    scene: Scene,
+    *,
+    path: str | PathLike[str] | None = None,
+    pairs: bytes | None = None,
+    photons: Sequence[str],
+    epoch: str,
+    epoch_periods: int,
+) -> dict[str, Any]: ...
+def read_tags(path: str | PathLike[str]) -> dict[str, Any]: ...
 def _scene(file_name: str, text: str, settings: Sequence[tuple[str, str]]) -> Scene: ...
 def cosim(
     scene: Scene,

@@ -11,6 +11,7 @@ mod estimating;
 mod guarded;
 mod hardware;
 mod model;
+mod recording;
 mod scene;
 mod scoreboard;
 mod simulating;
@@ -40,5 +41,7 @@ fn _goldtof(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(simulating::scans, module)?)?;
     module.add_function(wrap_pyfunction!(estimating::_estimate, module)?)?;
     module.add_function(wrap_pyfunction!(estimating::_recorded, module)?)?;
+    module.add_function(wrap_pyfunction!(recording::_replay, module)?)?;
+    module.add_function(wrap_pyfunction!(recording::read_tags, module)?)?;
     module.add_function(wrap_pyfunction!(hardware::cosim, module)?)
 }

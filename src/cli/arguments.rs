@@ -16,6 +16,7 @@ use super::fidelity::FidelityArguments;
 use super::grade::GradeArguments;
 use super::merge::MergeArguments;
 use super::new::NewArguments;
+use super::replay::ReplayArguments;
 use super::reproduce::ReproduceArguments;
 use super::run::RunArguments;
 use super::simulate::SimulateArguments;
@@ -80,6 +81,8 @@ pub(super) enum Command {
     New(NewArguments),
     /// Estimate distances from recorded counts, with residuals and a diagnosis
     Estimate(EstimateArguments),
+    /// Replay photons that an instrument recorded: histogram, counts, distances
+    Replay(ReplayArguments),
     /// Measure error against run time for every tier of simulation
     Fidelity(FidelityArguments),
     /// Compare sensors: one phase step at a time, sixteen, or a histogram

@@ -1,6 +1,7 @@
 //! `goldtof cosim`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 
@@ -10,13 +11,16 @@ use super::ending::Ending;
 use super::forecast::Forecast;
 use super::junit;
 use super::output::{Bar, Output, with_causes};
+use super::replay::ChannelArguments;
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
 use crate::cosim::{CosimOptions, Report, StimulusKind, VcdClocks, Verdict};
 use crate::door::cosim;
 use crate::files::check_target;
+use crate::photons::Pulse;
 use crate::printable::printable_path;
 use crate::progress::Progress;
+use crate::sensor::Sensor;
 use crate::sensor::port::Role;
 
 #[derive(Debug, Args)]
@@ -33,6 +37,12 @@ pub(super) struct CosimArguments {
     pub vcd: Option<PathBuf>,
     #[command(flatten)]
     pub vcd_window: VcdWindow,
+    /// Photons that were recorded in place of simulated ones: a file of time tags, as `replay` takes it,
+    /// with --photons and --epoch, for example --tags evening.ptu
+    #[arg(long, value_name = "FILE")]
+    pub tags: Option<PathBuf>,
+    #[command(flatten)]
+    pub channels: ChannelArguments,
     /// Also write the verdict as a JUnit report: a case for each output port, each family
     /// of cover points and the stimulus, for example --junit cosim.xml
     #[arg(long, value_name = "FILE")]
@@ -54,6 +64,7 @@ pub(super) fn run(
         made_by: command_line(&arguments.scene),
         seed,
         window: window(arguments)?,
+        recorded: recorded(arguments, &sensor, output)?,
         ..arguments.options.clone()
     };
     let mut progress = CosimProgress::new(output);
@@ -69,6 +80,30 @@ pub(super) fn run(
     }
     output.answer(Some(scene.reference()), &cosimulation.report, &text(&cosimulation.report))?;
     Ok(ending(&cosimulation.report))
+}
+
+/// The pulses of a recording's first scan, if one was named.
+fn recorded(
+    arguments: &CosimArguments,
+    sensor: &Sensor,
+    output: &Output,
+) -> anyhow::Result<Option<Arc<Vec<Vec<Pulse>>>>> {
+    let Some(tags) = &arguments.tags else { return Ok(None) };
+    anyhow::ensure!(
+        arguments.options.stimulus == StimulusKind::Photons,
+        "--tags are photons; leave out --stimulus adversarial"
+    );
+    let replayed = arguments.channels.replay(sensor, tags, output)?;
+    let whole = replayed.scan.ok_or_else(|| {
+        anyhow::anyhow!(
+            "{}: the recording has {} code periods without a pause, and a scan of the scene lasts {}; \
+             scan.integration and scan.steps make it shorter",
+            printable_path(tags),
+            replayed.file.epochs.periods,
+            sensor.interface().scan_clocks() / sensor.timing().code_chips()
+        )
+    })?;
+    Ok(Some(whole))
 }
 
 /// The clocks to keep for waveforms.

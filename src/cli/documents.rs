@@ -20,6 +20,7 @@ use crate::deliver::Emission;
 use crate::document::{Body, Document};
 use crate::grade::Grade;
 use crate::plan::overview::Overview;
+use crate::replay::ReplayReport;
 use crate::run::Run;
 use crate::shard::Shard;
 use crate::simulate::repeat::Simulation;
@@ -46,6 +47,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<Pages>(),
         schema::<Made>(),
         schema::<Overview>(),
+        schema::<ReplayReport>(),
         schema::<Reproduction>(),
         schema::<Run>(),
         schema::<Simulation>(),

@@ -32,6 +32,7 @@ mod output;
 mod parquet;
 pub mod plan;
 mod provenance;
+mod replay;
 mod reproduce;
 mod run;
 mod shards;
@@ -88,6 +89,7 @@ pub fn main() -> ExitCode {
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
         Command::Grade(arguments) => grade::run(&arguments, cli.seed, &output),
         Command::Estimate(arguments) => estimate::run(&arguments, &mut output),
+        Command::Replay(arguments) => replay::run(&arguments, &mut output),
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
         Command::CompareArchitectures(arguments) => {
             compare_architectures::run(&arguments, &mut output)

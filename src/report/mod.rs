@@ -46,6 +46,23 @@ pub struct DetectorCounts {
 }
 
 impl DetectorCounts {
+    /// Where so many of the scan's first steps belong, without counts.
+    pub fn of_steps(
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        calibration_offset_ps: f64,
+        steps: usize,
+    ) -> DetectorCounts {
+        let of_step =
+            |step| distance_m(sensor.timing().reference_delay_ps(step) - calibration_offset_ps);
+        DetectorCounts {
+            detector,
+            distances_m: Step::all(steps as u64).map(of_step).collect(),
+            counts: Vec::new(),
+            totals: None,
+        }
+    }
+
     /// Counts that were sent of the scan's steps, or of the first of them, and where
     /// they belong.
     pub fn new(
@@ -54,13 +71,10 @@ impl DetectorCounts {
         calibration_offset_ps: f64,
         sent: &[SentCount],
     ) -> DetectorCounts {
-        let of_step =
-            |step| distance_m(sensor.timing().reference_delay_ps(step) - calibration_offset_ps);
         DetectorCounts {
-            detector,
-            distances_m: Step::all(sent.len() as u64).map(of_step).collect(),
             counts: sent.iter().map(|count| count.signed).collect(),
             totals: sent.iter().map(|count| count.total).collect(),
+            ..DetectorCounts::of_steps(sensor, detector, calibration_offset_ps, sent.len())
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::histogram::innovations::Innovations;
 use crate::histogram::{Histogram, HistogramError};
 use crate::photons::fast::Recorder;
 use crate::photons::random::Part;
-use crate::photons::{Detection, DetectorModel, Pulse, PulseStream};
+use crate::photons::{Detection, DetectorModel, Level, PulseStream};
 use crate::response::{MeanResponse, MeanResponseError};
 use crate::scan::{Group, Sample};
 use crate::scene::DetectorIndex;
@@ -165,36 +165,4 @@ pub(super) fn sampled(
         }
     }
     Ok(())
-}
-
-/// The level at the samples, high wherever any pulse is. It is low before the first.
-#[derive(Debug, Default)]
-struct Level {
-    /// The sample after the last high one; none before the first pulse.
-    low_from: Option<Sample>,
-}
-
-impl Level {
-    /// Whether a pulse, which begins no earlier than the one before it, begins with a high
-    /// sample after a low one.
-    fn rises(&mut self, pulse: &Pulse) -> bool {
-        let rises = self.low_from.is_none_or(|low_from| low_from < pulse.first);
-        self.low_from = self.low_from.max(Some(pulse.end));
-        rises
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_pulse_rises_only_after_a_low_sample() {
-        let mut level = Level::default();
-        let pulses = [(0, 4), (2, 3), (4, 6), (7, 9), (9, 10), (12, 13)];
-        let rises = pulses
-            .map(|(first, end)| level.rises(&Pulse { first: Sample(first), end: Sample(end) }));
-        // The second is within the first, the third and the fifth touch the one before.
-        assert_eq!(rises, [true, false, false, true, false, true]);
-    }
 }

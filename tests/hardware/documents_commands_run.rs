@@ -25,13 +25,16 @@ const SKIPPED: [(&str, &str); 11] = [
     ("cargo install", "a release build; a test of its own would take as long"),
 ];
 /// The words that stand for a user's own, and one of each.
-const PLACEHOLDERS: [(&str, &str); 9] = [
+const PLACEHOLDERS: [(&str, &str); 12] = [
     ("SCENE", "scenes/quick.toml"),
     ("DIR", "out"),
     ("N", "5"),
     ("T", "expected"),
     ("FILE", "out.vcd"),
     ("COUNTS", "counted/counts.csv"),
+    ("TAGS", "tags.bin"),
+    ("INPUT", "1"),
+    ("MARKER", "2"),
     ("NAME", "my-sensor"),
     ("SHELL", "bash"),
     ("KEY=VALUES", "'path.distance=1 m, 2 m'"),
@@ -83,6 +86,13 @@ fn workplace() -> tempfile::TempDir {
     assert!(emitted.status.success());
     let counted = shell(folder.path(), "goldtof run scenes/quick.toml --out counted --quiet");
     assert!(counted.status.success());
+    // A photon in each of ten thousand code periods of 31 chips of 8 ns, and its epoch.
+    let pairs = (0..10_000_u64).flat_map(|period| {
+        let epoch = period * 248_000;
+        [[epoch, 2], [epoch + 20_333 + period * 7000 % 200_000, 1]]
+    });
+    let tags: Vec<u8> = pairs.flatten().flat_map(u64::to_le_bytes).collect();
+    fs::write(folder.path().join("tags.bin"), tags).expect("it can be written");
     let shard = "goldtof simulate scenes/quick.toml --repeat 2 --shard 1/1 --out out --quiet";
     assert!(shell(folder.path(), shard).status.success());
     let quick = fs::read_to_string(root().join("scenes/quick.toml")).expect("it is there");

@@ -236,7 +236,20 @@ fn documents(work: &Path) -> Vec<Value> {
         all.push(document(&["estimate", quick, &counts, "--estimator", estimator]));
     }
     all.push(document(&["estimate", quick, &counts, "--set", "source.mean_power=1 pW"]));
+    all.push(document(&["replay", quick, &recording(work), "--photons", "1", "--epoch", "2"]));
     all
+}
+
+/// Time tags in pairs: a photon in each code period, at a place that walks, and its epoch.
+fn recording(work: &Path) -> String {
+    let pairs = (0..30_000_u64).flat_map(|period| {
+        let epoch = 1_000_000 + period * 248_000;
+        [[epoch, 2], [epoch + 20_000 + period * 7919 % 200_000, 1]]
+    });
+    let bytes: Vec<u8> = pairs.flatten().flat_map(u64::to_le_bytes).collect();
+    let path = work.join("pairs.bin");
+    fs::write(&path, bytes).expect("it can be written");
+    path.to_str().expect("text").to_owned()
 }
 
 /// Of shards of every command that has them.

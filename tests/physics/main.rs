@@ -32,6 +32,7 @@ mod parallel_steps_share_their_light;
 mod parts_left_out_change_nothing;
 mod recorded_counts_are_diagnosed;
 mod recorded_histograms_are_diagnosed;
+mod recordings_are_replayed;
 mod reproduce_makes_figures_and_claims;
 mod search_invents_nothing;
 mod simulate_agrees_with_theory;

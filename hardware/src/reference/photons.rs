@@ -1,11 +1,11 @@
-//! Photons as stimulus: simulated detections, a consumer that always takes.
+//! Photons as stimulus: simulated detections, or recorded ones, and a consumer that always takes.
 
 use std::sync::Arc;
 
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus, first_sample, scan_start};
 use crate::photons::fast::Recorder;
-use crate::photons::{DetectorModel, PulseStream};
-use crate::scan::{Group, Sample};
+use crate::photons::{DetectorModel, Pulse, PulseStream};
+use crate::scan::{Group, Sample, Sampling};
 use crate::sensor::interface::Interface;
 
 /// The sampled pulses of every detector, scan after scan.
@@ -72,6 +72,47 @@ impl Stimulus for Photons<'_> {
             }
             self.scan += 1;
             self.start_scan();
+        }
+    }
+}
+
+/// Pulses that were recorded, in place of simulated ones: those of one scan.
+pub struct Recorded {
+    /// Detector by detector, from the first scan's first sample on.
+    pulses: Arc<Vec<Vec<Pulse>>>,
+    next: Vec<usize>,
+    origin: Sample,
+    sampling: Sampling,
+}
+
+impl Recorded {
+    /// For a sensor with this interface.
+    pub fn new(pulses: Arc<Vec<Vec<Pulse>>>, interface: &Interface) -> Recorded {
+        Recorded {
+            next: vec![0; pulses.len()],
+            pulses,
+            origin: first_sample(interface, RESET_CLOCKS),
+            sampling: interface.timing.sampling(),
+        }
+    }
+}
+
+impl Stimulus for Recorded {
+    fn drive(&mut self, drive: &mut Drive) {
+        let clocks = drive.surroundings.clocks.clone();
+        if clocks.start < RESET_CLOCKS {
+            drive.surroundings.resets.push(0..RESET_CLOCKS);
+        }
+        let until = self.sampling.first_sample(clocks.end);
+        let of_detectors = self.pulses.iter().zip(&mut self.next).zip(&mut drive.pulses);
+        for ((recorded, next), pulses) in of_detectors {
+            while let Some(pulse) = recorded.get(*next).filter(|p| p.first + self.origin.0 < until)
+            {
+                let mut pulse = *pulse;
+                pulse.shift(self.origin);
+                pulses.push(pulse);
+                *next += 1;
+            }
         }
     }
 }

@@ -54,6 +54,6 @@ pub use counter::{StepCount, count_step};
 pub use dead_time::DeadTime;
 pub use detector::DetectorModel;
 pub use full::OptionalPart;
-pub use sampled::{Pulse, PulseStream};
+pub use sampled::{Level, Pulse, PulseStream};
 pub use shape::{Gate, PulseShape, Strand};
 pub use step::{Detection, StepDetections};

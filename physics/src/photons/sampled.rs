@@ -34,6 +34,23 @@ impl Pulse {
     }
 }
 
+/// The level at the samples, high wherever any pulse is. It is low before the first.
+#[derive(Debug, Clone, Default)]
+pub struct Level {
+    /// The sample after the last high one; none before the first pulse.
+    low_from: Option<Sample>,
+}
+
+impl Level {
+    /// Whether a pulse, which begins no earlier than the one before it, begins with a high
+    /// sample after a low one.
+    pub fn rises(&mut self, pulse: &Pulse) -> bool {
+        let rises = self.low_from.is_none_or(|low_from| low_from < pulse.first);
+        self.low_from = self.low_from.max(Some(pulse.end));
+        rises
+    }
+}
+
 /// The pulses of a running scan, step after step (with `parallel` steps at
 /// once, group after group: the steps of a group share their light).
 ///
@@ -283,6 +300,16 @@ fn ceil_to_u64(value: f64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pulse_rises_only_after_a_low_sample() {
+        let mut level = Level::default();
+        let pulses = [(0, 4), (2, 3), (4, 6), (7, 9), (9, 10), (12, 13)];
+        let rises = pulses
+            .map(|(first, end)| level.rises(&Pulse { first: Sample(first), end: Sample(end) }));
+        // The second is within the first, the third and the fifth touch the one before.
+        assert_eq!(rises, [true, false, false, true, false, true]);
+    }
 
     #[test]
     fn ceiling_of_whole_and_broken_values() {

@@ -102,6 +102,9 @@ fn refuse_unfit(sensor: &Sensor, options: &CosimOptions, clocks: u64) -> Result<
     if options.stimulus != StimulusKind::Photons {
         return Err(Unfit::new("lanes are for photons"));
     }
+    if options.recorded.is_some() {
+        return Err(Unfit::new("recorded photons are for lock-step"));
+    }
     refuse_memories(sensor.interface())?;
     if options.engine == Engine::Auto && clocks < LEAST_CLOCKS {
         return Err(Unfit::new(format!("{clocks} clocks are few")));

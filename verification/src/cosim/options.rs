@@ -1,10 +1,13 @@
 //! What a co-simulation is asked for: the command line's options, and the library's.
 
+use std::sync::Arc;
+
 use super::asked_latency::Latency;
 use super::engine::Engine;
 use super::own::OwnRtl;
 use super::window::Window;
 use super::{MOST_CLOCKS, StimulusKind};
+use crate::photons::Pulse;
 use crate::version::MADE_BY;
 
 /// What to compare, and how.
@@ -40,6 +43,9 @@ pub struct CosimOptions {
     /// The clocks to keep for waveforms
     #[arg(skip)]
     pub window: Window,
+    /// Pulses of each detector in place of simulated ones, from the first scan's first sample on
+    #[arg(skip)]
+    pub recorded: Option<Arc<Vec<Vec<Pulse>>>>,
 }
 
 impl Default for CosimOptions {
@@ -53,6 +59,7 @@ impl Default for CosimOptions {
             engine: Engine::Auto,
             seed: 1,
             window: Window::Found,
+            recorded: None,
         }
     }
 }

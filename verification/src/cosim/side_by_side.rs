@@ -1,5 +1,7 @@
 //! A run of the Verilog itself beside the reference model, from the stimulus to the report.
 
+use std::sync::Arc;
+
 use super::build::Built;
 use super::error::{CosimError, When};
 use super::lockstep::{Lockstep, Outcome};
@@ -10,7 +12,7 @@ use super::window::Window;
 use super::{CosimOptions, Cosimulation, StimulusKind};
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
-use crate::reference::photons::Photons;
+use crate::reference::photons::{Photons, Recorded};
 use crate::reference::predictor::Reference;
 use crate::reference::stimulus::{Stimulus, clocks_for_scans};
 use crate::scene::DetectorIndex;
@@ -81,10 +83,12 @@ fn stimulus<'d>(
     let interface = sensor.interface();
     let (stimulus, clocks): (Box<dyn Stimulus + 'd>, u64) = match options.stimulus {
         StimulusKind::Photons => {
-            let photons = Photons::new(detectors, interface, options.seed);
             let clocks = options.clocks;
             let clocks = clocks.unwrap_or_else(|| clocks_for_scans(interface, 1));
-            (Box::new(photons), clocks)
+            match &options.recorded {
+                Some(pulses) => (Box::new(Recorded::new(Arc::clone(pulses), interface)), clocks),
+                None => (Box::new(Photons::new(detectors, interface, options.seed)), clocks),
+            }
         }
         StimulusKind::Adversarial => {
             let adversarial = Adversarial::with_means(interface, options.seed, means)?;

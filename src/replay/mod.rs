@@ -1,0 +1,495 @@
+//! Photons that an instrument recorded, in place of simulated ones: into a histogram and its estimates,
+//! into the counts of a scan, and into the samples that drive Verilog.
+//!
+//! A recording has a mark at each epoch of the code (or at each so many), by which its clock is fitted to
+//! the sensor's: a photon's place in the code follows, and with it the sample at which its pulse rises, as
+//! the sampler of the hardware sees it.
+
+mod epochs;
+
+use std::io::Read;
+use std::sync::Arc;
+
+use goldtof_tags::{Channel, Tag, TagError, TagReader};
+use serde::Serialize;
+
+pub use self::epochs::Epochs;
+use self::epochs::{Clock, Line, MOST_OFFSET};
+use crate::batch::{BatchError, Inputs, Model};
+use crate::document::Body;
+use crate::histogram::{Histogram, HistogramError};
+use crate::photons::{Level, Pulse, StepCount};
+use crate::recorded::{Assessment, RecordedHistogram, RecordedScan, assess, assess_histogram};
+use crate::reference::stimulus::{RESET_CLOCKS, clocks_for_scans, first_sample};
+use crate::scan::Sample;
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind, Scene};
+use crate::sensor::Sensor;
+
+/// Which channels of a recording are which.
+#[derive(Debug, Clone)]
+pub struct ReplayOptions {
+    /// Channel of each detector, in their order.
+    pub photons: Vec<Channel>,
+    /// Channel of the marks at the code's epochs.
+    pub epoch: Channel,
+    /// Code periods from one mark to the next.
+    pub epoch_periods: u64,
+}
+
+impl ReplayOptions {
+    /// With channels as texts: `left=1` of the detector `left`, or `1` of a scene with one.
+    ///
+    /// # Errors
+    /// When a text is no channel, or not every detector has one.
+    pub fn named(
+        scene: &Scene,
+        photons: &[String],
+        epoch: Channel,
+        epoch_periods: u64,
+    ) -> Result<ReplayOptions, ReplayError> {
+        let told = |text: &str, what: String| {
+            Err(ReplayError::Channels(format!("photons {text}: {what}")))
+        };
+        let mut channels: Vec<Option<Channel>> = vec![None; scene.detectors.len()];
+        for text in photons {
+            let (name, channel) = match text.rsplit_once('=') {
+                Some((name, channel)) => (Some(name), channel),
+                None => (None, text.as_str()),
+            };
+            let channel: Channel = match channel.parse() {
+                Ok(channel) if channel == epoch => {
+                    return told(text, format!("channel {channel} is that of the epochs"));
+                }
+                Ok(channel) => channel,
+                Err(what) => return told(text, what),
+            };
+            let which = match name {
+                Some(name) => scene.detectors.iter().position(|d| d.name == name),
+                None => (scene.detectors.len() == 1).then_some(0),
+            };
+            let Some(which) = which else {
+                let right = scene.detectors.iter().map(|d| format!("{}={channel}", d.name));
+                let right = right.collect::<Vec<_>>().join(" or ");
+                return told(text, format!("it names no detector of the scene: write {right}"));
+            };
+            channels[which] = Some(channel);
+        }
+        let mut detectors = scene.detectors.iter().zip(&channels);
+        if let Some((detector, _)) = detectors.find(|(_, channel)| channel.is_none()) {
+            let name = &detector.name;
+            return Err(ReplayError::Channels(format!(
+                "detector \"{name}\" has no channel: name it as photons {name}=1, or with another number"
+            )));
+        }
+        Ok(ReplayOptions {
+            photons: channels.into_iter().flatten().collect(),
+            epoch,
+            epoch_periods,
+        })
+    }
+}
+
+/// What was read of a file.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct RecordingFile {
+    /// Instrument and mode.
+    pub kind: &'static str,
+    /// A tick of its times.
+    pub tick_s: f64,
+    /// Records, overflows of the time among them.
+    pub records: u64,
+    /// Records that the header says there are.
+    pub announced_records: Option<u64>,
+    /// Bytes of a last record that is not whole.
+    pub torn_bytes: u64,
+    /// Records that are earlier than one before them.
+    pub disordered: u64,
+    /// Records of channels that nobody asked for.
+    pub of_other_channels: u64,
+    /// Marks of the code's epochs.
+    pub epochs: Epochs,
+}
+
+/// What was recorded of a detector.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct Replayed {
+    /// The detector's name.
+    pub detector: String,
+    /// Photons between the first and the last epoch.
+    pub photons: u64,
+    /// Of these, those whose pulse began before the level was low again, or fell between two samples.
+    pub unseen: u64,
+    /// Photons a second.
+    pub rate_cps: f64,
+}
+
+/// A recording, as a sensor would have seen it.
+#[derive(Debug, Clone)]
+pub struct Replay {
+    /// The file.
+    pub file: RecordingFile,
+    /// Detector by detector.
+    pub detectors: Vec<Replayed>,
+    /// All whole code periods, folded.
+    pub histograms: Vec<RecordedHistogram>,
+    /// Pulses of the first scan, from the first epoch on: none if the recording pauses before its end.
+    pub scan: Option<Arc<Vec<Vec<Pulse>>>>,
+}
+
+/// Why a recording cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The file.
+    #[error(transparent)]
+    Tags(#[from] TagError),
+    /// Its channels are not those that were named.
+    #[error("{0}")]
+    Channels(String),
+    /// Its epochs are not the scene's.
+    #[error("{0}")]
+    Epochs(String),
+    /// Its photons cannot be a sensor's.
+    #[error("{0}")]
+    Histogram(#[from] HistogramError),
+    /// The hardware cannot be modelled.
+    #[error(transparent)]
+    Model(#[from] BatchError),
+}
+
+/// Most photons that are kept until the next epochs.
+const MOST_WAITING: usize = 1 << 25;
+
+/// A detector's photons on their way into bins and pulses.
+struct Folding {
+    detector: DetectorIndex,
+    /// Samples that a pulse is high for.
+    pulse_samples: f64,
+    bins: Vec<u64>,
+    level: Level,
+    last: u64,
+    photons: u64,
+    unseen: u64,
+    pulses: Vec<Pulse>,
+}
+
+impl Folding {
+    fn take(&mut self, line: &Line, ticks: u64, samples: &Samples) {
+        let (first, more) = line.place(ticks);
+        // The line's own jitter may put its first photon before its first epoch.
+        let more = more.max(0.0);
+        let whole = more as i64;
+        let within = (more - whole as f64) * samples.of_epoch as f64;
+        let base = (first + whole as u64) * samples.of_epoch;
+        let of_epoch = up(within);
+        // Where two lines meet a photon may come before one that was earlier by a tick.
+        let rises = (base + of_epoch).max(self.last);
+        let ends = base + up(within + self.pulse_samples);
+        let pulse = Pulse { first: Sample(rises), end: Sample(ends.max(rises)) };
+        self.last = rises;
+        self.photons += 1;
+        let leaves_no_trace = pulse.end == pulse.first;
+        if leaves_no_trace || !self.level.rises(&pulse) {
+            self.unseen += 1;
+        } else {
+            // An epoch is of whole code periods, mostly of one.
+            let mut bin = of_epoch as usize;
+            while bin >= self.bins.len() {
+                bin -= self.bins.len();
+            }
+            self.bins[bin] += 1;
+        }
+        if rises < samples.of_scan && !leaves_no_trace {
+            self.pulses.push(pulse);
+        }
+    }
+}
+
+/// The least whole number that is no less, of what is not negative: as quick on any processor.
+#[inline]
+fn up(value: f64) -> u64 {
+    let whole = value as i64;
+    (whole + i64::from((whole as f64) < value)) as u64
+}
+
+/// How many samples there are between two epochs, and in a scan.
+struct Samples {
+    of_epoch: u64,
+    of_scan: u64,
+}
+
+/// Reads a recording and folds it by the sensor's code. `on_records` hears how many records have been read.
+///
+/// # Errors
+/// When it cannot be read, or is not of this scene.
+///
+/// # Panics
+/// If there is not one channel for each detector.
+pub fn replay<R: Read>(
+    sensor: &Sensor,
+    reader: &mut TagReader<R>,
+    options: &ReplayOptions,
+    mut on_records: impl FnMut(u64),
+) -> Result<Replay, ReplayError> {
+    let scene = sensor.scene();
+    assert_eq!(options.photons.len(), scene.detectors.len(), "a channel for each detector");
+    let tick_s = reader.tick_ps() * 1e-12;
+    let period_ps = sensor.timing().code_period_ps() * options.epoch_periods as f64;
+    let mut clock = Clock::new(period_ps / reader.tick_ps(), tick_s);
+    let sample_ps = sensor.clock().sample_period_ps();
+    let bins = (sensor.timing().code_chips() * u64::from(sensor.clock().samples_per_chip)) as usize;
+    let samples = Samples {
+        of_epoch: bins as u64 * options.epoch_periods,
+        of_scan: sensor.timing().sampling().samples_of(sensor.interface().scan_clocks()),
+    };
+    let mut foldings: Vec<Folding> = DetectorIndex::of(&scene.detectors)
+        .map(|detector| Folding {
+            detector,
+            pulse_samples: scene.detectors[detector].pulse_width_ps / sample_ps,
+            bins: vec![0; bins],
+            level: Level::default(),
+            last: 0,
+            photons: 0,
+            unseen: 0,
+            pulses: Vec::new(),
+        })
+        .collect();
+    let mut waiting: Vec<(u64, usize)> = Vec::new();
+    let mut tags: Vec<Tag> = Vec::new();
+    let (mut of_other_channels, mut scan_is_whole) = (0, true);
+    let mut fold = |line: Line, waiting: &mut Vec<(u64, usize)>| {
+        // A pause within the scan leaves it without its photons.
+        let reached = line.first() * samples.of_epoch;
+        scan_is_whole &= !line.begins || reached == 0 || reached >= samples.of_scan;
+        let beyond = waiting.iter().position(|photon| photon.0 >= line.until);
+        for (ticks, which) in waiting.drain(..beyond.unwrap_or(waiting.len())) {
+            if ticks >= line.from {
+                foldings[which].take(&line, ticks, &samples);
+            }
+        }
+    };
+    while reader.read(&mut tags)? {
+        for tag in &tags {
+            if tag.channel == options.epoch {
+                if let Some(line) = clock.mark(tag.ticks) {
+                    fold(line, &mut waiting);
+                }
+            } else if let Some(which) = options.photons.iter().position(|c| *c == tag.channel) {
+                waiting.push((tag.ticks, which));
+            } else {
+                of_other_channels += 1;
+            }
+        }
+        if waiting.len() > MOST_WAITING {
+            return Err(ReplayError::Epochs(format!(
+                "channel {} has no two epochs within {MOST_WAITING} photons: --epoch names the channel of \
+                 the code's epochs",
+                options.epoch
+            )));
+        }
+        on_records(reader.records());
+    }
+    if let Some(line) = clock.end() {
+        fold(line, &mut waiting);
+    }
+    let epochs = clock.found(options.epoch_periods);
+    check_epochs(&epochs, options, sensor, period_ps)?;
+    let seconds = epochs.periods as f64 * sensor.timing().code_period_ps() * 1e-12;
+    let replayed = |folding: &Folding| Replayed {
+        detector: scene.detectors[folding.detector].name.clone(),
+        photons: folding.photons,
+        unseen: folding.unseen,
+        rate_cps: folding.photons as f64 / seconds,
+    };
+    let detectors: Vec<Replayed> = foldings.iter().map(replayed).collect();
+    if let Some(number) = detectors.iter().position(|detector| detector.photons == 0) {
+        return Err(ReplayError::Channels(format!(
+            "channel {} has no photon between the first and the last epoch; {of_other_channels} records \
+             are of channels that were not named",
+            options.photons[number]
+        )));
+    }
+    let is_whole = scan_is_whole && epochs.periods * bins as u64 >= samples.of_scan;
+    let pulses = foldings.iter_mut().map(|folding| std::mem::take(&mut folding.pulses)).collect();
+    let histogram = |folding: Folding| {
+        let samples_per_chip = sensor.clock().samples_per_chip;
+        let histogram = Histogram::new(folding.bins, samples_per_chip, epochs.periods)?;
+        Ok(RecordedHistogram { detector: folding.detector, histogram })
+    };
+    Ok(Replay {
+        file: RecordingFile {
+            kind: reader.kind(),
+            tick_s,
+            records: reader.records(),
+            announced_records: reader.announced(),
+            torn_bytes: reader.torn_bytes(),
+            disordered: reader.disordered(),
+            of_other_channels,
+            epochs,
+        },
+        detectors,
+        scan: is_whole.then(|| Arc::new(pulses)),
+        histograms: foldings.into_iter().map(histogram).collect::<Result<_, HistogramError>>()?,
+    })
+}
+
+/// Whether the marks are the epochs of the scene's code.
+fn check_epochs(
+    epochs: &Epochs,
+    options: &ReplayOptions,
+    sensor: &Sensor,
+    period_ps: f64,
+) -> Result<(), ReplayError> {
+    let told = |what: String| Err(ReplayError::Epochs(what));
+    let channel = options.epoch;
+    if epochs.epochs + epochs.stray == 0 {
+        return told(format!(
+            "channel {channel} has no record: --epoch names the channel of the code's epochs"
+        ));
+    }
+    if epochs.periods == 0 || epochs.stray > epochs.epochs {
+        return told(format!(
+            "the marks of channel {channel} are not {:.3} us apart, the scene's code period times {} \
+             ({} of {} marks are); --epoch-periods says how many code periods lie between two marks",
+            period_ps * 1e-6,
+            options.epoch_periods,
+            epochs.epochs,
+            epochs.epochs + epochs.stray
+        ));
+    }
+    if epochs.period_error_fraction.abs() > MOST_OFFSET {
+        return told(format!(
+            "the marks of channel {channel} say that a code period is {:+.3} % longer than the scene's; \
+             clocks differ by less than {} %: is clock.chip_period right?",
+            epochs.period_error_fraction * 1e2,
+            MOST_OFFSET * 1e2
+        ));
+    }
+    let chip_s = sensor.scene().chip_period_ps * 1e-12;
+    if epochs.jitter_std_s > 0.5 * chip_s {
+        return told(format!(
+            "the marks of channel {channel} scatter by {:.3} ns, more than half a chip",
+            epochs.jitter_std_s * 1e9
+        ));
+    }
+    Ok(())
+}
+
+/// The sensor as one that keeps a histogram of a recording's code periods.
+pub fn as_histogram(sensor: &Sensor, periods: u64) -> Sensor {
+    sensor.with(|scene| {
+        scene.hardware.architecture = Architecture::Histogram;
+        scene.hardware.parallel = 1;
+        scene.hardware.counter_width = None;
+        scene.hardware.peak_detector = false;
+        scene.scan.first_step = 0;
+        scene.scan.steps = scene.scan.steps_per_period;
+        let code = &scene.sources[scene.detectors[DetectorIndex(0)].reference].code;
+        scene.scan.integration_chips = periods * code.len();
+    })
+}
+
+/// What a recording says: the JSON of `goldtof replay`.
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+pub struct ReplayReport {
+    /// The recording.
+    pub file: RecordingFile,
+    /// What was recorded of each detector.
+    pub detectors: Vec<Replayed>,
+    /// What all whole code periods say, as a histogram, detector by detector: by the phase, and by the
+    /// model.
+    pub histograms: Vec<Assessment>,
+    /// What the counts say that the scene's hardware would have made of the first scan; none of a scene with
+    /// a histogram, or of a recording that is shorter.
+    pub scan: Vec<Assessment>,
+}
+
+impl Body for ReplayReport {
+    const NAME: &'static str = "replay";
+}
+
+/// What a recording says, and the counts of its first scan.
+///
+/// # Errors
+/// When the hardware cannot be modelled.
+pub fn report(
+    sensor: &Sensor,
+    replay: &Replay,
+) -> Result<(ReplayReport, Vec<RecordedScan>), ReplayError> {
+    let folded = as_histogram(sensor, replay.file.epochs.periods);
+    let by = |kind: EstimatorKind| Sensor::new(&folded.scene().estimated_by(kind));
+    let estimators = [EstimatorKind::Fft, EstimatorKind::Model].map(by);
+    let of_one =
+        |one: &RecordedHistogram| estimators.each_ref().map(|sensor| assess_histogram(sensor, one));
+    let scans = match &replay.scan {
+        Some(pulses) if sensor.interface().histogram().is_none() => counts_of(sensor, pulses)?,
+        _ => Vec::new(),
+    };
+    let report = ReplayReport {
+        file: replay.file.clone(),
+        detectors: replay.detectors.clone(),
+        histograms: replay.histograms.iter().flat_map(of_one).collect(),
+        scan: scans.iter().map(|scan| assess(sensor, scan)).collect(),
+    };
+    Ok((report, scans))
+}
+
+/// Clocks that the model is clocked through at once.
+const BLOCK: u64 = 1 << 16;
+
+/// The counts of a scan that the sensor's hardware makes of pulses, by the bit-exact model: detector by
+/// detector.
+///
+/// # Errors
+/// When the hardware cannot be modelled.
+///
+/// # Panics
+/// If the hardware keeps histograms.
+pub fn counts_of(sensor: &Sensor, pulses: &[Vec<Pulse>]) -> Result<Vec<RecordedScan>, ReplayError> {
+    let interface = sensor.interface();
+    assert!(interface.histogram().is_none(), "bins are folded without the hardware");
+    let mut model = Model::new(sensor)?;
+    let lanes = u64::from(interface.lanes());
+    let rest = interface.polarity.rest(interface.lanes());
+    let origin = first_sample(interface, RESET_CLOCKS).0;
+    let detectors = pulses.len();
+    let mut next = vec![0_usize; detectors];
+    let mut scans: Vec<RecordedScan> = (0..detectors)
+        .map(|detector| RecordedScan {
+            detector: DetectorIndex(detector),
+            counts: Vec::new(),
+            has_totals: true,
+        })
+        .collect();
+    let all = clocks_for_scans(interface, 1);
+    let (mut samples, mut reset, mut outputs) = (Vec::new(), Vec::new(), Vec::new());
+    for start in (0..all).step_by(BLOCK as usize) {
+        let clocks = BLOCK.min(all - start);
+        samples.clear();
+        samples.resize(clocks as usize * detectors, 0_u64);
+        for (detector, pulses) in pulses.iter().enumerate() {
+            let (from, until) = (start * lanes, (start + clocks) * lanes);
+            for pulse in &pulses[next[detector]..] {
+                let (first, end) = (pulse.first.0 + origin, pulse.end.0 + origin);
+                if first >= until {
+                    break;
+                }
+                for sample in first.max(from)..end.min(until) {
+                    let clock = (sample / lanes - start) as usize;
+                    samples[clock * detectors + detector] |= 1 << (sample % lanes);
+                }
+                if end <= until {
+                    next[detector] += 1;
+                }
+            }
+        }
+        samples.iter_mut().for_each(|word| *word ^= rest);
+        reset.clear();
+        reset.extend((start..start + clocks).map(|clock| u8::from(clock < RESET_CLOCKS)));
+        model.clock(&Inputs { samples: &samples, reset: &reset, ready: &[] }, &mut outputs)?;
+        for result in model.take_results().filter(|result| result.scan == 0) {
+            let count = StepCount { signed: result.count, total: result.total };
+            scans[result.detector.0].counts.push(count);
+        }
+    }
+    Ok(scans)
+}
