@@ -140,7 +140,7 @@ fn reports_figures_and_waveforms_are_synced_as_well() {
     let waves = out.join("a.vcd");
     let arguments = ["cosim", QUICK, "--stimulus", "adversarial", "--vcd", text(&waves)];
     // Once to find out whether it can be made, and once to make it.
-    let views = ["a.gtkw", "a.sucl"].map(|name| out.join(name));
+    let views = ["a.gtkw", "a.sucl", "a.do"].map(|name| out.join(name));
     let named = check(&record(folder.path(), &arguments, &out));
     assert_eq!(named, [&[waves][..], &views].concat());
 }

@@ -288,6 +288,13 @@ fn views_name_signals_that_are_there_and_leave_others_files_alone() {
     let added: Vec<&str> =
         surfer.lines().filter_map(|line| line.strip_prefix("variable_add ")).collect();
     assert_eq!(added, named);
+    let questa = view("a.do");
+    let added: Vec<String> = questa
+        .lines()
+        .filter(|line| line.starts_with("add wave ") && !line.contains("-divider"))
+        .map(|line| line.rsplit(" /").next().unwrap_or(line).replace('/', "."))
+        .collect();
+    assert_eq!(added, named);
     for name in named {
         assert!(waves.signals.contains_key(name), "{name}");
     }
@@ -296,6 +303,7 @@ fn views_name_signals_that_are_there_and_leave_others_files_alone() {
     let (time, _) = valid.iter().find(|(_, valid)| *valid == 1).expect("a result");
     assert!(gtkwave.contains(&format!(" {time} -1\n")), "{gtkwave}");
     assert!(surfer.contains(&format!("cursor_set {time}\n")), "{surfer}");
+    assert!(questa.contains(&format!("wave cursor add -time {time} ")), "{questa}");
 
     // A view that the user has saved, and one that is a link, stay as they are.
     fs::write(folder.join("b.gtkw"), "[*] GTKWave Analyzer\n").expect("written");

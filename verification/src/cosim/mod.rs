@@ -102,7 +102,7 @@ pub struct Cosimulation {
 impl Cosimulation {
     /// Writes waveforms of the clocks that were asked for, or else of those round the
     /// first mismatch or the first result, and names the file in the report. Beside a
-    /// file go a save file for GTKWave (`.gtkw`) and a command file for Surfer (`.sucl`),
+    /// file go a save file for GTKWave (`.gtkw`) and command files for Surfer (`.sucl`) and Questa (`.do`),
     /// unless others stand there.
     ///
     /// # Errors

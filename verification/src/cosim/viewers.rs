@@ -1,5 +1,5 @@
-//! What wave viewers show of the waveforms first: a save file for GTKWave and a command
-//! file for Surfer.
+//! What wave viewers show of the waveforms first: a save file for GTKWave, a command file for
+//! Surfer, and one for Questa and ModelSim.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -13,8 +13,14 @@ use crate::sensor::layout::{Field, Layout};
 /// What GTKWave's file begins with, when it is ours to replace: GTKWave writes another
 /// line when it saves.
 const GTKWAVE_MARK: &str = "[*] Made by goldtof";
-/// What Surfer's file begins with.
+/// What Surfer's file begins with, and Questa's.
 const SURFER_MARK: &str = "# Made by goldtof";
+
+/// What a viewer's file ends with, how ours begins, and its text.
+type Viewer = (&'static str, &'static str, fn(&Layout, Timescale, u64) -> String);
+
+const VIEWERS: [Viewer; 3] =
+    [("gtkw", GTKWAVE_MARK, gtkwave), ("sucl", SURFER_MARK, surfer), ("do", SURFER_MARK, questa)];
 
 /// Clocks on the screen.
 const CLOCKS_SHOWN: u64 = 40;
@@ -37,25 +43,21 @@ pub(super) struct View {
 /// something stands in its place that is not ours: a view that the user has changed and
 /// saved, say.
 pub(super) fn views(path: &Path, layout: &Layout, time: Timescale, shown: u64) -> Vec<View> {
-    let kinds = [
-        ("gtkw", GTKWAVE_MARK, gtkwave(layout, time, shown)),
-        ("sucl", SURFER_MARK, surfer(layout, time, shown)),
-    ];
     let is_file = fs::metadata(path).map_or(true, |found| found.is_file());
-    kinds
+    VIEWERS
         .into_iter()
         .map(|(ending, mark, text)| (path.with_extension(ending), mark, text))
         .filter(|(view, mark, _)| is_file && view != path && is_free(view, mark))
-        .map(|(path, _, text)| View { path, text })
+        .map(|(path, _, text)| View { path, text: text(layout, time, shown) })
         .collect()
 }
 
 /// The names of views in `folder` that an earlier run has written of the waveforms
 /// `name`.
 pub fn views_beside(name: &Path, folder: &Path) -> Vec<String> {
-    [("gtkw", GTKWAVE_MARK), ("sucl", SURFER_MARK)]
+    VIEWERS
         .into_iter()
-        .map(|(ending, mark)| (name.with_extension(ending), mark))
+        .map(|(ending, mark, _)| (name.with_extension(ending), mark))
         .filter(|(view, mark)| is_ours(&folder.join(view), mark))
         .filter_map(|(view, _)| Some(view.to_str()?.to_owned()))
         .collect()
@@ -127,4 +129,29 @@ fn surfer(layout: &Layout, time: Timescale, shown: u64) -> String {
     }
     let at = time.after_halves(2 * shown + 1);
     text + &format!("cursor_set {at}\nzoom_fit\ngoto_cursor\n")
+}
+
+fn questa(layout: &Layout, time: Timescale, shown: u64) -> String {
+    let place = |scope: &str, name: &str| format!("/{ROOT}/{scope}/{name}");
+    let mut text = format!(
+        "{SURFER_MARK} for Questa and ModelSim: vcd2wlf FILE.vcd FILE.wlf; vsim -view FILE.wlf -do FILE.do\n\
+         add wave /{ROOT}/{}\nadd wave -label {DIFFERS} {}\n",
+        Layout::CLOCK,
+        place(DIFFERS, ANY)
+    );
+    for (label, signals) in groups(layout) {
+        let _ = writeln!(text, "add wave -divider {label}");
+        for (scope, field) in signals {
+            let (name, width) = (&field.port.name, field.port.width);
+            let radix = if width == 1 { "" } else { "-radix hexadecimal " };
+            let _ = writeln!(text, "add wave {radix}-label {scope}:{name} {}", place(scope, name));
+        }
+    }
+    let edge = |halves: u64| time.after_halves(halves);
+    let (at, half) = (2 * shown + 1, CLOCKS_SHOWN);
+    let (from, until) = (edge(at.saturating_sub(half)), edge(at + half));
+    text + &format!(
+        "wave cursor add -time {} -name shown\nwave zoom range {from} {until}\n",
+        edge(at)
+    )
 }
