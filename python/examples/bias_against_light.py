@@ -62,7 +62,10 @@ for color, estimator in zip(("C0", "C1"), LABELS):
     )
     of_std.plot(rates_mcps, 1e3 * theory["expected_std_m"], color=color)
     of_std.plot(rates_mcps, 1e3 * scans["std_m"], "o", color=color, markersize=4)
-of_std.plot(rates_mcps, 1e3 * theory["bound_m"], "k:", label="Cramér-Rao bound")
+model = expected["model"]
+of_std.plot(
+    1e-6 * model["detected_rate_cps"], 1e3 * model["bound_m"], "k:", label="Cramér-Rao bound"
+)
 for axes, title in ((of_bias, "bias (mm)"), (of_std, "standard deviation (mm)")):
     axes.set(xscale="log", xlabel="detections per second (millions)", title=title)
     axes.grid(alpha=0.3)

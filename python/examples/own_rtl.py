@@ -17,6 +17,8 @@
 # repository's folder. The Verilog is built once; later runs find it again.
 
 # %%
+from typing import Any
+
 import matplotlib.pyplot as plt
 
 import goldtof
@@ -24,7 +26,7 @@ import goldtof
 scene = goldtof.Scene.load("scenes/quick.toml")
 
 
-def run(**options):
+def run(**options: Any) -> dict[str, Any]:
     return goldtof.cosim(
         scene, file_lists=["examples/own-rtl/range_top.f"], top="range_top",
         engine="lockstep", **options,

@@ -17,6 +17,8 @@
 
 # %%
 import matplotlib.pyplot as plt
+from typing import Literal
+
 import numpy as np
 import pandas
 
@@ -34,8 +36,7 @@ recorded.to_csv("recorded.csv", index=False)
 
 # %%
 recorded = pandas.read_csv("recorded.csv")
-signed = recorded["count"].to_numpy(np.int64)
-total = recorded["total_count"].to_numpy(np.uint64)
+signed, total = recorded["count"], recorded["total_count"]
 
 # %% [markdown]
 # Both estimators, each with what theory expects of it. The scene believes the target at
@@ -43,12 +44,13 @@ total = recorded["total_count"].to_numpy(np.uint64)
 
 # %%
 estimates = {}
-for estimator in ("fft", "model"):
-    told = goldtof.estimate(scene, signed, total=total, estimator=estimator)
+ESTIMATORS: tuple[Literal["fft", "model"], ...] = ("fft", "model")
+for estimator in ESTIMATORS:
+    told = goldtof.estimate(scene, recorded, estimator=estimator)
     estimates[estimator] = told["estimate"]["distance_m"]
     print(f"{estimator:5}: {estimates[estimator]:.4f} m,", end=" ")
     print(f"off by {1e3 * (estimates[estimator] - 4.321):+.1f} mm")
-print(told["diagnosis"]["sentence"])
+print(goldtof.estimate(scene, recorded, estimator="model")["diagnosis"]["sentence"])
 
 # %% [markdown]
 # A scene at the distance that came out has to explain the counts; one with a wrong dead
@@ -56,10 +58,10 @@ print(told["diagnosis"]["sentence"])
 
 # %%
 scene["path.distance"] = estimates["model"]
-right = goldtof.estimate(scene, signed, total=total, estimator="model")
+right = goldtof.estimate(scene, recorded, estimator="model")
 wrong_scene = scene.copy()
 wrong_scene["detector.dead_time"] = "20 ns"
-wrong = goldtof.estimate(wrong_scene, signed, total=total, estimator="model")
+wrong = goldtof.estimate(wrong_scene, recorded, estimator="model")
 for told in (right, wrong):
     print(f"chi-square {told['chi_square']:.0f} of {told['degrees_of_freedom']}:", end=" ")
     print(told["diagnosis"]["sentence"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from os import PathLike, fspath
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,44 @@ from .reports import Estimate, Estimates
 if TYPE_CHECKING:
     import pandas
 
-    Counts: TypeAlias = NDArray[Any] | Sequence[int] | Sequence[Sequence[int]] | pandas.Series[Any]
+    Column: TypeAlias = Sequence[int] | pandas.Series
+    Counts: TypeAlias = NDArray[Any] | Column | Sequence[Sequence[int]]
 
 
+@overload
+def estimate(
+    scene: Scene,
+    counts: Column | pandas.DataFrame | str | PathLike[str],
+    *,
+    total: Counts | None = None,
+    bins: None = None,
+    detector: str | None = None,
+    estimator: Literal["fft", "model"] | None = None,
+    on_progress: Callable[[int, int], object] | None = None,
+) -> Estimate: ...
+@overload
+def estimate(
+    scene: Scene,
+    counts: Sequence[Sequence[int]],
+    *,
+    total: Counts | None = None,
+    bins: None = None,
+    detector: str | None = None,
+    estimator: Literal["fft", "model"] | None = None,
+    on_progress: Callable[[int, int], object] | None = None,
+) -> Estimates: ...
+# The dimensions of an array are not in its type: an Estimate of one, Estimates of two.
+@overload
+def estimate(
+    scene: Scene,
+    counts: NDArray[Any] | None = None,
+    *,
+    total: Counts | None = None,
+    bins: Counts | None = None,
+    detector: str | None = None,
+    estimator: Literal["fft", "model"] | None = None,
+    on_progress: Callable[[int, int], object] | None = None,
+) -> Any: ...
 def estimate(
     scene: Scene,
     counts: Counts | pandas.DataFrame | str | PathLike[str] | None = None,

@@ -70,7 +70,9 @@ class Estimate(Report):
         if axes is None:
             import matplotlib.pyplot as plt
 
-            _, axes = plt.subplots(2, 1, sharex=True, height_ratios=(2, 1), layout="constrained")
+            shape: dict[str, Any] = {"sharex": True, "height_ratios": (2, 1)}
+            both = plt.subplots(2, 1, layout="constrained", **shape)[1]
+            axes = (both[0], both[1])
         of_counts, of_residuals = axes
         along = "phase_step" if "phase_step" in frame else "bin"
         x, expected = frame[along], frame["expected_count"]

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import goldtof
 
-QUICK = (Path(__file__).resolve().parents[2] / "scenes/quick.toml").read_text()
+ROOT = Path(__file__).resolve().parents[2]
+QUICK = (ROOT / "scenes/quick.toml").read_text()
 
 
 def test_examples_do_what_they_say():
@@ -49,7 +50,8 @@ def test_types_are_whole(tmp_path):
         "data = goldtof.sweep(scene, {'path.distance': np.linspace(1, 3, 3)}, to='xarray')\n"
         "units: str = data['bias_m'].attrs['units']\n"
     )
-    for what in [["-p", "goldtof"], [str(lines)]]:
+    examples = [str(path) for path in (ROOT / "python/examples").glob("*.py")]
+    for what in [["-p", "goldtof"], [str(lines), *examples]]:
         ran = subprocess.run(
             [sys.executable, "-P", "-m", "mypy", "--strict", "--ignore-missing-imports", *what],
             cwd=tmp_path,

