@@ -13,6 +13,7 @@ use goldtof::replay::{ReplayOptions, replay};
 use goldtof::scene;
 use goldtof::sensor::Sensor;
 use goldtof_tags::{Channel, TagReader};
+use optics_support::recordings::Hydraharp;
 use rustix::time::{ClockId, clock_gettime};
 
 const ROUNDS: usize = 5;
@@ -40,38 +41,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     })
 }
 
-/// A HydraHarp's records: photons 200 ns apart on average, with a mark at each code period.
+/// Photons 200 ns apart on average, with a mark at each code period.
 fn recording(period: u64) -> Vec<u8> {
-    let tag = |name: &str, kind: u32, value: u64| {
-        let mut tag = vec![0; 32];
-        tag[..name.len()].copy_from_slice(name.as_bytes());
-        tag.extend((-1_i32).to_le_bytes());
-        tag.extend(kind.to_le_bytes());
-        tag.extend(value.to_le_bytes());
-        tag
-    };
-    let mut bytes = b"PQTTTR\0\x001.0.00\0\0".to_vec();
-    bytes.extend(tag("MeasDesc_GlobalResolution", 0x2000_0008, 1e-12_f64.to_bits()));
-    bytes.extend(tag("TTResultFormat_TTTRRecType", 0x1000_0008, 0x0101_0204));
-    bytes.extend(tag("Header_End", 0xFFFF_0008, 0));
-    let (mut random, mut ticks, mut mark, mut overflows) = (1_u64, 0_u64, 0_u64, 0_u64);
-    let mut put = |ticks: u64, channel: u32| {
-        if ticks >> 25 > overflows {
-            bytes.extend((0xFE00_0000 | ((ticks >> 25) - overflows) as u32).to_le_bytes());
-            overflows = ticks >> 25;
-        }
-        bytes.extend((channel << 25 | (ticks & 0x01FF_FFFF) as u32).to_le_bytes());
-    };
+    let mut file = Hydraharp::default();
+    let (mut random, mut ticks, mut mark) = (1_u64, 0_u64, 0_u64);
     for _ in 0..PHOTONS {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         ticks += 14_000 + (random >> 33) % 372_000;
         while mark <= ticks {
-            put(mark, 0x41);
+            file.put(mark, -1);
             mark += period;
         }
-        put(ticks, 0);
+        file.put(ticks, 0);
     }
-    bytes
+    file.file()
 }
 
 fn measure(

@@ -7,10 +7,12 @@ use clap::Args;
 use super::common::SceneArgument;
 use super::ending::Ending;
 use super::output::Output;
+use super::warnings::warn;
 use crate::deliver::testbenches::{self, BIND, COCOTB};
-use crate::deliver::{self, Emission};
+use crate::deliver::{self, Emission, EmittedFile};
 use crate::door::{EmitOptions, Jobs as _};
 use crate::printable::printable_path;
+use crate::sensor::Sensor;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof emit scenes/quick.toml --out rtl")]
@@ -33,7 +35,10 @@ pub(super) struct EmitArguments {
 }
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let sensor = arguments.scene.sensor(output)?;
+    // Once: what stands beside the design is of the same scene.
+    let scene = arguments.scene.read()?;
+    let sensor = Sensor::new(&scene.scene()?);
+    warn(&sensor, output);
     let mut made_by = command_line(&arguments.scene);
     if let Some(prefix) = &arguments.options.prefix {
         made_by += &format!(" --prefix {prefix}");
@@ -42,16 +47,16 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
     let folder = output.folder(&arguments.out)?;
     deliver::write_into(&emission, &folder)?;
     let mut text = text(&emission, &arguments.out);
-    let scene = arguments.scene.read()?;
     let prefix = arguments.options.prefix.clone().unwrap_or_default();
     let cocotb = || (COCOTB, testbenches::cocotb(&sensor, &emission, &scene));
     let bind = || (BIND, testbenches::bind(&emission, &prefix, &scene));
     let more = [arguments.cocotb.then(cocotb), arguments.bind.then(bind)];
     for (name, files) in more.into_iter().flatten() {
         let beside = folder.subfolder(name, |path| output.waits(path))?;
-        for file in &files {
-            beside.write(&file.name, &file.text)?;
-        }
+        let stage = |file: &EmittedFile| {
+            beside.stage(&file.name, |out| out.write_all(file.text.as_bytes()))
+        };
+        beside.publish(files.iter().map(stage).collect::<Result<_, _>>()?)?;
         text += &format!("{} files in {}\n", files.len(), printable_path(beside.path()));
     }
     output.answer_document(&emission.document(), &text)?;

@@ -83,10 +83,6 @@ pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow:
     let text: String = assessments.iter().map(Assessment::to_string).collect();
     let document = Estimates { file: &file, assessments: &assessments };
     output.answer(Some(scene.reference()), &document, &text)?;
-    let is_accused =
-        |one: &Assessment| one.diagnosis.as_ref().is_some_and(|d| !d.causes.is_empty());
-    let holds = assessments
-        .iter()
-        .all(|one| one.estimate.expectation_holds != Some(false) && !is_accused(one));
+    let holds = assessments.iter().all(Assessment::holds);
     Ok(Ending::of_check(arguments.check.check, holds))
 }

@@ -11,11 +11,8 @@ use super::common::{CheckArgument, SceneArgument};
 use super::ending::Ending;
 use super::output::Output;
 use crate::recorded::{Assessment, RecordedScan};
-use crate::replay::{
-    Replay, ReplayError, ReplayOptions, ReplayReport, as_histogram, replay, report,
-};
+use crate::replay::{Replay, ReplayOptions, ReplayReport, as_histogram, replay, report};
 use crate::report::{DetectorCounts, bins_csv, counts_csv, residual_plot};
-use crate::scene::Scene;
 use crate::sensor::Sensor;
 
 /// Which channels of a recording are which.
@@ -36,13 +33,10 @@ pub(super) struct ChannelArguments {
 }
 
 impl ChannelArguments {
-    fn options(&self, scene: &Scene) -> Result<ReplayOptions, ReplayError> {
-        ReplayOptions::named(scene, &self.photons, self.epoch, self.epoch_periods)
-    }
-
     /// Reads a recording.
     pub fn replay(&self, sensor: &Sensor, tags: &Path, output: &Output) -> anyhow::Result<Replay> {
-        let options = self.options(sensor.scene())?;
+        let scene = sensor.scene();
+        let options = ReplayOptions::named(scene, &self.photons, self.epoch, self.epoch_periods)?;
         let mut reader: TagReader<BufReader<File>> = TagReader::open(tags)?;
         let of = reader.announced().unwrap_or(0);
         let bar = output.bar();
@@ -94,12 +88,8 @@ pub(super) fn run(arguments: &ReplayArguments, output: &mut Output) -> anyhow::R
         }
     }
     output.answer(Some(sensor.scene().reference()), &report, &text(&report))?;
-    let all = report.histograms.iter().chain(&report.scan);
-    let holds = |one: &Assessment| {
-        let accused = one.diagnosis.as_ref().is_some_and(|d| !d.causes.is_empty());
-        one.estimate.expectation_holds != Some(false) && !accused
-    };
-    Ok(Ending::of_check(arguments.check.check, all.into_iter().all(holds)))
+    let holds = report.histograms.iter().chain(&report.scan).all(Assessment::holds);
+    Ok(Ending::of_check(arguments.check.check, holds))
 }
 
 /// Counts with what belongs beside them in a file.

@@ -15,15 +15,18 @@ use serde::Serialize;
 
 pub use self::epochs::Epochs;
 use self::epochs::{Clock, Line, MOST_OFFSET};
-use crate::batch::{BatchError, Inputs, Model};
 use crate::document::Body;
 use crate::histogram::{Histogram, HistogramError};
 use crate::photons::{Level, Pulse, StepCount};
 use crate::recorded::{Assessment, RecordedHistogram, RecordedScan, assess, assess_histogram};
-use crate::reference::stimulus::{RESET_CLOCKS, clocks_for_scans, first_sample};
+use crate::reference::blocks::{Block, BlockMaker};
+use crate::reference::photons::Recorded;
+use crate::reference::predictor::{Reference, ReferenceError};
+use crate::reference::stimulus::clocks_for_scans;
 use crate::scan::Sample;
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
+use crate::sensor::layout::Layout;
 
 /// Which channels of a recording are which.
 #[derive(Debug, Clone)]
@@ -153,7 +156,7 @@ pub enum ReplayError {
     Histogram(#[from] HistogramError),
     /// The hardware cannot be modelled.
     #[error(transparent)]
-    Model(#[from] BatchError),
+    Reference(#[from] ReferenceError),
 }
 
 /// Most photons that are kept until the next epochs.
@@ -433,9 +436,6 @@ pub fn report(
     Ok((report, scans))
 }
 
-/// Clocks that the model is clocked through at once.
-const BLOCK: u64 = 1 << 16;
-
 /// The counts of a scan that the sensor's hardware makes of pulses, by the bit-exact model: detector by
 /// detector.
 ///
@@ -444,49 +444,23 @@ const BLOCK: u64 = 1 << 16;
 ///
 /// # Panics
 /// If the hardware keeps histograms.
-pub fn counts_of(sensor: &Sensor, pulses: &[Vec<Pulse>]) -> Result<Vec<RecordedScan>, ReplayError> {
+pub fn counts_of(
+    sensor: &Sensor,
+    pulses: &Arc<Vec<Vec<Pulse>>>,
+) -> Result<Vec<RecordedScan>, ReplayError> {
     let interface = sensor.interface();
     assert!(interface.histogram().is_none(), "bins are folded without the hardware");
-    let mut model = Model::new(sensor)?;
-    let lanes = u64::from(interface.lanes());
-    let rest = interface.polarity.rest(interface.lanes());
-    let origin = first_sample(interface, RESET_CLOCKS).0;
-    let detectors = pulses.len();
-    let mut next = vec![0_usize; detectors];
-    let mut scans: Vec<RecordedScan> = (0..detectors)
-        .map(|detector| RecordedScan {
-            detector: DetectorIndex(detector),
-            counts: Vec::new(),
-            has_totals: true,
-        })
-        .collect();
-    let all = clocks_for_scans(interface, 1);
-    let (mut samples, mut reset, mut outputs) = (Vec::new(), Vec::new(), Vec::new());
-    for start in (0..all).step_by(BLOCK as usize) {
-        let clocks = BLOCK.min(all - start);
-        samples.clear();
-        samples.resize(clocks as usize * detectors, 0_u64);
-        for (detector, pulses) in pulses.iter().enumerate() {
-            let (from, until) = (start * lanes, (start + clocks) * lanes);
-            for pulse in &pulses[next[detector]..] {
-                let (first, end) = (pulse.first.0 + origin, pulse.end.0 + origin);
-                if first >= until {
-                    break;
-                }
-                for sample in first.max(from)..end.min(until) {
-                    let clock = (sample / lanes - start) as usize;
-                    samples[clock * detectors + detector] |= 1 << (sample % lanes);
-                }
-                if end <= until {
-                    next[detector] += 1;
-                }
-            }
-        }
-        samples.iter_mut().for_each(|word| *word ^= rest);
-        reset.clear();
-        reset.extend((start..start + clocks).map(|clock| u8::from(clock < RESET_CLOCKS)));
-        model.clock(&Inputs { samples: &samples, reset: &reset, ready: &[] }, &mut outputs)?;
-        for result in model.take_results().filter(|result| result.scan == 0) {
+    let of_detector = |detector| RecordedScan { detector, counts: Vec::new(), has_totals: true };
+    let mut scans: Vec<RecordedScan> =
+        DetectorIndex::of(&sensor.scene().detectors).map(of_detector).collect();
+    let mut reference = Reference::new(interface.clone())?;
+    let mut stimulus = Recorded::new(Arc::clone(pulses), interface);
+    let layout = Layout::of(interface);
+    let clocks = clocks_for_scans(interface, 1);
+    let mut blocks = BlockMaker::new(&mut reference, &mut stimulus, &layout, clocks);
+    let mut block = Block::default();
+    while blocks.make(&mut block) {
+        for result in blocks.take_finished().filter(|result| result.scan == 0) {
             let count = StepCount { signed: result.count, total: result.total };
             scans[result.detector.0].counts.push(count);
         }

@@ -6,101 +6,9 @@ use maud::{Markup, html};
 use super::coordinate::Coordinate;
 pub use super::coordinate::{Axis, Point, Scale};
 use super::figure::{Figure, coordinate, label, points};
+pub use super::role::Role;
+use super::role::{OF_A_KIND, colours};
 use super::table::Table;
-
-/// What is drawn, by what it means: each has its colour, the same in every figure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// What was counted, or simulated.
-    Counts,
-    /// The phase estimator.
-    Phase,
-    /// The model fit.
-    Fit,
-    /// The Cramer-Rao bound.
-    Bound,
-    /// What theory expects.
-    Expected,
-    /// The truth, limits, and what else is given.
-    Truth,
-    /// One of several of a kind, by its number.
-    Other(usize),
-}
-
-/// Colours on light and on dark ground, in the order of the roles. People with any colour vision tell
-/// those of two roles apart; a test simulates it.
-const COLOURS: [[&str; 2]; 7] = [
-    ["#0a4fd6", "#4a86f0"],
-    ["#c2500a", "#ea7638"],
-    ["#0a5c31", "#2ff18d"],
-    ["#9e347f", "#c06aa0"],
-    ["#1499c8", "#a6caff"],
-    ["#1b2330", "#e4e9f0"],
-    ["#8a6400", "#d9b84a"],
-];
-/// Of several of a kind: neither that of the truth, nor twice the same.
-const OF_A_KIND: [usize; 7] = [0, 1, 2, 3, 4, 6, 5];
-
-impl Role {
-    /// What a name tells.
-    fn named(name: &str) -> Option<Role> {
-        let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
-        if has(&["bound", "Cramer"]) {
-            Some(Role::Bound)
-        } else if has(&["expected", "exact"]) {
-            Some(Role::Expected)
-        } else if name.starts_with("phase") {
-            Some(Role::Phase)
-        } else {
-            name.starts_with("model").then_some(Role::Fit)
-        }
-    }
-
-    /// Its class, by which the style has its colour.
-    pub(super) fn class(self) -> String {
-        format!("s{}", self.colour())
-    }
-
-    /// Number of its colour.
-    fn colour(self) -> usize {
-        match self {
-            Role::Counts => 0,
-            Role::Phase => 1,
-            Role::Fit => 2,
-            Role::Bound => 3,
-            Role::Expected => 4,
-            Role::Truth => 5,
-            Role::Other(number) => OF_A_KIND[number % OF_A_KIND.len()],
-        }
-    }
-}
-
-/// Colours as CSS, of the classes `s0` and so on: for the page, on ground of either kind, or for a
-/// drawing of its own, whose readers know no variables.
-pub(super) fn colours(on_page: bool) -> String {
-    let mut style = String::new();
-    if on_page {
-        let variables = |ground: usize| {
-            let all = COLOURS.iter().enumerate();
-            all.map(|(number, of)| format!("--s{number}:{};", of[ground])).collect::<String>()
-        };
-        let [light, dark] = [0, 1].map(variables);
-        style = format!(":root{{{light}}}@media (prefers-color-scheme: dark){{:root{{{dark}}}}}\n");
-    }
-    for (number, colour) in COLOURS.iter().enumerate() {
-        let colour = match on_page {
-            true => format!("var(--s{number})"),
-            false => colour[0].to_owned(),
-        };
-        let stroked =
-            ["curve", "bar", "mark", "block"].map(|kind| format!("svg .{kind}.s{number}"));
-        style += &format!(
-            "{}{{stroke:{colour}}}svg .dot.s{number},svg .band.s{number}{{fill:{colour}}}",
-            stroked.join(",")
-        );
-    }
-    style
-}
 
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = 12.0;
@@ -373,13 +281,15 @@ impl Panel {
 
     fn legend<'p>(&'p self, marks: &'p [(f64, String, Role)], dashed: &[bool]) -> Vec<Entry<'p>> {
         let mut entries: Vec<Entry> = Vec::new();
-        let is_shown = |series: &&Series| !series.label.is_empty() && !series.points.is_empty();
+        // A band is of the line within it, which is named.
+        let is_shown = |series: &&Series| {
+            series.mark != Mark::Band && !series.label.is_empty() && !series.points.is_empty()
+        };
         let dashed_of = self.series.iter().zip(dashed);
         for (series, is_dashed) in dashed_of.filter(|(series, _)| is_shown(series)) {
             let shown = match series.mark {
                 mark if mark.has_line() => Shown::Line,
                 Mark::Rings => Shown::Ring,
-                Mark::Band => Shown::Band,
                 _ => Shown::Dot,
             };
             let dashes = if *is_dashed { " dashed" } else { "" };
@@ -455,7 +365,8 @@ impl Series {
         html! { polygon class={ "band " (self.role.class()) } points=(points(outline)) {} }
     }
 
-    fn drawn(&self, x: &Along, y: &Along, axes: [&Axis; 2], is_dashed: bool) -> Markup {
+    fn drawn(&self, x_along: &Along, y_along: &Along, axes: [&Axis; 2], is_dashed: bool) -> Markup {
+        let (x, y) = (x_along, y_along);
         if self.mark == Mark::Band {
             return html! {};
         }
@@ -475,7 +386,7 @@ impl Series {
             @if self.mark.has_dots() {
                 @for (point, (x, y)) in shown.iter().zip(&places) {
                     circle class={ "dot " (class) } cx=(coordinate(*x)) cy=(coordinate(*y)) r="3" {
-                        @if tells { title { (self.told(point, axes)) } }
+                        @if tells { title { (self.told(point, [(axes[0], x_along), (axes[1], y_along)])) } }
                     }
                 }
             }
@@ -489,27 +400,17 @@ impl Series {
     }
 
     /// What a point is, in words: shown where one points at it.
-    fn told(&self, point: &Point, [x, y]: [&Axis; 2]) -> String {
+    fn told(&self, point: &Point, [x, y]: [(&Axis, &Along); 2]) -> String {
         let name = if self.label.is_empty() { "" } else { ": " };
-        let mut told = format!(
-            "{}{name}{} {}, {} {}",
-            self.label,
-            x.label,
-            digits(point.x),
-            y.label,
-            digits(point.y)
-        );
+        let shown = |(axis, along): (&Axis, &Along), value: f64| {
+            format!("{} {}", axis.label, along.axis.shown(value))
+        };
+        let mut told = format!("{}{name}{}, {}", self.label, shown(x, point.x), shown(y, point.y));
         if let Some((low, high)) = point.interval {
-            told += &format!(" ({} to {})", digits(low), digits(high));
+            told += &format!(" ({} to {})", y.1.axis.shown(low), y.1.axis.shown(high));
         }
         told
     }
-}
-
-/// A number to five digits.
-fn digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-    rounded.to_string()
 }
 
 /// Height of a line at `x`; none beside its ends.
@@ -549,7 +450,6 @@ enum Shown {
     Dot,
     LineAndDot,
     Ring,
-    Band,
     Mark,
 }
 
@@ -559,7 +459,7 @@ impl Entry<'_> {
         let line = match self.shown {
             Shown::Line | Shown::LineAndDot => Some("curve"),
             Shown::Mark => Some("mark"),
-            Shown::Dot | Shown::Ring | Shown::Band => None,
+            Shown::Dot | Shown::Ring => None,
         };
         let (dot, radius) = match self.shown {
             Shown::Ring => ("bar", "6"),
@@ -570,9 +470,7 @@ impl Entry<'_> {
                 line class={ (line) " " (class) } x1=(coordinate(x)) x2=(coordinate(x + 20.0))
                     y1=(coordinate(y - 4.0)) y2=(coordinate(y - 4.0)) {}
             }
-            @if self.shown == Shown::Band {
-                rect class={ "band " (class) } x=(coordinate(x)) y=(coordinate(y - 10.0)) width="20" height="12" {}
-            } @else if line.is_none() || self.shown == Shown::LineAndDot {
+            @if line.is_none() || self.shown == Shown::LineAndDot {
                 circle class={ (dot) " " (class) } cx=(coordinate(x + 10.0)) cy=(coordinate(y - 4.0)) r=(radius) {}
             }
             (label(x + 26.0, y, "start", self.name))
@@ -587,17 +485,13 @@ impl Chart {
             self.panels.iter().map(|panel| panel.drawn(&OF_DRAWING)).collect();
         let columns = drawn.len().clamp(1, PANELS_IN_ROW);
         let rows: Vec<&[(f64, Markup)]> = drawn.chunks(columns).collect();
-        let tops: Vec<f64> = rows
-            .iter()
-            .scan(TITLE, |top, row| {
-                let this = *top;
-                *top += row.iter().map(|panel| panel.0).fold(0.0, f64::max);
-                Some(this)
-            })
-            .collect();
-        let last = rows.last().map_or(0.0, |row| row.iter().map(|p| p.0).fold(0.0, f64::max));
+        // Where each row begins, and the drawing ends.
+        let mut tops = vec![TITLE];
+        for row in &rows {
+            tops.push(tops[tops.len() - 1] + row.iter().map(|panel| panel.0).fold(0.0, f64::max));
+        }
+        let height = tops[rows.len()];
         let width = OF_DRAWING.width * columns as f64;
-        let height = tops.last().map_or(TITLE, |top| top + last);
         let [wide, high] = [width, height].map(coordinate);
         let svg = html! {
             svg xmlns="http://www.w3.org/2000/svg" width=(wide) height=(high)
@@ -652,88 +546,6 @@ pub(super) fn decimate(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Linear light of a colour, 0 to 1 (IEC 61966-2-1).
-    fn light(colour: &str) -> [f64; 3] {
-        [1, 3, 5].map(|at| {
-            let share = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
-            if share <= 0.04045 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
-        })
-    }
-
-    fn times(matrix: [[f64; 3]; 3], light: [f64; 3]) -> [f64; 3] {
-        matrix.map(|row| (0..3).map(|i| row[i] * light[i]).sum::<f64>())
-    }
-
-    const TO_XYZ: [[f64; 3]; 3] =
-        [[0.412_4, 0.357_6, 0.180_5], [0.212_6, 0.715_2, 0.072_2], [0.019_3, 0.119_2, 0.950_5]];
-
-    /// CIELAB, white D65.
-    fn lab(light: [f64; 3]) -> [f64; 3] {
-        let xyz = times(TO_XYZ, light.map(|part| part.clamp(0.0, 1.0)));
-        let [x, y, z] =
-            [xyz[0] / 0.950_47, xyz[1], xyz[2] / 1.088_83].map(|t| match t > 0.008_856 {
-                true => f64::cbrt(t),
-                false => 7.787 * t + 16.0 / 116.0,
-            });
-        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
-    }
-
-    /// What people without one kind of cones see, red, green, blue: G. M. Machado, M. M. Oliveira
-    /// and L. A. F. Fernandes, IEEE Trans. Vis. Comput. Graph. 15, 1291 (2009), severity 1.
-    const VISIONS: [[[f64; 3]; 3]; 4] = [
-        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        [
-            [0.152_286, 1.052_583, -0.204_868],
-            [0.114_503, 0.786_281, 0.099_216],
-            [-0.003_882, -0.048_116, 1.051_998],
-        ],
-        [
-            [0.367_322, 0.860_646, -0.227_968],
-            [0.280_085, 0.672_501, 0.047_413],
-            [-0.011_820, 0.042_940, 0.968_881],
-        ],
-        [
-            [1.255_528, -0.076_749, -0.178_779],
-            [-0.078_411, 0.930_809, 0.147_602],
-            [0.004_733, 0.691_367, 0.303_900],
-        ],
-    ];
-
-    /// Of colours of one ground, the least difference of two in CIELAB by any vision.
-    fn least_difference(colours: &[&str]) -> f64 {
-        let mut least = f64::INFINITY;
-        for vision in VISIONS {
-            let seen: Vec<_> = colours.iter().map(|c| lab(times(vision, light(c)))).collect();
-            for (i, a) in seen.iter().enumerate() {
-                for b in &seen[..i] {
-                    let squares = (0..3).map(|part| (a[part] - b[part]).powi(2));
-                    least = least.min(squares.sum::<f64>().sqrt());
-                }
-            }
-        }
-        least
-    }
-
-    #[test]
-    fn people_of_any_colour_vision_tell_the_roles_apart_on_either_ground() {
-        use Role::{Bound, Counts, Expected, Fit, Phase, Truth};
-        let roles = [Counts, Phase, Fit, Bound, Expected, Truth];
-        for (ground, behind) in [(0, ["#ffffff", "#f5f7fa"]), (1, ["#12161c", "#1a2029"])] {
-            let colours = roles.map(|role| COLOURS[role.colour()][ground]);
-            let least = least_difference(&colours);
-            assert!(least > 20.0, "{ground}: {least}");
-            // Graphics: 3 to 1 (WCAG 2.2, 1.4.11).
-            let luminance = |colour: &str| times(TO_XYZ, light(colour))[1] + 0.05;
-            for (colour, behind) in colours.iter().flat_map(|c| behind.map(|b| (c, b))) {
-                let ratio = luminance(colour) / luminance(behind);
-                assert!(ratio.max(1.0 / ratio) >= 3.0, "{colour} on {behind}: {ratio}");
-            }
-        }
-        // Red and green of the same lightness are not.
-        assert!(least_difference(&["#c2500a", "#6f7d00"]) < 20.0);
-        assert!((least_difference(&["#ffffff", "#000000"]) - 100.0).abs() < 0.1);
-    }
 
     #[test]
     fn of_two_curves_in_one_place_the_second_is_dashed() {

@@ -16,6 +16,7 @@ pub mod plan;
 pub mod provenance;
 pub(crate) mod quantities;
 mod residuals;
+mod role;
 pub mod table;
 pub(crate) mod timing;
 

@@ -20,7 +20,7 @@ use serde::Serialize;
 use crate::document::Body;
 use crate::door::{EstimateError, detector_named};
 use crate::estimate::CountingTier;
-use crate::estimate::report::expected_errors;
+use crate::estimate::report::{EstimateReport, expected_errors};
 use crate::photons::{DeadTime, DetectorModel};
 use crate::plan::figures::Figures;
 use crate::plan::link::LinkBudget;
@@ -199,12 +199,14 @@ pub fn limits(text: &SceneText, detector: Option<&str>) -> Result<Limits, Limits
         }
         _ => key.to_owned(),
     };
-    let now = Performance::of(&sensor, detector);
+    let as_it_is = expected_errors(&sensor, detector);
+    let true_distance_m = as_it_is.true_distance_m;
+    let now = Performance::of(&sensor, as_it_is);
     let changed: Vec<Option<Change>> = CHANGES
         .par_iter()
         .map(|(limit, key, to)| {
             let (setting, sensor) = to.applied(text, &index(key))?;
-            let expected = Performance::of(&sensor, detector);
+            let expected = Performance::of(&sensor, expected_errors(&sensor, detector));
             Some(Change {
                 limit: *limit,
                 setting,
@@ -227,7 +229,7 @@ pub fn limits(text: &SceneText, detector: Option<&str>) -> Result<Limits, Limits
         detector: scene.detectors[detector].name.clone(),
         source: scene.sources[source].name.clone(),
         estimator: scene.estimator,
-        true_distance_m: expected_errors(&sensor, detector).true_distance_m,
+        true_distance_m,
         light: LightUsed::of(&sensor, detector),
         result_bits_per_s: results_per_s * f64::from(figures.result_bits),
         stream_busy_fraction: results_per_s / figures.clock_hz,
@@ -268,8 +270,7 @@ impl LightUsed {
 }
 
 impl Performance {
-    fn of(sensor: &Sensor, detector: DetectorIndex) -> Performance {
-        let report = expected_errors(sensor, detector);
+    fn of(sensor: &Sensor, report: EstimateReport) -> Performance {
         let figures = Figures::of(sensor);
         let both = report.expected_bias_m.zip(report.expected_std_m);
         Performance {

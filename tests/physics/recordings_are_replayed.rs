@@ -14,9 +14,9 @@ use goldtof::scan::{Group, Step};
 use goldtof::scene::{self, DetectorIndex, Setting};
 use goldtof::sensor::Sensor;
 use goldtof_tags::{Channel, Format, TagReader};
+use optics_support::recordings::{HYDRAHARP_2_T2, Hydraharp, header};
 
 const FIRST: DetectorIndex = DetectorIndex(0);
-const HYDRAHARP_2_T2: u64 = 0x0101_0204;
 
 fn quick(settings: &[&str]) -> Sensor {
     let settings: Vec<Setting> = settings.iter().map(|s| s.parse().unwrap()).collect();
@@ -32,49 +32,12 @@ fn detections_chips(settings: &[&str], integration: &str) -> Vec<f64> {
     model.step(3, 0, Group(0)).map(|one| one.chip as f64 + one.fraction).collect()
 }
 
-/// A tag of a PTU header.
-fn header_tag(name: &str, kind: u32, value: u64) -> Vec<u8> {
-    let mut tag = vec![0; 32];
-    tag[..name.len()].copy_from_slice(name.as_bytes());
-    tag.extend((-1_i32).to_le_bytes());
-    tag.extend(kind.to_le_bytes());
-    tag.extend(value.to_le_bytes());
-    tag
-}
-
-fn header(record_type: u64, resolution_s: f64, records: u64) -> Vec<u8> {
-    let mut bytes = b"PQTTTR\0\x001.0.00\0\0".to_vec();
-    // A text of its own behind a tag, which readers pass over.
-    bytes.extend(header_tag("File_Comment", 0x4001_FFFF, 16));
-    bytes.extend(b"light of a test\0");
-    bytes.extend(header_tag("MeasDesc_GlobalResolution", 0x2000_0008, resolution_s.to_bits()));
-    bytes.extend(header_tag("TTResultFormat_TTTRRecType", 0x1000_0008, record_type));
-    bytes.extend(header_tag("TTResult_NumberOfRecords", 0x1000_0008, records));
-    bytes.extend(header_tag("Header_End", 0xFFFF_0008, 0));
-    bytes
-}
-
 /// Times in ps, each with a channel: 0 and up are inputs, below 0 the marker of that number.
 fn hydraharp(mut records: Vec<(f64, i32)>) -> Vec<u8> {
     records.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut words: Vec<u32> = Vec::new();
-    let mut overflows = 0_u64;
-    for (ps, channel) in records {
-        let ticks = ps.round() as u64;
-        let more = (ticks >> 25) - overflows;
-        if more > 0 {
-            words.push(0xFE00_0000 | more as u32);
-            overflows += more;
-        }
-        let low = (ticks & 0x01FF_FFFF) as u32;
-        words.push(match channel {
-            marker if marker < 0 => 0x8000_0000 | (1 << (-marker - 1) as u32) << 25 | low,
-            input => (input as u32) << 25 | low,
-        });
-    }
-    let mut bytes = header(HYDRAHARP_2_T2, 1e-12, words.len() as u64);
-    bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
-    bytes
+    let mut file = Hydraharp::default();
+    records.into_iter().for_each(|(ps, channel)| file.put(ps.round() as u64, channel));
+    file.file()
 }
 
 /// A recording of detections whose clock is `offset` off, with marks at every `every` periods of 31

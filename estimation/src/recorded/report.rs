@@ -233,6 +233,12 @@ impl Assessment {
         self.diagnosis = Some(diagnosis);
     }
 
+    /// Whether the counts contradict neither the expectation nor the rest of the scene.
+    pub fn holds(&self) -> bool {
+        let is_accused = self.diagnosis.as_ref().is_some_and(|found| !found.causes.is_empty());
+        self.estimate.expectation_holds != Some(false) && !is_accused
+    }
+
     /// The residuals as CSV.
     pub fn residuals_csv(&self) -> String {
         if !self.bins.is_empty() {

@@ -9,12 +9,12 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use self::tables::{table, values};
 use super::DetectorCounts;
-use super::chart::colours;
 use super::curves::IntegrationCurves;
 use super::estimates::{BothEstimates, Notes, estimator_name, millimetres};
 use super::plan::{row, saving, spelled};
 use super::provenance::Provenance;
 use super::quantities::{frequency, length, number, time};
+use super::role::colours;
 use super::timing::Wave;
 use crate::cosim;
 use crate::deliver::Emission;

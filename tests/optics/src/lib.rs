@@ -3,6 +3,7 @@
 //! A package of its own, since it computes: it is optimised, which the tests are not.
 
 pub mod naive;
+pub mod recordings;
 pub mod stepped;
 
 use std::sync::Arc;

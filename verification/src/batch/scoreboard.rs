@@ -341,3 +341,99 @@ impl std::fmt::Display for Summary {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::sensor::port::Direction;
+
+    const CLOCKS: u64 = 9_000;
+
+    /// What a design of some latency shows, as a testbench records it: hits in every other word, reset at
+    /// the start and once more before the first step has ended, and a receiver that is always ready.
+    fn records(sensor: &Sensor, clocks: Option<u32>) -> (Vec<TestbenchPort>, Vec<u64>) {
+        let mut model = Model::new(&held_to(sensor, clocks, None).unwrap()).unwrap();
+        let samples: Vec<u64> = (0..CLOCKS).map(|clock| (clock % 2) << 4).collect();
+        let is_reset = |clock: u64| clock < 2 || clock == 1_700;
+        let reset: Vec<u8> = (0..CLOCKS).map(|clock| u8::from(is_reset(clock))).collect();
+        let inputs = Inputs { samples: &samples, reset: &reset, ready: &[] };
+        let mut outputs = Vec::new();
+        model.clock(&inputs, &mut outputs).unwrap();
+        let layout = model.layout();
+        let ports: Vec<TestbenchPort> = sensor
+            .interface()
+            .ports()
+            .into_iter()
+            .filter(|port| port.role != Role::Clock)
+            .map(|port| TestbenchPort { name: port.name, width: port.width })
+            .collect();
+        let mut words = Vec::new();
+        for (clock, outputs) in outputs.chunks_exact(layout.outputs.words).enumerate() {
+            let (mut record, mut at) = (0_u64, 0);
+            for port in sensor.interface().ports().iter().filter(|p| p.role != Role::Clock) {
+                let value = match (port.direction, port.role) {
+                    (Direction::Output, role) => layout.outputs.field(role).low_word(outputs),
+                    (_, Role::Reset) => u64::from(reset[clock]),
+                    (_, Role::Ready) => 1,
+                    _ => samples[clock],
+                };
+                record |= value << at;
+                at += port.width;
+            }
+            words.push(record);
+        }
+        (ports, words)
+    }
+
+    fn judged(sensor: &Sensor, ports: &[TestbenchPort], words: &[u64]) -> Summary {
+        let options = ScoreboardOptions {
+            finds_latency: true,
+            batch_clocks: 100,
+            ..ScoreboardOptions::default()
+        };
+        let mut scoreboard = Scoreboard::new(sensor, ports, options).unwrap();
+        scoreboard.push(words);
+        scoreboard.summary()
+    }
+
+    #[test]
+    fn a_latency_is_found_of_results_that_come_earlier_or_later_also_after_a_second_reset() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/quick.toml");
+        let sensor = Sensor::new(&crate::scene::load(&path).unwrap());
+        let emitted = sensor.interface().result_latency_clocks;
+        for clocks in [0, 2, emitted, emitted + 1, 150, 2_000] {
+            let (ports, mut words) = records(&sensor, Some(clocks));
+            let summary = judged(&sensor, &ports, &words);
+            assert_eq!(summary.verdict, Verdict::Match, "{clocks}: {summary}");
+            assert_eq!(summary.clocks, CLOCKS, "{clocks}");
+            let held = summary.latency.map_or(emitted, |latency| latency.result_clocks);
+            assert_eq!(held, clocks);
+            // A laser that is off for a clock before any result is found all the same.
+            words[900] ^= 1
+                << ports
+                    .iter()
+                    .take_while(|port| port.name != "o_laser")
+                    .map(|p| p.width)
+                    .sum::<u32>();
+            let summary = judged(&sensor, &ports, &words);
+            assert_eq!(summary.first_mismatch.map(|first| first.clock), Some(900), "{clocks}");
+        }
+    }
+
+    #[test]
+    fn a_design_without_results_is_held_to_those_of_the_emitted_one() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/quick.toml");
+        let sensor = Sensor::new(&crate::scene::load(&path).unwrap());
+        let (ports, mut words) = records(&sensor, None);
+        let valid: u32 =
+            ports.iter().take_while(|port| port.name != "m_axis_tvalid").map(|p| p.width).sum();
+        let first = words.iter().position(|word| word >> valid & 1 == 1).unwrap() as u64;
+        words.iter_mut().for_each(|word| *word &= !(1 << valid));
+        let summary = judged(&sensor, &ports, &words);
+        assert_eq!(summary.verdict, Verdict::Mismatch);
+        let found = summary.first_mismatch.unwrap();
+        assert_eq!((found.clock, found.port.as_str()), (first, "m_axis_tvalid"));
+    }
+}
