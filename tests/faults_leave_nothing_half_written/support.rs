@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::os::unix::fs::PermissionsExt as _;
+use std::io::{Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -92,10 +92,21 @@ pub fn emitted(scene: &str) -> BTreeMap<PathBuf, Vec<u8>> {
     files_below(folder.path())
 }
 
+/// A program of these bytes. Another process writes it: a program that we hold open
+/// for writing cannot be started ("text file busy"), and whatever a test beside this
+/// one starts just then holds a copy of our descriptor until it has become a program.
+pub fn program(path: &Path, bytes: impl Into<Stdio>) {
+    let mut install = Command::new("install");
+    install.args(["-m", "755", "/dev/stdin"]).arg(path).stdin(bytes);
+    ends_with(0, &mut install);
+}
+
 /// A shell script in the place of a program.
 pub fn script(path: &Path, lines: &str) {
-    fs::write(path, format!("#!/bin/sh\n{lines}\n")).unwrap();
-    fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
+    let mut text = tempfile::tempfile().unwrap();
+    write!(text, "#!/bin/sh\n{lines}\n").unwrap();
+    text.rewind().unwrap();
+    program(path, text);
 }
 
 /// A scene of `quick`'s hardware whose scan takes hours to simulate.

@@ -273,14 +273,15 @@ fn first_line(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::os::unix::fs::PermissionsExt as _;
-
     use super::*;
 
-    /// A program that counts how often it is asked.
-    fn script(path: &Path, text: &str) {
-        fs::write(path, text).unwrap();
-        fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
+    /// A program in the place of another. A process of its own writes it: a program that we hold
+    /// open for writing cannot be started ("text file busy"), and what a test beside this one
+    /// starts just then holds a copy of our descriptor for a moment.
+    fn install(source: &Path, path: &Path) {
+        let mut install = std::process::Command::new("install");
+        install.args(["-m", "755"]).args([source, path]);
+        assert!(install.status().unwrap().success());
     }
 
     #[test]
@@ -291,9 +292,9 @@ mod tests {
         let tool =
             Tool { name: "a tool", install: "", program: program.to_str().unwrap().to_owned() };
         // Two programs that answer differently, and are no scripts.
-        fs::copy("/bin/echo", &program).unwrap();
+        install(Path::new("/bin/echo"), &program);
         assert_eq!(tool.version("one", &cache).unwrap(), "one\n");
-        fs::copy("/bin/true", &program).unwrap();
+        install(Path::new("/bin/true"), &program);
         assert_eq!(tool.version("one", &cache).unwrap(), "");
         // What is kept is what is told, and only of this file.
         let kept = || fs::read_dir(&cache).unwrap().map(|entry| entry.unwrap().path());
@@ -302,7 +303,9 @@ mod tests {
         assert_eq!(tool.version("one", &cache).unwrap(), "");
         assert_eq!(kept().filter(|path| path.is_dir()).count(), 2);
         // A script may start anything: it is asked each time.
-        script(&program, "#!/bin/sh\ncat \"$0.says\"\n");
+        let script = folder.path().join("script");
+        fs::write(&script, "#!/bin/sh\ncat \"$0.says\"\n").unwrap();
+        install(&script, &program);
         for said in ["1", "2"] {
             fs::write(folder.path().join("true.says"), said).unwrap();
             assert_eq!(tool.version("one", &cache).unwrap(), said);
