@@ -268,7 +268,12 @@ mod tests {
     }
 
     fn timing(scan: Scan, samples_per_chip: u32) -> Timing {
-        Timing { clock: Clock { chip_period_ps: CHIP_PS, samples_per_chip }, scan, parallel: 1 }
+        Timing {
+            clock: Clock { chip_period_ps: CHIP_PS, samples_per_chip },
+            scan,
+            parallel: 1,
+            preparation_chips: 0,
+        }
     }
 
     #[test]

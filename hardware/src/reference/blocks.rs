@@ -175,6 +175,7 @@ impl<'a> BlockMaker<'a> {
         for field in &self.layout.inputs.fields {
             match field.port.role.usage() {
                 Use::Level { rest } => self.paint_level(field, rest, inputs),
+                Use::Host => self.paint_host(field, inputs),
                 _ => self.paint_samples(field, inputs),
             }
         }
@@ -196,6 +197,18 @@ impl<'a> BlockMaker<'a> {
         paint(0..at(clocks.end), rest);
         for other in self.drive.surroundings.away_from_rest(field.port.role) {
             paint(at(other.start)..at(other.end), !rest);
+        }
+    }
+
+    /// Paints what a host drives.
+    fn paint_host(&self, field: &Field, inputs: &mut [u64]) {
+        let words = self.layout.inputs.words;
+        let clocks = &self.drive.surroundings.clocks;
+        for (range, host) in &self.drive.surroundings.host {
+            let value = host.of(field.port.role) << field.shift;
+            for clock in range.start.max(clocks.start)..range.end.min(clocks.end) {
+                inputs[(clock - clocks.start) as usize * words + field.word] |= value;
+            }
         }
     }
 

@@ -20,6 +20,7 @@ mod peak_ports;
 pub mod photons;
 mod planned;
 pub mod predictor;
+pub mod registers;
 mod resets;
 pub mod stimulus;
 mod stream;

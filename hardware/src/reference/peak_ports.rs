@@ -50,7 +50,7 @@ pub(super) struct PeakPorts {
     /// Largest count of the present scan so far, detector by detector.
     best: Vec<Option<Best>>,
     /// The present scan's last group.
-    last_group: Group,
+    pub(super) last_group: Group,
     arriving: VecDeque<Arrival>,
     /// The ports' bits in a record, except `o_peak_valid`.
     record: Vec<u64>,
@@ -133,13 +133,15 @@ impl PeakPorts {
         self.best.fill(None);
     }
 
-    /// ORs the ports into the records of a stretch of clocks without reset.
+    /// ORs the ports into the records of a stretch of clocks without reset. Gives the peaks that came in it,
+    /// step and count of each detector, each with the first clock at which the ports have them.
     pub(super) fn predict(
         &mut self,
         clocks: Range<u64>,
         expected: &mut impl Canvas,
         covered: &mut Covered,
-    ) {
+    ) -> Vec<(u64, Vec<(u64, i64)>)> {
+        let mut come = Vec::new();
         let mut filled = clocks.start;
         while let Some(arrival) = self.arriving.pop_front_if(|a| a.clock < clocks.end) {
             let clock = arrival.clock;
@@ -150,8 +152,11 @@ impl PeakPorts {
                 covered.mark(point);
             }
             expected.or(clock..clock + 1, self.valid.word, 1 << self.valid.shift);
+            let peaks = arrival.peaks.iter().map(|peak| (peak.step, peak.count));
+            come.push((clock + 1, peaks.collect()));
         }
         self.fill(filled..clocks.end, expected);
+        come
     }
 
     fn show(&mut self, peaks: &[Peak]) {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::canvas::Canvas;
 use super::coverage::{CoverTable, Place, StreamPoint};
 use super::exercise::{Counted, Exercised};
+use super::registers::Told;
 use super::resets::PortState;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::layout::{Layout, mask};
@@ -21,6 +22,8 @@ pub(super) struct ResultStream {
     table: Arc<CoverTable>,
     /// What has been on it, resets notwithstanding.
     pub(super) exercise: Exercised,
+    /// What the registers are told, and at which clock, if there are any.
+    told: Option<Vec<(u64, Told)>>,
 }
 
 /// One transfer of the stream.
@@ -189,7 +192,13 @@ impl ResultStream {
             axis: AxisState::default(),
             table,
             exercise: Exercised::of(interface.reference_codes.len()),
+            told: interface.registers.as_ref().map(|_| Vec::new()),
         }
+    }
+
+    /// What the registers are told of the clocks predicted since the last call.
+    pub(super) fn take_told(&mut self) -> Vec<(u64, Told)> {
+        self.told.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// What its ports show.
@@ -206,6 +215,7 @@ impl ResultStream {
     pub(super) fn reset(&mut self) {
         self.arriving.clear();
         self.axis = AxisState::default();
+        self.told.iter_mut().for_each(Vec::clear);
     }
 
     /// Sends a result on its way; results arrive in the order of these calls.
@@ -280,6 +290,11 @@ impl ResultStream {
             for &point in &results.proves_if_first {
                 self.exercise.covered.mark(point);
             }
+        }
+        if let Some(told) = &mut self.told {
+            let happened = [(results.saturated, Told::Clamped), (blocked, Told::Lost)];
+            let happened = happened.into_iter().filter(|(is, _)| *is);
+            told.extend(happened.map(|(_, what)| (clock + 1, what)));
         }
         self.axis.saturated |= results.saturated;
         self.exercise.saturations += u64::from(results.saturated);

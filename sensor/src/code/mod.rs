@@ -128,6 +128,18 @@ impl Code {
         Ok(Code { chips: self::interleave(&chips, interleave), generator, interleave })
     }
 
+    /// The same code with another seed of its second LFSR, its first chips with the earliest in bit 0; a code
+    /// of one LFSR stays as it is. Hardware may be given any: 0 leaves the first LFSR's m-sequence.
+    pub fn with_second_seed(&self, seed: u64) -> Code {
+        let Generator::Gold { u, v } = &self.generator else {
+            return self.clone();
+        };
+        let seed = (0..v.degree).map(|chip| (seed >> chip & 1) as u8).collect();
+        let generator = Generator::Gold { u: u.clone(), v: Lfsr { seed, ..v.clone() } };
+        let chips = self::interleave(&generator.chips(), self.interleave);
+        Code { generator, chips, interleave: self.interleave }
+    }
+
     /// Chips per code period, L'.
     pub fn len(&self) -> u64 {
         self.chips.len() as u64

@@ -30,7 +30,7 @@ use std::ops::Range;
 pub use chip::Chip;
 pub use sample::{Sample, Sampling};
 pub use timescale::Timescale;
-pub use timing::{Clock, Scan, Timing};
+pub use timing::{CHIPS_TO_PREPARATION, Clock, PERIODS_OF_PREPARATION, Scan, Timing};
 
 /// Number of a step in its scan, from 0. It is not the phase step k of the
 /// reference, which [`Scan::phase_step`] gives.

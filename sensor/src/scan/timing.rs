@@ -3,6 +3,15 @@
 
 use super::{Chip, Group, Grouping, Sampling, Step};
 
+/// Code periods of preparation where a host sets the scan's first step: in the first the reference is
+/// held until the transmitter is ahead by its delay, in the second its last chips come to where they
+/// are needed.
+pub const PERIODS_OF_PREPARATION: u64 = 2;
+
+/// Chips from a scan's last to the first of a code period at which the next one's preparation may begin:
+/// the transmit generators run three chips ahead of the lasers, and the scan has ended before that.
+pub const CHIPS_TO_PREPARATION: u64 = 4;
+
 /// Chip period, and the samples that a chip is divided into.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clock {
@@ -93,6 +102,9 @@ pub struct Timing {
     pub scan: Scan,
     /// Phase steps correlated at once.
     pub parallel: u32,
+    /// Chips from the code period's first, at which the hardware begins to prepare a scan, to the
+    /// scan's first: whole code periods, and none where scans always begin alike.
+    pub preparation_chips: u64,
 }
 
 impl Timing {
@@ -160,13 +172,28 @@ impl Timing {
         if self.is_gapless() {
             end
         } else {
-            Chip(end.0.next_multiple_of(u128::from(self.code_chips())))
+            let pause = match self.preparation_chips {
+                0 => 0,
+                _ => u128::from(CHIPS_TO_PREPARATION),
+            };
+            let next = (end.0 + pause).next_multiple_of(u128::from(self.code_chips()));
+            Chip(next + u128::from(self.preparation_chips))
         }
     }
 
     /// Chips from the start of one scan to the start of the next.
     pub fn scan_pitch_chips(&self) -> u128 {
         self.next_scan_after(Chip(self.scan_chips())).0
+    }
+
+    /// The same from step 0 with as many groups as fit into the bits of the number that the whole code
+    /// period has: what has room for this has room for any scan.
+    pub fn of_any_scan(&self) -> Timing {
+        let parallel = u64::from(self.parallel);
+        let whole = self.scan.steps_per_period.div_ceil(parallel);
+        let steps = ((whole + 1).next_power_of_two() - 1) * parallel;
+        let scan = Scan { first_step: 0, steps, steps_per_period: steps, ..self.scan };
+        Timing { scan, ..*self }
     }
 
     /// First chip of a group of the first scan.
@@ -196,6 +223,7 @@ mod tests {
                 requested_integration_ps: 80e3,
             },
             parallel,
+            preparation_chips: 0,
         }
     }
 
@@ -226,6 +254,15 @@ mod tests {
             assert_eq!(timing.is_gapless(), gapless, "{steps} {parallel}");
             assert_eq!(timing.scan_pitch_chips(), pitch, "{steps} {parallel}");
             assert_eq!(timing.first_chip(2, Group(3)), Chip(2 * pitch + 30));
+            let prepared = Timing { preparation_chips: 14, ..timing };
+            // 105 and 140 chips are whole codes, of which a preparation is behind the first chips; 53 are 3 chips
+            // less than 8 codes.
+            let pause = match (gapless, pitch) {
+                (true, _) => 0,
+                (false, 105 | 140 | 56) => 14 + 7,
+                _ => unreachable!(),
+            };
+            assert_eq!(prepared.scan_pitch_chips(), pitch + pause, "{steps} {parallel}");
         }
     }
 }

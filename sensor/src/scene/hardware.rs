@@ -29,6 +29,9 @@ tables! {
             "whether results carry the total count of a step beside the signed one";
         peak_detector => peak_detector: bool = BOOLEAN, Or("false"), "true";
             "whether the hardware finds the largest count of a scan";
+        registers => registers: Registers = choice(Registers::CHOICES), Or("\"none\""), "\"axi4-lite\"";
+            "registers by which a host starts and stops scans, and sets first step, number of \
+             steps, integration and code, with no new build";
         buffers => buffers: u32 = integer(1, 2), Or("2"), "1";
             "histograms that each detector has memory for: with 2 one counts while the \
              other is read, as slowly as the receiver likes; with 1 a row leaves at each \
@@ -49,6 +52,18 @@ choices! {
         /// step's up/down count follows from the same hits, so that a scan is as long as its
         /// integration time.
         Histogram = "histogram",
+    }
+}
+
+choices! {
+    /// How a host reaches the hardware's settings.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum Registers {
+        /// Not at all: the scan is that of the scene.
+        #[default]
+        None = "none",
+        /// By an AXI4-Lite slave (ARM IHI 0022, chapter B1) of 32 bits.
+        Axi4Lite = "axi4-lite",
     }
 }
 
@@ -126,8 +141,26 @@ fn check(
                            architecture = \"histogram\"";
             section.report("buffers", message);
         }
-        Architecture::UpDown => {}
+        Architecture::UpDown => check_registers(section, hardware, scan),
         Architecture::Histogram => check_histogram(section, scan, parallel),
+    }
+}
+
+/// A host counts in groups of steps.
+fn check_registers(section: &Section, hardware: &Hardware, scan: Option<&Scan>) {
+    let parallel = u64::from(hardware.parallel);
+    let Some(scan) = scan.filter(|_| hardware.registers != Registers::None) else {
+        return;
+    };
+    if !scan.steps.is_multiple_of(parallel) {
+        let message = format!(
+            "a host sets the scan's length in groups of {parallel} steps at once, and {} steps end \
+             within a group; scan {} or {} steps, or leave out the registers",
+            scan.steps,
+            scan.steps - scan.steps % parallel,
+            scan.steps.next_multiple_of(parallel)
+        );
+        section.report("registers", &message);
     }
 }
 
@@ -143,6 +176,11 @@ fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
             "peak_detector",
             "all counts of a histogram follow from it by a correlation on the host, and so does \
              their peak; leave out this key",
+        ),
+        (
+            "registers",
+            "a histogram has every phase step whatever the target, and registers set which steps are \
+             counted; leave out this key",
         ),
     ] {
         // One at a time is what a scene has that says nothing.

@@ -55,7 +55,7 @@ pub use catalogue::{reference, schema};
 pub use detector::*;
 pub use error::{SceneError, SceneErrors};
 pub use estimator::{EstimatorKind, OtherLight, TotalsMissing};
-pub use hardware::{Architecture, Hardware, Polarity, Target};
+pub use hardware::{Architecture, Hardware, Polarity, Registers, Target};
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use lookup::{Entry, quantity_text};
 pub use movement::{Fluctuation, Movement};
@@ -69,7 +69,7 @@ pub use waveform::{Curve, JitterTail, LaserResponse};
 use crate::code::Code;
 use crate::light::distance_m;
 pub use crate::scan::Scan;
-use crate::scan::{Clock, Timing};
+use crate::scan::{Clock, PERIODS_OF_PREPARATION, Timing};
 
 /// A checked scene. Every cross-reference is resolved to an index, every
 /// quantity is in the unit its name carries, every default is filled in.
@@ -130,6 +130,13 @@ impl Scene {
         Timing {
             clock: self.clock(),
             scan: self.scan,
+            preparation_chips: match self.hardware.registers {
+                Registers::None => 0,
+                Registers::Axi4Lite => {
+                    PERIODS_OF_PREPARATION * self.scan.steps_per_period
+                        / u64::from(self.samples_per_chip)
+                }
+            },
             parallel: match self.hardware.architecture {
                 Architecture::UpDown => self.hardware.parallel,
                 // Every hit serves every phase step.

@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
+use super::registers::RegisterPlan;
 use crate::code::Code;
 use crate::scan::{Grouping, Timing};
-use crate::scene::{Architecture, Polarity, Scene, Source, Target};
+use crate::scene::{Architecture, Polarity, Registers, Scene, Source, Target};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
@@ -31,6 +32,8 @@ pub struct Interface {
     pub result_latency_clocks: u32,
     /// What hits are counted by.
     pub counting: Counting,
+    /// The registers by which a host sets the scan, if there are any.
+    pub registers: Option<Arc<RegisterPlan>>,
 }
 
 /// What hardware counts hits by.
@@ -161,7 +164,7 @@ const LONGEST_SEGMENT: u32 = 12;
 
 /// Longest carry chain in one piece that keeps a target's clock: 300 MHz in ECP5, 180 MHz
 /// in iCE40.
-fn longest_carry_chain(target: Target) -> u32 {
+pub(super) fn longest_carry_chain(target: Target) -> u32 {
     match target {
         Target::Ecp525k6 | Target::Xc7 => 22,
         Target::Ice40Hx8k => 20,
@@ -198,7 +201,12 @@ impl Correlator {
                 clocks_of_counting: correlator.clocks_of_counting(),
                 latency_clocks: correlator.clocks_to_counted(scene.samples_per_chip),
             };
-            correlator.peak = Some(PeakPlan::of(timing, &counts));
+            let counted = match scene.hardware.registers {
+                Registers::None => *timing,
+                // A host sets the scan: steps are numbered from its first.
+                Registers::Axi4Lite => timing.of_any_scan(),
+            };
+            correlator.peak = Some(PeakPlan::of(&counted, &counts));
         }
         correlator
     }
@@ -256,7 +264,7 @@ impl Interface {
                 (Counting::Histogram(histogram), histogram.row_data_bits(), latency)
             }
         };
-        Interface {
+        let mut interface = Interface {
             polarity: scene.hardware.polarity,
             source_codes: scene.sources.iter().map(codes).collect(),
             reference_codes: scene
@@ -268,7 +276,12 @@ impl Interface {
             tdata_bits,
             result_latency_clocks,
             counting,
+            registers: None,
+        };
+        if scene.hardware.registers == Registers::Axi4Lite {
+            interface.registers = Some(Arc::new(RegisterPlan::of(scene, &interface)));
         }
+        interface
     }
 
     /// The correlators, if hits are counted up and down.

@@ -25,6 +25,7 @@ pub mod interface;
 pub mod layout;
 pub mod peak;
 pub mod port;
+pub mod registers;
 
 use std::path::Path;
 

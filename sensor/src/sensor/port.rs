@@ -4,6 +4,7 @@
 use serde::Serialize;
 
 use super::interface::Interface;
+use super::registers::ADDRESS_BITS;
 
 /// A port of `sensor_top`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
@@ -31,7 +32,7 @@ pub enum Direction {
 }
 
 /// What a port is for. Of each role a sensor has one port or none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
     /// The chip clock.
     Clock,
@@ -61,6 +62,40 @@ pub enum Role {
     PeakCount,
     /// A scan's peak has come.
     PeakValid,
+    /// AXI4-Lite: address that is written to.
+    WriteAddress,
+    /// It is there.
+    WriteAddressValid,
+    /// It is taken.
+    WriteAddressReady,
+    /// Word that is written.
+    WriteData,
+    /// Which of its bytes.
+    WriteStrobe,
+    /// It is there.
+    WriteValid,
+    /// It is taken.
+    WriteReady,
+    /// What came of a write.
+    WriteResponse,
+    /// That is known.
+    WriteResponseValid,
+    /// The host takes it.
+    WriteResponseReady,
+    /// Address that is read.
+    ReadAddress,
+    /// It is there.
+    ReadAddressValid,
+    /// It is taken.
+    ReadAddressReady,
+    /// Word that was read.
+    ReadData,
+    /// What came of a read.
+    ReadResponse,
+    /// That is known.
+    ReadValid,
+    /// The host takes it.
+    ReadReady,
 }
 
 /// What drives a port, or what it follows.
@@ -75,6 +110,8 @@ pub enum Use {
         /// The level at which it rests, in all bits.
         rest: bool,
     },
+    /// An input that a host drives: 0 but where the stimulus says otherwise.
+    Host,
     /// An output that changes from chip to chip with a code, and is compared at every clock.
     Code,
     /// An output that changes with results, and is compared at every clock.
@@ -102,7 +139,7 @@ const fn row(
 }
 
 /// All ports, in the order of the Verilog, which is that of the roles.
-const PORTS: [Row; 14] = [
+const PORTS: [Row; 31] = [
     row(Role::Clock, "i_clk", Use::Clock, |_| Some(1)),
     row(Role::Reset, "i_rst", Use::Level { rest: false }, |_| Some(1)),
     row(Role::Laser, "o_laser", Use::Code, |of| Some(of.source_codes.len() as u32)),
@@ -121,7 +158,29 @@ const PORTS: [Row; 14] = [
         of.peak().map(|peak| detectors(of) * peak.count_bits)
     }),
     row(Role::PeakValid, "o_peak_valid", Use::Result, |of| of.peak().map(|_| 1)),
+    row(Role::WriteAddress, "s_axil_awaddr", Use::Host, |of| of_registers(of, ADDRESS_BITS)),
+    row(Role::WriteAddressValid, "s_axil_awvalid", Use::Host, |of| of_registers(of, 1)),
+    row(Role::WriteAddressReady, "s_axil_awready", Use::Result, |of| of_registers(of, 1)),
+    row(Role::WriteData, "s_axil_wdata", Use::Host, |of| of_registers(of, 32)),
+    row(Role::WriteStrobe, "s_axil_wstrb", Use::Host, |of| of_registers(of, 4)),
+    row(Role::WriteValid, "s_axil_wvalid", Use::Host, |of| of_registers(of, 1)),
+    row(Role::WriteReady, "s_axil_wready", Use::Result, |of| of_registers(of, 1)),
+    row(Role::WriteResponse, "s_axil_bresp", Use::Result, |of| of_registers(of, 2)),
+    row(Role::WriteResponseValid, "s_axil_bvalid", Use::Result, |of| of_registers(of, 1)),
+    row(Role::WriteResponseReady, "s_axil_bready", Use::Host, |of| of_registers(of, 1)),
+    row(Role::ReadAddress, "s_axil_araddr", Use::Host, |of| of_registers(of, ADDRESS_BITS)),
+    row(Role::ReadAddressValid, "s_axil_arvalid", Use::Host, |of| of_registers(of, 1)),
+    row(Role::ReadAddressReady, "s_axil_arready", Use::Result, |of| of_registers(of, 1)),
+    row(Role::ReadData, "s_axil_rdata", Use::Result, |of| of_registers(of, 32)),
+    row(Role::ReadResponse, "s_axil_rresp", Use::Result, |of| of_registers(of, 2)),
+    row(Role::ReadValid, "s_axil_rvalid", Use::Result, |of| of_registers(of, 1)),
+    row(Role::ReadReady, "s_axil_rready", Use::Host, |of| of_registers(of, 1)),
 ];
+
+/// Bits of a port of the registers.
+fn of_registers(interface: &Interface, bits: u32) -> Option<u32> {
+    interface.registers.as_ref().map(|_| bits)
+}
 
 fn detectors(interface: &Interface) -> u32 {
     interface.reference_codes.len() as u32
@@ -146,7 +205,7 @@ impl Role {
     /// Direction of the port.
     pub const fn direction(self) -> Direction {
         match self.usage() {
-            Use::Clock | Use::Samples | Use::Level { .. } => Direction::Input,
+            Use::Clock | Use::Samples | Use::Level { .. } | Use::Host => Direction::Input,
             Use::Code | Use::Result | Use::Payload => Direction::Output,
         }
     }

@@ -170,6 +170,7 @@ pub fn scene(
             architecture: goldtof::scene::Architecture::UpDown,
             polarity: Polarity::High,
             peak_detector: false,
+            registers: goldtof::scene::Registers::None,
             buffers: 2,
         },
     }

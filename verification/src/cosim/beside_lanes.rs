@@ -106,6 +106,11 @@ fn refuse_unfit(sensor: &Sensor, options: &CosimOptions, clocks: u64) -> Result<
         return Err(Unfit::new("recorded photons are for lock-step"));
     }
     refuse_memories(sensor.interface())?;
+    if sensor.interface().registers.is_some() {
+        return Err(Unfit::new(
+            "slices of a scan that a host sets begin in no state that is known",
+        ));
+    }
     if options.engine == Engine::Auto && clocks < LEAST_CLOCKS {
         return Err(Unfit::new(format!("{clocks} clocks are few")));
     }

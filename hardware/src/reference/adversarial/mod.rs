@@ -181,6 +181,13 @@ impl Adversarial {
             return;
         }
         let position = self.scout.position();
+        if !position.is_scan() {
+            // A host has not asked for one, or settings are being taken over.
+            self.plans.push_front(plan);
+            let clocks = self.rng.random_range(1..64);
+            self.decide_lead(self.decided + clocks, Lead::Random);
+            return;
+        }
         if self.decided < position.first_word() {
             // A receiver that holds a result does so during the pause, too.
             let chips = self.chips_of(&plan, position.first_word());
@@ -396,6 +403,7 @@ impl Adversarial {
             resets: self.resets.iter().filter(within).cloned().collect(),
             stalls: self.stalls.iter().filter(within).cloned().collect(),
             skips: self.skips.iter().filter(|skip| clocks.contains(&skip.clock)).copied().collect(),
+            host: Vec::new(),
         };
         let mut hits = vec![Vec::new(); self.levels.len()];
         for (level, (pulses, hits)) in self.levels.iter_mut().zip(pulses.iter().zip(&mut hits)) {

@@ -75,7 +75,7 @@ impl Reference {
     /// Looks for hits on the last sample before a scan, if its clock is among these.
     fn watch_before_scan(&mut self, clocks: &Range<u64>, hits: &[Vec<Sample>]) {
         let first_word = self.released + 1 + self.scan.from;
-        let may_pause = self.scan.scan == 0 || self.interface.realigns();
+        let may_pause = self.scan.scan == 0 || self.interface.realigns() || self.hosted.is_some();
         if self.scan.group != Group(0) || !may_pause || !clocks.contains(&(first_word - 1)) {
             return;
         }

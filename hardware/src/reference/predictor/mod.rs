@@ -5,18 +5,21 @@
 //! stream only where a result arrives or is taken.
 
 mod counting;
+mod hosted;
 mod results;
 
 use std::ops::Range;
 use std::sync::Arc;
 
 pub use self::counting::{GroupSigns, SampleSigns};
+use self::hosted::Hosted;
 use super::canvas::{Canvas, Changes, EveryClock};
 use super::coverage::{CoverTable, ResetPoint, ResetState, Running, ScanPoint};
 use super::exercise::Exercised;
 use super::histogram::HistogramModel;
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
+use super::registers::HostClocks;
 use super::resets::{PortState, ResetWatch, Upon};
 use super::stream::{Ready, ResultStream};
 use crate::scan::{Chip, Group, Sample};
@@ -38,6 +41,8 @@ pub struct Surroundings {
     pub stalls: Vec<Range<u64>>,
     /// Phase steps and scans that are cut short in the block, in order.
     pub skips: Vec<Skip>,
+    /// What a host drives in the block.
+    pub host: HostClocks,
 }
 
 impl Surroundings {
@@ -82,6 +87,11 @@ pub struct Position {
 }
 
 impl Position {
+    /// Whether a scan is under way or prepared; without registers there always is one.
+    pub fn is_scan(&self) -> bool {
+        self.from != hosted::NEVER
+    }
+
     /// The clock at which the group's first word is presented.
     pub fn first_word(&self) -> u64 {
         self.released + 1 + self.from
@@ -132,10 +142,14 @@ pub struct Reference {
     words: usize,
     stream: ResultStream,
     peak: Option<PeakPorts>,
+    /// The registers, if there are any; what follows from the scan is then as they were last taken over.
+    hosted: Option<Box<Hosted>>,
     /// In place of counts and stream, if the hardware keeps a histogram.
     histogram: Option<HistogramModel>,
     /// First clock without reset; before it every output is 0.
     released: u64,
+    /// End of the last reset; with registers the codes begin later.
+    reset_until: u64,
     scan: ScanState,
     table: Arc<CoverTable>,
     running: Running,
@@ -147,6 +161,12 @@ pub struct Reference {
     /// Hits of the present group, detector by detector: all steps see the same.
     totals: Vec<u64>,
     finished: Vec<StepResult>,
+}
+
+/// chi of the chips of each detector's reference.
+fn signs(interface: &Interface) -> Vec<Vec<i8>> {
+    let codes = interface.reference_codes.iter();
+    codes.map(|code| code.chips.iter().map(|&chip| 2 * chip as i8 - 1).collect()).collect()
 }
 
 /// Where the scan stands, in cycles since reset.
@@ -194,17 +214,15 @@ impl Reference {
         let place = |role| layout.outputs.place(role);
         let table = CoverTable::of(&interface);
         Ok(Reference {
-            signs: interface
-                .reference_codes
-                .iter()
-                .map(|code| code.chips.iter().map(|&chip| 2 * chip as i8 - 1).collect())
-                .collect(),
+            signs: signs(&interface),
             chips: chip_patterns(&interface, place(Role::Laser), place(Role::Epoch)),
             words: layout.outputs.words,
             stream: ResultStream::new(&interface, &layout, Arc::clone(&table)),
             peak: PeakPorts::new(&interface, &layout),
+            hosted: Hosted::new(&interface, &layout),
             histogram: HistogramModel::new(&interface, &layout, Arc::clone(&table)),
             released: 0,
+            reset_until: 0,
             scan: ScanState::start(&interface),
             table,
             running: Running::of(&interface),
@@ -298,8 +316,13 @@ impl Reference {
             while let Some(skip) = skips.next_if(|s| s.clock <= clock) {
                 self.skip(skip);
             }
-            if clock < self.released {
-                clock = self.released.min(block.clocks.end);
+            let released = match self.hosted {
+                None => self.released,
+                // The codes begin later.
+                Some(_) => self.reset_until,
+            };
+            if clock < released {
+                clock = released.min(block.clocks.end);
                 continue;
             }
             let mut until = block.clocks.end;
@@ -323,11 +346,11 @@ impl Reference {
     fn reset(&mut self, reset: &Range<u64>, hits: &[Vec<Sample>]) {
         // One that reaches into this block was told in the block before, too, perhaps
         // with an end that was not known yet.
-        if reset.start >= self.released {
+        if reset.start >= self.reset_until {
             self.stream.exercise.resets += 1;
             let in_pause = self.scan.group == Group(0)
                 && self.scan.scan > 0
-                && reset.start < self.released + 1 + self.scan.from;
+                && reset.start < self.released.saturating_add(1 + self.scan.from);
             let sampling = self.interface.timing.sampling();
             let word = sampling.samples(&(reset.start..reset.start + 1));
             let has_hit = |hits: &Vec<Sample>| {
@@ -339,6 +362,7 @@ impl Reference {
             self.resets.enters(reset, upon, &self.table);
         }
         self.released = reset.end;
+        self.reset_until = reset.end;
         self.scan = ScanState::start(&self.interface);
         self.counts.fill(0);
         self.totals.fill(0);
@@ -350,6 +374,10 @@ impl Reference {
         }
         if let Some(peak) = &mut self.peak {
             peak.reset();
+        }
+        if let Some(hosted) = &mut self.hosted {
+            hosted.reset();
+            self.scan = Hosted::no_scan(0, &self.interface);
         }
     }
 
@@ -377,6 +405,9 @@ impl Reference {
         hits: &[Vec<Sample>],
         expected: &mut impl Canvas,
     ) {
+        if let Some(hosted) = self.hosted.take() {
+            return self.predict_hosted(hosted, clocks, block, hits, expected);
+        }
         for pattern in &self.chips {
             expected.or_code(pattern, clocks.clone(), clocks.start - self.released);
         }
@@ -388,7 +419,7 @@ impl Reference {
         }
         self.stream.predict(clocks.clone(), &block.stalls, expected);
         if let Some(peak) = &mut self.peak {
-            peak.predict(clocks, expected, &mut self.stream.exercise.covered);
+            let _ = peak.predict(clocks, expected, &mut self.stream.exercise.covered);
         }
     }
 
@@ -435,6 +466,11 @@ impl Reference {
                 chips,
                 previous_delay: delay,
                 ..self.scan
+            },
+            // The registers say what follows.
+            true if self.hosted.is_some() => ScanState {
+                lag: self.scan.lag,
+                ..Hosted::no_scan(self.scan.scan + 1, &self.interface)
             },
             true if self.interface.realigns() => ScanState {
                 scan: self.scan.scan + 1,

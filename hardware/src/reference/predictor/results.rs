@@ -43,6 +43,9 @@ impl Reference {
         if let Some(peak) = self.peak.as_mut().filter(|_| last) {
             peak.end_scan(self.released + end, &mut self.resets.of_peaks, &self.table);
         }
+        if let Some(hosted) = self.hosted.as_mut().filter(|_| last) {
+            hosted.scan_ends(shows_at);
+        }
         self.counts.fill(0);
         self.totals.fill(0);
         self.go_on(end, last);
@@ -81,12 +84,12 @@ impl Reference {
                 if let Some(peak) = &mut self.peak {
                     // It counts the steps that it has seen.
                     let seen = Step(number - self.scan.left_out);
-                    peak.count(
-                        (detector, step),
-                        self.interface.timing.scan.phase_step(seen),
-                        count,
-                        self.scan.group,
-                    );
+                    let shown = match self.hosted {
+                        None => self.interface.timing.scan.phase_step(seen),
+                        // From the scan's first on.
+                        Some(_) => seen.0,
+                    };
+                    peak.count((detector, step), shown, count, self.scan.group);
                 }
                 self.finished.push(StepResult {
                     clock: shows_at,

@@ -55,6 +55,8 @@ pub struct ModuleType {
     pub module: Module,
     /// Its text, if that is given.
     pub given: Option<&'static str>,
+    /// What a given module holds at power-up: a parameter, as Verilog.
+    pub contents: Option<(String, String)>,
     /// How it is printed.
     pub sheet: Sheet,
     /// Its name, made unique.

@@ -329,6 +329,9 @@ fn instance_head(
             overrides.push(format!("        .{name}({})", size.text()));
         }
     }
+    if let Some((name, contents)) = &below.contents {
+        overrides.push(format!("        .{name}({contents})"));
+    }
     for (index, parameter) in below.parameters.iter().enumerate().filter(|(_, p)| p.varies()) {
         let value = |member: &usize| {
             let here = &this.parameters[this.children[*member].1 + index];

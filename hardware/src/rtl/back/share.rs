@@ -57,8 +57,8 @@ fn register(
     scope: &Scope,
     types: &mut Vec<ModuleType>,
 ) -> Result<(usize, Vec<Parameter>), Refusal> {
-    if let Content::Marker(Marker::Given { module, text, .. }) = &scope.content {
-        return Ok((given(scope, module, text, types), Vec::new()));
+    if let Content::Marker(Marker::Given { module, text, contents, .. }) = &scope.content {
+        return Ok((given(scope, module, (text, contents), types), Vec::new()));
     }
     let module = Module::of(scope)?;
     let own = scope.atoms.iter().filter(|a| a.kind == AtomKind::Constant);
@@ -108,6 +108,7 @@ fn register(
         name: module.description.module.clone(),
         module,
         given: None,
+        contents: None,
         sheet: variant.1.clone(),
         parameters: parameters.clone(),
         children,
@@ -120,13 +121,20 @@ fn register(
 }
 
 /// The module `name` that is given, new or old.
-fn given(scope: &Scope, name: &str, text: &'static str, types: &mut Vec<ModuleType>) -> usize {
-    let known = types.iter().position(|known| known.given == Some(text));
+fn given(
+    scope: &Scope,
+    name: &str,
+    (text, contents): (&'static str, &Option<(String, String)>),
+    types: &mut Vec<ModuleType>,
+) -> usize {
+    let is_known = |known: &ModuleType| known.given == Some(text) && known.contents == *contents;
+    let known = types.iter().position(is_known);
     known.unwrap_or_else(|| {
         types.push(ModuleType {
             name: name.to_owned(),
             module: Module::given(scope, name),
             given: Some(text),
+            contents: contents.clone(),
             sheet: Sheet::default(),
             parameters: Vec::new(),
             children: Vec::new(),

@@ -19,7 +19,7 @@ use super::{
     CodeSource, CorrelatorBank, CountClamp, EdgeDetector, HitCounter, PhaseStepper,
     UpdownCorrelator, first_of,
 };
-use crate::code::Code;
+use crate::code::{Code, Generator};
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{Correlator, CountSegments, Interface};
 
@@ -37,14 +37,18 @@ pub struct DetectorChannel {
     parallel: usize,
     #[set(counts.count_segments)]
     segments: CountSegments,
-    #[set(interface.realigns())]
+    /// Whether a host sets scan and code.
+    #[set(interface.registers.is_some())]
+    is_set: bool,
+    /// Whether the reference is loaded before a scan.
+    #[set(interface.realigns() || is_set)]
     realigns: bool,
     #[set(interface.timing.scan.integration_chips > 1)]
     looks_ahead: bool,
     #[set(PhaseGeometry::new(
         interface.lanes(),
         interface.parallel(),
-        (interface.timing.scan.first_step % u64::from(interface.lanes())) as u32,
+        first_samples(&interface),
     ))]
     geometry: PhaseGeometry,
     #[set(reference_start(&interface, &code, geometry.kept_chips()))]
@@ -83,6 +87,14 @@ pub struct DetectorChannel {
     /// a scan begins with the next clock
     #[when(realigns)]
     pub i_start: Optional<Input<bool>>,
+    /// first chips of the code's second register, the earliest in bit 0: what i_start gives it
+    #[when(is_set && seed_bits(&code) > 0)]
+    #[width(seed_bits(&code))]
+    pub i_seed: Optional<Input<Word>>,
+    /// lanes that take the previous chip in a scan's first step
+    #[when(is_set && geometry.grows_by_samples())]
+    #[width(lanes - 1)]
+    pub i_delayed: Optional<Input<Word>>,
     /// A group's last hits are in; one bit for each segment of the count.
     #[about(dump_about(segments.count))]
     #[width(segments.count)]
@@ -101,9 +113,9 @@ pub struct DetectorChannel {
     #[each(step in 0..clamps)]
     #[about(first_of(step, clamped_about(parallel, total_saturates)))]
     pub o_clamped: Vec<Output<bool>>,
-    #[is(CodeSource::new(&code, start.1, realigns))]
+    #[is(if is_set { CodeSource::seeded(&code) } else { CodeSource::new(&code, start.1, realigns) })]
     reference: CodeSource,
-    #[is(PhaseStepper::new(geometry, start.0, looks_ahead, realigns))]
+    #[is(PhaseStepper::new(geometry, start.0, looks_ahead, realigns, is_set))]
     stepper: PhaseStepper,
     #[is(EdgeDetector::new(lanes, interface.polarity))]
     edges: EdgeDetector,
@@ -190,10 +202,29 @@ fn describe(counts: &Correlator) -> About {
     }
 }
 
+/// Samples of the first delay within a chip, where it is known; a host sets any.
+fn first_samples(interface: &Interface) -> u32 {
+    match &interface.registers {
+        Some(plan) => plan.fixed_samples.unwrap_or(0),
+        None => (interface.timing.scan.first_step % u64::from(interface.lanes())) as u32,
+    }
+}
+
+/// Bits of a seed that is set from outside: those of a Gold code's second register.
+pub(super) fn seed_bits(code: &Code) -> u32 {
+    match &code.generator {
+        Generator::Gold { v, .. } => v.degree,
+        _ => 0,
+    }
+}
+
 /// Where the reference stands in reset, which with realignment is also where
 /// a scan's start puts it: chips and delayed lanes, and the chip that the
 /// generator gives next.
 fn reference_start(interface: &Interface, code: &Code, kept_chips: u32) -> (ReferenceStart, u64) {
+    if interface.registers.is_some() {
+        return (ReferenceStart { chips: 0 }, 0);
+    }
     let lanes = u64::from(interface.lanes());
     let whole_chips = interface.timing.scan.first_step / lanes;
     let chip_at = |cycle: i128| {
@@ -223,6 +254,12 @@ impl Logic for DetectorChannel {
         if self.i_start.is_present() {
             self.reference.i_load.next = self.i_start.val();
             self.stepper.i_start.next = self.i_start.val();
+        }
+        if self.i_seed.is_present() {
+            self.reference.i_seed.next = self.i_seed.val();
+        }
+        if self.i_delayed.is_present() {
+            self.stepper.i_delayed.next = self.i_delayed.val();
         }
         self.edges.i_samples.next = self.i_samples.val();
         self.edges.i_run.next = self.i_run.val();

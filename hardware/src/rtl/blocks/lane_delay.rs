@@ -26,6 +26,8 @@ pub struct LaneDelay {
     geometry: PhaseGeometry,
     looks_ahead: bool,
     realigns: bool,
+    /// Whether a scan's first delay comes from outside.
+    is_set: bool,
     #[set(geometry.lanes as usize)]
     lanes: usize,
     #[set(geometry.window_chips() as usize)]
@@ -52,6 +54,10 @@ pub struct LaneDelay {
     /// a scan begins with the next clock
     #[when(realigns && grows)]
     pub i_start: Optional<Input<bool>>,
+    /// lanes that take the previous chip in a scan's first step
+    #[when(is_set && grows)]
+    #[width(mask_width)]
+    pub i_delayed: Optional<Input<Word>>,
     /// last chip of a step; the next delays by a chip more
     #[when(grows)]
     pub o_wrap: Optional<Output<bool>>,
@@ -159,7 +165,11 @@ impl Logic for LaneDelay {
             self.delayed.d.next = self.longer.val();
         }
         if self.i_start.is_present() && self.i_start.val() {
-            self.delayed.d.next = self.delayed_load.val();
+            if self.i_delayed.is_present() {
+                self.delayed.d.next = self.i_delayed.val();
+            } else {
+                self.delayed.d.next = self.delayed_load.val();
+            }
         }
     }
 }

@@ -21,13 +21,15 @@ pub struct LfsrGenerator {
     second: Option<Lfsr>,
     start: u64,
     reloads: bool,
+    /// Whether the second is loaded with a seed from outside.
+    seeded: bool,
     #[set(first.degree)]
     width: u32,
     // The first stands in for the second where there is none.
     #[set(second.clone().unwrap_or_else(|| first.clone()))]
     other: Lfsr,
     /// ports
-    #[is(CodePorts::new(reloads))]
+    #[is(CodePorts::new(reloads, if seeded { width } else { 0 }))]
     pub io: CodePorts,
     #[under(lfsr_heading("u", &first))]
     #[about("")]
@@ -115,7 +117,9 @@ impl Logic for LfsrGenerator {
         if self.io.i_load.is_present() && self.io.i_load.val() {
             self.epoch.d.next = true;
             self.u.d.next = self.u_load.val();
-            if self.v.is_present() {
+            if self.io.i_seed.is_present() {
+                self.v.d.next = self.io.i_seed.val();
+            } else if self.v.is_present() {
                 self.v.d.next = self.v_load.val();
             }
         }

@@ -22,6 +22,9 @@ pub struct PhaseStepper {
     start: ReferenceStart,
     looks_ahead: bool,
     realigns: bool,
+    /// Whether a scan's first delay comes from outside; the reference then runs before a scan, and
+    /// fills the chips by itself.
+    is_set: bool,
     /// next chip of the reference
     pub i_chip: Input<bool>,
     /// the present chip is the last but one of a phase step
@@ -32,6 +35,10 @@ pub struct PhaseStepper {
     /// a scan begins with the next clock
     #[when(realigns)]
     pub i_start: Optional<Input<bool>>,
+    /// lanes that take the previous chip in a scan's first step
+    #[when(is_set && geometry.grows_by_samples())]
+    #[width(geometry.lanes - 1)]
+    pub i_delayed: Optional<Input<Word>>,
     /// the reference generator goes on to its next chip
     pub o_advance: Output<bool>,
     /// Reference of each sample; step p of a group of P takes it from bit
@@ -39,9 +46,9 @@ pub struct PhaseStepper {
     #[about(window_about(geometry.parallel))]
     #[width(geometry.window())]
     pub o_window: Output<Word>,
-    #[is(ChipHistory::new(geometry, start, realigns))]
+    #[is(ChipHistory::new(geometry, start, realigns && !is_set))]
     chips: ChipHistory,
-    #[is(LaneDelay::new(geometry, looks_ahead, realigns))]
+    #[is(LaneDelay::new(geometry, looks_ahead, realigns, is_set))]
     lanes: LaneDelay,
 }
 
@@ -78,10 +85,15 @@ impl Logic for PhaseStepper {
             self.lanes.i_pre_last_chip.next = self.i_pre_last_chip.val();
         }
         if self.i_start.is_present() {
-            self.chips.i_start.next = self.i_start.val();
+            if self.chips.i_start.is_present() {
+                self.chips.i_start.next = self.i_start.val();
+            }
             if self.lanes.i_start.is_present() {
                 self.lanes.i_start.next = self.i_start.val();
             }
+        }
+        if self.i_delayed.is_present() {
+            self.lanes.i_delayed.next = self.i_delayed.val();
         }
         self.o_advance.next = self.chips.o_advance.val();
         self.o_window.next = self.lanes.o_window.val();

@@ -33,6 +33,8 @@ pub struct ResultStream {
     last_steps: usize,
     /// Groups may come in successive clocks.
     back_to_back: bool,
+    /// Whether each loss, and each clamp, is told besides.
+    tells: bool,
     #[set(detectors * steps)]
     counts: usize,
     /// Whether counts wait behind the first.
@@ -108,6 +110,12 @@ pub struct ResultStream {
     /// a count was clamped since reset
     #[when(saturates)]
     pub o_saturated: Optional<Output<bool>>,
+    /// a group has just been lost
+    #[when(tells)]
+    pub o_lost: Optional<Output<bool>>,
+    /// a count of a group has just been clamped
+    #[when(tells && saturates)]
+    pub o_clamps: Optional<Output<bool>>,
     #[each(count in 0..counts)]
     #[about(match counts {
         1 => "the result",
@@ -131,6 +139,9 @@ pub struct ResultStream {
     /// the waiting results are the scan's last
     last: Register<bool>,
     overrun: Register<bool>,
+    /// a group was lost
+    #[when(tells)]
+    lost: Optional<Register<bool>>,
     /// the result is its group's last
     #[when(queues)]
     ends: Optional<Register<bool>>,
@@ -148,6 +159,9 @@ pub struct ResultStream {
     changes: Optional<Register<bool>>,
     #[when(saturates)]
     saturated: Optional<Register<bool>>,
+    /// a count was clamped
+    #[when(tells && saturates)]
+    clamps: Optional<Register<bool>>,
     #[when(saturates)]
     #[width(counts)]
     clamped: Optional<Local<Word>>,
@@ -263,6 +277,10 @@ impl Logic for ResultStream {
         self.valid.d.next = self.i_counted.val() | self.blocked.val();
         if self.i_counted.val() & self.blocked.val() {
             self.overrun.d.next = true;
+        }
+        if self.lost.is_present() {
+            self.lost.d.next = self.i_counted.val() & self.blocked.val();
+            self.o_lost.next = self.lost.q.val();
         }
         self.offer();
     }
@@ -441,6 +459,10 @@ impl Logic for ResultStream {
 
     fn flag_clamped(&mut self) {
         self.clamped.next = gather(self.count.len(), |c| self.i_clamped[c].val());
+        if self.clamps.is_present() {
+            self.clamps.d.next = false;
+            self.o_clamps.next = self.clamps.q.val();
+        }
         if self.clamped_last.is_present() {
             let (steps, last_steps) = (self.steps, self.last_steps);
             self.clamped_last.next = gather(self.last_counts, |c| {
@@ -450,9 +472,15 @@ impl Logic for ResultStream {
                 & ((!self.i_last.val() & self.clamped.val().any()) | self.clamped_last.val().any())
             {
                 self.saturated.d.next = true;
+                if self.clamps.is_present() {
+                    self.clamps.d.next = true;
+                }
             }
         } else if self.i_counted.val() & self.clamped.val().any() {
             self.saturated.d.next = true;
+            if self.clamps.is_present() {
+                self.clamps.d.next = true;
+            }
         }
         self.o_saturated.next = self.saturated.q.val();
     }

@@ -1,5 +1,6 @@
 //! Ports of the whole sensor, whatever it counts.
 
+use super::register_file::RegisterPorts;
 use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
 use crate::sensor::interface::{Correlator, Counting, Interface};
@@ -87,6 +88,10 @@ pub struct SensorPorts {
     #[under(PEAK)]
     #[when(has_peak)]
     pub o_peak_valid: Optional<Output<bool>>,
+    /// by which a host sets the scan
+    #[when(interface.registers.is_some())]
+    #[is(RegisterPorts::new())]
+    pub registers: Optional<RegisterPorts>,
 }
 
 /// Bits of a port that the interface has.

@@ -13,11 +13,15 @@
 
 use std::sync::Arc;
 
-use super::{CodeSource, DetectorChannel, PeakDetector, ResultStream, ScanController, SensorPorts};
+use super::{
+    CodeSource, DetectorChannel, PeakDetector, RegisterFile, ResultStream, ScanController,
+    ScanSequencer, SensorPorts, first_of,
+};
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::port::Direction;
+use crate::sensor::registers::CHIPS_AHEAD;
 
 /// Transmit generators, the scan, a channel for each detector, and the results.
 #[block(describe(&interface, &counts))]
@@ -32,6 +36,12 @@ pub struct SensorTop {
     lanes: usize,
     #[set(interface.parallel() as usize)]
     parallel: usize,
+    /// Whether a host sets the scan.
+    #[set(interface.registers.is_some())]
+    is_set: bool,
+    /// Which seed each code, and each detector's code, takes.
+    #[set(seeds_taken(&interface, &codes))]
+    seeds: (Vec<Option<usize>>, Vec<Option<usize>>),
     /// ports
     #[is(SensorPorts::new(interface.clone()))]
     pub io: SensorPorts,
@@ -39,10 +49,19 @@ pub struct SensorTop {
     laser: Register<Word>,
     epoch: Register<bool>,
     #[each(code in codes.all.iter())]
-    #[is(CodeSource::new(code, 0, interface.realigns()))]
+    #[is(if is_set { CodeSource::seeded(code) } else { CodeSource::new(code, 0, interface.realigns()) })]
     transmit: Vec<CodeSource>,
+    #[each(stage in 0..if is_set { CHIPS_AHEAD } else { 0 })]
+    #[about(first_of(stage as usize, "chips on their way to the lasers"))]
+    #[width(codes.of_sources.len())]
+    ahead: Vec<Register<Word>>,
+    /// first chips of the reference's code on their way
+    #[when(is_set)]
+    #[width(CHIPS_AHEAD as u32)]
+    epoch_ahead: Optional<Register<Word>>,
     #[width(codes.of_sources.len())]
     chips: Local<Word>,
+    #[when(!is_set)]
     #[is(ScanController::new(
         interface.timing.scan.integration_chips,
         interface.groups(),
@@ -52,7 +71,24 @@ pub struct SensorTop {
         counts.clocks_of_counting(),
         detectors * parallel > 1,
     ))]
-    controller: ScanController,
+    controller: Optional<ScanController>,
+    #[each(plan in interface.registers.iter())]
+    #[is(ScanSequencer::new(
+        (**plan).clone(),
+        Correlator::clocks_to_dump(interface.lanes()),
+        counts.count_segments.count,
+        counts.clocks_of_counting(),
+        detectors * parallel > 1,
+    ))]
+    sequencer: Vec<ScanSequencer>,
+    #[each(plan in interface.registers.iter())]
+    #[is(RegisterFile::new(
+        (**plan).clone(),
+        plan.initial_words(&interface),
+        counts.saturates(),
+        counts.peak.map_or((0, 0), |peak| (peak.step_bits, peak.count_bits)),
+    ))]
+    registers: Vec<RegisterFile>,
     #[each(code in interface.reference_codes.iter())]
     #[is(DetectorChannel::new(interface.clone(), counts, code.clone()))]
     channel: Vec<DetectorChannel>,
@@ -64,6 +100,7 @@ pub struct SensorTop {
         parallel,
         interface.last_group_steps() as usize,
         interface.timing.scan.integration_chips == 1,
+        is_set,
     ))]
     results: ResultStream,
     #[each(peak in counts.peak.iter())]
@@ -158,13 +195,38 @@ pub(super) fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> Di
     codes
 }
 
+/// The seed, by its number among those that a host sets, of each transmit generator and of each detector's
+/// reference.
+fn seeds_taken(
+    interface: &Interface,
+    codes: &DistinctCodes,
+) -> (Vec<Option<usize>>, Vec<Option<usize>>) {
+    let seeds = interface.registers.iter().flat_map(|plan| &plan.seeds);
+    let of_seeds: Vec<usize> = seeds.map(|seed| codes.of_sources[seed.source.0]).collect();
+    let seed_of = |code: usize| of_seeds.iter().position(|&of_seed| of_seed == code);
+    let references = distinct_codes(&interface.reference_codes[0], &interface.reference_codes);
+    let number = |code: &Arc<Code>| {
+        let all = codes.all.iter();
+        let same = distinct_codes(code, &codes.all).of_sources;
+        all.zip(same).position(|(_, which)| which == 0)
+    };
+    let of_detectors = references.of_sources.iter().map(|&code| number(&references.all[code]));
+    (
+        (0..codes.all.len()).map(seed_of).collect(),
+        of_detectors.map(|code| code.and_then(seed_of)).collect(),
+    )
+}
+
 #[kernel]
 impl Logic for SensorTop {
     fn update(&mut self) {
         self.transmit_codes();
         self.run_channels();
         self.hand_counts();
-        if self.interface.realigns() {
+        if self.is_set {
+            self.set_scans();
+            self.serve_host();
+        } else if self.interface.realigns() {
             self.realign();
         }
         self.stream_results();
@@ -180,21 +242,107 @@ impl Logic for SensorTop {
         self.chips.next = gather(self.codes.of_sources.len(), |source| {
             self.transmit[self.codes.of_sources[source]].o_chip.val()
         });
-        self.laser.d.next = self.chips.val();
-        self.epoch.d.next = self.transmit[0].o_epoch.val();
+        if self.is_set {
+            self.run_ahead();
+        } else {
+            self.laser.d.next = self.chips.val();
+            self.epoch.d.next = self.transmit[0].o_epoch.val();
+        }
         self.io.o_laser.next = self.laser.q.val();
         self.io.o_epoch.next = self.epoch.q.val();
+    }
+
+    /// The generators run ahead of the lasers, which are dark while no scan is wanted.
+    fn run_ahead(&mut self) {
+        for g in 0..self.transmit.len() {
+            self.transmit[g].i_load.next = !self.sequencer[0].o_on.val();
+            if self.transmit[g].i_seed.is_present() {
+                self.transmit[g].i_seed.next =
+                    self.sequencer[0].o_seed[self.seeds.0[g].unwrap_or(0)].val();
+            }
+        }
+        let last = self.ahead.len() - 1;
+        self.ahead[0].d.next = self.chips.val() & signed_cast(self.sequencer[0].o_on.val());
+        for stage in 1..self.ahead.len() {
+            self.ahead[stage].d.next = self.ahead[stage - 1].q.val();
+        }
+        self.laser.d.next = self.ahead[last].q.val();
+        self.epoch_ahead.d.next = (self.epoch_ahead.q.val() << 1)
+            .replace_bit(0, self.transmit[0].o_epoch.val() & self.sequencer[0].o_on.val());
+        self.epoch.d.next = self.epoch_ahead.q.val().get_bit(last);
+    }
+
+    /// Steps and scans as the host's settings say.
+    fn set_scans(&mut self) {
+        let last = self.ahead.len() - 1;
+        self.sequencer[0].i_epoch.next = self.transmit[0].o_epoch.val();
+        self.sequencer[0].i_laser_epoch.next = self.epoch_ahead.q.val().get_bit(last);
+        self.sequencer[0].i_go.next = self.registers[0].o_go.val();
+        self.sequencer[0].i_changed.next = self.registers[0].o_changed.val();
+        self.sequencer[0].i_word.next = self.registers[0].o_word.val();
+        for d in 0..self.channel.len() {
+            self.channel[d].i_start.next = self.sequencer[0].o_load.val();
+            if self.channel[0].i_delayed.is_present() {
+                self.channel[d].i_delayed.next = self.sequencer[0].o_delayed.val();
+            }
+            if self.channel[d].i_seed.is_present() {
+                self.channel[d].i_seed.next =
+                    self.sequencer[0].o_seed[self.seeds.1[d].unwrap_or(0)].val();
+            }
+        }
+    }
+
+    /// The registers, and what they tell.
+    fn serve_host(&mut self) {
+        self.registers[0].i_word_taken.next = self.sequencer[0].o_word.val();
+        self.registers[0].i_refused.next = self.sequencer[0].o_refused.val();
+        self.registers[0].i_busy.next = self.sequencer[0].o_busy.val();
+        self.registers[0].i_scan_counted.next = self.sequencer[0].o_scan_counted.val();
+        self.registers[0].i_lost.next = self.results.o_lost.val();
+        if self.io.o_saturated.is_present() {
+            self.registers[0].i_clamps.next = self.results.o_clamps.val();
+        }
+        if self.io.o_peak_valid.is_present() {
+            self.registers[0].i_peak_step.next = self.peak[0].o_step.val();
+            self.registers[0].i_peak_count.next = self.peak[0].o_count.val();
+        }
+        self.registers[0].s_axil_awaddr.next = self.io.registers.s_axil_awaddr.val();
+        self.registers[0].s_axil_awvalid.next = self.io.registers.s_axil_awvalid.val();
+        self.io.registers.s_axil_awready.next = self.registers[0].s_axil_awready.val();
+        self.registers[0].s_axil_wdata.next = self.io.registers.s_axil_wdata.val();
+        self.registers[0].s_axil_wstrb.next = self.io.registers.s_axil_wstrb.val();
+        self.registers[0].s_axil_wvalid.next = self.io.registers.s_axil_wvalid.val();
+        self.io.registers.s_axil_wready.next = self.registers[0].s_axil_wready.val();
+        self.io.registers.s_axil_bresp.next = self.registers[0].s_axil_bresp.val();
+        self.io.registers.s_axil_bvalid.next = self.registers[0].s_axil_bvalid.val();
+        self.registers[0].s_axil_bready.next = self.io.registers.s_axil_bready.val();
+        self.registers[0].s_axil_araddr.next = self.io.registers.s_axil_araddr.val();
+        self.registers[0].s_axil_arvalid.next = self.io.registers.s_axil_arvalid.val();
+        self.io.registers.s_axil_arready.next = self.registers[0].s_axil_arready.val();
+        self.io.registers.s_axil_rdata.next = self.registers[0].s_axil_rdata.val();
+        self.io.registers.s_axil_rresp.next = self.registers[0].s_axil_rresp.val();
+        self.io.registers.s_axil_rvalid.next = self.registers[0].s_axil_rvalid.val();
+        self.registers[0].s_axil_rready.next = self.io.registers.s_axil_rready.val();
     }
 
     fn run_channels(&mut self) {
         let lanes = self.lanes;
         for d in 0..self.channel.len() {
-            self.channel[d].i_run.next = self.controller.o_run.val();
-            if self.channel[0].i_pre_last_chip.is_present() {
-                self.channel[d].i_pre_last_chip.next = self.controller.o_pre_last_chip.val();
+            if self.is_set {
+                self.channel[d].i_run.next = self.sequencer[0].o_run.val();
+                if self.channel[0].i_pre_last_chip.is_present() {
+                    self.channel[d].i_pre_last_chip.next = self.sequencer[0].o_pre_last_chip.val();
+                }
+                self.channel[d].i_last_chip.next = self.sequencer[0].o_last_chip.val();
+                self.channel[d].i_dump.next = self.sequencer[0].o_dump.val();
+            } else {
+                self.channel[d].i_run.next = self.controller.o_run.val();
+                if self.channel[0].i_pre_last_chip.is_present() {
+                    self.channel[d].i_pre_last_chip.next = self.controller.o_pre_last_chip.val();
+                }
+                self.channel[d].i_last_chip.next = self.controller.o_last_chip.val();
+                self.channel[d].i_dump.next = self.controller.o_dump.val();
             }
-            self.channel[d].i_last_chip.next = self.controller.o_last_chip.val();
-            self.channel[d].i_dump.next = self.controller.o_dump.val();
         }
         for d in 0..self.channel.len() {
             self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
@@ -232,11 +380,19 @@ impl Logic for SensorTop {
     }
 
     fn stream_results(&mut self) {
-        if self.results.i_pre_counted.is_present() {
-            self.results.i_pre_counted.next = self.controller.o_pre_counted.val();
+        if self.is_set {
+            if self.results.i_pre_counted.is_present() {
+                self.results.i_pre_counted.next = self.sequencer[0].o_pre_counted.val();
+            }
+            self.results.i_counted.next = self.sequencer[0].o_counted.val();
+            self.results.i_last.next = self.sequencer[0].o_scan_counted.val();
+        } else {
+            if self.results.i_pre_counted.is_present() {
+                self.results.i_pre_counted.next = self.controller.o_pre_counted.val();
+            }
+            self.results.i_counted.next = self.controller.o_counted.val();
+            self.results.i_last.next = self.controller.o_scan_counted.val();
         }
-        self.results.i_counted.next = self.controller.o_counted.val();
-        self.results.i_last.next = self.controller.o_scan_counted.val();
         self.results.i_ready.next = self.io.m_axis_tready.val();
         self.io.m_axis_tdata.next = self.results.o_data.val();
         self.io.m_axis_tvalid.next = self.results.o_valid.val();
@@ -248,8 +404,13 @@ impl Logic for SensorTop {
     }
 
     fn find_peaks(&mut self) {
-        self.peak[0].i_counted.next = self.controller.o_counted.val();
-        self.peak[0].i_last.next = self.controller.o_scan_counted.val();
+        if self.is_set {
+            self.peak[0].i_counted.next = self.sequencer[0].o_counted.val();
+            self.peak[0].i_last.next = self.sequencer[0].o_scan_counted.val();
+        } else {
+            self.peak[0].i_counted.next = self.controller.o_counted.val();
+            self.peak[0].i_last.next = self.controller.o_scan_counted.val();
+        }
         self.io.o_peak_step.next = self.peak[0].o_step.val();
         self.io.o_peak_count.next = self.peak[0].o_count.val();
         self.io.o_peak_valid.next = self.peak[0].o_valid.val();

@@ -23,7 +23,7 @@ pub struct SquareGenerator {
     #[set(u128::from(start.is_multiple_of(2)))]
     load: u128,
     /// ports
-    #[is(CodePorts::new(reloads))]
+    #[is(CodePorts::new(reloads, 0))]
     pub io: CodePorts,
     /// that reset gives
     #[width(1)]

@@ -28,6 +28,7 @@ mod memory;
 mod net;
 mod optional;
 mod register;
+mod register_memory;
 pub mod tree;
 mod word;
 
@@ -38,6 +39,7 @@ pub use memory::Memory;
 pub use net::{Constant, Input, InputPort, Inputs, Local, Net, Output, Value};
 pub use optional::Optional;
 pub use register::Register;
+pub use register_memory::RegisterMemory;
 pub use word::{SignedWord, Word, bit_cast, gather, signed_cast};
 
 /// What a block's source file needs in scope, rust-hdl's macros included.
@@ -49,6 +51,6 @@ pub mod prelude {
 
     pub use super::{
         About, BitTable, Constant, Input, InputPort, Inputs, Local, Memory, Optional, Output,
-        Register, StateCheck, Word, bit_cast, gather, signed_cast, tree,
+        Register, RegisterMemory, StateCheck, Word, bit_cast, gather, signed_cast, tree,
     };
 }

@@ -90,6 +90,19 @@ impl PartialOrd for Word {
     }
 }
 
+/// With a number that is settled at elaboration.
+impl PartialEq<usize> for Word {
+    fn eq(&self, other: &usize) -> bool {
+        self.value == (*other as u128)
+    }
+}
+
+impl PartialOrd<usize> for Word {
+    fn partial_cmp(&self, other: &usize) -> Option<Ordering> {
+        self.value.partial_cmp(&(*other as u128))
+    }
+}
+
 impl From<bool> for Word {
     fn from(bit: bool) -> Word {
         Word::new(u128::from(bit), 1)

@@ -98,6 +98,7 @@ impl Follower {
             resets: std::iter::once(0..RESET_CLOCKS).collect(),
             stalls: Vec::new(),
             skips: Vec::new(),
+            host: Vec::new(),
         };
         self.reference.predict_changes(&surroundings, hits, &mut self.changes);
         self.clock = clocks.end;

@@ -107,6 +107,7 @@ impl<'a> Watch<'a> {
                 resets: std::iter::once(0..RESET_CLOCKS).collect(),
                 stalls: Vec::new(),
                 skips: Vec::new(),
+                host: Vec::new(),
             };
             reference.predict_changes(&surroundings, &hits, &mut Changes::default());
             clock = end;

@@ -26,8 +26,10 @@ pub struct Interleaver {
     /// Of the generator's first chip.
     first_subchip: u64,
     reloads: bool,
+    /// Bits of the generator's seed, if that is set from outside.
+    seed_bits: u32,
     /// ports
-    #[is(CodePorts::new(reloads))]
+    #[is(CodePorts::new(reloads, seed_bits))]
     pub io: CodePorts,
     /// that reset gives
     #[width(depth)]
@@ -50,6 +52,9 @@ impl Logic for Interleaver {
             self.generator.o_epoch.val() & (self.subchip.q.val() == self.subchip_load.val());
         if self.io.i_advance.val() {
             self.subchip.d.next = self.subchip.q.val() + 1;
+        }
+        if self.io.i_seed.is_present() {
+            self.generator.i_seed.next = self.io.i_seed.val();
         }
         if self.io.i_load.is_present() {
             self.generator.i_load.next = self.io.i_load.val();

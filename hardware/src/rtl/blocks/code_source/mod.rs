@@ -8,7 +8,7 @@ use rust_hdl_core::ast::Verilog;
 
 pub use self::interleaver::Interleaver;
 use super::{ChipTableGenerator, CodePorts, LfsrGenerator, SquareGenerator};
-use crate::code::{Code, Generator};
+use crate::code::{Code, Generator, Lfsr};
 use crate::rtl::front::prelude::*;
 
 /// Any source of chips; all have [`CodePorts`].
@@ -28,14 +28,25 @@ impl CodeSource {
     /// The source of `code` whose reset and load give chip `start`, 0 ..
     /// `code.len()`.
     pub fn new(code: &Code, start: u64, reloads: bool) -> CodeSource {
+        CodeSource::of(code, start, reloads, false)
+    }
+
+    /// The source of `code` from its first chip on, whose load gives a Gold code's second register
+    /// the seed on `i_seed`.
+    pub fn seeded(code: &Code) -> CodeSource {
+        CodeSource::of(code, 0, true, matches!(code.generator, Generator::Gold { .. }))
+    }
+
+    fn of(code: &Code, start: u64, reloads: bool, seeded: bool) -> CodeSource {
         let base_start = start >> code.interleave;
+        let lfsr = |first: &Lfsr, second: Option<&Lfsr>| {
+            let second = second.cloned();
+            let lfsr = LfsrGenerator::new(first.clone(), second, base_start, reloads, seeded);
+            CodeSource::Lfsr(lfsr.into())
+        };
         let generator = match &code.generator {
-            Generator::MSequence(lfsr) => {
-                CodeSource::Lfsr(LfsrGenerator::new(lfsr.clone(), None, base_start, reloads).into())
-            }
-            Generator::Gold { u, v } => CodeSource::Lfsr(
-                LfsrGenerator::new(u.clone(), Some(v.clone()), base_start, reloads).into(),
-            ),
+            Generator::MSequence(only) => lfsr(only, None),
+            Generator::Gold { u, v } => lfsr(u, Some(v)),
             Generator::Square => {
                 CodeSource::Square(SquareGenerator::new(base_start, reloads).into())
             }
@@ -47,7 +58,11 @@ impl CodeSource {
             return generator;
         }
         let subchip = start & ((1 << code.interleave) - 1);
-        let interleaver = Interleaver::new(code.interleave, subchip, reloads, generator);
+        let seed_bits = match &code.generator {
+            Generator::Gold { v, .. } if seeded => v.degree,
+            _ => 0,
+        };
+        let interleaver = Interleaver::new(code.interleave, subchip, reloads, seed_bits, generator);
         CodeSource::Interleaver(interleaver.into())
     }
 

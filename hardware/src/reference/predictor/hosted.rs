@@ -1,0 +1,262 @@
+//! Scans as a host sets them: when settings are taken over, when the codes begin, and what follows a scan.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::{Reference, ScanState, Surroundings};
+use crate::reference::canvas::Canvas;
+use crate::reference::pattern::chip_patterns;
+use crate::reference::registers::{HostOutputs, Registers, Sequence, Told};
+use crate::scan::{Group, Sample};
+use crate::sensor::interface::Interface;
+use crate::sensor::layout::Layout;
+use crate::sensor::port::Role;
+use crate::sensor::registers::{CHIPS_AHEAD, Settings};
+
+/// No cycle of any run.
+pub(super) const NEVER: u64 = u64::MAX / 4;
+
+/// The registers, and where the scans stand that they ask for.
+#[derive(Debug, Clone)]
+pub(super) struct Hosted {
+    registers: Registers,
+    /// As the scene has it; scans have its settings changed.
+    base: Interface,
+    /// Places of lasers and epoch.
+    places: [(usize, u32); 2],
+    phase: Phase,
+    /// What has been read of the settings.
+    words: Vec<u32>,
+    /// First clock at which the lasers are dark.
+    dark_from: u64,
+    /// Whether the present scan has ended.
+    has_ended: bool,
+}
+
+/// What the hardware is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// It waits until scans are wanted.
+    Idle,
+    /// Settings are taken over, the first at this clock.
+    Takes { from: u64 },
+    /// Codes run.
+    On,
+}
+
+impl Hosted {
+    pub(super) fn new(interface: &Interface, layout: &Layout) -> Option<Box<Hosted>> {
+        let place = |role| layout.outputs.place(role);
+        Some(Box::new(Hosted {
+            registers: Registers::new(interface, layout)?,
+            base: interface.clone(),
+            places: [place(Role::Laser), place(Role::Epoch)],
+            phase: Phase::Idle,
+            words: Vec::new(),
+            dark_from: 0,
+            has_ended: true,
+        }))
+    }
+
+    /// As reset leaves it.
+    pub(super) fn reset(&mut self) {
+        self.registers.reset();
+        self.phase = Phase::Idle;
+        self.dark_from = 0;
+        self.has_ended = true;
+    }
+
+    /// A scan's last word has come; its last counts are told at `clock`.
+    pub(super) fn scan_ends(&mut self, clock: u64) {
+        self.has_ended = true;
+        self.registers.tell(clock, Told::ScanCounted);
+    }
+
+    /// The scan that comes after one which nothing is known to follow.
+    pub(super) fn no_scan(scan: u64, interface: &Interface) -> ScanState {
+        ScanState { scan, from: NEVER, ..ScanState::start(interface) }
+    }
+}
+
+impl Reference {
+    /// What the slave of the registers shows after the blocks predicted so far.
+    pub fn host_outputs(&self) -> HostOutputs {
+        self.hosted.as_ref().map(|hosted| hosted.registers.shown()).unwrap_or_default()
+    }
+
+    /// A stretch of clocks without reset, of hardware with registers.
+    pub(super) fn predict_hosted(
+        &mut self,
+        mut hosted: Box<Hosted>,
+        clocks: Range<u64>,
+        block: &Surroundings,
+        hits: &[Vec<Sample>],
+        expected: &mut impl Canvas,
+    ) {
+        let mut clock = clocks.start;
+        while clock < clocks.end {
+            clock = match hosted.phase {
+                Phase::On => {
+                    let group_end = self.released + 1 + self.scan.from + self.scan.chips;
+                    let until = clocks.end.min(group_end.max(clock + 1));
+                    hosted = self.predict_counts(hosted, clock..until, block, hits, expected);
+                    self.go_through_scan(&mut hosted, clock..until, block, expected);
+                    until
+                }
+                Phase::Idle | Phase::Takes { .. } => {
+                    let until = match hosted.phase {
+                        Phase::Idle if !hosted.registers.go() && hosted.registers.is_quiet() => {
+                            let next = block.host.iter().find(|(range, _)| range.end > clock);
+                            let next = next.map_or(clocks.end, |(range, _)| range.start);
+                            next.clamp(clock + 1, clocks.end)
+                        }
+                        _ => clock + 1,
+                    };
+                    hosted = self.predict_counts(hosted, clock..until, block, hits, expected);
+                    self.prepare(&mut hosted, clock..until, block, expected);
+                    until
+                }
+            };
+        }
+        self.hosted = Some(hosted);
+    }
+
+    /// Codes, counts, results and peaks of a stretch of clocks.
+    fn predict_counts(
+        &mut self,
+        mut hosted: Box<Hosted>,
+        clocks: Range<u64>,
+        block: &Surroundings,
+        hits: &[Vec<Sample>],
+        expected: &mut impl Canvas,
+    ) -> Box<Hosted> {
+        let dark_from = match hosted.phase {
+            Phase::On => u64::MAX,
+            _ => hosted.dark_from,
+        };
+        let lit = clocks.start.max(self.released)..clocks.end.min(dark_from);
+        if !lit.is_empty() {
+            for pattern in &self.chips {
+                expected.or_code(pattern, lit.clone(), lit.start - self.released);
+            }
+            self.mark_codes(lit.end - self.released);
+        }
+        if hosted.phase == Phase::On {
+            hosted.has_ended = false;
+            self.hosted = Some(hosted);
+            self.count(clocks.clone(), hits);
+            hosted = self.hosted.take().expect("it was put there");
+        }
+        self.stream.predict(clocks.clone(), &block.stalls, expected);
+        for (clock, told) in self.stream.take_told() {
+            hosted.registers.tell(clock, told);
+        }
+        if let Some(peak) = &mut self.peak {
+            for (clock, peaks) in peak.predict(clocks, expected, &mut self.stream.exercise.covered)
+            {
+                hosted.registers.tell(clock, Told::Peaks(peaks));
+            }
+        }
+        hosted
+    }
+
+    /// A stretch of a scan, which may be its last.
+    fn go_through_scan(
+        &mut self,
+        hosted: &mut Hosted,
+        clocks: Range<u64>,
+        block: &Surroundings,
+        expected: &mut impl Canvas,
+    ) {
+        let busy = Sequence { busy: true, ..Sequence::default() };
+        if !hosted.has_ended {
+            return hosted.registers.run(clocks, &block.host, busy, expected);
+        }
+        let last = clocks.end - 1;
+        hosted.registers.run(clocks.start..last, &block.host, busy, expected);
+        let (go, changed) = (hosted.registers.go(), hosted.registers.changed());
+        hosted.registers.run(last..clocks.end, &block.host, busy, expected);
+        let end = last - self.released;
+        if go && !changed {
+            self.scan = match self.interface.realigns() {
+                true => ScanState {
+                    scan: self.scan.scan,
+                    from: self.next_scan(end),
+                    ..ScanState::start(&self.interface)
+                },
+                // It goes on where the one before it ended.
+                false => ScanState { from: end, ..self.scan },
+            };
+            hosted.has_ended = false;
+        } else {
+            hosted.phase = Phase::Idle;
+            hosted.dark_from = last + 1 + CHIPS_AHEAD;
+        }
+    }
+
+    /// Clocks without a scan: one, or many in which nothing happens.
+    fn prepare(
+        &mut self,
+        hosted: &mut Hosted,
+        clocks: Range<u64>,
+        block: &Surroundings,
+        expected: &mut impl Canvas,
+    ) {
+        let clock = clocks.start;
+        let settings = hosted.registers.plan().settings() as u64;
+        let mut sequence = Sequence::default();
+        let mut next = hosted.phase;
+        match hosted.phase {
+            Phase::Idle if hosted.registers.go() => {
+                next = Phase::Takes { from: clock + 1 };
+                sequence.takes_next = true;
+            }
+            Phase::Takes { from } => {
+                let at = clock - from;
+                sequence.busy = true;
+                sequence.takes_next = at + 1 < settings;
+                if at < settings {
+                    let word = hosted.registers.setting(at as usize);
+                    if at == 0 {
+                        hosted.words.clear();
+                    }
+                    hosted.words.push(word);
+                    sequence.taken = Some(at as usize);
+                } else if at == settings + 1 {
+                    let settings = hosted.registers.settings(&hosted.words);
+                    sequence.refused = !hosted.registers.plan().fits(&settings);
+                    next = if sequence.refused { Phase::Idle } else { Phase::On };
+                    if !sequence.refused {
+                        self.take_over(hosted, &settings, clock + 1 + CHIPS_AHEAD);
+                    }
+                }
+            }
+            _ => {}
+        }
+        hosted.registers.run(clocks, &block.host, sequence, expected);
+        hosted.phase = next;
+    }
+
+    /// Scans have these settings from now on; the lasers show their codes' first chips after the rising edge of
+    /// `released`.
+    fn take_over(&mut self, hosted: &mut Hosted, settings: &Settings, released: u64) {
+        let plan = Arc::clone(hosted.registers.plan());
+        let interface = hosted.base.with_settings(&plan, settings);
+        let is_other = |(one, other): (&Arc<_>, &Arc<_>)| one != other;
+        let codes = interface.source_codes.iter().zip(&self.interface.source_codes);
+        if codes.into_iter().any(is_other) {
+            self.signs = super::signs(&interface);
+            self.chips = chip_patterns(&interface, hosted.places[0], hosted.places[1]);
+        }
+        self.interface = interface;
+        self.released = released;
+        self.scan = ScanState {
+            scan: self.scan.scan,
+            from: self.interface.timing.preparation_chips,
+            ..ScanState::start(&self.interface)
+        };
+        if let Some(peak) = &mut self.peak {
+            peak.last_group = Group(self.interface.groups() - 1);
+        }
+    }
+}

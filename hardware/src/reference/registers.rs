@@ -1,0 +1,401 @@
+//! The registers of [`crate::sensor::registers`], clock by clock where a host does something: an AXI4-Lite slave, the
+//! settings, and what is told of scans.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::canvas::Canvas;
+use crate::sensor::interface::Interface;
+use crate::sensor::layout::{Field, Layout, mask};
+use crate::sensor::port::Role;
+use crate::sensor::registers::{
+    CONTROL, IDENTITY_WORDS, LOST_BITS, PEAKS, RegisterPlan, SCANS_BITS, STATUS, Settings, state,
+};
+
+/// What a host drives at a clock.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct HostInputs {
+    /// `s_axil_awvalid`, and the address that is there whether or not it is.
+    pub write_address_valid: bool,
+    /// `s_axil_awaddr`.
+    pub write_address: u16,
+    /// `s_axil_wvalid`.
+    pub write_valid: bool,
+    /// `s_axil_wdata`.
+    pub write_data: u32,
+    /// `s_axil_wstrb`.
+    pub write_strobe: u8,
+    /// `s_axil_bready`.
+    pub write_response_ready: bool,
+    /// `s_axil_arvalid`.
+    pub read_address_valid: bool,
+    /// `s_axil_araddr`.
+    pub read_address: u16,
+    /// `s_axil_rready`.
+    pub read_ready: bool,
+}
+
+impl HostInputs {
+    /// What a port has; 0 of those that a host does not drive.
+    pub fn of(&self, role: Role) -> u64 {
+        match role {
+            Role::WriteAddress => self.write_address.into(),
+            Role::WriteAddressValid => self.write_address_valid.into(),
+            Role::WriteData => self.write_data.into(),
+            Role::WriteStrobe => self.write_strobe.into(),
+            Role::WriteValid => self.write_valid.into(),
+            Role::WriteResponseReady => self.write_response_ready.into(),
+            Role::ReadAddress => self.read_address.into(),
+            Role::ReadAddressValid => self.read_address_valid.into(),
+            Role::ReadReady => self.read_ready.into(),
+            _ => 0,
+        }
+    }
+}
+
+/// Clocks at which a host drives something, in order, disjoint; at all others it drives 0.
+pub type HostClocks = Vec<(Range<u64>, HostInputs)>;
+
+/// What the slave shows a host.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct HostOutputs {
+    /// `s_axil_awready` and `s_axil_wready`.
+    pub write_ready: bool,
+    /// `s_axil_bvalid`.
+    pub write_response_valid: bool,
+    /// Whether `s_axil_bresp` is SLVERR.
+    pub write_error: bool,
+    /// `s_axil_arready`.
+    pub read_address_ready: bool,
+    /// `s_axil_rvalid`.
+    pub read_valid: bool,
+    /// Whether `s_axil_rresp` is SLVERR.
+    pub read_error: bool,
+    /// `s_axil_rdata`.
+    pub read_data: u32,
+}
+
+/// What scans tell the registers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Told {
+    /// A scan's last counts are there.
+    ScanCounted,
+    /// A group was lost.
+    Lost,
+    /// A count was clamped.
+    Clamped,
+    /// Step, from the scan's first, and count of each detector's peak.
+    Peaks(Vec<(u64, i64)>),
+}
+
+/// What the rest of the hardware is at, at a clock.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sequence {
+    /// The setting that is read.
+    pub(super) taken: Option<usize>,
+    /// One is read in the next clock.
+    pub(super) takes_next: bool,
+    /// Settings are refused.
+    pub(super) refused: bool,
+    /// A scan is under way, or prepared.
+    pub(super) busy: bool,
+}
+
+/// What a write is to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Target {
+    Setting(usize),
+    Control,
+    Status,
+}
+
+/// The registers.
+#[derive(Debug, Clone)]
+pub(super) struct Registers {
+    plan: Arc<RegisterPlan>,
+    fields: Vec<Field>,
+    words: Vec<u32>,
+    /// A write takes place in this clock; what it is to.
+    write: bool,
+    target: Option<Target>,
+    read: bool,
+    shown: HostOutputs,
+    runs: bool,
+    single: bool,
+    changed: bool,
+    overrun: bool,
+    saturated: bool,
+    refused: bool,
+    lost: u32,
+    scans: u32,
+    peaks: Vec<(u64, i64)>,
+    /// What is told at clocks to come.
+    told: BTreeMap<u64, Vec<Told>>,
+}
+
+impl Registers {
+    /// At power-up.
+    pub(super) fn new(interface: &Interface, layout: &Layout) -> Option<Registers> {
+        let plan = interface.registers.clone()?;
+        let mut words = plan.initial_words(interface);
+        words.resize(1 << plan.word_bits(), 0);
+        let fields = layout.outputs.fields.iter();
+        let is_own = |field: &&Field| field.port.role >= Role::WriteAddress;
+        Some(Registers {
+            fields: fields.filter(is_own).cloned().collect(),
+            words,
+            write: false,
+            target: None,
+            read: false,
+            shown: HostOutputs::default(),
+            runs: true,
+            single: false,
+            changed: false,
+            overrun: false,
+            saturated: false,
+            refused: false,
+            lost: 0,
+            scans: 0,
+            peaks: vec![(0, 0); plan.peaks as usize],
+            told: BTreeMap::new(),
+            plan,
+        })
+    }
+
+    /// All but the memory.
+    pub(super) fn reset(&mut self) {
+        let words = std::mem::take(&mut self.words);
+        *self = Registers {
+            words,
+            plan: Arc::clone(&self.plan),
+            fields: std::mem::take(&mut self.fields),
+            write: false,
+            target: None,
+            read: false,
+            shown: HostOutputs::default(),
+            runs: true,
+            single: false,
+            changed: false,
+            overrun: false,
+            saturated: false,
+            refused: false,
+            lost: 0,
+            scans: 0,
+            peaks: vec![(0, 0); self.plan.peaks as usize],
+            told: BTreeMap::new(),
+        };
+    }
+
+    /// What they are like.
+    pub(super) fn plan(&self) -> &Arc<RegisterPlan> {
+        &self.plan
+    }
+
+    /// What the slave shows after the last clock.
+    pub(super) fn shown(&self) -> HostOutputs {
+        self.shown
+    }
+
+    /// Whether scans are wanted.
+    pub(super) fn go(&self) -> bool {
+        self.runs || self.single
+    }
+
+    /// Whether settings were written, or a single scan was asked for, since the last take-over.
+    pub(super) fn changed(&self) -> bool {
+        self.changed
+    }
+
+    /// A setting as it is in the memory.
+    pub(super) fn setting(&self, number: usize) -> u32 {
+        self.words[IDENTITY_WORDS + number]
+    }
+
+    /// Settings, of their words.
+    pub(super) fn settings(&self, words: &[u32]) -> Settings {
+        self.plan.settings_in(words)
+    }
+
+    /// Something is told at a clock.
+    pub(super) fn tell(&mut self, clock: u64, told: Told) {
+        self.told.entry(clock).or_default().push(told);
+    }
+
+    /// Goes through some clocks in which `sequence` is one thing, and shows the ports.
+    pub(super) fn run(
+        &mut self,
+        clocks: Range<u64>,
+        host: &[(Range<u64>, HostInputs)],
+        sequence: Sequence,
+        expected: &mut impl Canvas,
+    ) {
+        let mut clock = clocks.start;
+        let first = host.partition_point(|(range, _)| range.end <= clock);
+        let mut host = &host[first..];
+        while clock < clocks.end {
+            if let Some((_, rest)) = host.split_first().filter(|((r, _), _)| r.end <= clock) {
+                host = rest;
+            }
+            let next = host.first().map_or(u64::MAX, |(range, _)| range.start);
+            if clock < next && self.is_quiet() && sequence.taken.is_none() && !sequence.refused {
+                let until = next.min(clocks.end);
+                let events: Vec<u64> = self.told.range(..until).map(|(&clock, _)| clock).collect();
+                events.into_iter().for_each(|clock| self.hear(clock));
+                self.target = None;
+                self.show(clock..until, expected);
+                clock = until;
+                continue;
+            }
+            let inputs = match host.first() {
+                Some((range, inputs)) if range.contains(&clock) => *inputs,
+                _ => HostInputs::default(),
+            };
+            self.step(clock, &inputs, sequence);
+            self.show(clock..clock + 1, expected);
+            clock += 1;
+        }
+    }
+
+    /// Whether nothing changes without a host, but what scans tell.
+    pub(super) fn is_quiet(&self) -> bool {
+        let shown = &self.shown;
+        !(self.write || self.read || shown.write_response_valid || shown.read_valid)
+    }
+
+    /// The rising edge of a clock.
+    fn step(&mut self, clock: u64, host: &HostInputs, sequence: Sequence) {
+        let is_free = sequence.taken.is_none();
+        let before = self.clone_of_state(sequence.busy);
+        let (write, target, read) = (self.write, self.target, self.read);
+        let shown = self.shown;
+        let next = &mut self.shown;
+        // Writes.
+        self.write =
+            host.write_address_valid && host.write_valid && !write && !shown.write_response_valid;
+        if write {
+            next.write_response_valid = true;
+            next.write_error = target.is_none();
+        } else if host.write_response_ready {
+            next.write_response_valid = false;
+        }
+        // Reads.
+        self.read = (host.read_address_valid && !read && !shown.read_valid) || (read && !is_free);
+        if read && is_free {
+            let word = self.word_at(host.read_address.into(), before);
+            self.shown.read_valid = true;
+            self.shown.read_error = word.is_none();
+            self.shown.read_data = word.unwrap_or(0);
+        } else if host.read_ready {
+            self.shown.read_valid = false;
+        }
+        // What scans do, then what the host does.
+        if sequence.refused {
+            (self.runs, self.single) = (false, false);
+        }
+        if sequence.taken == Some(0) {
+            (self.single, self.changed) = (false, false);
+        }
+        match target.filter(|_| write) {
+            Some(Target::Setting(number)) => {
+                self.words[IDENTITY_WORDS + number] = host.write_data;
+                self.changed = true;
+            }
+            Some(Target::Control) => {
+                let bit = |bit: u32| host.write_data >> bit & 1 == 1;
+                (self.runs, self.single) = (bit(state::RUN), bit(state::SINGLE));
+                self.changed |= self.single;
+            }
+            Some(Target::Status) => {
+                let keeps = |bit: u32| host.write_data >> bit & 1 == 0;
+                self.overrun &= keeps(state::OVERRUN);
+                self.saturated &= keeps(state::SATURATED);
+                self.refused &= keeps(state::REFUSED);
+            }
+            None => {}
+        }
+        self.refused |= sequence.refused;
+        self.hear(clock);
+        let whole = host.write_strobe == 0xf;
+        self.target = self.target_at(host.write_address.into()).filter(|_| whole);
+        self.shown.write_ready = self.write;
+        self.shown.read_address_ready = self.read && !sequence.takes_next;
+    }
+
+    /// What scans tell at a clock.
+    fn hear(&mut self, clock: u64) {
+        for told in self.told.remove(&clock).into_iter().flatten() {
+            match told {
+                Told::ScanCounted => self.scans = (self.scans + 1) & mask(SCANS_BITS) as u32,
+                Told::Lost => {
+                    self.overrun = true;
+                    self.lost = (self.lost + 1) & mask(LOST_BITS) as u32;
+                }
+                Told::Clamped => self.saturated = true,
+                Told::Peaks(peaks) => self.peaks = peaks,
+            }
+        }
+    }
+
+    /// What the control and status registers read as.
+    fn clone_of_state(&self, busy: bool) -> u32 {
+        let flags = [
+            (state::RUN, self.runs),
+            (state::SINGLE, self.single),
+            (state::BUSY, busy),
+            (state::OVERRUN, self.overrun),
+            (state::SATURATED, self.saturated),
+            (state::REFUSED, self.refused),
+        ];
+        let flags = flags.into_iter().fold(0, |word, (bit, is)| word | u32::from(is) << bit);
+        flags | self.lost << state::LOST | self.scans << state::SCANS
+    }
+
+    /// What an address is of, if it may be written to.
+    fn target_at(&self, address: u32) -> Option<Target> {
+        let word = address & !3;
+        let first = 4 * IDENTITY_WORDS as u32;
+        match word {
+            CONTROL => Some(Target::Control),
+            STATUS => Some(Target::Status),
+            _ => {
+                let number = (word.checked_sub(first)? / 4) as usize;
+                (number < self.plan.settings()).then_some(Target::Setting(number))
+            }
+        }
+    }
+
+    /// What is read at an address, if there is a register.
+    fn word_at(&self, address: u32, state: u32) -> Option<u32> {
+        let word = address & !3;
+        if word == CONTROL || word == STATUS {
+            return Some(state);
+        }
+        if let Some(number) = word.checked_sub(PEAKS).map(|from| from as usize / 4)
+            && let Some(&(step, count)) = self.peaks.get(number / 2)
+        {
+            return Some(if number % 2 == 0 { step as u32 } else { count as u32 });
+        }
+        self.words.get(word as usize / 4).copied()
+    }
+
+    /// ORs the ports into the records of some clocks.
+    fn show(&self, clocks: Range<u64>, expected: &mut impl Canvas) {
+        let shown = &self.shown;
+        for field in &self.fields {
+            let value = match field.port.role {
+                Role::WriteAddressReady | Role::WriteReady => shown.write_ready.into(),
+                Role::WriteResponse => u64::from(shown.write_error) << 1,
+                Role::WriteResponseValid => shown.write_response_valid.into(),
+                Role::ReadAddressReady => shown.read_address_ready.into(),
+                Role::ReadData => shown.read_data.into(),
+                Role::ReadResponse => u64::from(shown.read_error) << 1,
+                Role::ReadValid => shown.read_valid.into(),
+                _ => 0,
+            };
+            if value != 0 {
+                expected.or(clocks.clone(), field.word, value << field.shift);
+            }
+        }
+    }
+}

@@ -1,0 +1,47 @@
+// register_memory: words of 32 bits in lookup tables, a port that writes, one that reads without a clock
+//
+// At power-up it holds INITIAL, word 0 lowest; i_rst does not reach it. Synthesizers make distributed
+// memory of it.
+//
+// Latency  0 clocks from i_address to o_word
+//
+
+`default_nettype none
+
+module register_memory #(
+    parameter ADDRESS_BITS = 4,
+    parameter [32*(1<<ADDRESS_BITS)-1:0] INITIAL = 0
+) (
+    input  wire                    i_clk,
+
+    // Port that writes
+    input  wire                    i_write,
+    input  wire [ADDRESS_BITS-1:0] i_write_address,
+    input  wire [31:0]             i_data,
+
+    // Port that reads
+    input  wire [ADDRESS_BITS-1:0] i_address,
+    output wire [31:0]             o_word
+);
+
+    (* ram_style = "distributed" *)
+    reg [31:0] words [0:(1<<ADDRESS_BITS)-1];
+    integer k;
+
+    assign o_word = words[i_address];
+
+    initial begin
+        for (k = 0; k < (1 << ADDRESS_BITS); k = k + 1) begin
+            words[k] = INITIAL[32*k +: 32];
+        end
+    end
+
+    always @(posedge i_clk) begin
+        if (i_write) begin
+            words[i_write_address] <= i_data;
+        end
+    end
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,492 @@
+//! The registers, as an AXI4-Lite slave.
+//!
+//! | port | |
+//! |---|---|
+//! | [`RegisterPorts`] | the slave (ARM IHI 0022, chapter B1): write, response, read |
+//! | `i_word_taken`, `o_word` | the sequencer reads a setting |
+//! | `o_go`, `o_changed` | scans are wanted; settings were written |
+//! | `i_refused`, `i_busy`, `i_scan_counted`, `i_lost`, `i_clamps` | what the registers tell |
+//! | `i_peak_step`, `i_peak_count` | the last peak |
+//!
+//! A write takes place when address and data are both there; address and data are taken in the clock after
+//! that, and answered in the next. A read waits while the sequencer reads settings. Identification and
+//! settings are in a memory of lookup tables: there they cost neither flip-flops nor a multiplexer, and the
+//! bus reads back what the sequencer takes over.
+//!
+//! Cost (ECP5, docs/resources.md): what `hardware.registers` takes, with the sequencer.
+
+use std::ops::{Deref, DerefMut};
+
+use crate::rtl::front::prelude::*;
+use crate::sensor::registers::{
+    ADDRESS_BITS, IDENTITY_WORDS, LOST_BITS, RegisterPlan, SCANS_BITS, state,
+};
+
+/// Bit of an address that is high for state and peaks.
+const STATE_BIT: usize = 10;
+/// Bit that is high among those for peaks.
+const PEAK_BIT: usize = 8;
+
+/// An AXI4-Lite slave of 32 bits.
+#[block]
+pub struct RegisterPorts {
+    /// address that is written to, of a byte
+    #[under("Registers, AXI4-Lite")]
+    #[width(ADDRESS_BITS)]
+    pub s_axil_awaddr: Input<Word>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_awvalid: Input<bool>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_awready: Output<bool>,
+    /// word that is written
+    #[under("Registers, AXI4-Lite")]
+    #[width(32)]
+    pub s_axil_wdata: Input<Word>,
+    /// its bytes: all of them, or the write is an error
+    #[under("Registers, AXI4-Lite")]
+    #[width(4)]
+    pub s_axil_wstrb: Input<Word>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_wvalid: Input<bool>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_wready: Output<bool>,
+    /// 0, or 2 where nothing was written
+    #[under("Registers, AXI4-Lite")]
+    #[width(2)]
+    pub s_axil_bresp: Output<Word>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_bvalid: Output<bool>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_bready: Input<bool>,
+    /// address that is read, of a byte
+    #[under("Registers, AXI4-Lite")]
+    #[width(ADDRESS_BITS)]
+    pub s_axil_araddr: Input<Word>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_arvalid: Input<bool>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_arready: Output<bool>,
+    /// word that was read
+    #[under("Registers, AXI4-Lite")]
+    #[width(32)]
+    pub s_axil_rdata: Output<Word>,
+    /// 0, or 2 where there is no register
+    #[under("Registers, AXI4-Lite")]
+    #[width(2)]
+    pub s_axil_rresp: Output<Word>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_rvalid: Output<bool>,
+    #[under("Registers, AXI4-Lite")]
+    #[about("")]
+    pub s_axil_rready: Input<bool>,
+}
+
+/// Registers behind an AXI4-Lite slave.
+#[block(describe(&plan))]
+pub struct RegisterFile {
+    plan: RegisterPlan,
+    initial: Vec<u32>,
+    /// Whether counts can be clamped.
+    saturates: bool,
+    /// Bits of a peak's step, and of its count.
+    peak_bits: (u32, u32),
+    #[set(plan.word_bits() as usize)]
+    word_bits: usize,
+    #[set(plan.settings())]
+    settings: usize,
+    #[set(plan.peaks as usize)]
+    peaks: usize,
+    #[set(peaks > 0)]
+    has_peaks: bool,
+    /// Bits of the number of a word with a peak.
+    #[set(if has_peaks { (2 * peaks).next_power_of_two().trailing_zeros() as usize } else { 0 })]
+    peak_words_bits: usize,
+    /// Words with a peak.
+    #[set(2 * peaks)]
+    peak_words: usize,
+    /// Settings whose word's number has each bit.
+    #[set(taken_masks(&plan))]
+    taken_masks: Vec<i32>,
+    #[set(which(plan.word_bits(), |word| {
+        (IDENTITY_WORDS..plan.words()).contains(&word)
+    }))]
+    which_are_settings: Vec<u8>,
+    /// ports
+    #[is(RegisterPorts::new())]
+    pub io: RegisterPorts,
+    /// settings are taken over, one bit for each
+    #[width(settings)]
+    pub i_word_taken: Input<Word>,
+    /// the setting
+    #[width(plan.setting_bits())]
+    pub o_word: Output<Word>,
+    /// scans are wanted
+    pub o_go: Output<bool>,
+    /// settings were written since the last take-over, or a single scan was asked for
+    pub o_changed: Output<bool>,
+    /// settings do not fit
+    pub i_refused: Input<bool>,
+    /// a scan is under way, or prepared
+    pub i_busy: Input<bool>,
+    /// the count of a scan's last step is there
+    pub i_scan_counted: Input<bool>,
+    /// a group of results was lost
+    pub i_lost: Input<bool>,
+    /// a count was clamped
+    #[when(saturates)]
+    pub i_clamps: Optional<Input<bool>>,
+    /// phase step of the last scan's peak, from the scan's first
+    #[when(has_peaks)]
+    #[width(plan.peaks * peak_bits.0)]
+    pub i_peak_step: Optional<Input<Word>>,
+    /// its count, signed
+    #[when(has_peaks)]
+    #[width(plan.peaks * peak_bits.1)]
+    pub i_peak_count: Optional<Input<Word>>,
+    #[is(RegisterMemory::new(&initial, plan.word_bits(), "identification and settings"))]
+    memory: RegisterMemory,
+    #[is(BitTable::new(which_are_settings.clone(), plan.word_bits(), "Words that a host may write"))]
+    settable: BitTable,
+    /// a write takes place
+    write: Register<bool>,
+    /// it is to a setting, to the control register, or to the flags
+    #[width(3)]
+    written: Register<Word>,
+    /// a write is answered
+    answers: Register<bool>,
+    /// nothing was written
+    write_error: Register<bool>,
+    /// a read takes place, once the settings are left alone
+    read: Register<bool>,
+    /// what was read is there
+    valid: Register<bool>,
+    /// there is no register
+    read_error: Register<bool>,
+    /// the word that was read
+    #[width(32)]
+    data: Register<Word>,
+    /// scans follow one another
+    #[reset(true)]
+    runs: Register<bool>,
+    /// one scan is asked for
+    single: Register<bool>,
+    changed: Register<bool>,
+    overrun: Register<bool>,
+    #[when(saturates)]
+    saturated: Optional<Register<bool>>,
+    refused: Register<bool>,
+    /// groups of results that were lost
+    #[width(LOST_BITS)]
+    lost: Register<Word>,
+    /// scans that have ended
+    #[width(SCANS_BITS)]
+    scans: Register<Word>,
+    /// the settings are left alone
+    is_free: Local<bool>,
+    /// number of the setting that is taken over
+    #[width(word_bits)]
+    taken: Local<Word>,
+    /// what the control and status registers read as
+    #[width(32)]
+    state: Local<Word>,
+    /// the word of a peak that is read
+    #[when(has_peaks)]
+    #[width(32)]
+    peak: Optional<Local<Word>>,
+    /// number of that word
+    #[when(has_peaks)]
+    #[width(peak_words_bits)]
+    peak_word: Optional<Local<Word>>,
+    /// the address that is written to is a setting's
+    writes_setting: Local<bool>,
+    /// it is that of the control register, or of the flags
+    writes_state: Local<bool>,
+    /// the address that is read is a word's in the memory
+    reads_word: Local<bool>,
+    /// it is that of the control register, or of the flags
+    reads_state: Local<bool>,
+    /// there is a register
+    reads_something: Local<bool>,
+    /// a word is read
+    reads: Local<bool>,
+    was_clamped: Local<bool>,
+    /// the bytes of a word have one address; linters know by the name
+    unused: Local<bool>,
+}
+
+/// Which settings' words have a bit in their number, for each of its bits.
+fn taken_masks(plan: &RegisterPlan) -> Vec<i32> {
+    let has = |setting: usize, place: u32| (IDENTITY_WORDS + setting) >> place & 1 == 1;
+    let mask = |place| {
+        let settings = (0..plan.settings()).filter(|&setting| has(setting, place));
+        settings.fold(0, |mask, setting| mask | 1 << setting)
+    };
+    (0..plan.word_bits()).map(mask).collect()
+}
+
+/// A table of the words for which something holds.
+fn which(word_bits: u32, holds: impl Fn(usize) -> bool) -> Vec<u8> {
+    (0..1 << word_bits).map(|word| u8::from(holds(word))).collect()
+}
+
+fn describe(plan: &RegisterPlan) -> About {
+    About::new("register_file", "identification, settings, control and state, as an AXI4-Lite slave")
+        .note(
+            "A write is taken when its address and its data are both there. An address without a \
+             register, a register that is only read, and a write of some bytes of a word are answered \
+             with SLVERR, and change nothing. The memory keeps the settings in reset.",
+        )
+        .note(
+            "After reset scans follow one another, with the settings of the scene until a host writes \
+             others.",
+        )
+        .fact("Words", format!("{} in the memory, of which {} are settings", plan.words(), plan.settings()))
+        .fact("Latency", "a write is answered 2 clocks after it is there, a read 2 clocks, and longer during a take-over")
+}
+
+impl Deref for RegisterFile {
+    type Target = RegisterPorts;
+    fn deref(&self) -> &RegisterPorts {
+        &self.io
+    }
+}
+
+impl DerefMut for RegisterFile {
+    fn deref_mut(&mut self) -> &mut RegisterPorts {
+        &mut self.io
+    }
+}
+
+#[kernel]
+impl Logic for RegisterFile {
+    fn update(&mut self) {
+        self.unused.next = self.io.s_axil_awaddr.val().slice(0, 2).any()
+            | self.io.s_axil_araddr.val().slice(0, 2).any();
+        self.is_free.next = !self.i_word_taken.val().any();
+        self.find_registers();
+        self.gather_state();
+        if self.has_peaks {
+            self.choose_peak();
+        }
+        self.write_words();
+        self.read_words();
+        self.control();
+        self.tell();
+    }
+
+    /// What the addresses are of.
+    fn find_registers(&mut self) {
+        let above_words = ADDRESS_BITS as usize - 2 - self.word_bits;
+        let above_state = PEAK_BIT - 3;
+        self.settable.address.next = self.io.s_axil_awaddr.val().slice(2, self.word_bits);
+        self.writes_setting.next =
+            !self.io.s_axil_awaddr.val().slice(2 + self.word_bits, above_words).any()
+                & self.settable.data.val();
+        self.writes_state.next = !self.io.s_axil_awaddr.val().get_bit(STATE_BIT + 1)
+            & self.io.s_axil_awaddr.val().get_bit(STATE_BIT)
+            & !self.io.s_axil_awaddr.val().slice(PEAK_BIT, 2).any()
+            & !self.io.s_axil_awaddr.val().slice(3, above_state).any();
+        self.reads_word.next =
+            !self.io.s_axil_araddr.val().slice(2 + self.word_bits, above_words).any();
+        self.reads_state.next = !self.io.s_axil_araddr.val().get_bit(STATE_BIT + 1)
+            & self.io.s_axil_araddr.val().get_bit(STATE_BIT)
+            & !self.io.s_axil_araddr.val().slice(PEAK_BIT, 2).any()
+            & !self.io.s_axil_araddr.val().slice(3, above_state).any();
+        if self.has_peaks {
+            self.reads_something.next = self.reads_word.val()
+                | self.reads_state.val()
+                | (!self.io.s_axil_araddr.val().get_bit(STATE_BIT + 1)
+                    & self.io.s_axil_araddr.val().get_bit(STATE_BIT)
+                    & !self.io.s_axil_araddr.val().get_bit(STATE_BIT - 1)
+                    & self.io.s_axil_araddr.val().get_bit(PEAK_BIT)
+                    & (self.io.s_axil_araddr.val().slice(2, PEAK_BIT - 2) < self.peak_words));
+        } else {
+            self.reads_something.next = self.reads_word.val() | self.reads_state.val();
+        }
+    }
+
+    fn write_words(&mut self) {
+        self.write.d.next = self.io.s_axil_awvalid.val()
+            & self.io.s_axil_wvalid.val()
+            & !self.write.q.val()
+            & !self.answers.q.val();
+        self.written.d.next = gather(3, |kind| {
+            if kind == 0 {
+                self.writes_setting.val() & self.io.s_axil_wstrb.val().all()
+            } else if kind == 1 {
+                self.writes_state.val()
+                    & !self.io.s_axil_awaddr.val().get_bit(2)
+                    & self.io.s_axil_wstrb.val().all()
+            } else {
+                self.writes_state.val()
+                    & self.io.s_axil_awaddr.val().get_bit(2)
+                    & self.io.s_axil_wstrb.val().all()
+            }
+        });
+        self.io.s_axil_awready.next = self.write.q.val();
+        self.io.s_axil_wready.next = self.write.q.val();
+        if self.write.q.val() {
+            self.answers.d.next = true;
+            self.write_error.d.next = !self.written.q.val().any();
+        } else if self.io.s_axil_bready.val() {
+            self.answers.d.next = false;
+        }
+        self.io.s_axil_bvalid.next = self.answers.q.val();
+        self.io.s_axil_bresp.next = bit_cast(self.write_error.q.val(), 2) << 1;
+        self.memory.i_write.next = self.write.q.val() & self.written.q.val().get_bit(0);
+        self.memory.i_write_address.next = self.io.s_axil_awaddr.val().slice(2, self.word_bits);
+        self.memory.i_data.next = self.io.s_axil_wdata.val();
+    }
+
+    /// The memory is the sequencer's first.
+    fn read_words(&mut self) {
+        self.taken.next = gather(self.word_bits, |place| {
+            (self.i_word_taken.val() & self.taken_masks[place]).any()
+        });
+        if self.is_free.val() {
+            self.memory.i_address.next = self.io.s_axil_araddr.val().slice(2, self.word_bits);
+        } else {
+            self.memory.i_address.next = self.taken.val();
+        }
+        self.o_word.next = bit_cast(self.memory.o_word.val(), self.plan.setting_bits() as usize);
+        self.reads.next = self.read.q.val() & self.is_free.val();
+        self.read.d.next =
+            (self.io.s_axil_arvalid.val() & !self.read.q.val() & !self.valid.q.val())
+                | (self.read.q.val() & !self.is_free.val());
+        if self.reads.val() {
+            self.valid.d.next = true;
+            self.read_error.d.next = !self.reads_something.val();
+            if self.reads_word.val() {
+                self.data.d.next = self.memory.o_word.val();
+            } else if self.reads_state.val() {
+                self.data.d.next = self.state.val();
+            } else if self.has_peaks {
+                self.data.d.next = self.peak.val() & signed_cast(self.reads_something.val());
+            } else {
+                self.data.d.next = bit_cast(false, 32);
+            }
+        } else if self.io.s_axil_rready.val() {
+            self.valid.d.next = false;
+        }
+        self.io.s_axil_arready.next = self.reads.val();
+        self.io.s_axil_rvalid.next = self.valid.q.val();
+        self.io.s_axil_rdata.next = self.data.q.val();
+        self.io.s_axil_rresp.next = bit_cast(self.read_error.q.val(), 2) << 1;
+    }
+
+    /// Of two things at once the host's write counts, and of an event and the write that clears its flag the event.
+    fn control(&mut self) {
+        if self.i_refused.val() {
+            self.runs.d.next = false;
+            self.single.d.next = false;
+        }
+        if self.i_word_taken.val().get_bit(0) {
+            self.single.d.next = false;
+            self.changed.d.next = false;
+        }
+        if self.write.q.val() & self.written.q.val().get_bit(0) {
+            self.changed.d.next = true;
+        }
+        if self.write.q.val() & self.written.q.val().get_bit(1) {
+            self.runs.d.next = self.io.s_axil_wdata.val().get_bit(state::RUN as usize);
+            self.single.d.next = self.io.s_axil_wdata.val().get_bit(state::SINGLE as usize);
+            if self.io.s_axil_wdata.val().get_bit(state::SINGLE as usize) {
+                self.changed.d.next = true;
+            }
+        }
+        self.o_go.next = self.runs.q.val() | self.single.q.val();
+        self.o_changed.next = self.changed.q.val();
+    }
+
+    fn tell(&mut self) {
+        if self.write.q.val() & self.written.q.val().get_bit(2) {
+            if self.io.s_axil_wdata.val().get_bit(state::OVERRUN as usize) {
+                self.overrun.d.next = false;
+            }
+            if self.io.s_axil_wdata.val().get_bit(state::REFUSED as usize) {
+                self.refused.d.next = false;
+            }
+            if self.saturates && self.io.s_axil_wdata.val().get_bit(state::SATURATED as usize) {
+                self.saturated.d.next = false;
+            }
+        }
+        if self.i_refused.val() {
+            self.refused.d.next = true;
+        }
+        if self.i_lost.val() {
+            self.overrun.d.next = true;
+            self.lost.d.next = self.lost.q.val() + 1;
+        }
+        if self.saturates && self.i_clamps.val() {
+            self.saturated.d.next = true;
+        }
+        if self.i_scan_counted.val() {
+            self.scans.d.next = self.scans.q.val() + 1;
+        }
+    }
+
+    fn gather_state(&mut self) {
+        if self.saturates {
+            self.was_clamped.next = self.saturated.q.val();
+        } else {
+            self.was_clamped.next = false;
+        }
+        self.state.next = gather(32, |place| {
+            if place == state::RUN as usize {
+                self.runs.q.val()
+            } else if place == state::SINGLE as usize {
+                self.single.q.val()
+            } else if place == state::BUSY as usize {
+                self.i_busy.val()
+            } else if place == state::OVERRUN as usize {
+                self.overrun.q.val()
+            } else if place == state::SATURATED as usize {
+                self.was_clamped.val()
+            } else if place == state::REFUSED as usize {
+                self.refused.q.val()
+            } else if place < state::LOST as usize {
+                false
+            } else if place < state::SCANS as usize {
+                self.lost.q.val().get_bit(place - state::LOST as usize)
+            } else {
+                self.scans.q.val().get_bit(place - state::SCANS as usize)
+            }
+        });
+    }
+
+    /// Step and count of each detector, one after another.
+    fn choose_peak(&mut self) {
+        let bits = self.peak_words_bits;
+        let step_bits = self.peak_bits.0 as usize;
+        let count_bits = self.peak_bits.1 as usize;
+        self.peak_word.next = self.io.s_axil_araddr.val().slice(2, bits);
+        self.peak.next = bit_cast(self.i_peak_step.val().slice(0, step_bits), 32)
+            & signed_cast(!self.peak_word.val().any());
+        for word in 1..self.peak_words {
+            if word % 2 == 0 {
+                self.peak.next = self.peak.val()
+                    | (bit_cast(
+                        self.i_peak_step.val().slice(step_bits * (word / 2), step_bits),
+                        32,
+                    ) & signed_cast(self.peak_word.val() == word));
+            } else {
+                self.peak.next = self.peak.val()
+                    | (bit_cast(
+                        signed_cast(
+                            self.i_peak_count.val().slice(count_bits * (word / 2), count_bits),
+                        ),
+                        32,
+                    ) & signed_cast(self.peak_word.val() == word));
+            }
+        }
+    }
+}
