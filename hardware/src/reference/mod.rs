@@ -14,6 +14,7 @@ pub mod coverage;
 pub mod exercise;
 mod group_maker;
 mod histogram;
+pub mod host;
 pub mod level;
 mod pattern;
 mod peak_ports;

@@ -1,5 +1,6 @@
 //! What the adversary means to do with a group of phase steps.
 
+use crate::reference::host::Request;
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Correlator, Interface};
 
@@ -23,6 +24,8 @@ pub(super) struct PlannedGroup {
     pub receiver: Receiver,
     /// Chips after which a reset, which the next plan has, ends it.
     pub cut: Option<u64>,
+    /// What a host does from then on.
+    pub asks: Vec<Request>,
 }
 
 /// A reset.
@@ -147,6 +150,7 @@ impl PlannedGroup {
             hits: Hits::Random,
             receiver: Receiver::Takes,
             cut: None,
+            asks: Vec::new(),
         }
     }
 
@@ -154,6 +158,10 @@ impl PlannedGroup {
     pub fn fresh(interface: &Interface) -> PlannedGroup {
         let clocks = u64::from(interface.result_latency_clocks) + peak_clocks(interface) + 4;
         PlannedGroup::random().after_reset(3, clocks)
+    }
+
+    pub fn asks(self, asks: Vec<Request>) -> PlannedGroup {
+        PlannedGroup { asks, ..self }
     }
 
     pub fn with(self, hits: Hits) -> PlannedGroup {

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::canvas::Canvas;
+use super::coverage::{First, RegisterPlace as Place, RegisterPoint};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout, mask};
 use crate::sensor::port::Role;
@@ -132,6 +133,22 @@ pub(super) struct Registers {
     peaks: Vec<(u64, i64)>,
     /// What is told at clocks to come.
     told: BTreeMap<u64, Vec<Told>>,
+    /// What has shown, for the cover points.
+    seen: Seen,
+}
+
+/// What has shown at the ports.
+#[derive(Debug, Clone, Default)]
+struct Seen {
+    /// Points that have been reached.
+    points: Vec<RegisterPoint>,
+    /// The address, or the data, of the write under way came alone.
+    first: Option<First>,
+    /// What the last read was of.
+    read: Option<Place>,
+    /// Flags that have been read, and those of them that have been cleared.
+    flags: u32,
+    cleared: u32,
 }
 
 impl Registers {
@@ -159,6 +176,7 @@ impl Registers {
             scans: 0,
             peaks: vec![(0, 0); plan.peaks as usize],
             told: BTreeMap::new(),
+            seen: Seen::default(),
             plan,
         })
     }
@@ -184,6 +202,7 @@ impl Registers {
             scans: 0,
             peaks: vec![(0, 0); self.plan.peaks as usize],
             told: BTreeMap::new(),
+            seen: Seen::default(),
         };
     }
 
@@ -202,6 +221,11 @@ impl Registers {
         self.runs || self.single
     }
 
+    /// Whether scans follow one another.
+    pub(super) fn runs(&self) -> bool {
+        self.runs
+    }
+
     /// Whether settings were written, or a single scan was asked for, since the last take-over.
     pub(super) fn changed(&self) -> bool {
         self.changed
@@ -215,6 +239,11 @@ impl Registers {
     /// Settings, of their words.
     pub(super) fn settings(&self, words: &[u32]) -> Settings {
         self.plan.settings_in(words)
+    }
+
+    /// Takes the cover points that have been reached since the last call.
+    pub(super) fn take_points(&mut self) -> Vec<RegisterPoint> {
+        std::mem::take(&mut self.seen.points)
     }
 
     /// Something is told at a clock.
@@ -266,7 +295,8 @@ impl Registers {
     /// The rising edge of a clock.
     fn step(&mut self, clock: u64, host: &HostInputs, sequence: Sequence) {
         let is_free = sequence.taken.is_none();
-        let before = self.clone_of_state(sequence.busy);
+        let before = self.state(sequence.busy);
+        self.watch(host, is_free, before);
         let (write, target, read) = (self.write, self.target, self.read);
         let shown = self.shown;
         let next = &mut self.shown;
@@ -338,7 +368,7 @@ impl Registers {
     }
 
     /// What the control and status registers read as.
-    fn clone_of_state(&self, busy: bool) -> u32 {
+    fn state(&self, busy: bool) -> u32 {
         let flags = [
             (state::RUN, self.runs),
             (state::SINGLE, self.single),
@@ -349,6 +379,71 @@ impl Registers {
         ];
         let flags = flags.into_iter().fold(0, |word, (bit, is)| word | u32::from(is) << bit);
         flags | self.lost << state::LOST | self.scans << state::SCANS
+    }
+
+    /// Notes what a host's part in this clock shows.
+    fn watch(&mut self, host: &HostInputs, is_free: bool, state: u32) {
+        let (address, data) = (host.write_address_valid, host.write_valid);
+        if address != data && !self.write {
+            self.seen.first.get_or_insert(if address { First::Address } else { First::Data });
+        }
+        if self.write {
+            let first = self.seen.first.take().unwrap_or(First::Neither);
+            let to = match (host.write_strobe, self.place(host.write_address.into())) {
+                (0xf, place) => place,
+                (_, Place::Setting | Place::Control | Place::Status) => Place::Partly,
+                (_, place) => place,
+            };
+            self.seen.points.push(RegisterPoint::Order { first });
+            self.seen.points.push(RegisterPoint::Written { to });
+            if self.target == Some(Target::Status) {
+                self.seen.cleared |= self.seen.flags & host.write_data;
+                self.seen.flags &= !host.write_data;
+            }
+        }
+        if self.read && is_free {
+            let of = self.place(host.read_address.into());
+            self.seen.read = Some(of);
+            if matches!(of, Place::Control | Place::Status) {
+                for bit in [state::OVERRUN, state::SATURATED, state::REFUSED] {
+                    let is_set = state >> bit & 1 == 1;
+                    if is_set {
+                        self.seen.flags |= 1 << bit;
+                        self.seen.points.push(RegisterPoint::Flag { bit, cleared: false });
+                    } else if self.seen.cleared >> bit & 1 == 1 {
+                        self.seen.cleared &= !(1 << bit);
+                        self.seen.points.push(RegisterPoint::Flag { bit, cleared: true });
+                    }
+                }
+            }
+        }
+        if self.read && !is_free {
+            self.seen.points.push(RegisterPoint::Waited);
+        }
+        if self.shown.read_valid {
+            let point = match (host.read_ready, self.seen.read) {
+                (true, Some(of)) => Some(RegisterPoint::Read { of }),
+                (true, None) => None,
+                (false, _) => Some(RegisterPoint::Held { read: true }),
+            };
+            self.seen.points.extend(point);
+        }
+        if self.shown.write_response_valid && !host.write_response_ready {
+            self.seen.points.push(RegisterPoint::Held { read: false });
+        }
+    }
+
+    /// What an address is of.
+    fn place(&self, address: u32) -> Place {
+        let word = (address & !3) as usize / 4;
+        match self.target_at(address) {
+            Some(Target::Setting(_)) => Place::Setting,
+            Some(Target::Control) => Place::Control,
+            Some(Target::Status) => Place::Status,
+            None if word < self.words.len() => Place::Identity,
+            None if self.word_at(address, 0).is_some() => Place::Peak,
+            None => Place::Nowhere,
+        }
     }
 
     /// What an address is of, if it may be written to.

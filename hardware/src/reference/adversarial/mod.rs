@@ -20,14 +20,16 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use self::hits::{Pattern, Words, length};
 pub use self::means::Means;
-use super::coverage::CoverPoint;
+use super::coverage::{CoverPoint, registers};
 use super::group_maker::GroupMaker;
+use super::host::Host;
 use super::level::Level;
 use super::planned::{Hits, Lead, Length, PlannedGroup, Reach, Receiver};
 use super::predictor::{Position, Reference, ReferenceError, Skip, Surroundings};
+use super::registers::HostInputs;
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::photons::Pulse;
-use crate::scan::Group;
+use crate::scan::{Group, Sample};
 use crate::sensor::interface::Interface;
 
 /// Longest run that is chosen when the user asks for no number of clocks.
@@ -38,6 +40,10 @@ const CALM_GROUPS: u64 = 3;
 const MOST_CLOCKS_AT_ONCE: u64 = 1 << 14;
 /// How often a cover point is aimed at before it is given up.
 const TRIES: u8 = 4;
+/// Tells a host's chance from that of the rest.
+const HOST_SEED: u64 = 0x686f_7374;
+/// Clocks without a scan, and without a request, after which a host asks for scans.
+const LONGEST_PAUSE: u64 = 64;
 /// Chip of a group after which it is shortened.
 const SKIP_AT_CHIP: u64 = 3;
 
@@ -68,6 +74,10 @@ pub struct Adversarial {
     /// When the results of the last group arrive, and how many they are.
     arrival: Option<(u64, u64)>,
     aims: Aims,
+    /// Of registers, if there are any.
+    host: Option<Host>,
+    /// What it has been decided to drive, in order.
+    drives: VecDeque<(u64, HostInputs)>,
 }
 
 /// A group of which a part is decided.
@@ -138,6 +148,11 @@ impl Adversarial {
                 has_prepared: false,
                 over_at: None,
             },
+            host: interface
+                .registers
+                .as_ref()
+                .map(|plan| Host::new(seed ^ HOST_SEED, registers::addresses(plan))),
+            drives: VecDeque::new(),
         };
         adversary.resets.push_back(0..RESET_CLOCKS);
         adversary.decide_until(RESET_CLOCKS, &[]);
@@ -170,6 +185,15 @@ impl Adversarial {
             return self.decide_words(group);
         }
         let mut plan = self.next_plan();
+        let is_asking = self.host.as_ref().is_some_and(|host| !host.is_idle());
+        if plan.reset.is_some() && is_asking && self.aims.over_at.is_none() {
+            // A conversation is held to its end.
+            self.plans.push_front(plan);
+            plan = PlannedGroup::random().received(Receiver::Random);
+        }
+        if let Some(host) = &mut self.host {
+            host.ask(std::mem::take(&mut plan.asks));
+        }
         if let Some(reset) = plan.reset.take() {
             let start = self.decided + reset.age;
             let end = start + reset.clocks;
@@ -184,8 +208,15 @@ impl Adversarial {
         if !position.is_scan() {
             // A host has not asked for one, or settings are being taken over.
             self.plans.push_front(plan);
-            let clocks = self.rng.random_range(1..64);
+            let clocks = self.rng.random_range(1..LONGEST_PAUSE);
             self.decide_lead(self.decided + clocks, Lead::Random);
+            let is_over = !self.scout.position().is_scan();
+            if let (Some(host), Some(plan)) = (&mut self.host, &self.interface.registers)
+                && is_over
+                && host.is_idle()
+            {
+                host.ask(registers::as_in_the_scene(&self.interface, plan));
+            }
             return;
         }
         if self.decided < position.first_word() {
@@ -207,6 +238,9 @@ impl Adversarial {
     fn next_plan(&mut self) -> PlannedGroup {
         if let Some(plan) = self.plans.pop_front() {
             return plan;
+        }
+        if self.host.as_ref().is_some_and(|host| !host.is_idle()) {
+            return PlannedGroup::random().received(Receiver::Random);
         }
         let is_calm = self.aims.calm_groups < CALM_GROUPS || self.decided < self.means.calm_clocks;
         if is_calm {
@@ -275,10 +309,10 @@ impl Adversarial {
     /// Begins a group: its length, what is left out, and what the receiver does until
     /// its results arrive.
     fn start_group(&mut self, plan: PlannedGroup, position: Position) {
-        let whole = self.interface.timing.scan.integration_chips;
+        let whole = self.scout.interface().timing.scan.integration_chips;
         let origin = position.first_word();
         let chips = self.chips_of(&plan, origin);
-        let groups = self.interface.groups();
+        let groups = self.scout.interface().groups();
         let left_out = match plan.left_to_the_last {
             Some(left) if self.reach.leaves_out => {
                 (groups - 1).saturating_sub(left + position.group.0 + 1)
@@ -304,7 +338,7 @@ impl Adversarial {
                 Some(_) => self.interface.beats_of_group(),
                 None => {
                     let group = Group(position.group.0 + left_out);
-                    let steps = self.interface.grouping().steps_of(group).len() as u64;
+                    let steps = self.scout.interface().grouping().steps_of(group).len() as u64;
                     steps * self.interface.reference_codes.len() as u64
                 }
             };
@@ -315,8 +349,9 @@ impl Adversarial {
 
     /// Chips of a group.
     fn chips_of(&mut self, plan: &PlannedGroup, origin: u64) -> u64 {
-        let whole = self.interface.timing.scan.integration_chips;
-        if !self.reach.shortens(&self.interface) {
+        let whole = self.scout.interface().timing.scan.integration_chips;
+        let is_short = whole < 2 * self.reach.shortest + 16;
+        if !self.reach.shortens(&self.interface) || (self.host.is_some() && is_short) {
             return whole;
         }
         let least = plan.hits.chips(&self.scout, origin, whole);
@@ -397,14 +432,6 @@ impl Adversarial {
     /// Takes in pulses up to a clock, and predicts what they do.
     fn decide_until(&mut self, end: u64, pulses: &[Vec<Pulse>]) {
         let clocks = self.decided..end;
-        let within = |range: &&Range<u64>| range.start < clocks.end && range.end > clocks.start;
-        let surroundings = Surroundings {
-            clocks: clocks.clone(),
-            resets: self.resets.iter().filter(within).cloned().collect(),
-            stalls: self.stalls.iter().filter(within).cloned().collect(),
-            skips: self.skips.iter().filter(|skip| clocks.contains(&skip.clock)).copied().collect(),
-            host: Vec::new(),
-        };
         let mut hits = vec![Vec::new(); self.levels.len()];
         for (level, (pulses, hits)) in self.levels.iter_mut().zip(pulses.iter().zip(&mut hits)) {
             level.paint(clocks.clone(), pulses, |_, _| (), hits);
@@ -412,8 +439,49 @@ impl Adversarial {
         for (kept, pulses) in self.pulses.iter_mut().zip(pulses) {
             kept.extend(pulses);
         }
+        while self.decided < end {
+            let until = match self.host_drives() {
+                // It answers what the slave shows, clock by clock.
+                true => self.decided + 1,
+                false => end,
+            };
+            self.predict_until(until, &hits);
+        }
+    }
+
+    /// Decides what a host drives at the next clock, if it does anything.
+    fn host_drives(&mut self) -> bool {
+        let clock = self.decided;
+        let Some(host) = self.host.as_mut().filter(|host| !host.is_idle()) else {
+            return false;
+        };
+        if self.resets.iter().any(|reset| reset.contains(&clock)) {
+            host.reset();
+        } else {
+            self.drives.push_back((clock, host.next(&self.scout.host_outputs())));
+        }
+        true
+    }
+
+    /// Predicts what is decided up to a clock.
+    fn predict_until(&mut self, end: u64, hits: &[Vec<Sample>]) {
+        let clocks = self.decided..end;
+        let within = |range: &&Range<u64>| range.start < clocks.end && range.end > clocks.start;
+        let surroundings = Surroundings {
+            clocks: clocks.clone(),
+            resets: self.resets.iter().filter(within).cloned().collect(),
+            stalls: self.stalls.iter().filter(within).cloned().collect(),
+            skips: self.skips.iter().filter(|skip| clocks.contains(&skip.clock)).copied().collect(),
+            host: self
+                .drives
+                .iter()
+                .rev()
+                .take_while(|(clock, _)| clocks.contains(clock))
+                .map(|&(clock, inputs)| (clock..clock + 1, inputs))
+                .collect(),
+        };
         let mut expected = vec![0; (end - clocks.start) as usize * self.scout.words()];
-        self.scout.predict(&surroundings, &hits, &mut expected);
+        self.scout.predict(&surroundings, hits, &mut expected);
         self.scout.take_finished();
         self.decided = end;
     }
@@ -478,6 +546,9 @@ impl Stimulus for Adversarial {
         };
         tell(&mut self.resets, &mut drive.surroundings.resets);
         tell(&mut self.stalls, &mut drive.surroundings.stalls);
+        while let Some((clock, inputs)) = self.drives.pop_front_if(|(c, _)| *c < clocks.end) {
+            drive.surroundings.host.push((clock..clock + 1, inputs));
+        }
         while let Some(skip) = self.skips.pop_front_if(|s| s.clock < clocks.end) {
             drive.surroundings.skips.push(skip);
         }

@@ -12,6 +12,7 @@ mod bins;
 mod carries;
 mod hits;
 mod peaks;
+pub(super) mod registers;
 mod resets;
 mod running;
 mod saturation;
@@ -26,6 +27,7 @@ pub use self::bins::{BinPoint, OfBins};
 pub use self::carries::CarryPoint;
 pub use self::hits::HitPoint;
 pub use self::peaks::{PeakKind, PeakPoint};
+pub use self::registers::{First, Place as RegisterPlace, RegisterPoint, Start};
 pub use self::resets::{ResetPoint, ResetState};
 pub(super) use self::running::{CountedHit, Running};
 pub use self::saturation::SaturationPoint;
@@ -110,6 +112,8 @@ families! {
     Resets(ResetPoint) = "resets",
     /// Steps, scans, codes.
     Scans(ScanPoint) = "scans",
+    /// What a host does.
+    Registers(RegisterPoint) = "registers",
 }
 
 impl CoverPoint {
@@ -201,6 +205,9 @@ impl CoverTable {
             }
         }
         table.add(scans::codes(interface));
+        if let Some(plan) = &interface.registers {
+            table.add(registers::points(interface, plan));
+        }
         Arc::new(table)
     }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::{Reference, ScanState, Surroundings};
 use crate::reference::canvas::Canvas;
+use crate::reference::coverage::{RegisterPoint, Start};
 use crate::reference::pattern::chip_patterns;
 use crate::reference::registers::{HostOutputs, Registers, Sequence, Told};
 use crate::scan::{Group, Sample};
@@ -31,6 +32,12 @@ pub(super) struct Hosted {
     dark_from: u64,
     /// Whether the present scan has ended.
     has_ended: bool,
+    /// How the next scan begins, if not behind another.
+    start: Option<Start>,
+    /// The settings of the last take-over that fitted.
+    last_words: Vec<u32>,
+    /// Cover points that the next result with a hit proves.
+    proves: Vec<RegisterPoint>,
 }
 
 /// What the hardware is at.
@@ -55,6 +62,9 @@ impl Hosted {
             words: Vec::new(),
             dark_from: 0,
             has_ended: true,
+            start: None,
+            last_words: Vec::new(),
+            proves: Vec::new(),
         }))
     }
 
@@ -64,6 +74,13 @@ impl Hosted {
         self.phase = Phase::Idle;
         self.dark_from = 0;
         self.has_ended = true;
+        self.start = None;
+        self.proves.clear();
+    }
+
+    /// Cover points that a result with a hit proves.
+    pub(super) fn take_proven(&mut self) -> Vec<RegisterPoint> {
+        std::mem::take(&mut self.proves)
     }
 
     /// A scan's last word has come; its last counts are told at `clock`.
@@ -117,6 +134,11 @@ impl Reference {
                     until
                 }
             };
+        }
+        for point in hosted.registers.take_points() {
+            if let Some(number) = self.table.number(point) {
+                self.stream.exercise.covered.mark(number);
+            }
         }
         self.hosted = Some(hosted);
     }
@@ -189,6 +211,7 @@ impl Reference {
             };
             hosted.has_ended = false;
         } else {
+            hosted.start = Some(if go { Start::Changed } else { Start::AfterStop });
             hosted.phase = Phase::Idle;
             hosted.dark_from = last + 1 + CHIPS_AHEAD;
         }
@@ -219,12 +242,29 @@ impl Reference {
                     let word = hosted.registers.setting(at as usize);
                     if at == 0 {
                         hosted.words.clear();
+                        if !hosted.registers.runs() {
+                            hosted.start = Some(Start::Single);
+                        }
                     }
                     hosted.words.push(word);
                     sequence.taken = Some(at as usize);
                 } else if at == settings + 1 {
                     let settings = hosted.registers.settings(&hosted.words);
                     sequence.refused = !hosted.registers.plan().fits(&settings);
+                    if sequence.refused {
+                        hosted.start = Some(Start::AfterStop);
+                        let plan = Arc::clone(hosted.registers.plan());
+                        let is_bad = [
+                            settings.chips < plan.least_chips,
+                            settings.groups == 0,
+                            settings.first_step >> plan.sample_bits >= plan.period_chips,
+                        ];
+                        let bad = is_bad.into_iter().enumerate().filter(|(_, is)| *is);
+                        for (setting, _) in bad {
+                            let number = self.table.number(RegisterPoint::Refused { setting });
+                            number.map(|number| self.stream.exercise.covered.mark(number));
+                        }
+                    }
                     next = if sequence.refused { Phase::Idle } else { Phase::On };
                     if !sequence.refused {
                         self.take_over(hosted, &settings, clock + 1 + CHIPS_AHEAD);
@@ -241,6 +281,13 @@ impl Reference {
     /// `released`.
     fn take_over(&mut self, hosted: &mut Hosted, settings: &Settings, released: u64) {
         let plan = Arc::clone(hosted.registers.plan());
+        let how = hosted.start.take().map(|how| RegisterPoint::Began { how });
+        hosted.proves.clear();
+        hosted.proves.extend(how);
+        let other = hosted.words.iter().zip(&hosted.last_words).enumerate();
+        let other = other.filter(|(_, (word, last))| word != last);
+        hosted.proves.extend(other.map(|(setting, _)| RegisterPoint::Taken { setting }));
+        hosted.last_words.clone_from(&hosted.words);
         let interface = hosted.base.with_settings(&plan, settings);
         let is_other = |(one, other): (&Arc<_>, &Arc<_>)| one != other;
         let codes = interface.source_codes.iter().zip(&self.interface.source_codes);

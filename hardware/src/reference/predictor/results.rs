@@ -154,6 +154,12 @@ impl Reference {
                 }
             }
         }
+        if let Some(hosted) =
+            self.hosted.as_mut().filter(|_| self.totals.iter().any(|&total| total > 0))
+        {
+            let proven = hosted.take_proven();
+            points.extend(proven.into_iter().filter_map(|point| self.table.number(point)));
+        }
         points.append(&mut self.resets.of_results);
         points
     }

@@ -253,7 +253,9 @@ impl Logic for DetectorChannel {
         }
         if self.i_start.is_present() {
             self.reference.i_load.next = self.i_start.val();
-            self.stepper.i_start.next = self.i_start.val();
+            if self.stepper.i_start.is_present() {
+                self.stepper.i_start.next = self.i_start.val();
+            }
         }
         if self.i_seed.is_present() {
             self.reference.i_seed.next = self.i_seed.val();

@@ -33,7 +33,7 @@ pub struct PhaseStepper {
     /// last chip of a phase step
     pub i_last_chip: Input<bool>,
     /// a scan begins with the next clock
-    #[when(realigns)]
+    #[when(realigns && (!is_set || geometry.grows_by_samples()))]
     pub i_start: Optional<Input<bool>>,
     /// lanes that take the previous chip in a scan's first step
     #[when(is_set && geometry.grows_by_samples())]

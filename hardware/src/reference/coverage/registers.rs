@@ -1,0 +1,303 @@
+//! Cover points of registers, and of scans that a host sets.
+
+use super::{Family, Hindered};
+use crate::reference::group_maker::GroupMaker;
+use crate::reference::host::Request;
+use crate::reference::planned::{PlannedGroup, Receiver};
+use crate::sensor::interface::Interface;
+use crate::sensor::registers::{CONTROL, IDENTITY_WORDS, PEAKS, RegisterPlan, STATUS, state};
+
+/// Something that a host does, or that scans do by its settings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum RegisterPoint {
+    /// A result of a scan that began with another value of a setting than the one before.
+    Taken {
+        /// Which setting.
+        setting: usize,
+    },
+    /// Settings are refused.
+    Refused {
+        /// Whose number does not fit.
+        setting: usize,
+    },
+    /// A result of a scan that began otherwise than behind another.
+    Began {
+        /// How.
+        how: Start,
+    },
+    /// An answered write.
+    Written {
+        /// To what.
+        to: Place,
+    },
+    /// A read word that was taken.
+    Read {
+        /// Of what.
+        of: Place,
+    },
+    /// A write whose address, or data, came first.
+    Order {
+        /// Which.
+        first: First,
+    },
+    /// A response that had to wait for the host.
+    Held {
+        /// That of a read.
+        read: bool,
+    },
+    /// A read that waited while settings were taken over.
+    Waited,
+    /// A flag that was read, set and then cleared.
+    Flag {
+        /// Its bit.
+        bit: u32,
+        /// Cleared.
+        cleared: bool,
+    },
+}
+
+/// How a scan began.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Start {
+    /// Scans had been stopped.
+    AfterStop,
+    /// It was the only one that was asked for.
+    Single,
+    /// Settings had been written.
+    Changed,
+}
+
+/// What an address is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// Identification.
+    Identity,
+    /// A setting.
+    Setting,
+    /// The control register.
+    Control,
+    /// The flags.
+    Status,
+    /// A peak.
+    Peak,
+    /// Nothing.
+    Nowhere,
+    /// A register, but not all bytes of it.
+    Partly,
+}
+
+/// What of a write came first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum First {
+    /// The address.
+    Address,
+    /// The data.
+    Data,
+    /// Neither.
+    Neither,
+}
+
+impl Place {
+    fn text(self) -> &'static str {
+        match self {
+            Place::Identity => "identification",
+            Place::Setting => "a setting",
+            Place::Control => "the control register",
+            Place::Status => "the status register",
+            Place::Peak => "a peak",
+            Place::Nowhere => "no register",
+            Place::Partly => "some bytes of a register",
+        }
+    }
+}
+
+/// What a setting is called.
+fn setting_text(setting: usize) -> String {
+    match setting {
+        0 => "the chips of a step".to_owned(),
+        1 => "the groups of a scan".to_owned(),
+        2 => "the first step".to_owned(),
+        seed => format!("seed {}", seed - 3),
+    }
+}
+
+/// Points of registers.
+pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered<RegisterPoint>> {
+    let mut points = Vec::new();
+    let mut add = |point| points.push((point, None));
+    (0..plan.settings()).for_each(|setting| add(RegisterPoint::Taken { setting }));
+    let refuses = |setting: usize| match setting {
+        // Every number of so many bits may be a delay.
+        2 => plan.period_chips >> plan.delay_bits == 0,
+        _ => true,
+    };
+    (0..3).filter(|&setting| refuses(setting)).for_each(|setting| {
+        add(RegisterPoint::Refused { setting });
+    });
+    for how in [Start::AfterStop, Start::Single, Start::Changed] {
+        add(RegisterPoint::Began { how });
+    }
+    let peak = (plan.peaks > 0).then_some(Place::Peak);
+    let places = [Place::Identity, Place::Setting, Place::Control, Place::Status, Place::Nowhere];
+    for place in places.into_iter().chain(peak) {
+        add(RegisterPoint::Written { to: place });
+        add(RegisterPoint::Read { of: place });
+    }
+    add(RegisterPoint::Written { to: Place::Partly });
+    for first in [First::Address, First::Data, First::Neither] {
+        add(RegisterPoint::Order { first });
+    }
+    for read in [false, true] {
+        add(RegisterPoint::Held { read });
+    }
+    add(RegisterPoint::Waited);
+    let saturated = interface.saturates().then_some(state::SATURATED);
+    for bit in [state::OVERRUN, state::REFUSED].into_iter().chain(saturated) {
+        for cleared in [false, true] {
+            add(RegisterPoint::Flag { bit, cleared });
+        }
+    }
+    points
+}
+
+impl Family for RegisterPoint {
+    fn text(&self) -> String {
+        match *self {
+            RegisterPoint::Taken { setting } => {
+                format!("a scan with another value of {}", setting_text(setting))
+            }
+            RegisterPoint::Refused { setting } => {
+                format!("settings that are refused for {}", setting_text(setting))
+            }
+            RegisterPoint::Began { how } => match how {
+                Start::AfterStop => "a scan after scans had been stopped".to_owned(),
+                Start::Single => "a single scan".to_owned(),
+                Start::Changed => "a scan that begins anew for written settings".to_owned(),
+            },
+            RegisterPoint::Written { to } => format!("a write to {}", to.text()),
+            RegisterPoint::Read { of } => format!("a read of {}", of.text()),
+            RegisterPoint::Order { first } => match first {
+                First::Address => "a write whose address comes first".to_owned(),
+                First::Data => "a write whose data come first".to_owned(),
+                First::Neither => "a write whose address and data come at once".to_owned(),
+            },
+            RegisterPoint::Held { read } => {
+                format!("the response to a {} that waits", if read { "read" } else { "write" })
+            }
+            RegisterPoint::Waited => "a read that waits for a take-over".to_owned(),
+            RegisterPoint::Flag { bit, cleared } => {
+                let flag = match bit {
+                    state::OVERRUN => "overrun",
+                    state::SATURATED => "saturation",
+                    _ => "refusal",
+                };
+                format!("the flag of {flag}, {}", if cleared { "cleared" } else { "read" })
+            }
+        }
+    }
+
+    /// One conversation has all of it; what depends on chance shows when it is held again.
+    fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
+        let Some(plan) = &maker.interface.registers else {
+            return Err("there are no registers".to_owned());
+        };
+        let scan = maker.interface.timing.preparation_chips
+            + maker.interface.timing.code_chips()
+            + 4 * plan.least_chips;
+        let clocks = 24 * scan;
+        if clocks > maker.reach.most_clocks {
+            return Err(format!("it takes {clocks} clocks"));
+        }
+        let mut groups = vec![maker.fresh().asks(short_scans(plan))];
+        groups.push(
+            PlannedGroup::random().after_reset(3, 4).received(Receiver::Stalls).asks(conversation(
+                maker.interface,
+                plan,
+                scan,
+            )),
+        );
+        groups.push(PlannedGroup::random().received(Receiver::Stalls));
+        groups.push(PlannedGroup::random().asks(as_in_the_scene(maker.interface, plan)));
+        groups.push(PlannedGroup::random());
+        Ok(groups)
+    }
+}
+
+/// Address of a setting.
+fn address(setting: usize) -> u32 {
+    4 * (IDENTITY_WORDS + setting) as u32
+}
+
+/// Scans of two steps, as short as may be.
+fn short_scans(plan: &RegisterPlan) -> Vec<Request> {
+    vec![Request::write(address(0), plan.least_chips as u32), Request::write(address(1), 2)]
+}
+
+/// The settings of the scene, and scans one after another.
+pub(in crate::reference) fn as_in_the_scene(
+    interface: &Interface,
+    plan: &RegisterPlan,
+) -> Vec<Request> {
+    let settings = plan.settings_of(&interface.timing, &interface.source_codes);
+    let words = settings.words().into_iter().enumerate();
+    let mut requests: Vec<Request> =
+        words.map(|(setting, word)| Request::write(address(setting), word)).collect();
+    requests.push(Request::write(CONTROL, 1 << state::RUN));
+    requests
+}
+
+/// All that a host may do, in scans that take `scan` clocks each.
+fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Request> {
+    let settings = plan.settings_of(&interface.timing, &interface.source_codes);
+    let wait = Request::Wait { clocks: scan };
+    let read = |address| Request::Read { address };
+    let status =
+        |bits: &[u32]| Request::write(STATUS, bits.iter().fold(0, |word, bit| word | 1 << bit));
+    let run =
+        |bits: &[u32]| Request::write(CONTROL, bits.iter().fold(0, |word, bit| word | 1 << bit));
+    let all = [state::OVERRUN, state::SATURATED, state::REFUSED];
+    let mut requests = vec![wait, wait];
+    // Flags, of results that nobody took.
+    requests.extend([read(STATUS), status(&[]), status(&all), read(STATUS), read(CONTROL)]);
+    // Every setting, each in a scan of its own.
+    let others: Vec<u32> = {
+        let delay = (plan.period_chips / 2) << plan.sample_bits | 1;
+        let scan = [plan.least_chips + 5, 3, delay];
+        let seeds = settings.seeds.iter().map(|seed| seed ^ 1);
+        scan.into_iter().chain(seeds).map(|word| word as u32).collect()
+    };
+    for (setting, word) in others.into_iter().enumerate() {
+        requests.extend([Request::write(address(setting), word), wait, read(address(setting))]);
+    }
+    // Settings that do not fit.
+    let (low, step) = (plan.least_chips as u32, 0);
+    for (setting, bad, good) in [(0, low - 1, low), (1, 0, 2), (2, u32::MAX, step)] {
+        requests.extend([Request::write(address(setting), bad), wait, read(STATUS)]);
+        requests.extend([status(&[state::REFUSED]), read(STATUS)]);
+        requests.extend([Request::write(address(setting), good), run(&[state::RUN]), wait]);
+    }
+    // Stopped, one scan, two at once, and on again.
+    requests.extend([run(&[]), wait, read(STATUS), run(&[state::SINGLE]), wait, wait]);
+    requests.extend([run(&[state::RUN, state::SINGLE]), wait, run(&[state::RUN]), wait]);
+    // What is no register, or cannot be written.
+    let beyond = 4 << plan.word_bits();
+    for address in [0, 12, beyond, 0x3fc, 0x408, 0x4fc, 0x600, 0x800, 0xc00, 0xffc] {
+        requests.extend([Request::write(address, !0), read(address)]);
+    }
+    for peak in 0..2 * plan.peaks + 1 {
+        requests.extend([Request::write(PEAKS + 4 * peak, !0), read(PEAKS + 4 * peak)]);
+    }
+    for strobe in [0, 1, 7, 8, 14] {
+        for address in [address(0), CONTROL, STATUS] {
+            requests.push(Request::Write { address, data: !0, strobe });
+        }
+    }
+    requests
+}
+
+/// Addresses that are worth reading, and some that are not.
+pub(in crate::reference) fn addresses(plan: &RegisterPlan) -> Vec<u32> {
+    let words = (0..1 << plan.word_bits()).map(|word| 4 * word);
+    let peaks = (0..2 * plan.peaks + 1).map(|word| PEAKS + 4 * word);
+    words.chain([CONTROL, STATUS, 0x408, 0x800]).chain(peaks).collect()
+}

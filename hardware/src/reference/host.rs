@@ -1,0 +1,197 @@
+//! A host that reads and writes registers: an AXI4-Lite master that keeps the rules, and takes its time as it likes.
+
+use std::collections::VecDeque;
+
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use super::registers::{HostInputs, HostOutputs};
+
+/// Longest time that a valid or a ready waits, in clocks.
+const LONGEST_WAIT: u32 = 6;
+
+/// What a host is to do next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Request {
+    /// A word, or some of its bytes.
+    Write {
+        /// Byte address.
+        address: u32,
+        /// The word.
+        data: u32,
+        /// Which bytes of it.
+        strobe: u8,
+    },
+    /// A word.
+    Read {
+        /// Byte address.
+        address: u32,
+    },
+    /// Nothing for so many clocks.
+    Wait {
+        /// Clocks.
+        clocks: u64,
+    },
+}
+
+impl Request {
+    /// A whole word.
+    pub fn write(address: u32, data: u32) -> Request {
+        Request::Write { address, data, strobe: 0xf }
+    }
+}
+
+/// A write under way.
+#[derive(Debug, Clone, Copy)]
+struct Writing {
+    address: u32,
+    data: u32,
+    strobe: u8,
+    /// Clocks until the address is there, and the data.
+    address_after: u32,
+    data_after: u32,
+}
+
+/// The host.
+#[derive(Debug, Clone)]
+pub struct Host {
+    rng: Xoshiro256PlusPlus,
+    /// Addresses that it reads beside what it is asked for.
+    addresses: Vec<u32>,
+    requests: VecDeque<Request>,
+    waits: u64,
+    write: Option<Writing>,
+    /// The address that is read, and clocks until it is there.
+    read: Option<(u32, u32)>,
+    /// Responses to come, of writes and reads.
+    answers: (u32, u32),
+    /// Clocks until the next of each is taken.
+    takes_after: (u32, u32),
+}
+
+impl Host {
+    /// One that does nothing until it is asked to; beside that it reads at these addresses.
+    pub fn new(seed: u64, addresses: Vec<u32>) -> Host {
+        Host {
+            rng: Xoshiro256PlusPlus::seed_from_u64(seed),
+            addresses,
+            requests: VecDeque::new(),
+            waits: 0,
+            write: None,
+            read: None,
+            answers: (0, 0),
+            takes_after: (0, 0),
+        }
+    }
+
+    /// Asks it for more.
+    pub fn ask(&mut self, requests: impl IntoIterator<Item = Request>) {
+        self.requests.extend(requests);
+    }
+
+    /// Whether it has nothing to do.
+    pub fn is_idle(&self) -> bool {
+        self.requests.is_empty()
+            && self.waits == 0
+            && self.write.is_none()
+            && self.read.is_none()
+            && self.answers == (0, 0)
+    }
+
+    /// A reset ends what is under way.
+    pub fn reset(&mut self) {
+        (self.write, self.read, self.answers) = (None, None, (0, 0));
+    }
+
+    /// What it drives at a clock at which the slave shows this.
+    pub fn next(&mut self, shown: &HostOutputs) -> HostInputs {
+        self.begin();
+        // What is there while nothing is valid means nothing.
+        let mut inputs = HostInputs {
+            write_address: self.rng.random_range(0..1 << 12),
+            write_data: self.rng.random(),
+            write_strobe: self.rng.random_range(0..16),
+            read_address: self.rng.random_range(0..1 << 12),
+            ..HostInputs::default()
+        };
+        if let Some(write) = &mut self.write {
+            inputs.write_address_valid = write.address_after == 0;
+            inputs.write_valid = write.data_after == 0;
+            write.address_after = write.address_after.saturating_sub(1);
+            write.data_after = write.data_after.saturating_sub(1);
+            if inputs.write_address_valid {
+                inputs.write_address = write.address as u16;
+            }
+            if inputs.write_valid {
+                (inputs.write_data, inputs.write_strobe) = (write.data, write.strobe);
+            }
+            if inputs.write_address_valid && inputs.write_valid && shown.write_ready {
+                self.write = None;
+                self.answers.0 += 1;
+                self.takes_after.0 = self.wait();
+            }
+        }
+        if let Some((address, after)) = &mut self.read {
+            inputs.read_address_valid = *after == 0;
+            *after = after.saturating_sub(1);
+            if inputs.read_address_valid {
+                inputs.read_address = *address as u16;
+                if shown.read_address_ready {
+                    self.read = None;
+                    self.answers.1 += 1;
+                    self.takes_after.1 = self.wait();
+                }
+            }
+        }
+        inputs.write_response_ready =
+            ready(shown.write_response_valid, &mut self.answers.0, &mut self.takes_after.0);
+        inputs.read_ready = ready(shown.read_valid, &mut self.answers.1, &mut self.takes_after.1);
+        inputs
+    }
+
+    /// Begins what comes next.
+    fn begin(&mut self) {
+        if self.waits > 0 {
+            self.waits -= 1;
+        } else if self.write.is_none() && self.read.is_none() {
+            match self.requests.pop_front() {
+                Some(Request::Write { address, data, strobe }) => {
+                    let (address_after, data_after) = match self.rng.random_range(0..3) {
+                        0 => (0, 0),
+                        1 => (0, self.wait()),
+                        _ => (self.wait(), 0),
+                    };
+                    self.write = Some(Writing { address, data, strobe, address_after, data_after });
+                }
+                Some(Request::Read { address }) => self.read = Some((address, self.wait())),
+                Some(Request::Wait { clocks }) => self.waits = clocks,
+                None => {}
+            }
+        }
+        // Both channels at once.
+        if self.read.is_none() && self.write.is_some() && self.rng.random_bool(0.3) {
+            let at = self.rng.random_range(0..self.addresses.len());
+            self.read = Some((self.addresses[at], 0));
+        }
+    }
+
+    fn wait(&mut self) -> u32 {
+        match self.rng.random_bool(0.5) {
+            true => 0,
+            false => self.rng.random_range(0..LONGEST_WAIT),
+        }
+    }
+}
+
+/// Whether a response is taken at a clock.
+fn ready(is_there: bool, answers: &mut u32, after: &mut u32) -> bool {
+    if *answers == 0 {
+        return false;
+    }
+    if *after > 0 {
+        *after -= u32::from(is_there);
+        return false;
+    }
+    *answers -= u32::from(is_there);
+    true
+}
