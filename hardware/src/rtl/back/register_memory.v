@@ -1,7 +1,7 @@
 // register_memory: words of 32 bits in lookup tables, a port that writes, one that reads without a clock
 //
-// At power-up it holds INITIAL, word 0 lowest; i_rst does not reach it. Synthesizers make distributed
-// memory of it.
+// At power-up it holds INITIAL, word 0 lowest. Reset leaves it as it is: nothing is written in reset,
+// for which the registers before it may have had no value. Synthesizers make distributed memory of it.
 //
 // Latency  0 clocks from i_address to o_word
 //
@@ -13,6 +13,7 @@ module register_memory #(
     parameter [32*(1<<ADDRESS_BITS)-1:0] INITIAL = 0
 ) (
     input  wire                    i_clk,
+    input  wire                    i_rst,
 
     // Port that writes
     input  wire                    i_write,
@@ -37,7 +38,7 @@ module register_memory #(
     end
 
     always @(posedge i_clk) begin
-        if (i_write) begin
+        if (i_write & ~i_rst) begin
             words[i_write_address] <= i_data;
         end
     end

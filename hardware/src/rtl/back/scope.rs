@@ -205,8 +205,9 @@ impl Probe for Collector {
         let Some(mut scope) = self.open.pop() else {
             return;
         };
-        if matches!(scope.content, Content::Marker(Marker::Given { .. })) {
-            scope.atoms.insert(0, port(CLOCK.0, CLOCK.1));
+        if let Content::Marker(Marker::Given { sees_reset, .. }) = scope.content {
+            let ports = if sees_reset { &[CLOCK, RESET][..] } else { &[CLOCK] };
+            scope.atoms.splice(0..0, ports.iter().map(|(name, about)| port(name, about)));
         }
         if scope.is_clocked() {
             scope.atoms.splice(0..0, [CLOCK, RESET].map(|(name, about)| port(name, about)));

@@ -50,6 +50,8 @@ pub enum Marker {
         text: &'static str,
         /// Parameters of the instance.
         sizes: Vec<(String, u32)>,
+        /// Whether it has a reset, too.
+        sees_reset: bool,
         /// The parameter with what it holds at power-up, as Verilog; of all instances the same.
         contents: Option<(String, String)>,
         /// What it is.

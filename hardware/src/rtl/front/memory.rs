@@ -79,6 +79,7 @@ impl Logic for Memory {
                 size("ADDRESS_BITS", self.i_address.val().bits() as u32),
                 size("BITS", self.i_data.val().bits() as u32),
             ],
+            sees_reset: false,
             contents: None,
             about: self._about.clone(),
         }

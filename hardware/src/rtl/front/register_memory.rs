@@ -11,7 +11,7 @@ use super::net::{Input, Net, Output};
 use super::word::Word;
 
 /// A memory of words of 32 bits, which synthesizers put into lookup tables. At power-up it holds what it is given,
-/// and reset leaves it as it is.
+/// and reset leaves it as it is: nothing is written then, whatever the registers before it were.
 #[derive(Debug, Clone, LogicBlock)]
 pub struct RegisterMemory {
     /// Whether a word is written.
@@ -50,7 +50,7 @@ impl RegisterMemory {
 impl Logic for RegisterMemory {
     fn update(&mut self) {
         let place = |address: Word| address.value() as usize;
-        if edge().is_some() && self.i_write.val() {
+        if edge() == Some(false) && self.i_write.val() {
             self._words[place(self.i_write_address.val())] = self.i_data.val().value() as u32;
         }
         self.o_word.next = Word::new(self._words[place(self.i_address.val())].into(), 32);
@@ -66,6 +66,7 @@ impl Logic for RegisterMemory {
             module: "register_memory",
             text: include_str!("../back/register_memory.v"),
             sizes: vec![("ADDRESS_BITS".to_owned(), address_bits)],
+            sees_reset: true,
             contents: Some(("INITIAL".to_owned(), initial)),
             about: self._about.clone(),
         }
