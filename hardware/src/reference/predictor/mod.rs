@@ -470,6 +470,7 @@ impl Reference {
             // The registers say what follows.
             true if self.hosted.is_some() => ScanState {
                 lag: self.scan.lag,
+                previous_delay: delay,
                 ..Hosted::no_scan(self.scan.scan + 1, &self.interface)
             },
             true if self.interface.realigns() => ScanState {
