@@ -190,6 +190,11 @@ impl RegisterPlan {
         SCAN_WORDS + self.seeds.len()
     }
 
+    /// Lanes whose chip depends on a delay that a host sets.
+    pub fn lanes(&self) -> u32 {
+        if self.fixed_samples.is_some() { 0 } else { (1 << self.sample_bits) - 1 }
+    }
+
     /// Bits of the widest setting.
     pub fn setting_bits(&self) -> u32 {
         let seeds = self.seeds.iter().map(|seed| seed.bits).max().unwrap_or(0);

@@ -9,6 +9,7 @@ use crate::scene::Polarity;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::{Correlator, Counting, Interface};
 use crate::sensor::peak::PeakPlan;
+use crate::sensor::registers::RegisterPlan;
 
 /// Macros with a design's numbers, and modules with its codes.
 pub(super) fn header(design: &Design) -> String {
@@ -18,6 +19,9 @@ pub(super) fn header(design: &Design) -> String {
         let _ = writeln!(text, "`define {name} {value}");
     };
     define("TOP", design.top());
+    if let Some(plan) = &interface.registers {
+        define("SETTINGS_BITS", settings_bits(plan).to_string());
+    }
     of_ports(interface, &mut define);
     match &interface.counting {
         Counting::Histogram(histogram) => of_histogram(histogram, &mut define),
@@ -35,6 +39,12 @@ pub(super) fn header(design: &Design) -> String {
         modules += &code_module("spec_code_of_detector", of_detectors);
     }
     format!("{text}\n{modules}")
+}
+
+/// Bits of all settings that a scan goes by.
+pub(super) fn settings_bits(plan: &RegisterPlan) -> u32 {
+    let seeds: u32 = plan.seeds.iter().map(|seed| seed.bits).sum();
+    plan.chips_bits + plan.groups_bits + plan.delay_bits + plan.lanes() + seeds
 }
 
 /// A number of the header, which Verilog takes for one of 32 bits if nothing else is said.

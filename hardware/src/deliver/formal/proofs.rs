@@ -5,6 +5,7 @@ use crate::deliver::design::Design;
 use crate::rtl::back::BLOCK_MEMORY;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::{Correlator, Counting, Interface};
+use crate::sensor::registers::RegisterPlan;
 
 /// A proof of which the module stands in this folder's files.
 #[derive(Debug, Clone)]
@@ -151,7 +152,12 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
             if interface.realigns() {
                 codes.see("epoch_seen", "controller.i_epoch");
             }
-            proofs.extend([codes, scan(interface, correlator), reference(interface, &channels)]);
+            proofs.extend(match &interface.registers {
+                None => {
+                    vec![codes, scan(interface, correlator), reference(interface, &channels)]
+                }
+                Some(plan) => vec![registers(plan)],
+            });
             proofs.extend([counts(interface, correlator, &channels), stream(interface, &channels)]);
             proofs.extend(correlator.peak.map(|_| peak(interface, &channels)));
         }
@@ -161,6 +167,9 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
         }
     }
     proofs.push(Proof::new("axis", Engine::Reachability));
+    if interface.registers.is_some() {
+        proofs.iter_mut().for_each(|proof| proof.freed.push("register_memory"));
+    }
     if let Counting::Histogram(_) = interface.counting {
         // Words in memories are beyond these proofs, and reset does not reach a memory's registers.
         proofs.iter_mut().for_each(|proof| proof.freed.push(BLOCK_MEMORY));
@@ -191,6 +200,39 @@ fn scan(interface: &Interface, correlator: &Correlator) -> Proof {
         }
     }
     proof
+}
+
+/// The slave's rules, and settings that are steady while codes run.
+fn registers(plan: &RegisterPlan) -> Proof {
+    let mut proof = Proof::new("registers", Engine::Reachability);
+    proof.freed = vec!["detector_channel"];
+    proof.see("on_seen", "sequencer.o_on");
+    let mut from = 0;
+    let mut see = |place: &str, bits: u32| {
+        let signal = format!("settings_seen[{}:{from}]", from + bits - 1);
+        proof.see(&signal, &format!("sequencer.{place}"));
+        from += bits;
+    };
+    see("chips_r", plan.chips_bits);
+    see("groups_r", plan.groups_bits);
+    see("delay_r", plan.delay_bits);
+    if plan.lanes() > 0 {
+        see("o_delayed", plan.lanes());
+    }
+    // Those of several codes lie side by side.
+    let seeds: u32 = plan.seeds.iter().map(|seed| seed.bits).sum();
+    if seeds > 0 {
+        see("o_seed", seeds);
+    }
+    proof
+}
+
+/// The module that says when steps and scans end, and its instance.
+fn controller(interface: &Interface) -> (&'static str, &'static str) {
+    match interface.registers {
+        None => ("scan_controller", "controller"),
+        Some(_) => ("scan_sequencer", "sequencer"),
+    }
 }
 
 /// For each detector its channel; like ones are made by a loop.
@@ -244,9 +286,10 @@ fn counts(interface: &Interface, correlator: &Correlator, channels: &[String]) -
     let mut proof = Proof::new("counts", Engine::Induction(PIPELINE_CLOCKS));
     let begins = correlator.count_segments.count == 1;
     proof.begun = begins.then_some("base_r");
-    proof.emptied = vec!["scan_controller", "phase_stepper"];
-    proof.drive("controller.o_run", "run");
-    proof.drive("controller.o_dump", "dumps");
+    let (module, instance) = controller(interface);
+    proof.emptied = vec![module, "phase_stepper"];
+    proof.drive(&format!("{instance}.o_run"), "run");
+    proof.drive(&format!("{instance}.o_dump"), "dumps");
     for (d, channel) in (0..).zip(channels) {
         proof.cut.push(window(interface, d, channel));
         proof.seen.extend(counted(interface, d, channel));
@@ -280,23 +323,25 @@ fn bases(counting: &Correlator, steps: u32, d: u32, channel: &str) -> Vec<(Strin
 
 fn stream(interface: &Interface, channels: &[String]) -> Proof {
     let mut proof = Proof::new("stream", Engine::Induction(PIPELINE_CLOCKS));
-    proof.emptied = vec!["scan_controller", "detector_channel"];
+    let (module, instance) = controller(interface);
+    proof.emptied = vec![module, "detector_channel"];
     for (d, channel) in (0..).zip(channels) {
         proof.cut.extend(counted(interface, d, channel));
     }
     if interface.reference_codes.len() as u32 * interface.parallel() > 1 {
-        proof.drive("controller.o_pre_counted", "comes");
+        proof.drive(&format!("{instance}.o_pre_counted"), "comes");
     }
-    proof.drive("controller.o_counted", "counted");
-    proof.drive("controller.o_scan_counted", "last");
+    proof.drive(&format!("{instance}.o_counted"), "counted");
+    proof.drive(&format!("{instance}.o_scan_counted"), "last");
     proof
 }
 
 fn peak(interface: &Interface, channels: &[String]) -> Proof {
     let mut proof = Proof::new("peak", Engine::Bounded(30));
-    proof.emptied = vec!["scan_controller", "detector_channel"];
-    proof.drive("controller.o_counted", "counted");
-    proof.drive("controller.o_scan_counted", "last");
+    let (module, instance) = controller(interface);
+    proof.emptied = vec![module, "detector_channel"];
+    proof.drive(&format!("{instance}.o_counted"), "counted");
+    proof.drive(&format!("{instance}.o_scan_counted"), "last");
     for (d, channel) in (0..).zip(channels) {
         proof.cut.extend(counted(interface, d, channel).into_iter().take(1));
     }

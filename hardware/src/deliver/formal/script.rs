@@ -39,6 +39,7 @@ const OF_CORRELATORS: [&str; 4] = [
 ];
 const OF_HISTOGRAMS: [&str; 1] = [include_str!("frames.sv")];
 const OF_PEAKS: [&str; 1] = [include_str!("peak.sv")];
+const OF_REGISTERS: [&str; 1] = [include_str!("registers.sv")];
 const OF_STREAM: [&str; 1] = [include_str!("axis.sv")];
 
 /// The properties of all proofs.
@@ -64,10 +65,15 @@ pub(super) fn properties(design: &Design) -> EmittedFile {
     );
     let parts: &[&str] = match interface.histogram() {
         Some(_) => &OF_HISTOGRAMS,
+        // What of codes and scans does not follow from the scene alone is not proven.
+        None if interface.registers.is_some() => &OF_CORRELATORS[2..],
         None => &OF_CORRELATORS,
     };
-    let peaks: &[&str] = if interface.peak().is_some() { &OF_PEAKS } else { &[] };
-    for part in SHARED.iter().chain(parts).chain(peaks).chain(&OF_STREAM) {
+    let given = |is_there: bool, parts: &'static [&'static str]| if is_there { parts } else { &[] };
+    let peaks = given(interface.peak().is_some(), &OF_PEAKS);
+    let registers = given(interface.registers.is_some(), &OF_REGISTERS);
+    let parts = SHARED.iter().chain(parts).chain(peaks).chain(registers).chain(&OF_STREAM);
+    for part in parts {
         text += part;
         text.push('\n');
     }

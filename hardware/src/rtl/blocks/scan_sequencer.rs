@@ -53,7 +53,7 @@ pub struct ScanSequencer {
     #[set(chips_bits.max(delay_bits))]
     count_bits: usize,
     /// Lanes that a delay may reach, if a host sets it.
-    #[set(if plan.fixed_samples.is_some() { 0 } else { (1 << sample_bits) - 1 })]
+    #[set(plan.lanes() as usize)]
     lanes: usize,
     #[set(plan.least_chips.trailing_zeros() as usize)]
     least_bit: usize,
