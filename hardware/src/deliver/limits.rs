@@ -7,6 +7,7 @@ use crate::sensor::block_ram::block_ram;
 use crate::sensor::histogram::{HistogramPlan, LEAST_ROWS, MOST_ROW_BITS};
 use crate::sensor::interface::{Correlator, Counting, Interface};
 use crate::sensor::peak::PeakPlan;
+use crate::sensor::registers::{RegisterPlan, longest_counter};
 
 /// Longest integration, as in a scene file.
 const MOST_INTEGRATION_CHIPS: u64 = 1 << 60;
@@ -19,7 +20,7 @@ pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(),
         return Err(HdlError::CodeLengths { found: periods.collect() });
     }
     match &interface.counting {
-        Counting::Correlator(correlator) => check_correlator(interface, correlator)?,
+        Counting::Correlator(correlator) => check_correlator(sensor, interface, correlator)?,
         Counting::Histogram(plan) => check_histogram(sensor, plan)?,
     }
     if interface.timing.scan.integration_chips > MOST_INTEGRATION_CHIPS {
@@ -45,12 +46,59 @@ pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(),
 }
 
 /// What signed counts and their steps are like.
-fn check_correlator(interface: &Interface, correlator: &Correlator) -> Result<(), HdlError> {
+fn check_correlator(
+    sensor: &Sensor,
+    interface: &Interface,
+    correlator: &Correlator,
+) -> Result<(), HdlError> {
     check_parallel(interface)?;
     if let Some(peak) = &correlator.peak {
         check_peak(interface, peak)?;
     }
+    if let Some(plan) = &interface.registers {
+        check_registers(sensor, interface, plan)?;
+    }
     within("counter_width", correlator.count_bits, "2 to 64 bits", |bits| bits >= 2)
+}
+
+/// What a host's settings, and the counters behind them, can hold.
+fn check_registers(
+    sensor: &Sensor,
+    interface: &Interface,
+    plan: &RegisterPlan,
+) -> Result<(), HdlError> {
+    let longest = longest_counter(sensor.scene().hardware.target);
+    let chips = interface.timing.scan.integration_chips;
+    let most = (1u64 << longest) - 1;
+    if chips < plan.least_chips || chips > most {
+        return limit(
+            "the integration time of hardware with registers, in chips",
+            chips,
+            format!("{} to {most}, which its counters are for", plan.least_chips),
+        );
+    }
+    if interface.groups() >> plan.groups_bits != 0 {
+        return limit(
+            "the groups of phase steps of hardware with registers",
+            interface.groups(),
+            format!("at most {}; scan fewer steps", (1u64 << plan.groups_bits) - 1),
+        );
+    }
+    // The reference's chips have to be there before a scan, however long it waits.
+    let kept = 4 + 2 * u64::from(interface.parallel().div_ceil(interface.lanes()));
+    if plan.period_chips < kept || plan.period_chips > most {
+        return limit(
+            "the code period of hardware with registers, in chips",
+            plan.period_chips,
+            format!("{kept} to {most}"),
+        );
+    }
+    within(
+        "codes with a seed of their own behind registers",
+        plan.seeds.len() as u32,
+        "at most 20",
+        |seeds| seeds <= 20,
+    )
 }
 
 /// Steps at once, and chips for the reference to go back.

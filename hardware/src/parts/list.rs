@@ -24,6 +24,7 @@ pub fn parts(sensor: &Sensor) -> Vec<Part> {
             saturation(correlator),
             total_counts(sensor, correlator),
             scan_controller(sensor),
+            registers(interface),
             scan_realignment(sensor, interface),
             peak_detector(sensor, correlator),
             result_stream(interface),
@@ -289,7 +290,32 @@ fn scan_controller(sensor: &Sensor) -> Part {
     )
 }
 
+fn registers(interface: &Interface) -> Part {
+    const PART: &str = "registers";
+    match &interface.registers {
+        None => left_out(PART, "the scan and the codes are those of the scene"),
+        Some(plan) => kept(
+            PART,
+            format!(
+                "registers = \"axi4-lite\": a host starts and stops scans, and sets their chips, groups and first \
+                 step{}",
+                match plan.seeds.len() {
+                    0 => String::new(),
+                    1 => ", and the seed of the code".to_owned(),
+                    seeds => format!(", and the seeds of {seeds} codes"),
+                }
+            ),
+        ),
+    }
+}
+
 fn scan_realignment(sensor: &Sensor, interface: &Interface) -> Part {
+    if interface.registers.is_some() {
+        return left_out(
+            "scan_realignment",
+            "each scan is prepared as the registers say, and begins with a code period",
+        );
+    }
     let scan = &sensor.timing().scan;
     let (steps, period) = (scan.steps, scan.steps_per_period);
     if scan.is_full() && interface.realigns() {

@@ -9,6 +9,7 @@
 use std::sync::Arc;
 
 use goldtof_system::digest::sha256_of_all;
+use serde::Serialize;
 
 use super::interface::Interface;
 use crate::code::{Code, Generator};
@@ -330,5 +331,263 @@ impl Interface {
             }
         }
         interface
+    }
+}
+
+/// A register, as a host sees it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+pub struct Register {
+    /// Its name.
+    pub name: String,
+    /// Address of its lowest byte.
+    pub address: u32,
+    /// What it is.
+    pub about: String,
+    /// From bit 0 up; bits between them read as 0.
+    pub fields: Vec<RegisterField>,
+}
+
+/// Bits of a register with one meaning.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+pub struct RegisterField {
+    /// Its name.
+    pub name: String,
+    /// Its lowest bit.
+    pub first_bit: u32,
+    /// How many it has.
+    #[serde(rename = "width_bits")]
+    pub width: u32,
+    /// What a host may do with it.
+    pub access: Access,
+    /// What it holds before a host writes to it; none where that changes by itself.
+    pub reset: Option<u32>,
+    /// What it means.
+    pub about: String,
+}
+
+/// What a host may do with a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Access {
+    /// Read it.
+    Read,
+    /// Read and write it.
+    ReadWrite,
+    /// Read it, and clear it by writing 1.
+    WriteOneToClear,
+}
+
+impl RegisterPlan {
+    /// All registers, in the order of their addresses.
+    pub fn map(&self, interface: &Interface) -> Vec<Register> {
+        let words = self.initial_words(interface);
+        let mut map = Vec::new();
+        let mut word = |name: &str, about: &str, access: Access, fields: &[(&str, u32, &str)]| {
+            let (number, mut first_bit, mut all) = (map.len(), 0, Vec::new());
+            for &(name, width, about) in fields {
+                let value = words[number] >> first_bit & (u32::MAX >> (32 - width));
+                all.push(RegisterField {
+                    name: name.to_owned(),
+                    first_bit,
+                    width,
+                    access,
+                    reset: Some(value),
+                    about: about.to_owned(),
+                });
+                first_bit += width;
+            }
+            let address = 4 * number as u32;
+            map.push(Register {
+                name: name.to_owned(),
+                address,
+                about: about.to_owned(),
+                fields: all,
+            });
+        };
+        word("MAGIC", "\"gold\" in ASCII", Access::Read, &[("VALUE", 32, "0x676f6c64")]);
+        word("VERSION", "of this register map", Access::Read, &[("VALUE", 32, "version")]);
+        let identity = "number of this hardware: of clock, codes and widths";
+        word("IDENTITY_LOW", identity, Access::Read, &[("VALUE", 32, "lower half")]);
+        word("IDENTITY_HIGH", identity, Access::Read, &[("VALUE", 32, "upper half")]);
+        word(
+            "SHAPE",
+            "what the sensor has",
+            Access::Read,
+            &[
+                ("SAMPLES", 8, "samples per chip, S"),
+                ("DETECTORS", 8, "detectors"),
+                ("PARALLEL", 8, "phase steps at once"),
+                ("SOURCES", 8, "lasers"),
+            ],
+        );
+        word("PERIOD", "of the references' code", Access::Read, &[("CHIPS", 32, "chips")]);
+        let least = format!("integration time of a phase step, at least {}", self.least_chips);
+        word("CHIPS", "setting", Access::ReadWrite, &[("CHIPS", self.chips_bits, &least)]);
+        let groups = "groups of phase steps in a scan, at least 1";
+        word("GROUPS", "setting", Access::ReadWrite, &[("GROUPS", self.groups_bits, groups)]);
+        let first = format!(
+            "first phase step of a scan, less than {}{}",
+            self.period_chips << self.sample_bits,
+            match self.fixed_samples {
+                Some(samples) =>
+                    format!("; whole chips count, and {samples} samples are always added"),
+                None => String::new(),
+            }
+        );
+        let step_bits = self.delay_bits + self.sample_bits;
+        word("FIRST", "setting", Access::ReadWrite, &[("STEP", step_bits, &first)]);
+        for (number, seed) in self.seeds.iter().enumerate() {
+            let about = format!(
+                "first chips of the second LFSR of source {}'s code, the earliest in bit 0",
+                seed.source.0
+            );
+            let name = format!("SEED_{number}");
+            word(&name, "setting", Access::ReadWrite, &[("CHIPS", seed.bits, &about)]);
+        }
+        map.extend(self.state_map());
+        map
+    }
+
+    /// Control, status and peaks.
+    fn state_map(&self) -> Vec<Register> {
+        let field = |name: &str, first_bit, width, access, reset, about: &str| RegisterField {
+            name: name.to_owned(),
+            first_bit,
+            width,
+            access,
+            reset,
+            about: about.to_owned(),
+        };
+        let (read, clear) = (Access::Read, Access::WriteOneToClear);
+        let run = "scans follow one another; 0 ends them after the present one";
+        let single = "one scan; 0 again when it begins";
+        let control = [
+            field("RUN", state::RUN, 1, Access::ReadWrite, Some(1), run),
+            field("SINGLE", state::SINGLE, 1, Access::ReadWrite, Some(0), single),
+            field("STATE", 2, 30, read, None, "as STATUS has it"),
+        ];
+        let status = [
+            field("CONTROL", 0, 2, read, None, "as CONTROL has it"),
+            field("BUSY", state::BUSY, 1, read, None, "a scan is under way, or prepared"),
+            field("OVERRUN", state::OVERRUN, 1, clear, Some(0), "a result was lost"),
+            field("SATURATED", state::SATURATED, 1, clear, Some(0), "a count was clamped"),
+            field(
+                "REFUSED",
+                state::REFUSED,
+                1,
+                clear,
+                Some(0),
+                "settings did not fit, and scans were stopped",
+            ),
+            field(
+                "LOST",
+                state::LOST,
+                LOST_BITS,
+                read,
+                None,
+                "groups of results lost since reset, modulo 256",
+            ),
+            field(
+                "SCANS",
+                state::SCANS,
+                SCANS_BITS,
+                read,
+                None,
+                "scans ended since reset, modulo 65536",
+            ),
+        ];
+        let register = |name: String, address, about: &str, fields: Vec<RegisterField>| Register {
+            name,
+            address,
+            about: about.to_owned(),
+            fields,
+        };
+        let mut map = vec![
+            register("CONTROL".to_owned(), CONTROL, "starts and stops", control.into()),
+            register("STATUS".to_owned(), STATUS, "flags and counters", status.into()),
+        ];
+        for detector in 0..self.peaks {
+            let address = PEAKS + 8 * detector;
+            let step = field("STEP", 0, 32, read, None, "phase step, from the scan's first on");
+            let count = field("COUNT", 0, 32, read, None, "count, signed");
+            let about = format!("last peak of detector {detector}");
+            map.push(register(format!("PEAK_STEP_{detector}"), address, &about, vec![step]));
+            map.push(register(format!("PEAK_COUNT_{detector}"), address + 4, &about, vec![count]));
+        }
+        map
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{self, Registers};
+    use crate::sensor::Sensor;
+
+    fn sensor(change: impl FnOnce(&mut Scene)) -> Sensor {
+        let scene = scene::load(std::path::Path::new("../scenes/quick.toml")).unwrap();
+        Sensor::new(&scene).with(|scene| {
+            scene.hardware.registers = Registers::Axi4Lite;
+            change(scene);
+        })
+    }
+
+    #[test]
+    fn fields_do_not_overlap_and_addresses_are_those_of_words() {
+        let sensor = sensor(|scene| scene.hardware.peak_detector = true);
+        let plan = sensor.interface().registers.clone().unwrap();
+        let map = plan.map(sensor.interface());
+        assert_eq!(map.len(), plan.words() + 2 + 2);
+        for pair in map.windows(2) {
+            assert!(pair[0].address < pair[1].address, "{} {}", pair[0].name, pair[1].name);
+        }
+        for register in &map {
+            assert!(register.address % 4 == 0 && register.address >> ADDRESS_BITS == 0);
+            let mut end = 0;
+            for field in &register.fields {
+                assert!(field.first_bit >= end, "{} {}", register.name, field.name);
+                end = field.first_bit + field.width;
+                assert!(field.reset.is_none_or(|value| u64::from(value) >> field.width == 0));
+            }
+            assert!(end <= 32, "{}", register.name);
+        }
+    }
+
+    #[test]
+    fn settings_of_a_scene_come_back_from_their_words_and_fit() {
+        let sensor = sensor(|_| ());
+        let interface = sensor.interface();
+        let plan = interface.registers.clone().unwrap();
+        let settings = plan.settings_of(&interface.timing, &interface.source_codes);
+        assert_eq!(plan.settings_in(&settings.words()), settings);
+        assert!(plan.fits(&settings) && plan.is_gapless(&settings));
+        assert_eq!(interface.with_settings(&plan, &settings).source_codes, interface.source_codes);
+        // 31 chips of 8 samples; 2,500 chips need 12 bits.
+        let last = Settings { first_step: 247, chips: 4095, groups: 255, ..settings.clone() };
+        assert_eq!(plan.settings_in(&last.words()), last);
+        assert!(plan.fits(&last) && !plan.is_gapless(&last));
+        for bad in [
+            Settings { chips: 15, ..settings.clone() },
+            Settings { groups: 0, ..settings.clone() },
+            Settings { first_step: 248, ..settings.clone() },
+        ] {
+            assert!(!plan.fits(&bad), "{bad:?}");
+        }
+    }
+
+    /// A Gold code's index moves its second LFSR on, and so does the seed.
+    #[test]
+    fn another_seed_is_another_code_of_the_set() {
+        let code = |index: &str| {
+            let text = std::fs::read_to_string("../scenes/quick.toml").unwrap();
+            let text = text.replace("degree = 5 }", &format!("degree = 5, index = {index} }}"));
+            let scene = scene::parse("quick.toml", &text).unwrap();
+            scene.sources[0].code.clone()
+        };
+        let (first, third) = (code("0"), code("3"));
+        assert_ne!(first, third);
+        assert_eq!(first.with_second_seed(seed_of(&third)), *third);
+        // Without its second LFSR it is the first one's m-sequence, of 16 ones in 31 chips.
+        assert_eq!(first.with_second_seed(0).weight(), 16);
     }
 }

@@ -50,6 +50,9 @@ impl Model {
     /// When the hardware is not modelled.
     pub fn new(sensor: &Sensor) -> Result<Model, BatchError> {
         let interface = sensor.interface().clone();
+        if interface.registers.is_some() {
+            return Err(BatchError::Registers);
+        }
         let detectors = interface.reference_codes.len();
         Ok(Model {
             layout: Layout::of(&interface),

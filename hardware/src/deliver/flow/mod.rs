@@ -5,6 +5,7 @@ mod constraints;
 mod core;
 mod file_list;
 mod header;
+mod registers;
 mod run_length;
 mod stimulus;
 mod testbench;
@@ -15,6 +16,7 @@ pub use stimulus::adversary as testbench_adversary;
 use serde::Serialize;
 
 pub use self::constraints::Constraints;
+pub use self::registers::RegisterFiles;
 pub use self::testbench::Testbench;
 use super::design::{Design, EmittedFile};
 use super::error::HdlError;
@@ -35,6 +37,9 @@ pub struct Flow {
     pub file_list: EmittedFile,
     /// FuseSoC core description (CAPI2).
     pub core: EmittedFile,
+    /// The registers, if the design has any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub registers: Option<RegisterFiles>,
 }
 
 impl Flow {
@@ -54,7 +59,15 @@ impl Flow {
             formal,
         };
         let core = core::core(design, &parts);
-        Ok(Flow { testbench, constraints, header, vhdl: vhdl::package(design), file_list, core })
+        Ok(Flow {
+            testbench,
+            constraints,
+            header,
+            vhdl: vhdl::package(design),
+            file_list,
+            core,
+            registers: RegisterFiles::of(design),
+        })
     }
 
     /// Every file, in no order that matters.
@@ -67,5 +80,6 @@ impl Flow {
             .chain([&constraints.sdc, &constraints.lpf, &constraints.xdc])
             .chain([&self.header, &self.vhdl, &self.file_list])
             .chain([&self.testbench.file_list, &self.core])
+            .chain(self.registers.iter().flat_map(RegisterFiles::files))
     }
 }

@@ -49,6 +49,9 @@ pub struct ScanSequencer {
     delay_bits: usize,
     #[set(plan.sample_bits as usize)]
     sample_bits: usize,
+    /// Whether a delay of the code period is the one number of its bits that is none.
+    #[set(plan.period_chips + 1 == 1 << delay_bits)]
+    fills_bits: bool,
     /// Bits of the counter of chips: those of a step, or of the code period.
     #[set(chips_bits.max(delay_bits))]
     count_bits: usize,
@@ -131,10 +134,11 @@ pub struct ScanSequencer {
     #[number]
     chip_count_first: Constant,
     /// chips of the code period
+    #[when(!fills_bits)]
     #[width(delay_bits + 1)]
     #[value(u128::from(plan.period_chips))]
     #[number]
-    period: Constant,
+    period: Optional<Constant>,
     /// groups of a scan over the whole code period
     #[when(plan.whole_groups.is_some())]
     #[width(groups_bits)]
@@ -198,6 +202,8 @@ pub struct ScanSequencer {
     chip_count_match: StateMatch,
     #[is(StateMatch::new(groups_bits))]
     step_count_match: StateMatch,
+    /// the delay is less than the code period
+    is_within: Local<bool>,
     /// a scan begins with the next clock
     starts: Local<bool>,
     /// the next scan begins where this one ends
@@ -263,10 +269,16 @@ impl Logic for ScanSequencer {
             }
             self.o_seed[s].next = self.seed[s].q.val();
         }
+        if self.fills_bits {
+            self.is_within.next = !self.delay.q.val().all();
+        } else {
+            self.is_within.next =
+                bit_cast(self.delay.q.val(), self.delay_bits + 1) < self.period.val();
+        }
         self.fits.d.next =
             self.chips.q.val().slice(self.least_bit, self.chips_bits - self.least_bit).any()
                 & self.groups.q.val().any()
-                & (bit_cast(self.delay.q.val(), self.delay_bits + 1) < self.period.val());
+                & self.is_within.val();
         if self.is_whole.is_present() {
             self.is_whole.d.next = self.groups.q.val() == self.whole_scan.val();
         }
