@@ -7,6 +7,7 @@ use crate::hdl_support::models;
 use goldtof::cosim::engine::Engine;
 use goldtof::cosim::source::{Verilog, sources_of};
 use goldtof::cosim::{CosimOptions, StimulusKind, Verdict, cosimulate};
+use goldtof::scene::Registers;
 use goldtof::sensor::Sensor;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -15,10 +16,10 @@ use rayon::prelude::*;
 /// Longest run; a scan of most scenes is shorter.
 const MOST_CLOCKS: u64 = 400_000;
 
-fn match_under_hostile_inputs(scenes: u64, seed: u64) {
+fn match_under_hostile_inputs(scenes: u64, seed: u64, registers: Registers) {
     let shown = (0..scenes).into_par_iter().map(|number| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64((seed << 32) + number);
-        let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
+        let (scene, emission) = draw::emitted_with(&mut rng, Extent::SHORT, registers);
         let verilog = Verilog {
             top: goldtof::cosim::TOP.to_owned(),
             sources: sources_of(&emission.files),
@@ -56,17 +57,31 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64) {
     let [with_results, with_peak, with_totals] =
         shown.reduce(|| [0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
     assert_eq!(with_results, scenes, "every run shows results");
+    if scenes < 10 {
+        return;
+    }
     assert!(with_peak * 5 > scenes, "{with_peak} have a peak detector");
     assert!(with_totals * 5 > scenes, "{with_totals} send totals");
 }
 
 #[test]
 fn twelve_random_scenes_match() {
-    match_under_hostile_inputs(12, 1);
+    match_under_hostile_inputs(12, 1, Registers::None);
 }
 
 #[test]
 #[ignore = "a hundred models to build: ten minutes"]
 fn a_hundred_random_scenes_match() {
-    match_under_hostile_inputs(100, 2);
+    match_under_hostile_inputs(100, 2, Registers::None);
+}
+
+#[test]
+fn four_random_scenes_with_registers_match() {
+    match_under_hostile_inputs(4, 3, Registers::Axi4Lite);
+}
+
+#[test]
+#[ignore = "forty models to build: four minutes"]
+fn forty_random_scenes_with_registers_match() {
+    match_under_hostile_inputs(40, 4, Registers::Axi4Lite);
 }

@@ -33,4 +33,5 @@ mod outputs_stand_until_the_next_edge;
 mod own_rtl;
 mod own_rtl_is_one_circuit;
 mod reference_model_equals_a_clock_by_clock_model;
+mod registers;
 mod schema_takes_scenes;

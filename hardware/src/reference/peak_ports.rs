@@ -134,7 +134,7 @@ impl PeakPorts {
     }
 
     /// ORs the ports into the records of a stretch of clocks without reset. Gives the peaks that came in it,
-    /// step and count of each detector, each with the first clock at which the ports have them.
+    /// step and count of each detector, each with the clock after whose rising edge the ports have them.
     pub(super) fn predict(
         &mut self,
         clocks: Range<u64>,
@@ -153,7 +153,7 @@ impl PeakPorts {
             }
             expected.or(clock..clock + 1, self.valid.word, 1 << self.valid.shift);
             let peaks = arrival.peaks.iter().map(|peak| (peak.step, peak.count));
-            come.push((clock + 1, peaks.collect()));
+            come.push((clock, peaks.collect()));
         }
         self.fill(filled..clocks.end, expected);
         come

@@ -35,6 +35,31 @@ pub fn emitted(
     made(rng, extent, on_refusal, |sensor| emit(sensor, "goldtof emit random.toml"))
 }
 
+/// A scene whose hardware has these registers, and its emission.
+pub fn emitted_with(
+    rng: &mut Xoshiro256PlusPlus,
+    extent: Extent,
+    registers: Registers,
+) -> (Scene, Emission) {
+    if registers == Registers::None {
+        return emitted(rng, extent, |_| ());
+    }
+    loop {
+        let mut scene = draw(rng, extent);
+        let parallel = u64::from(scene.hardware.parallel);
+        let is_even = scene.scan.steps.is_multiple_of(parallel);
+        if scene.hardware.architecture != Architecture::UpDown || !is_even {
+            continue;
+        }
+        scene.hardware.registers = registers;
+        match emit(&Sensor::new(&scene), "goldtof emit random.toml") {
+            Ok(emission) => return (scene, emission),
+            Err(HdlError::Limit { .. } | HdlError::ShortStep { .. }) => {}
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
 /// A scene that can be emitted, and the modules of its design.
 pub fn modules(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> (Scene, Vec<EmittedFile>) {
     made(

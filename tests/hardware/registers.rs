@@ -1,0 +1,339 @@
+//! Registers: what a host reads and writes, and scans as it sets them.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use goldtof::cosim::TOP;
+use goldtof::cosim::build::build;
+use goldtof::cosim::lockstep::Lockstep;
+use goldtof::cosim::source::sources_of;
+use goldtof::cosim::verilated::Verilated;
+use goldtof::cosim::window::Window;
+use goldtof::deliver::{self, Emission};
+use goldtof::photons::Pulse;
+use goldtof::reference::adversarial::Adversarial;
+use goldtof::reference::blocks::{Block, BlockMaker};
+use goldtof::reference::predictor::{Reference, StepResult};
+use goldtof::reference::registers::HostInputs;
+use goldtof::reference::stimulus::{Drive, Stimulus};
+use goldtof::scan::Sample;
+use goldtof::scene::Registers;
+use goldtof::sensor::Sensor;
+use goldtof::sensor::layout::Layout;
+use goldtof::sensor::port::Role;
+use goldtof::sensor::registers::{Access, CONTROL, RegisterPlan, STATUS};
+
+use crate::hdl_support::stimulus::Noise;
+use crate::hdl_support::{Family, code, models, run, scene};
+
+const SCENE: &str = "tests/scenes/registers.toml";
+
+fn sensor() -> Sensor {
+    Sensor::load(SCENE).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn plan(sensor: &Sensor) -> &RegisterPlan {
+    sensor.interface().registers.as_ref().expect("the scene has registers")
+}
+
+fn emission(sensor: &Sensor) -> Emission {
+    deliver::emit(sensor, "goldtof emit registers.toml").expect("the scene is fine")
+}
+
+/// All ports of a run of the adversary, and the results of its steps.
+struct Seen {
+    layout: Layout,
+    inputs: Vec<u64>,
+    outputs: Vec<u64>,
+    results: Vec<StepResult>,
+}
+
+impl Seen {
+    fn of(sensor: &Sensor, seed: u64, clocks: u64) -> Seen {
+        let interface = sensor.interface();
+        let layout = Layout::of(interface);
+        let mut reference = Reference::new(interface.clone()).expect("it can be predicted");
+        let mut adversary = Adversarial::new(interface, seed);
+        let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
+        let mut seen = Seen {
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            results: Vec::new(),
+            layout: layout.clone(),
+        };
+        let mut block = Block::default();
+        while maker.make(&mut block) {
+            seen.inputs.extend(&block.records.inputs);
+            seen.outputs.extend(&block.records.expected);
+            seen.results.extend(maker.take_finished());
+        }
+        seen
+    }
+
+    fn clocks(&self) -> u64 {
+        (self.outputs.len() / self.layout.outputs.words) as u64
+    }
+
+    /// A port just before a clock's rising edge, if it is an input, or just after it.
+    fn port(&self, role: Role, clock: u64) -> u64 {
+        let (record, values) = match self.layout.inputs.fields.iter().any(|f| f.port.role == role) {
+            true => (&self.layout.inputs, &self.inputs),
+            false => (&self.layout.outputs, &self.outputs),
+        };
+        let at = clock as usize * record.words;
+        record.field(role).low_word(&values[at..at + record.words])
+    }
+}
+
+/// A host's numbers mean what the manual says, seen from the ports alone: of the first scan after
+/// darkness, whatever was written before, every count is the sum of the signs that the lasers' own chips,
+/// as late as the step's delay, have at the detector's rising edges.
+#[test]
+fn counts_are_those_of_the_lasers_chips_delayed_as_a_host_has_set_them() {
+    let sensor = sensor();
+    let (interface, plan) = (sensor.interface(), plan(&sensor));
+    let seen = Seen::of(&sensor, 5, 300_000);
+    let (lanes, period) = (u64::from(interface.lanes()), plan.period_chips);
+    let parallel = u64::from(interface.parallel());
+    let mut words = plan.initial_words(interface);
+    // The settings, and since when they are what they are.
+    let (mut since, mut lit_since, mut checked, mut settings_seen) = (0, None, 0, Vec::new());
+    for clock in 1..seen.clocks() {
+        let written = seen.port(Role::WriteAddressReady, clock - 1) == 1
+            && seen.port(Role::WriteStrobe, clock) == 0xf
+            && seen.port(Role::Reset, clock) == 0;
+        let word = seen.port(Role::WriteAddress, clock) as usize / 4;
+        if written && (6..words.len()).contains(&word) {
+            words[word] = seen.port(Role::WriteData, clock) as u32;
+            since = clock;
+        }
+        // Dark for as long as the codes are.
+        let lights = seen.port(Role::Epoch, clock) == 1;
+        let was_dark =
+            (clock.saturating_sub(period)..clock).all(|clock| seen.port(Role::Epoch, clock) == 0);
+        if !(lights && was_dark) {
+            continue;
+        }
+        let settings = plan.settings_in(&words[6..]);
+        if since + 16 > clock || lit_since.is_some_and(|lit| lit + period > clock) {
+            continue;
+        }
+        lit_since = Some(clock);
+        let first_word = clock + 2 * period + 1;
+        let latency = u64::from(interface.result_latency_clocks);
+        for group in 0..settings.groups {
+            let words =
+                first_word + group * settings.chips..first_word + (group + 1) * settings.chips;
+            let results: Vec<&StepResult> = seen
+                .results
+                .iter()
+                .filter(|result| result.clock == words.end - 1 + latency)
+                .collect();
+            let is_reset = (clock..(words.end + latency).min(seen.clocks()))
+                .any(|c| seen.port(Role::Reset, c) == 1);
+            if is_reset || words.end + latency >= seen.clocks() {
+                break;
+            }
+            assert_eq!(results.len() as u64, 2 * parallel, "clock {clock}, group {group}");
+            for result in results {
+                let step = result.step % parallel + group * parallel;
+                let delay = settings.first_step + step;
+                let level = |sample: u64| {
+                    let lane = sample % lanes + lanes * result.detector.0 as u64;
+                    seen.port(Role::Samples, sample / lanes) >> lane & 1
+                };
+                let samples = words.start * lanes..words.end * lanes;
+                let hits = samples.filter(|&s| level(s) == 1 && level(s - 1) == 0);
+                let sign = |sample: u64| {
+                    // The word of a chip comes a clock after it.
+                    let chip = seen.port(Role::Laser, (sample - lanes - delay) / lanes);
+                    2 * (chip >> result.detector.0 & 1) as i64 - 1
+                };
+                assert_eq!(
+                    result.exact,
+                    hits.map(sign).sum::<i64>(),
+                    "clock {clock}, {settings:?}, {result:?}"
+                );
+                checked += 1;
+            }
+        }
+        if !settings_seen.contains(&settings) {
+            settings_seen.push(settings);
+        }
+    }
+    assert!(checked > 200 && settings_seen.len() > 5, "{checked} counts, {settings_seen:?}");
+}
+
+/// Resets, and after each a write that comes a clock later than after the one before.
+struct AtEachClock {
+    /// Clocks from one reset to the next.
+    pitch: u64,
+    /// What is written, in turns.
+    writes: Vec<(u32, u32)>,
+    noise: Noise,
+    lanes: u64,
+}
+
+impl Stimulus for AtEachClock {
+    fn drive(&mut self, drive: &mut Drive) {
+        let clocks = drive.surroundings.clocks.clone();
+        for turn in clocks.start / self.pitch..=clocks.end / self.pitch {
+            let start = turn * self.pitch;
+            if start < clocks.end && start + 2 > clocks.start {
+                drive.surroundings.resets.push(start..start + 2);
+            }
+            let (address, data) = self.writes[turn as usize % self.writes.len()];
+            let at = start + 3 + turn / self.writes.len() as u64;
+            // It is taken in the second clock, and answered in the third.
+            for clock in (at..at + 3).filter(|clock| clocks.contains(clock)) {
+                let is_there = clock < at + 2;
+                let inputs = HostInputs {
+                    write_address_valid: is_there,
+                    write_address: address as u16,
+                    write_valid: is_there,
+                    write_data: data,
+                    write_strobe: 0xf,
+                    write_response_ready: true,
+                    ..HostInputs::default()
+                };
+                drive.surroundings.host.push((clock..clock + 1, inputs));
+            }
+        }
+        for pulses in &mut drive.pulses {
+            let samples = clocks.start * self.lanes..clocks.end * self.lanes;
+            for sample in samples.step_by(2) {
+                if self.noise.below(3) == 0 {
+                    pulses.push(Pulse::of_one(Sample(sample)));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_write_at_any_moment_of_a_scan_does_what_the_reference_model_says() {
+    // Short scans: two groups of 16 chips behind codes of seven.
+    let mut scene = scene(&[code(Family::Gold(3), 0, 1)], 0, 2, 5, Some(2), 16, None);
+    scene.hardware.registers = Registers::Axi4Lite;
+    let sensor = Sensor::new(&scene);
+    let (interface, plan) = (sensor.interface(), plan(&sensor));
+    // Reset, start, preparation, scan, its results, and the next one's preparation.
+    let scan = plan.start_clocks() + 2 * plan.period_chips + 2 * 16;
+    let pitch = 2 * scan + 40;
+    let settings = |number: u32| 4 * (6 + number);
+    let writes = vec![
+        (CONTROL, 0),
+        (CONTROL, 2),
+        (CONTROL, 3),
+        (settings(0), 19),
+        (settings(1), 1),
+        (settings(1), plan.whole_groups.expect("there are whole scans") as u32),
+        (settings(2), 11),
+        (settings(3), 5),
+        (settings(0), 3),
+        (STATUS, u32::MAX),
+    ];
+    let clocks = (scan + 30) * writes.len() as u64 * pitch;
+    let layout = Layout::of(interface);
+    let library = build(TOP, &sources_of(&emission(&sensor).files), interface, &models())
+        .unwrap_or_else(|error| panic!("{error}"));
+    let mut model = Verilated::load(&library, &layout).unwrap_or_else(|error| panic!("{error}"));
+    let outcome = Lockstep {
+        model: &mut model,
+        reference: &mut Reference::new(interface.clone()).expect("it can be predicted"),
+        stimulus: &mut AtEachClock { pitch, writes, noise: Noise::new(9), lanes: 2 },
+        layout: &layout,
+        window: Window::Found,
+    }
+    .run(clocks, |_| (), |_| ())
+    .unwrap_or_else(|error| panic!("{error}"));
+    assert!(outcome.first.is_none(), "{:?}", outcome.first);
+    assert_eq!(outcome.clocks, clocks);
+    assert!(outcome.exercise.phase_steps > clocks / pitch, "{:?}", outcome.exercise);
+}
+
+/// Addresses, bits and values at power-up in a header that PeakRDL makes of the SystemRDL, and in ours.
+#[test]
+fn systemrdl_compiles_and_says_what_the_c_header_says() {
+    let sensor = sensor();
+    let registers = emission(&sensor).flow.registers.expect("the design has registers");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, text: &str| {
+        fs::write(folder.path().join(name), text).expect("it can be written");
+    };
+    write(&registers.systemrdl.name, &registers.systemrdl.text);
+    write("ours.h", &registers.c_header.text);
+    let peakrdl = concat!(env!("CARGO_TARGET_TMPDIR"), "/../python/bin/peakrdl");
+    run(folder.path(), peakrdl, &["c-header", &registers.systemrdl.name, "-o", "theirs.h"]);
+    let mut program =
+        "#include <stddef.h>\n#include \"ours.h\"\n#include \"theirs.h\"\nint main(void) {\n"
+            .to_owned();
+    let mut compared = 0;
+    let mut same = |ours: &str, theirs: &str| {
+        program += &format!(
+            "    if ((unsigned long)({ours}) != (unsigned long)({theirs})) return __LINE__;\n"
+        );
+        compared += 1;
+    };
+    for register in &registers.map {
+        let ours = format!("SENSOR_TOP_REGISTERS_{}", register.name);
+        same(&ours, &format!("offsetof(sensor_top_registers_t, {})", register.name));
+        for field in &register.fields {
+            let ours = format!("{ours}_{}", field.name);
+            let theirs = format!("SENSOR_TOP_REGISTERS__{}_T__{}", register.name, field.name);
+            same(&format!("{ours}_MASK"), &format!("{theirs}_bm"));
+            same(&format!("{ours}_SHIFT"), &format!("{theirs}_bp"));
+            if field.reset.is_some() {
+                same(&format!("{ours}_RESET"), &format!("{theirs}_reset"));
+            }
+        }
+    }
+    assert!(compared > 60, "{compared}");
+    write("compare.c", &(program + "    return 0;\n}\n"));
+    run(folder.path(), "gcc", &["-Wall", "-Werror", "-o", "compare", "compare.c"]);
+    let status = Command::new(folder.path().join("compare")).status().expect("it runs");
+    assert_eq!(status.code(), Some(0), "line of compare.c");
+}
+
+/// The manual's table is that of the hardware.
+#[test]
+fn the_manual_has_every_register() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/registers.md");
+    let manual = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{error}"));
+    let sensor = sensor();
+    let mut table = "| address | register | bits | field | access | at power-up | |\n|---|---|---|---|---|---|---|\n".to_owned();
+    for register in plan(&sensor).map(sensor.interface()) {
+        for field in &register.fields {
+            let last = field.first_bit + field.width - 1;
+            let bits = match field.width {
+                1 => last.to_string(),
+                _ => format!("{last}:{}", field.first_bit),
+            };
+            let access = match field.access {
+                Access::Read => "read",
+                Access::ReadWrite => "read, write",
+                Access::WriteOneToClear => "read, 1 clears",
+            };
+            let is_own = ["IDENTITY_LOW", "IDENTITY_HIGH"].contains(&register.name.as_str());
+            let reset = match field.reset {
+                Some(value) if !is_own => format!("{value:#x}"),
+                Some(_) => "of the design".to_owned(),
+                None => String::new(),
+            };
+            table += &format!(
+                "| 0x{:03x} | `{}` | {bits} | `{}` | {access} | {reset} | {} |\n",
+                register.address, register.name, field.name, field.about
+            );
+        }
+    }
+    let (begin, end) = ("<!-- registers -->\n", "<!-- end -->");
+    let from = manual.find(begin).expect("the table has a beginning") + begin.len();
+    let to = manual.find(end).expect("the table has an end");
+    if std::env::var_os("GOLDTOF_UPDATE").is_some() {
+        let renewed = format!("{}{table}{}", &manual[..from], &manual[to..]);
+        fs::write(&path, renewed).expect("the manual can be written");
+        return;
+    }
+    assert_eq!(&manual[from..to], table, "GOLDTOF_UPDATE=1 renews it");
+}
