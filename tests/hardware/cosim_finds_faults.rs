@@ -185,6 +185,56 @@ const TOTALS: &[Fault] = &[
     ),
 ];
 
+/// Faults in the Verilog of tests/scenes/registers.toml: what a host does, and scans as it sets them.
+const REGISTERS: &[Fault] = &[
+    // Settings: a word taken from another's place, bits that are lost, what fits.
+    ("scan_sequencer.v", "chips_r <= i_word;", "chips_r <= i_word ^ 8'd1;"),
+    ("scan_sequencer.v", "if (take_r[1])", "if (take_r[2])"),
+    ("scan_sequencer.v", "& (|groups_r)", "& 1'b1"),
+    ("scan_sequencer.v", "fits_r <= (|chips_r[", "fits_r <= 1'b1 | (|chips_r["),
+    ("scan_sequencer.v", "is_within = ~(&delay_r)", "is_within = 1'b1"),
+    ("scan_sequencer.v", "samples > 2'd1", "samples > 2'd2"),
+    // A scan's beginning: the reference is let go too early, or begins a code period too soon.
+    ("scan_sequencer.v", "CHIP_COUNT_FIRST = 8'd4", "CHIP_COUNT_FIRST = 8'd5"),
+    ("scan_sequencer.v", "i_laser_epoch & prepared_r[1]", "i_laser_epoch & prepared_r[0]"),
+    (
+        "scan_sequencer.v",
+        "if (prepared_r[0] & chip_count_match_matched)",
+        "if (chip_count_match_matched)",
+    ),
+    ("scan_sequencer.v", "i_epoch & ~o_run", "i_laser_epoch & ~o_run"),
+    ("scan_sequencer.v", "(i_epoch | indexed_r)", "1'b1"),
+    // Its end: codes that go on, or do not; a step too many.
+    ("scan_sequencer.v", "o_on <= i_go & ~i_changed", "o_on <= i_go"),
+    ("scan_sequencer.v", "o_on <= i_go & ~i_changed", "o_on <= ~i_changed"),
+    ("scan_sequencer.v", "goes_on = i_go & ~i_changed & is_whole_r", "goes_on = i_go & is_whole_r"),
+    ("scan_sequencer.v", "goes_on = i_go & ~i_changed & is_whole_r", "goes_on = 1'b0"),
+    ("scan_sequencer.v", "step_count_r <= 6'd1", "step_count_r <= 6'd0"),
+    // The slave: addresses, bytes, errors, who comes first.
+    ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h7e0"),
+    ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h3c0"),
+    ("register_file.v", "writes_setting & (&s_axil_wstrb)", "writes_setting & (|s_axil_wstrb)"),
+    ("register_file.v", "write_error_r <= ~(|written_r)", "write_error_r <= ~written_r[0]"),
+    ("register_file.v", "read_error_r <= ~reads_something", "read_error_r <= ~reads_word"),
+    ("register_file.v", "s_axil_arready = read_r & is_free", "s_axil_arready = read_r"),
+    ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
+    ("register_file.v", "s_axil_rdata <= state;", "s_axil_rdata <= memory_word;"),
+    // What is told, and cleared.
+    ("register_file.v", "runs_r <= 1'b1", "runs_r <= 1'b0"),
+    ("register_file.v", "single_r <= s_axil_wdata[1]", "single_r <= s_axil_wdata[0]"),
+    ("register_file.v", "if (s_axil_wdata[3])", "if (s_axil_wdata[4])"),
+    ("register_file.v", "lost_r <= lost_r + 8'd1", "lost_r <= lost_r + 8'd2"),
+    ("register_file.v", "scans_r <= scans_r + 16'd1", "scans_r <= scans_r"),
+    // The memory is kept in reset, and by the address of the write.
+    ("register_memory.v", "i_write & ~i_rst", "1'b0"),
+    ("register_memory.v", "words[i_write_address] <= i_data", "words[i_address] <= i_data"),
+    ("register_memory.v", "words[k] = INITIAL[32*k +: 32]", "words[k] = INITIAL[31:0]"),
+    // Seeds and delays on their way to the references.
+    ("gold_generator.v", "v_r <= i_seed", "v_r <= V_LOAD"),
+    ("lane_delay.v", "delayed_r <= i_delayed", "delayed_r <= 3'd0"),
+    ("sensor_top.v", "transmit_epoch[0] & sequencer_on", "transmit_epoch[0]"),
+];
+
 /// Faults in the Verilog of tests/scenes/histogram.toml.
 const HISTOGRAM: &[Fault] = &[
     // Bins: not begun anew, lost, in the wrong memory or row.
@@ -603,6 +653,11 @@ fn every_fault_in_total_counts_is_found() {
 #[test]
 fn every_fault_in_the_peak_detector_is_found() {
     all_are_found("tests/scenes/peak.toml", PEAK);
+}
+
+#[test]
+fn every_fault_in_registers_and_what_they_set_is_found() {
+    all_are_found("tests/scenes/registers.toml", REGISTERS);
 }
 
 #[test]

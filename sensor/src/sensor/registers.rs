@@ -128,8 +128,8 @@ fn bits(number: u64) -> u32 {
     (u64::BITS - number.leading_zeros()).max(1)
 }
 
-/// Whether two sources have one generator.
-fn is_same(one: &Arc<Code>, other: &Arc<Code>) -> bool {
+/// Whether two codes have one generator.
+pub fn is_same(one: &Arc<Code>, other: &Arc<Code>) -> bool {
     Arc::ptr_eq(one, other)
         || (one.interleave == other.interleave && one.generator == other.generator)
 }
@@ -194,6 +194,16 @@ impl RegisterPlan {
     /// Lanes whose chip depends on a delay that a host sets.
     pub fn lanes(&self) -> u32 {
         if self.fixed_samples.is_some() { 0 } else { (1 << self.sample_bits) - 1 }
+    }
+
+    /// Bits of all seeds.
+    pub fn seed_bits(&self) -> u32 {
+        self.first_seed_bit(self.seeds.len())
+    }
+
+    /// Bits of the seeds before one, where they lie side by side.
+    pub fn first_seed_bit(&self, seed: usize) -> u32 {
+        self.seeds[..seed].iter().map(|seed| seed.bits).sum()
     }
 
     /// Bits of the widest setting.

@@ -95,7 +95,7 @@ pub fn result_stream(
     let total =
         has_totals.then_some(TotalCount { exact_bits: TOTAL_BITS, bits: TOTAL_BITS, first_bit: 8 });
     let (detectors, steps, last_steps) = (detectors as usize, steps as usize, last_steps as usize);
-    let block = ResultStream::new(BITS, false, total, detectors, steps, last_steps, false);
+    let block = ResultStream::new(BITS, false, total, detectors, steps, last_steps, false, false);
     let outputs = ["o_data", "o_valid", "o_last", "o_overrun"];
     Case::new(block, (&ports, &outputs), inputs, expected)
 }

@@ -1,7 +1,7 @@
 //! Scenes drawn at random from the interface.
 
 use goldtof::deliver::{Emission, EmittedFile, HdlError, Prefix, emit, verilog};
-use goldtof::scene::{Architecture, Polarity, Scene, Target};
+use goldtof::scene::{Architecture, Polarity, Registers, Scene, Target};
 use goldtof::sensor::Sensor;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;

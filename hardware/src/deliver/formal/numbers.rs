@@ -43,8 +43,7 @@ pub(super) fn header(design: &Design) -> String {
 
 /// Bits of all settings that a scan goes by.
 pub(super) fn settings_bits(plan: &RegisterPlan) -> u32 {
-    let seeds: u32 = plan.seeds.iter().map(|seed| seed.bits).sum();
-    plan.chips_bits + plan.groups_bits + plan.delay_bits + plan.lanes() + seeds
+    plan.chips_bits + plan.groups_bits + plan.delay_bits + plan.lanes() + plan.seed_bits()
 }
 
 /// A number of the header, which Verilog takes for one of 32 bits if nothing else is said.

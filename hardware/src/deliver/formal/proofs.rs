@@ -219,10 +219,8 @@ fn registers(plan: &RegisterPlan) -> Proof {
     if plan.lanes() > 0 {
         see("o_delayed", plan.lanes());
     }
-    // Those of several codes lie side by side.
-    let seeds: u32 = plan.seeds.iter().map(|seed| seed.bits).sum();
-    if seeds > 0 {
-        see("o_seed", seeds);
+    if plan.seed_bits() > 0 {
+        see("o_seed", plan.seed_bits());
     }
     proof
 }

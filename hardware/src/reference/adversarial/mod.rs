@@ -208,7 +208,9 @@ impl Adversarial {
         if !position.is_scan() {
             // A host has not asked for one, or settings are being taken over.
             self.plans.push_front(plan);
-            let clocks = self.rng.random_range(1..LONGEST_PAUSE);
+            // Not past the first word of one that is prepared meanwhile.
+            let most = LONGEST_PAUSE.min(self.interface.timing.preparation_chips);
+            let clocks = self.rng.random_range(1..=most);
             self.decide_lead(self.decided + clocks, Lead::Random);
             let is_over = !self.scout.position().is_scan();
             if let (Some(host), Some(plan)) = (&mut self.host, &self.interface.registers)
@@ -350,8 +352,11 @@ impl Adversarial {
     /// Chips of a group.
     fn chips_of(&mut self, plan: &PlannedGroup, origin: u64) -> u64 {
         let whole = self.scout.interface().timing.scan.integration_chips;
-        let is_short = whole < 2 * self.reach.shortest + 16;
-        if !self.reach.shortens(&self.interface) || (self.host.is_some() && is_short) {
+        // Scans as a host sets them take their time while it talks.
+        let is_set = self.host.as_ref().is_some_and(|host| {
+            whole < 2 * self.reach.shortest + 16 || !host.is_idle()
+        });
+        if !self.reach.shortens(&self.interface) || is_set {
             return whole;
         }
         let least = plan.hits.chips(&self.scout, origin, whole);

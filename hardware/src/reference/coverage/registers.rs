@@ -65,6 +65,12 @@ pub enum Start {
     Single,
     /// Settings had been written.
     Changed,
+    /// It is over the whole code period, and goes on where the one before it ended.
+    GoesOn,
+    /// The same was under way when settings were written.
+    ChangedWhole,
+    /// A scan before it ended less than five chips before a code period's first.
+    EndsAtEpoch,
 }
 
 /// What an address is of.
@@ -137,6 +143,14 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
     for how in [Start::AfterStop, Start::Single, Start::Changed] {
         add(RegisterPoint::Began { how });
     }
+    if chips_to_an_epoch(plan) >> plan.chips_bits == 0 {
+        add(RegisterPoint::Began { how: Start::EndsAtEpoch });
+    }
+    if plan.whole_groups.is_some_and(|groups| groups >> plan.groups_bits == 0) {
+        for how in [Start::GoesOn, Start::ChangedWhole] {
+            add(RegisterPoint::Began { how });
+        }
+    }
     let peak = (plan.peaks > 0).then_some(Place::Peak);
     let places = [Place::Identity, Place::Setting, Place::Control, Place::Status, Place::Nowhere];
     for place in places.into_iter().chain(peak) {
@@ -173,6 +187,15 @@ impl Family for RegisterPoint {
                 Start::AfterStop => "a scan after scans had been stopped".to_owned(),
                 Start::Single => "a single scan".to_owned(),
                 Start::Changed => "a scan that begins anew for written settings".to_owned(),
+                Start::GoesOn => {
+                    "a scan over the whole code period that goes on where the last ended".to_owned()
+                }
+                Start::ChangedWhole => {
+                    "a scan that begins anew behind one over the whole code period".to_owned()
+                }
+                Start::EndsAtEpoch => {
+                    "a scan behind one that ended just before a code period".to_owned()
+                }
             },
             RegisterPoint::Written { to } => format!("a write to {}", to.text()),
             RegisterPoint::Read { of } => format!("a read of {}", of.text()),
@@ -202,20 +225,21 @@ impl Family for RegisterPoint {
             return Err("there are no registers".to_owned());
         };
         let scan = maker.interface.timing.preparation_chips
-            + maker.interface.timing.code_chips()
+            + 2 * maker.interface.timing.code_chips()
             + 4 * plan.least_chips;
-        let clocks = 24 * scan;
+        let whole = plan.whole_groups.unwrap_or(0).saturating_mul(plan.least_chips);
+        let is_whole =
+            matches!(self, RegisterPoint::Began { how: Start::GoesOn | Start::ChangedWhole });
+        let (talk, clocks) = match is_whole {
+            true => (whole_scans(plan, scan + whole), 5 * (scan + whole)),
+            false => (conversation(maker.interface, plan, scan), 96 * scan),
+        };
         if clocks > maker.reach.most_clocks {
             return Err(format!("it takes {clocks} clocks"));
         }
         let mut groups = vec![maker.fresh().asks(short_scans(plan))];
-        groups.push(
-            PlannedGroup::random().after_reset(3, 4).received(Receiver::Stalls).asks(conversation(
-                maker.interface,
-                plan,
-                scan,
-            )),
-        );
+        let talks = PlannedGroup::random().after_reset(3, 4).received(Receiver::Stalls);
+        groups.push(talks.asks(talk));
         groups.push(PlannedGroup::random().received(Receiver::Stalls));
         groups.push(PlannedGroup::random().asks(as_in_the_scene(maker.interface, plan)));
         groups.push(PlannedGroup::random());
@@ -257,8 +281,13 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
         |bits: &[u32]| Request::write(CONTROL, bits.iter().fold(0, |word, bit| word | 1 << bit));
     let all = [state::OVERRUN, state::SATURATED, state::REFUSED];
     let mut requests = vec![wait, wait];
-    // Flags, of results that nobody took.
-    requests.extend([read(STATUS), status(&[]), status(&all), read(STATUS), read(CONTROL)]);
+    // Flags, of results that nobody took: one and the others, none and all.
+    for flag in all {
+        let others: Vec<u32> = all.into_iter().filter(|&other| other != flag).collect();
+        requests.extend([wait, read(STATUS), status(&others), read(STATUS)]);
+        requests.extend([status(&[flag]), read(STATUS)]);
+    }
+    requests.extend([status(&[]), read(STATUS), status(&all), read(STATUS), read(CONTROL)]);
     // Every setting, each in a scan of its own.
     let others: Vec<u32> = {
         let delay = (plan.period_chips / 2) << plan.sample_bits | 1;
@@ -269,6 +298,24 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
     for (setting, word) in others.into_iter().enumerate() {
         requests.extend([Request::write(address(setting), word), wait, read(address(setting))]);
     }
+    // Delays of every number of samples.
+    if plan.fixed_samples.is_none() {
+        for samples in 0..1 << plan.sample_bits {
+            let delay = (u64::from(samples) * 5 % plan.period_chips) << plan.sample_bits;
+            let word = delay as u32 | samples;
+            requests.extend([Request::write(address(2), word), wait]);
+        }
+    }
+    // Scans of one group that end less than five chips before a code period.
+    requests.push(Request::write(address(1), 1));
+    for short_by in 0..=4 {
+        let chips = chips_to_an_epoch(plan) - short_by;
+        if chips >> plan.chips_bits == 0 {
+            requests.push(Request::write(address(0), chips as u32));
+            requests.extend([wait; 4]);
+        }
+    }
+    requests.extend(short_scans(plan));
     // Settings that do not fit.
     let (low, step) = (plan.least_chips as u32, 0);
     for (setting, bad, good) in [(0, low - 1, low), (1, 0, 2), (2, u32::MAX, step)] {
@@ -281,7 +328,12 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
     requests.extend([run(&[state::RUN, state::SINGLE]), wait, run(&[state::RUN]), wait]);
     // What is no register, or cannot be written.
     let beyond = 4 << plan.word_bits();
-    for address in [0, 12, beyond, 0x3fc, 0x408, 0x4fc, 0x600, 0x800, 0xc00, 0xffc] {
+    for word in 0..IDENTITY_WORDS as u32 + plan.settings() as u32 + 1 {
+        if (word as usize) < IDENTITY_WORDS || word as usize >= plan.words() {
+            requests.extend([Request::write(4 * word, !0), read(4 * word)]);
+        }
+    }
+    for address in [beyond, 0x3fc, 0x408, 0x4fc, 0x600, 0x800, 0xc00, 0xffc] {
         requests.extend([Request::write(address, !0), read(address)]);
     }
     for peak in 0..2 * plan.peaks + 1 {
@@ -293,6 +345,25 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
         }
     }
     requests
+}
+
+/// Chips of a step, not of the shortest, that is whole code periods.
+fn chips_to_an_epoch(plan: &RegisterPlan) -> u64 {
+    plan.least_chips.next_multiple_of(plan.period_chips) + plan.period_chips
+}
+
+/// Scans over the whole code period, which take `scan` clocks each: some, and settings in one of them.
+fn whole_scans(plan: &RegisterPlan, scan: u64) -> Vec<Request> {
+    let wait = Request::Wait { clocks: scan };
+    let groups = plan.whole_groups.unwrap_or(1) as u32;
+    vec![
+        Request::write(address(1), groups),
+        wait,
+        wait,
+        Request::write(address(0), plan.least_chips as u32 + 1),
+        wait,
+        wait,
+    ]
 }
 
 /// Addresses that are worth reading, and some that are not.

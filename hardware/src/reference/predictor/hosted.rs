@@ -8,7 +8,7 @@ use crate::reference::canvas::Canvas;
 use crate::reference::coverage::{RegisterPoint, Start};
 use crate::reference::pattern::chip_patterns;
 use crate::reference::registers::{HostOutputs, Registers, Sequence, Told};
-use crate::scan::{Group, Sample};
+use crate::scan::{CHIPS_TO_PREPARATION, Group, Sample};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 use crate::sensor::port::Role;
@@ -199,7 +199,15 @@ impl Reference {
         let (go, changed) = (hosted.registers.go(), hosted.registers.changed());
         hosted.registers.run(last..clocks.end, &block.host, busy, expected);
         let end = last - self.released;
+        let to_epoch = end.next_multiple_of(hosted.registers.plan().period_chips) - end;
+        let how = match (go && !changed, self.interface.realigns()) {
+            (true, false) => Some(Start::GoesOn),
+            (true, true) => (to_epoch <= CHIPS_TO_PREPARATION).then_some(Start::EndsAtEpoch),
+            (false, realigns) if go && !realigns => Some(Start::ChangedWhole),
+            (false, _) => Some(if go { Start::Changed } else { Start::AfterStop }),
+        };
         if go && !changed {
+            hosted.proves.extend(how.map(|how| RegisterPoint::Began { how }));
             self.scan = match self.interface.realigns() {
                 true => ScanState {
                     scan: self.scan.scan,
@@ -211,7 +219,7 @@ impl Reference {
             };
             hosted.has_ended = false;
         } else {
-            hosted.start = Some(if go { Start::Changed } else { Start::AfterStop });
+            hosted.start = how;
             hosted.phase = Phase::Idle;
             hosted.dark_from = last + 1 + CHIPS_AHEAD;
         }

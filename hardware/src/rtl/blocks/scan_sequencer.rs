@@ -39,6 +39,9 @@ pub struct ScanSequencer {
     counts_early: bool,
     #[set(plan.seeds.len())]
     seeds: usize,
+    /// Seed and bit of each bit of all seeds.
+    #[set(seed_places(&plan))]
+    places: Vec<(usize, usize)>,
     #[set(plan.settings())]
     words: usize,
     #[set(plan.chips_bits as usize)]
@@ -94,12 +97,11 @@ pub struct ScanSequencer {
     /// the references wait at their first chips
     #[under("Codes")]
     pub o_load: Output<bool>,
-    /// Seeds of the codes.
-    #[each(seed in 0..seeds)]
+    /// first chips of the codes' second registers, side by side
+    #[when(seeds > 0)]
     #[under("Codes")]
-    #[about(super::first_of(seed, "first chips of the codes' second registers"))]
-    #[width(plan.seeds[seed].bits)]
-    pub o_seed: Vec<Output<Word>>,
+    #[width(plan.seed_bits())]
+    pub o_seed: Optional<Output<Word>>,
     /// lanes that take the previous chip in a scan's first step
     #[when(lanes > 0)]
     #[under("Codes")]
@@ -216,6 +218,11 @@ pub struct ScanSequencer {
     first_delayed: Optional<Local<Word>>,
 }
 
+fn seed_places(plan: &RegisterPlan) -> Vec<(usize, usize)> {
+    let seeds = plan.seeds.iter().enumerate();
+    seeds.flat_map(|(number, seed)| (0..seed.bits as usize).map(move |bit| (number, bit))).collect()
+}
+
 fn describe(plan: &RegisterPlan) -> About {
     About::new("scan_sequencer", "takes over a host's settings, and counts chips and phase steps as they say")
         .note(
@@ -267,7 +274,9 @@ impl Logic for ScanSequencer {
             if self.take.q.val().get_bit(SCAN_WORDS + s) {
                 self.seed[s].d.next = bit_cast(self.i_word.val(), self.plan.seeds[s].bits as usize);
             }
-            self.o_seed[s].next = self.seed[s].q.val();
+        }
+        if self.o_seed.is_present() {
+            self.gather_seeds();
         }
         if self.fills_bits {
             self.is_within.next = !self.delay.q.val().all();
@@ -287,6 +296,12 @@ impl Logic for ScanSequencer {
         if self.take.q.val().get_bit(words + 1) & self.fits.q.val() {
             self.on.d.next = true;
         }
+    }
+
+    fn gather_seeds(&mut self) {
+        self.o_seed.next = gather(self.places.len(), |bit| {
+            self.seed[self.places[bit].0].q.val().get_bit(self.places[bit].1)
+        });
     }
 
     /// A thermometer of the delay's samples.

@@ -21,7 +21,7 @@ use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::port::Direction;
-use crate::sensor::registers::CHIPS_AHEAD;
+use crate::sensor::registers::{CHIPS_AHEAD, Seed, is_same};
 
 /// Transmit generators, the scan, a channel for each detector, and the results.
 #[block(describe(&interface, &counts))]
@@ -39,9 +39,9 @@ pub struct SensorTop {
     /// Whether a host sets the scan.
     #[set(interface.registers.is_some())]
     is_set: bool,
-    /// Which seed each code, and each detector's code, takes.
+    /// First bit and bits of the seed that each code, and each detector's code, takes.
     #[set(seeds_taken(&interface, &codes))]
-    seeds: (Vec<Option<usize>>, Vec<Option<usize>>),
+    seeds: (Vec<(usize, usize)>, Vec<(usize, usize)>),
     /// ports
     #[is(SensorPorts::new(interface.clone()))]
     pub io: SensorPorts,
@@ -182,11 +182,7 @@ pub(super) struct DistinctCodes {
 pub(super) fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> DistinctCodes {
     let mut codes = DistinctCodes { all: vec![reference.clone()], of_sources: Vec::new() };
     for code in sources {
-        let same = |known: &Arc<Code>| {
-            Arc::ptr_eq(known, code)
-                || (known.interleave == code.interleave && known.generator == code.generator)
-        };
-        let index = codes.all.iter().position(same).unwrap_or_else(|| {
+        let index = codes.all.iter().position(|known| is_same(known, code)).unwrap_or_else(|| {
             codes.all.push(code.clone());
             codes.all.len() - 1
         });
@@ -195,26 +191,24 @@ pub(super) fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> Di
     codes
 }
 
-/// The seed, by its number among those that a host sets, of each transmit generator and of each detector's
-/// reference.
+/// First bit and bits of the seed of each transmit generator and of each detector's reference, among those that
+/// a host sets; none has 0 bits.
 fn seeds_taken(
     interface: &Interface,
     codes: &DistinctCodes,
-) -> (Vec<Option<usize>>, Vec<Option<usize>>) {
-    let seeds = interface.registers.iter().flat_map(|plan| &plan.seeds);
-    let of_seeds: Vec<usize> = seeds.map(|seed| codes.of_sources[seed.source.0]).collect();
-    let seed_of = |code: usize| of_seeds.iter().position(|&of_seed| of_seed == code);
-    let references = distinct_codes(&interface.reference_codes[0], &interface.reference_codes);
-    let number = |code: &Arc<Code>| {
-        let all = codes.all.iter();
-        let same = distinct_codes(code, &codes.all).of_sources;
-        all.zip(same).position(|(_, which)| which == 0)
+) -> (Vec<(usize, usize)>, Vec<(usize, usize)>) {
+    let Some(plan) = &interface.registers else {
+        return (Vec::new(), Vec::new());
     };
-    let of_detectors = references.of_sources.iter().map(|&code| number(&references.all[code]));
-    (
-        (0..codes.all.len()).map(seed_of).collect(),
-        of_detectors.map(|code| code.and_then(seed_of)).collect(),
-    )
+    let seed_of = |code: &Arc<Code>| {
+        let is_its = |seed: &Seed| is_same(code, &interface.source_codes[seed.source]);
+        let number = plan.seeds.iter().position(is_its);
+        number.map_or((0, 0), |number| {
+            (plan.first_seed_bit(number) as usize, plan.seeds[number].bits as usize)
+        })
+    };
+    let of_detectors = interface.reference_codes.iter().map(seed_of);
+    (codes.all.iter().map(seed_of).collect(), of_detectors.collect())
 }
 
 #[kernel]
@@ -258,7 +252,7 @@ impl Logic for SensorTop {
             self.transmit[g].i_load.next = !self.sequencer[0].o_on.val();
             if self.transmit[g].i_seed.is_present() {
                 self.transmit[g].i_seed.next =
-                    self.sequencer[0].o_seed[self.seeds.0[g].unwrap_or(0)].val();
+                    self.sequencer[0].o_seed.val().slice(self.seeds.0[g].0, self.seeds.0[g].1);
             }
         }
         let last = self.ahead.len() - 1;
@@ -287,7 +281,7 @@ impl Logic for SensorTop {
             }
             if self.channel[d].i_seed.is_present() {
                 self.channel[d].i_seed.next =
-                    self.sequencer[0].o_seed[self.seeds.1[d].unwrap_or(0)].val();
+                    self.sequencer[0].o_seed.val().slice(self.seeds.1[d].0, self.seeds.1[d].1);
             }
         }
     }
