@@ -75,6 +75,37 @@ fn every_proof_holds_for_a_design_with_every_part() {
     }
 }
 
+/// The slave's rules, settings that are steady, and what does not depend on who sets the scan.
+#[test]
+fn registers_are_proven_and_faults_in_them_refused() {
+    let scene = scene::load(Path::new("tests/scenes/registers.toml")).expect("it is sound");
+    let emission = emit(&Sensor::new(&scene), "goldtof emit registers.toml").expect("it is fine");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(&emission, folder.path()).expect("the files can be written");
+    assert_eq!(emission.formal.proofs, ["reset", "registers", "counts", "stream", "peak", "axis"]);
+    for task in ["reset", "registers", "stream", "axis"] {
+        assert_eq!(verdict(folder.path(), task), "PASS", "{task}");
+    }
+    assert_eq!(verdict(folder.path(), "registers_cover"), "FAIL");
+    for (file, from, to) in [
+        ("register_file.v", "end else if (s_axil_bready) begin", "end else begin"),
+        ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
+        (
+            "register_file.v",
+            "s_axil_arvalid & ~read_r & ~s_axil_rvalid",
+            "s_axil_arvalid & ~read_r",
+        ),
+        ("scan_sequencer.v", "i_go & ~o_on & ~(|take_r)", "i_go & ~(|take_r)"),
+    ] {
+        let path = folder.path().join(file);
+        let text = fs::read_to_string(&path).expect("it was written");
+        assert_eq!(text.matches(from).count(), 1, "{file}: {from}");
+        fs::write(&path, text.replace(from, to)).expect("it can be written");
+        assert_eq!(verdict(folder.path(), "registers"), "FAIL", "{from}");
+        fs::write(&path, text).expect("it can be written");
+    }
+}
+
 /// In a pause the counters stand where the next step begins, and in no other state.
 #[test]
 fn steps_of_scans_that_wait_for_an_epoch_are_proven() {
