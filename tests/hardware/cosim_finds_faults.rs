@@ -189,9 +189,9 @@ const TOTALS: &[Fault] = &[
 const REGISTERS: &[Fault] = &[
     // Settings: a word taken from another's place, bits that are lost, what fits.
     ("scan_sequencer.v", "chips_r <= i_word;", "chips_r <= i_word ^ 8'd1;"),
-    ("scan_sequencer.v", "if (take_r[1])", "if (take_r[2])"),
-    ("scan_sequencer.v", "& (|groups_r)", "& 1'b1"),
-    ("scan_sequencer.v", "fits_r <= (|chips_r[", "fits_r <= 1'b1 | (|chips_r["),
+    ("scan_sequencer.v", "if (take_r[2])", "if (take_r[3])"),
+    ("scan_sequencer.v", "is_within, |groups_r,", "is_within, 1'b1,"),
+    ("scan_sequencer.v", "|groups_r, |chips_r[7:4]", "|groups_r, 1'b1"),
     ("scan_sequencer.v", "is_within = ~(&delay_r)", "is_within = 1'b1"),
     ("scan_sequencer.v", "samples > 2'd1", "samples > 2'd2"),
     // A scan's beginning: the reference is let go too early, or begins a code period too soon.
@@ -216,9 +216,9 @@ const REGISTERS: &[Fault] = &[
     ("register_file.v", "writes_setting & (&s_axil_wstrb)", "writes_setting & (|s_axil_wstrb)"),
     ("register_file.v", "write_error_r <= ~(|written_r)", "write_error_r <= ~written_r[0]"),
     ("register_file.v", "read_error_r <= ~reads_something", "read_error_r <= ~reads_word"),
-    ("register_file.v", "s_axil_arready = read_r & is_free", "s_axil_arready = read_r"),
+    ("register_file.v", "s_axil_arready <= read_r & ~i_takes", "s_axil_arready <= read_r"),
     ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
-    ("register_file.v", "s_axil_rdata <= state;", "s_axil_rdata <= memory_word;"),
+    ("register_file.v", "s_axil_rdata <= state;", "s_axil_rdata <= word_r;"),
     // What is told, and cleared.
     ("register_file.v", "runs_r <= 1'b1", "runs_r <= 1'b0"),
     ("register_file.v", "single_r <= s_axil_wdata[1]", "single_r <= s_axil_wdata[0]"),

@@ -95,8 +95,6 @@ pub(super) enum Told {
 pub(super) struct Sequence {
     /// The setting that is read.
     pub(super) taken: Option<usize>,
-    /// One is read in the next clock.
-    pub(super) takes_next: bool,
     /// Settings are refused.
     pub(super) refused: bool,
     /// A scan is under way, or prepared.
@@ -121,6 +119,8 @@ pub(super) struct Registers {
     write: bool,
     target: Option<Target>,
     read: bool,
+    /// The word that was read in the memory, in the clock before this.
+    fetched: Option<Option<u32>>,
     shown: HostOutputs,
     runs: bool,
     single: bool,
@@ -165,6 +165,7 @@ impl Registers {
             write: false,
             target: None,
             read: false,
+            fetched: None,
             shown: HostOutputs::default(),
             runs: true,
             single: false,
@@ -191,6 +192,7 @@ impl Registers {
             write: false,
             target: None,
             read: false,
+            fetched: None,
             shown: HostOutputs::default(),
             runs: true,
             single: false,
@@ -289,7 +291,11 @@ impl Registers {
     /// Whether nothing changes without a host, but what scans tell.
     pub(super) fn is_quiet(&self) -> bool {
         let shown = &self.shown;
-        !(self.write || self.read || shown.write_response_valid || shown.read_valid)
+        !(self.write
+            || self.read
+            || self.fetched.is_some()
+            || shown.write_response_valid
+            || shown.read_valid)
     }
 
     /// The rising edge of a clock.
@@ -298,6 +304,7 @@ impl Registers {
         let before = self.state(sequence.busy);
         self.watch(host, is_free, before);
         let (write, target, read) = (self.write, self.target, self.read);
+        let fetched = self.fetched.take();
         let shown = self.shown;
         let next = &mut self.shown;
         // Writes.
@@ -310,9 +317,13 @@ impl Registers {
             next.write_response_valid = false;
         }
         // Reads.
-        self.read = (host.read_address_valid && !read && !shown.read_valid) || (read && !is_free);
+        let asks = host.read_address_valid && !read && fetched.is_none() && !shown.read_valid;
+        self.read = asks || (read && !is_free);
         if read && is_free {
-            let word = self.word_at(host.read_address.into(), before);
+            self.fetched = Some(self.words.get(host.read_address as usize / 4).copied());
+        }
+        if let Some(fetched) = fetched {
+            let word = fetched.or_else(|| self.word_at(host.read_address.into(), before));
             self.shown.read_valid = true;
             self.shown.read_error = word.is_none();
             self.shown.read_data = word.unwrap_or(0);
@@ -349,7 +360,7 @@ impl Registers {
         let whole = host.write_strobe == 0xf;
         self.target = self.target_at(host.write_address.into()).filter(|_| whole);
         self.shown.write_ready = self.write;
-        self.shown.read_address_ready = self.read && !sequence.takes_next;
+        self.shown.read_address_ready = self.fetched.is_some();
     }
 
     /// What scans tell at a clock.
@@ -401,7 +412,7 @@ impl Registers {
                 self.seen.flags &= !host.write_data;
             }
         }
-        if self.read && is_free {
+        if self.fetched.is_some() {
             let of = self.place(host.read_address.into());
             self.seen.read = Some(of);
             if matches!(of, Place::Control | Place::Status) {

@@ -222,9 +222,10 @@ impl RegisterPlan {
         bits(self.words() as u64 - 1).max(4)
     }
 
-    /// Clocks that the settings' take-over takes: one for each word, one to see whether they fit, one to act.
+    /// Clocks that the settings' take-over takes: one for each word, and one each until the last is there, until it
+    /// is seen whether they fit, and to act.
     pub fn take_over_clocks(&self) -> u64 {
-        self.settings() as u64 + 2
+        self.settings() as u64 + 3
     }
 
     /// Clocks from the one at which scans are asked for, while none is under way, to the one after whose

@@ -324,7 +324,8 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
         requests.extend([Request::write(address(setting), good), run(&[state::RUN]), wait]);
     }
     // Stopped, one scan, two at once, and on again.
-    requests.extend([run(&[]), wait, read(STATUS), run(&[state::SINGLE]), wait, wait]);
+    requests.extend([read(STATUS), run(&[]), wait, read(STATUS), status(&all), read(STATUS)]);
+    requests.extend([run(&[state::SINGLE]), wait, wait]);
     requests.extend([run(&[state::RUN, state::SINGLE]), wait, run(&[state::RUN]), wait]);
     // What is no register, or cannot be written.
     let beyond = 4 << plan.word_bits();

@@ -240,12 +240,10 @@ impl Reference {
         match hosted.phase {
             Phase::Idle if hosted.registers.go() => {
                 next = Phase::Takes { from: clock + 1 };
-                sequence.takes_next = true;
             }
             Phase::Takes { from } => {
                 let at = clock - from;
                 sequence.busy = true;
-                sequence.takes_next = at + 1 < settings;
                 if at < settings {
                     let word = hosted.registers.setting(at as usize);
                     if at == 0 {
@@ -256,7 +254,7 @@ impl Reference {
                     }
                     hosted.words.push(word);
                     sequence.taken = Some(at as usize);
-                } else if at == settings + 1 {
+                } else if at == settings + 2 {
                     let settings = hosted.registers.settings(&hosted.words);
                     sequence.refused = !hosted.registers.plan().fits(&settings);
                     if sequence.refused {

@@ -3,7 +3,7 @@
 //! | port | |
 //! |---|---|
 //! | [`RegisterPorts`] | the slave (ARM IHI 0022, chapter B1): write, response, read |
-//! | `i_word_taken`, `o_word` | the sequencer reads a setting |
+//! | `i_takes`, `i_address`, `o_word` | the sequencer reads settings |
 //! | `o_go`, `o_changed` | scans are wanted; settings were written |
 //! | `i_refused`, `i_busy`, `i_scan_counted`, `i_lost`, `i_clamps` | what the registers tell |
 //! | `i_peak_step`, `i_peak_count` | the last peak |
@@ -101,8 +101,6 @@ pub struct RegisterFile {
     peak_bits: (u32, u32),
     #[set(plan.word_bits() as usize)]
     word_bits: usize,
-    #[set(plan.settings())]
-    settings: usize,
     #[set(plan.peaks as usize)]
     peaks: usize,
     #[set(peaks > 0)]
@@ -113,9 +111,6 @@ pub struct RegisterFile {
     /// Words with a peak.
     #[set(2 * peaks)]
     peak_words: usize,
-    /// Settings whose word's number has each bit.
-    #[set(taken_masks(&plan))]
-    taken_masks: Vec<i32>,
     #[set(which(plan.word_bits(), |word| {
         (IDENTITY_WORDS..plan.words()).contains(&word)
     }))]
@@ -123,10 +118,14 @@ pub struct RegisterFile {
     /// ports
     #[is(RegisterPorts::new())]
     pub io: RegisterPorts,
-    /// settings are taken over, one bit for each
-    #[width(settings)]
-    pub i_word_taken: Input<Word>,
-    /// the setting
+    /// settings are read
+    pub i_takes: Input<bool>,
+    /// the first of them is
+    pub i_taken_first: Input<bool>,
+    /// which word is
+    #[width(word_bits)]
+    pub i_address: Input<Word>,
+    /// the setting that was read a clock ago
     #[width(plan.setting_bits())]
     pub o_word: Output<Word>,
     /// scans are wanted
@@ -165,8 +164,13 @@ pub struct RegisterFile {
     answers: Register<bool>,
     /// nothing was written
     write_error: Register<bool>,
-    /// a read takes place, once the settings are left alone
+    /// a word is to be read, once the settings are left alone
     read: Register<bool>,
+    /// it has been
+    fetched: Register<bool>,
+    /// the word that was read in the memory
+    #[width(32)]
+    word: Register<Word>,
     /// what was read is there
     valid: Register<bool>,
     /// there is no register
@@ -190,11 +194,6 @@ pub struct RegisterFile {
     /// scans that have ended
     #[width(SCANS_BITS)]
     scans: Register<Word>,
-    /// the settings are left alone
-    is_free: Local<bool>,
-    /// number of the setting that is taken over
-    #[width(word_bits)]
-    taken: Local<Word>,
     /// what the control and status registers read as
     #[width(32)]
     state: Local<Word>,
@@ -216,21 +215,9 @@ pub struct RegisterFile {
     reads_state: Local<bool>,
     /// there is a register
     reads_something: Local<bool>,
-    /// a word is read
-    reads: Local<bool>,
     was_clamped: Local<bool>,
     /// the bytes of a word have one address; linters know by the name
     unused: Local<bool>,
-}
-
-/// Which settings' words have a bit in their number, for each of its bits.
-fn taken_masks(plan: &RegisterPlan) -> Vec<i32> {
-    let has = |setting: usize, place: u32| (IDENTITY_WORDS + setting) >> place & 1 == 1;
-    let mask = |place| {
-        let settings = (0..plan.settings()).filter(|&setting| has(setting, place));
-        settings.fold(0, |mask, setting| mask | 1 << setting)
-    };
-    (0..plan.word_bits()).map(mask).collect()
 }
 
 /// A table of the words for which something holds.
@@ -250,7 +237,7 @@ fn describe(plan: &RegisterPlan) -> About {
              others.",
         )
         .fact("Words", format!("{} in the memory, of which {} are settings", plan.words(), plan.settings()))
-        .fact("Latency", "a write is answered 2 clocks after it is there, a read 2 clocks, and longer during a take-over")
+        .fact("Latency", "a write is answered 2 clocks after it is there, a read 3 clocks, and longer during a take-over")
 }
 
 impl Deref for RegisterFile {
@@ -271,7 +258,6 @@ impl Logic for RegisterFile {
     fn update(&mut self) {
         self.unused.next = self.io.s_axil_awaddr.val().slice(0, 2).any()
             | self.io.s_axil_araddr.val().slice(0, 2).any();
-        self.is_free.next = !self.i_word_taken.val().any();
         self.find_registers();
         self.gather_state();
         if self.has_peaks {
@@ -347,26 +333,27 @@ impl Logic for RegisterFile {
         self.memory.i_data.next = self.io.s_axil_wdata.val();
     }
 
-    /// The memory is the sequencer's first.
+    /// The memory is the sequencer's first. Its words come out of a register, so that neither the choice of an
+    /// address nor that of a word is added to the memory's own time.
     fn read_words(&mut self) {
-        self.taken.next = gather(self.word_bits, |place| {
-            (self.i_word_taken.val() & self.taken_masks[place]).any()
-        });
-        if self.is_free.val() {
-            self.memory.i_address.next = self.io.s_axil_araddr.val().slice(2, self.word_bits);
+        if self.i_takes.val() {
+            self.memory.i_address.next = self.i_address.val();
         } else {
-            self.memory.i_address.next = self.taken.val();
+            self.memory.i_address.next = self.io.s_axil_araddr.val().slice(2, self.word_bits);
         }
-        self.o_word.next = bit_cast(self.memory.o_word.val(), self.plan.setting_bits() as usize);
-        self.reads.next = self.read.q.val() & self.is_free.val();
-        self.read.d.next =
-            (self.io.s_axil_arvalid.val() & !self.read.q.val() & !self.valid.q.val())
-                | (self.read.q.val() & !self.is_free.val());
-        if self.reads.val() {
+        self.word.d.next = self.memory.o_word.val();
+        self.o_word.next = bit_cast(self.word.q.val(), self.plan.setting_bits() as usize);
+        self.read.d.next = (self.io.s_axil_arvalid.val()
+            & !self.read.q.val()
+            & !self.fetched.q.val()
+            & !self.valid.q.val())
+            | (self.read.q.val() & self.i_takes.val());
+        self.fetched.d.next = self.read.q.val() & !self.i_takes.val();
+        if self.fetched.q.val() {
             self.valid.d.next = true;
             self.read_error.d.next = !self.reads_something.val();
             if self.reads_word.val() {
-                self.data.d.next = self.memory.o_word.val();
+                self.data.d.next = self.word.q.val();
             } else if self.reads_state.val() {
                 self.data.d.next = self.state.val();
             } else if self.has_peaks {
@@ -377,7 +364,7 @@ impl Logic for RegisterFile {
         } else if self.io.s_axil_rready.val() {
             self.valid.d.next = false;
         }
-        self.io.s_axil_arready.next = self.reads.val();
+        self.io.s_axil_arready.next = self.fetched.q.val();
         self.io.s_axil_rvalid.next = self.valid.q.val();
         self.io.s_axil_rdata.next = self.data.q.val();
         self.io.s_axil_rresp.next = bit_cast(self.read_error.q.val(), 2) << 1;
@@ -389,7 +376,7 @@ impl Logic for RegisterFile {
             self.runs.d.next = false;
             self.single.d.next = false;
         }
-        if self.i_word_taken.val().get_bit(0) {
+        if self.i_taken_first.val() {
             self.single.d.next = false;
             self.changed.d.next = false;
         }

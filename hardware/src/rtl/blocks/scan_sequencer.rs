@@ -3,7 +3,7 @@
 //! | port | |
 //! |---|---|
 //! | `i_go`, `i_changed` | scans are wanted; settings were written since they were last taken over |
-//! | `o_word`, `i_word` | a setting is read from the registers |
+//! | `o_takes`, `o_address`, `i_word` | settings are read from the registers |
 //! | `o_refused`, `o_busy` | settings do not fit; a scan is under way, or prepared |
 //! | `i_epoch`, `i_laser_epoch`, `o_on` | first chip of the transmitted code, in the generator and at the lasers; the generators run |
 //! | `o_load`, `o_seed`, `o_delayed` | the reference waits; codes' seeds; lanes of the first delay |
@@ -19,7 +19,7 @@
 use super::StateMatch;
 use super::scan_controller::dump_about;
 use crate::rtl::front::prelude::*;
-use crate::sensor::registers::{RegisterPlan, SCAN_WORDS};
+use crate::sensor::registers::{IDENTITY_WORDS, RegisterPlan, SCAN_WORDS};
 
 /// Chips by which a step's end is looked for ahead: the comparison takes two clocks, the flag of the last
 /// chip but one is a chip before the last.
@@ -71,14 +71,20 @@ pub struct ScanSequencer {
     /// settings were written since they were last taken over
     #[under("Registers")]
     pub i_changed: Input<bool>,
-    /// the setting that is read
+    /// the setting that was read a clock ago
     #[under("Registers")]
     #[width(plan.setting_bits())]
     pub i_word: Input<Word>,
-    /// settings are read, one bit for each
+    /// settings are read
     #[under("Registers")]
-    #[width(words)]
-    pub o_word: Output<Word>,
+    pub o_takes: Output<bool>,
+    /// the first of them is
+    #[under("Registers")]
+    pub o_taken_first: Output<bool>,
+    /// which word is
+    #[under("Registers")]
+    #[width(plan.word_bits())]
+    pub o_address: Output<Word>,
     /// they do not fit
     #[under("Registers")]
     pub o_refused: Output<bool>,
@@ -135,6 +141,11 @@ pub struct ScanSequencer {
     #[value(u128::from(CHIPS_EARLY))]
     #[number]
     chip_count_first: Constant,
+    /// word of the first setting
+    #[width(plan.word_bits())]
+    #[value(IDENTITY_WORDS as u128)]
+    #[number]
+    first_address: Constant,
     /// chips of the code period
     #[when(!fills_bits)]
     #[width(delay_bits + 1)]
@@ -165,9 +176,18 @@ pub struct ScanSequencer {
     #[width(plan.seeds[seed].bits)]
     seed: Vec<Register<Word>>,
     /// settings are read, one bit for each; then it is seen whether they fit, and acted on that
-    #[width(words + 2)]
+    #[width(words + 3)]
     take: Register<Word>,
-    fits: Register<bool>,
+    /// settings are read
+    takes: Register<bool>,
+    /// word of the setting that is read
+    #[width(plan.word_bits())]
+    address: Register<Word>,
+    /// settings are to be read
+    asks: Local<bool>,
+    /// chips, groups and delay fit
+    #[width(3)]
+    fits: Register<Word>,
     /// the scan is over the whole code period
     #[when(plan.whole_groups.is_some())]
     is_whole: Optional<Register<bool>>,
@@ -255,23 +275,32 @@ impl Logic for ScanSequencer {
     /// Reads the settings, and sees whether they fit.
     fn take_over(&mut self) {
         let words = self.words;
-        self.take.d.next = (self.take.q.val() << 1)
-            .replace_bit(0, self.i_go.val() & !self.on.q.val() & !self.take.q.val().any());
-        self.o_word.next = bit_cast(self.take.q.val(), words);
-        if self.take.q.val().get_bit(0) {
+        self.asks.next = self.i_go.val() & !self.on.q.val() & !self.take.q.val().any();
+        self.take.d.next = (self.take.q.val() << 1).replace_bit(0, self.asks.val());
+        self.takes.d.next =
+            self.asks.val() | (self.takes.q.val() & !self.take.q.val().get_bit(words - 1));
+        if self.takes.q.val() {
+            self.address.d.next = self.address.q.val() + 1;
+        } else {
+            self.address.d.next = self.first_address.val();
+        }
+        self.o_takes.next = self.takes.q.val();
+        self.o_taken_first.next = self.take.q.val().get_bit(0);
+        self.o_address.next = self.address.q.val();
+        if self.take.q.val().get_bit(1) {
             self.chips.d.next = bit_cast(self.i_word.val(), self.chips_bits);
         }
-        if self.take.q.val().get_bit(1) {
+        if self.take.q.val().get_bit(2) {
             self.groups.d.next = bit_cast(self.i_word.val(), self.groups_bits);
         }
-        if self.take.q.val().get_bit(2) {
+        if self.take.q.val().get_bit(3) {
             self.delay.d.next = self.i_word.val().slice(self.sample_bits, self.delay_bits);
         }
         if self.delayed.is_present() {
             self.choose_lanes();
         }
         for s in 0..self.seed.len() {
-            if self.take.q.val().get_bit(SCAN_WORDS + s) {
+            if self.take.q.val().get_bit(SCAN_WORDS + 1 + s) {
                 self.seed[s].d.next = bit_cast(self.i_word.val(), self.plan.seeds[s].bits as usize);
             }
         }
@@ -284,16 +313,21 @@ impl Logic for ScanSequencer {
             self.is_within.next =
                 bit_cast(self.delay.q.val(), self.delay_bits + 1) < self.period.val();
         }
-        self.fits.d.next =
-            self.chips.q.val().slice(self.least_bit, self.chips_bits - self.least_bit).any()
-                & self.groups.q.val().any()
-                & self.is_within.val();
+        self.fits.d.next = gather(3, |which| {
+            if which == 0 {
+                self.chips.q.val().slice(self.least_bit, self.chips_bits - self.least_bit).any()
+            } else if which == 1 {
+                self.groups.q.val().any()
+            } else {
+                self.is_within.val()
+            }
+        });
         if self.is_whole.is_present() {
             self.is_whole.d.next = self.groups.q.val() == self.whole_scan.val();
         }
-        self.o_refused.next = self.take.q.val().get_bit(words + 1) & !self.fits.q.val();
+        self.o_refused.next = self.take.q.val().get_bit(words + 2) & !self.fits.q.val().all();
         self.o_busy.next = self.on.q.val() | self.take.q.val().any();
-        if self.take.q.val().get_bit(words + 1) & self.fits.q.val() {
+        if self.take.q.val().get_bit(words + 2) & self.fits.q.val().all() {
             self.on.d.next = true;
         }
     }
@@ -308,7 +342,7 @@ impl Logic for ScanSequencer {
     fn choose_lanes(&mut self) {
         self.samples.next = bit_cast(self.i_word.val(), self.sample_bits);
         self.first_delayed.next = gather(self.lanes, |lane| self.samples.val() > lane);
-        if self.take.q.val().get_bit(2) {
+        if self.take.q.val().get_bit(3) {
             self.delayed.d.next = self.first_delayed.val();
         }
         self.o_delayed.next = self.delayed.q.val();

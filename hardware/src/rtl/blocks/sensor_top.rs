@@ -288,7 +288,9 @@ impl Logic for SensorTop {
 
     /// The registers, and what they tell.
     fn serve_host(&mut self) {
-        self.registers[0].i_word_taken.next = self.sequencer[0].o_word.val();
+        self.registers[0].i_takes.next = self.sequencer[0].o_takes.val();
+        self.registers[0].i_taken_first.next = self.sequencer[0].o_taken_first.val();
+        self.registers[0].i_address.next = self.sequencer[0].o_address.val();
         self.registers[0].i_refused.next = self.sequencer[0].o_refused.val();
         self.registers[0].i_busy.next = self.sequencer[0].o_busy.val();
         self.registers[0].i_scan_counted.next = self.sequencer[0].o_scan_counted.val();
