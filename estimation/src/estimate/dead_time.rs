@@ -54,6 +54,12 @@ pub enum Uncorrected {
         /// The dead time after the last arrival.
         dead_time_ns: f64,
     },
+    /// Bins are of different widths.
+    #[error(
+        "the detector's samples are not equally far apart, so that the histogram does not show \
+         when the detector was blind as if they were"
+    )]
+    UnevenSamples,
     /// Only counts of phase steps are known.
     #[error("counts of phase steps do not show when the detector was blind")]
     CountsOfSteps,
@@ -73,6 +79,9 @@ pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, U
         [spad.pulse_width_ps, sample_ps, spad.dead_time_ps].map(|ps| ps / 1e3);
     if spad.is_paralyzable() {
         return Err(Uncorrected::PassiveRecharge { dead_time_ns });
+    }
+    if !spad.sampler.is_even() {
+        return Err(Uncorrected::UnevenSamples);
     }
     if pulse_ns < sample_ns {
         return Err(Uncorrected::PulsesMissed { pulse_ns, sample_ns });

@@ -14,7 +14,7 @@ use super::random::{Part, StreamKey};
 use super::shape::PulseShape;
 use super::tail::Tail;
 use crate::code::Code;
-use crate::scan::{Group, Timing};
+use crate::scan::{Group, Sampler, Timing};
 use crate::scene::{CounterTiming, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
@@ -45,6 +45,8 @@ pub struct DetectorModel {
     /// How light of each code of the scene follows it.
     shapes: Vec<(Arc<Code>, Arc<PulseShape>)>,
     pub pulse_width_chips: f64,
+    /// When the pulses are sampled.
+    pub sampler: Sampler,
     pub(crate) counter: CounterTiming,
     pub(crate) warm_up_chips: i64,
 }
@@ -108,6 +110,7 @@ impl DetectorModel {
             tail: Tail::new(&spad.jitter_tail, clock),
             shapes,
             pulse_width_chips: chips(spad.pulse_width_ps),
+            sampler: spad.sampler.clone(),
             counter: spad.counter,
             warm_up_chips: 0,
             reference,

@@ -2,8 +2,8 @@
 
 use super::budget;
 use super::declare::*;
-use super::{JitterTail, std_of_sum, waveform};
-use crate::scan::Clock;
+use super::{JitterTail, sampler, std_of_sum, waveform};
+use crate::scan::{Clock, Sampler};
 use crate::scene::SourceIndex;
 
 /// Largest jitter: detections of twenty of them are put in order.
@@ -38,6 +38,8 @@ tables! {
         jitter_tail: JitterTail,
         /// The continuous-time counter's edges.
         counter: CounterTiming,
+        /// When the hardware samples its pulses.
+        sampler: Sampler,
     }
     of DETECTOR = "detector" {
         name = words("a text that is not empty", Form::Text), Needed, "\"spad\"";
@@ -87,6 +89,9 @@ tables! {
         counter = table("detector.counter"),
             Otherwise("none"), "{ rising_delay = \"340 ps\", falling_delay = \"390 ps\" }";
             "edges of the article's continuous-time counter";
+        sampler = table("detector.sampler"),
+            Otherwise("samples are equally far apart"), "{ second_pin_skew = \"30 ps\" }";
+            "when the hardware samples the pulses, where its samples are not equally far apart";
     }
 
     AFTERPULSING = "detector.afterpulsing" {
@@ -180,6 +185,7 @@ pub(super) fn read(
     let jitter_ps = read_jitter(&section, clock);
     let jitter_tail = read_tail(&section, clock);
     let counter = read_counter(&section, clock);
+    let sampler = sampler::read(&section, clock);
     section.finish();
     let keys = keys?;
     let half_dead_time = || Some((0.5 * keys.dead_time_ps).max(clock?.sample_period_ps()));
@@ -193,6 +199,7 @@ pub(super) fn read(
         jitter_ps,
         jitter_tail,
         counter: counter?,
+        sampler: sampler?,
         ..keys
     })
 }

@@ -38,6 +38,7 @@ mod names;
 mod origin;
 mod read;
 mod reader;
+mod sampler;
 mod scan;
 mod setting;
 mod source;

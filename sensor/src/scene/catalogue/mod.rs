@@ -26,12 +26,13 @@ use super::estimator::ESTIMATE;
 use super::hardware::HARDWARE;
 use super::keys::KeyTable;
 use super::movement::FLUCTUATION;
+use super::sampler::SAMPLER;
 use super::scan::{SCAN, STEPS};
 use super::source::{CODE, PATH, SOURCE};
 use super::whole::CLOCK;
 
 /// Every table of a scene.
-pub(super) const TABLES: [&KeyTable; 15] = [
+pub(super) const TABLES: [&KeyTable; 16] = [
     &CLOCK,
     &SOURCE,
     &CODE,
@@ -40,6 +41,7 @@ pub(super) const TABLES: [&KeyTable; 15] = [
     &AFTERPULSING,
     &JITTER_TAIL,
     &COUNTER,
+    &SAMPLER,
     &PATH,
     &LINK,
     &FLUCTUATION,
