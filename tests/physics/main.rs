@@ -27,6 +27,7 @@ mod optics_moving_paths;
 mod optics_pulses_agree_with_the_plain_loop;
 mod optics_sampled_pulses;
 mod optics_streams;
+mod optics_uneven_samples;
 mod own_light_under_other_clocks;
 mod parallel_steps_share_their_light;
 mod parts_left_out_change_nothing;

@@ -76,3 +76,27 @@ pub fn detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Ve
     registered.retain(|&time| (0.0..end).contains(&time));
     registered
 }
+
+/// Rising edges of a level that is looked at `chips` times at each of some instants of a chip, which
+/// are in chips: it is high for `width` after each of the `registered` times, which are in order. The
+/// number of each look at which it is high and was low before, from 0.
+pub fn rising_edges(registered: &[f64], width: f64, instants: &[f64], chips: u64) -> Vec<u64> {
+    let mut rises = Vec::new();
+    let (mut next, mut high_until) = (0, f64::NEG_INFINITY);
+    let mut was_high = false;
+    for chip in 0..chips {
+        for (number, instant) in (0_u64..).zip(instants) {
+            let now = chip as f64 + instant;
+            while registered.get(next).is_some_and(|time| *time <= now) {
+                high_until = registered[next] + width;
+                next += 1;
+            }
+            let is_high = now < high_until;
+            if is_high && !was_high {
+                rises.push(chip * instants.len() as u64 + number);
+            }
+            was_high = is_high;
+        }
+    }
+    rises
+}

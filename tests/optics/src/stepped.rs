@@ -81,8 +81,13 @@ impl<'s> Stepped<'s> {
     pub fn hits_per_sample(&self) -> Vec<f64> {
         let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
         let samples = self.scene.scan.steps_per_period;
-        let before = |sample: f64| self.registered_before(sample * sample_ps);
-        (0..samples).map(|sample| before(sample as f64) - before(sample as f64 - 1.0)).collect()
+        self.hits_between(&(-1..samples as i64).map(|s| s as f64 * sample_ps).collect::<Vec<_>>())
+    }
+
+    /// Detections registered between each of some times and the one before.
+    pub fn hits_between(&self, times_ps: &[f64]) -> Vec<f64> {
+        let before: Vec<f64> = times_ps.iter().map(|&time| self.registered_before(time)).collect();
+        before.windows(2).map(|pair| pair[1] - pair[0]).collect()
     }
 
     /// Expected counts of every step of the scan by the continuous-time counter;
