@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use super::movement;
 use super::{Part, Saving};
+use crate::light::distance_m;
 use crate::response::check_merging;
+use crate::scan::Sampler;
 use crate::scene::{
     Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse, Path, SourceIndex,
 };
@@ -142,8 +144,22 @@ fn pulse_sampling(sensor: &Sensor, index: usize, part: String) -> Part {
         in_nano(detector.pulse_width_ps),
         in_nano(sample_ps)
     );
-    if detector.pulse_width_ps < sample_ps {
+    let sampler = &detector.sampler;
+    if detector.pulse_width_ps < sampler.widest() * sample_ps {
         reason += ", and those between two samples not at all";
+    }
+    if !sampler.is_even() {
+        let [narrowest_ns, widest_ns] =
+            [sampler.narrowest(), sampler.widest()].map(|samples| in_nano(samples * sample_ps));
+        let late_ps = sampler.mean_lateness(f64::INFINITY) - Sampler::default().mean_lateness(1.0);
+        let late_ps = late_ps * sample_ps;
+        let _ = write!(
+            reason,
+            "; samples are {narrowest_ns:.3} to {widest_ns:.3} ns apart, which moves the mean arrival \
+             by {late_ps:+.1} ps, {:+.2} mm; the calibration offset removes that as long as it does \
+             not drift",
+            distance_m(late_ps) * 1e3
+        );
     }
     if let Err(obstacle) = check_merging(sensor, DetectorIndex(index)) {
         let _ = write!(reason, "; no expectation, no bound and no fit: {obstacle}");

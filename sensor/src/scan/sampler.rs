@@ -114,6 +114,15 @@ impl Sampler {
         chip + instants.partition_point(|instant| *instant < within) as u64
     }
 
+    /// Share of the light that comes at any time alike which samples show, if of each bin only the
+    /// last `seen` does.
+    pub fn seen_share(&self, seen: f64) -> f64 {
+        let (sum, all) = self
+            .widths()
+            .fold((0.0, 0.0), |(sum, all), width| (sum + width.min(seen), all + width));
+        sum / all
+    }
+
     /// Mean time from what a sample shows to where that sample would be taken if samples were
     /// equally far apart, of light that comes at any time alike. Of each bin only the last
     /// `seen` shows.

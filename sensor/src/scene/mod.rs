@@ -23,6 +23,7 @@
 
 mod budget;
 mod catalogue;
+mod companions;
 mod declare;
 mod detector;
 mod error;

@@ -9,6 +9,7 @@ use toml::Spanned;
 use toml::de::DeTable;
 
 use super::catalogue::TABLES;
+use super::companions;
 use super::error::Diagnostics;
 use super::reader::Section;
 use super::setting::Setting;
@@ -35,7 +36,9 @@ pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
 /// # Errors
 /// As there; an error in a setting names the setting, not a line.
 pub fn load_with(path: &FilePath, settings: &[Setting]) -> Result<Scene, SceneErrors> {
-    parse_with(&printable_path(path), &read(path)?, settings)
+    let text = read(path)?;
+    let settings = companions::settings(path, &text, settings)?;
+    parse_with(&printable_path(path), &text, &settings)
 }
 
 /// The text of the scene in the file `path`.

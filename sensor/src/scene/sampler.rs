@@ -1,5 +1,7 @@
 //! Table `sampler` of a detector: samples that are not equally far apart.
 
+use std::ops::Range;
+
 use super::declare::*;
 use crate::scan::{Clock, Sampler};
 
@@ -7,6 +9,15 @@ use crate::scan::{Clock, Sampler};
 const ROUNDING: f64 = 1e-3;
 /// A second pin may be moved by no more than so much of a sample.
 const MOST_SKEW: f64 = 0.99;
+
+/// Name of the key that names a file.
+pub(super) const FILE: &str = "file";
+/// Largest such file.
+pub(super) const MOST_FILE_BYTES: u64 = 1 << 20;
+/// Its columns that are read; others may follow.
+const COLUMNS: [&str; 2] = ["sample", "width_samples"];
+/// Most samples of a chip.
+const MOST_SAMPLES: usize = 64;
 
 tables! {
     SAMPLER = "detector.sampler" {
@@ -59,6 +70,52 @@ pub(super) fn read(detector: &Section, clock: Option<Clock>) -> Option<Sampler> 
     };
     section.finish();
     sampler
+}
+
+/// The widths of a file's samples, in the order of their numbers; wrong is a place in the text, and
+/// what would be right there.
+pub(super) fn widths_of_csv(text: &str) -> Result<Vec<f64>, (Range<usize>, String)> {
+    let mut at = 0;
+    let lines = text.split_inclusive('\n').map(|line| {
+        let start = at;
+        at += line.len();
+        (start..start + line.trim_end().len(), line.trim())
+    });
+    let mut rows = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let (place, heading) = rows.next().unwrap_or((0..0, ""));
+    if !heading.split(',').map(str::trim).take(2).eq(COLUMNS) {
+        let right = COLUMNS.join(",");
+        return Err((place, format!("the heading is \"{heading}\"; write {right}")));
+    }
+    let mut widths: Vec<Option<f64>> = Vec::new();
+    for (place, row) in rows {
+        let mut fields = row.split(',').map(str::trim);
+        let (sample, width) = (fields.next().unwrap_or(""), fields.next().unwrap_or(""));
+        let number = sample.parse().ok().filter(|number: &usize| *number < MOST_SAMPLES);
+        let Some(number) = number else {
+            let message =
+                format!("\"{sample}\" is no sample; write its number, 0 to {}", MOST_SAMPLES - 1);
+            return Err((place, message));
+        };
+        let Some(value) = width.parse::<f64>().ok().filter(|width| width.is_finite()) else {
+            let message =
+                format!("\"{width}\" is no width; write it in sample periods, for example 1.02");
+            return Err((place, message));
+        };
+        widths.resize(widths.len().max(number + 1), None);
+        if widths[number].replace(value).is_some() {
+            return Err((place, format!("sample {number} stands there already; write each once")));
+        }
+    }
+    let end = text.trim_end().len();
+    let missing = widths.iter().position(Option::is_none);
+    let missing = missing.or(widths.is_empty().then_some(0));
+    match missing {
+        Some(sample) => {
+            Err((end..end, format!("sample {sample} is missing; write each from 0 on")))
+        }
+        None => Ok(widths.into_iter().flatten().collect()),
+    }
 }
 
 fn of_widths(section: &Section, widths: &[f64], clock: Option<Clock>) -> Option<Sampler> {
