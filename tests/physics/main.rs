@@ -4,6 +4,7 @@
 #![allow(clippy::too_many_lines)]
 
 mod architectures_are_compared;
+mod dark_counts_tell_widths;
 mod errors_that_wrap;
 mod estimate_against_photons;
 mod estimate_model;

@@ -62,7 +62,7 @@ pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use lookup::{Entry, quantity_text};
 pub use movement::{Fluctuation, Movement};
 pub use origin::{Origin, SceneReference};
-pub use read::{load, load_with, parse, parse_with, read as read_scene_text};
+pub use read::{load, load_with, parse, parse_with};
 pub use setting::{MOST_KEY_PARTS, Setting};
 pub use text::SceneText;
 pub use toml::Value;
