@@ -43,6 +43,12 @@ fn edges(response: &LaserResponse) -> String {
         LaserResponse::Edges { rise_time_ps, fall_time_ps } => {
             format!(", rising in {rise_time_ps} ps and falling in {fall_time_ps} ps")
         }
+        LaserResponse::Stretched { rise_time_ps, fall_time_ps, longer_ps } => {
+            format!(
+                ", on for {longer_ps:+} ps longer than its chips, rising in {rise_time_ps} ps and \
+                 falling in {fall_time_ps} ps"
+            )
+        }
         LaserResponse::Measured(curve) => {
             format!(", with a measured response of {} flashes", curve.points.len())
         }

@@ -150,7 +150,7 @@ enum To {
 
 /// Keys that are changed, one by one, where the scene has them. Those of the ranged source and of the
 /// detector.
-const CHANGES: [(Limit, &str, To); 20] = [
+const CHANGES: [(Limit, &str, To); 21] = [
     (Limit::Photons, "source.mean_power", To::Times(2.0)),
     (Limit::Photons, "detector.photon_detection_probability", To::Times(2.0)),
     (Limit::Photons, "scan.integration", To::Times(4.0)),
@@ -164,6 +164,7 @@ const CHANGES: [(Limit, &str, To); 20] = [
     (Limit::Timing, "detector.jitter_tail.share", To::Zero),
     (Limit::Timing, "source.rise_time", To::Times(0.5)),
     (Limit::Timing, "source.fall_time", To::Times(0.5)),
+    (Limit::Timing, "source.duty_cycle_distortion", To::Zero),
     (Limit::Timing, "detector.sampler.second_pin_skew", To::Zero),
     (Limit::Timing, "detector.sampler.widths", To::Ones),
     (Limit::Code, "source.code.degree", To::Next),

@@ -83,7 +83,7 @@ impl DetectorModel {
         for numbered in paths_to(sensor, detector) {
             let path = &sensor.scene().paths[numbered.index];
             let source = &sensor.scene().sources[path.source];
-            let rates = LightRates::of(source, path, spad);
+            let rates = LightRates::of(source, path, spad, clock);
             constant_hz += rates.off_hz;
             let light =
                 ExcessLight::new(numbered, rates, &source.code, path.delay_ps, clock, &excess);
@@ -144,9 +144,7 @@ impl DetectorModel {
     /// Modulated light of clocks of their own, which comes at every delay within a scan
     /// and so is constant on average: its mean rate per chip.
     pub(crate) fn slipping_per_chip(&self) -> f64 {
-        self.slipping()
-            .map(|light| light.rate_per_chip * light.code.weight() as f64 / light.code.len() as f64)
-            .sum()
+        self.slipping().map(ExcessLight::mean_per_chip).sum()
     }
 
     /// That light, path by path.

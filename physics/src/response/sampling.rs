@@ -371,7 +371,7 @@ mod tests {
     }
 
     fn sampling(seen_chips: f64, merging: Option<f64>) -> Sampling {
-        Sampling { samples_per_chip: 4.0, seen_chips, merging }
+        Sampling { samples_per_chip: 4.0, sampler: Sampler::default(), seen_chips, merging }
     }
 
     #[test]

@@ -168,6 +168,12 @@ pub struct Source {
 }
 
 impl Source {
+    /// Chips of a code period in which its light is on, ones that last longer included.
+    pub fn lit_chips(&self, clock: Clock) -> f64 {
+        let longer = clock.chips(self.response.longer_ps());
+        self.code.weight() as f64 + self.code.runs() as f64 * longer
+    }
+
     /// Whether it has any light.
     pub fn emits(&self) -> bool {
         self.mean_power_w > 0.0
