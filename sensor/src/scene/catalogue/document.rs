@@ -60,6 +60,9 @@ fn together() -> String {
         | correlation time of a fluctuation | 2^50 chips; 16 chips at least |\n\
         | standard deviation of a fluctuation | correlation time x 10^-5 of the speed of light; \
         a sixth of the distance |\n\
+        | sum of a sampler's widths | a chip, to 0.1 % |\n\
+        | skew of a second pin | 99 % of a sample |\n\
+        | duty-cycle distortion and edges of a source together | less than a chip |\n\
         | distance of a path that moves | it may not come to the sensor within a scan |\n",
         read::MOST_SCENE_BYTES,
         whole::MAX_TABLES,
