@@ -6,9 +6,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Diagnostics, SceneError};
-use super::read::with_settings;
 use super::sampler::widths_of_csv;
-use super::setting::Setting;
+use super::setting::{Setting, with_settings};
 use super::{SceneErrors, sampler};
 use crate::files::read_text;
 use crate::printable::printable_path;

@@ -12,7 +12,7 @@ use super::catalogue::TABLES;
 use super::companions;
 use super::error::Diagnostics;
 use super::reader::Section;
-use super::setting::Setting;
+use super::setting::{Setting, with_settings};
 use super::whole::read_scene;
 use super::wording::nearest;
 use super::{Scene, SceneErrors, SceneReference};
@@ -109,28 +109,6 @@ pub fn parse_with(file_name: &str, text: &str, settings: &[Setting]) -> Result<S
     let scene = read_scene(&root, reference);
     root.finish();
     diagnostics.finish(scene)
-}
-
-/// Puts settings into a document, each with its line of TOML; `refuse` hears of those, by their
-/// number, that do not go into it.
-pub(super) fn with_settings<'t>(
-    document: &mut Spanned<DeTable<'t>>,
-    settings: impl Iterator<Item = (&'t Setting, &'t str)>,
-    mut refuse: impl FnMut(usize, String),
-) {
-    for (index, (setting, line)) in settings.enumerate() {
-        let value = DeTable::parse(line).ok().and_then(|table| {
-            let mut values = table.into_inner().into_iter();
-            values.next().map(|(_, value)| value)
-        });
-        let applied = match value {
-            Some(value) => setting.apply(document.get_mut(), value),
-            None => Err("the value is not TOML".to_owned()),
-        };
-        if let Err(message) = applied {
-            refuse(index, message);
-        }
-    }
 }
 
 /// A scene's text with settings behind it, a line each, so that each of their values has
