@@ -5,7 +5,6 @@ use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path as FilePath;
 
-use toml::Spanned;
 use toml::de::DeTable;
 
 use super::catalogue::TABLES;
