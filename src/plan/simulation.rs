@@ -129,7 +129,9 @@ fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
     let detector = &sensor.scene().detectors[index];
     let several = sensor.scene().detectors.len() > 1;
     let name = |part| labelled(part, &detector.name, several);
-    vec![
+    let crosstalk = (sensor.scene().hears_others(DetectorIndex(index)))
+        .then(|| crosstalk(sensor, DetectorIndex(index), name("crosstalk")));
+    let parts = vec![
         photon_detection(detector, name("photon_detection")),
         constant_rate(name("dark_counts"), "dark_count_rate", detector.dark_count_rate_cps),
         constant_rate(name("background"), "background_rate", detector.background_rate_cps),
@@ -138,7 +140,30 @@ fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
         delay(detector, name("delay")),
         jitter(detector, name("jitter")),
         pulse_sampling(sensor, index, name("pulse_sampling")),
-    ]
+    ];
+    parts.into_iter().chain(crosstalk).collect()
+}
+
+/// Avalanches that other detectors cause.
+fn crosstalk(sensor: &Sensor, detector: DetectorIndex, part: String) -> Part {
+    let scene = sensor.scene();
+    let heard = scene.neighbours(detector).filter_map(|other| {
+        let other = &scene.detectors[other];
+        let talk = other.crosstalk()?;
+        let delay_ns = in_nano(talk.delay_ps);
+        Some(format!(
+            "{} % of the avalanches of \"{}\", {delay_ns} ns later",
+            100.0 * talk.probability,
+            other.name
+        ))
+    });
+    let heard = heard.collect::<Vec<_>>().join("; ");
+    kept(
+        part,
+        format!(
+            "fired by {heard}; no expectation, no bound and no fit: simulated photon by photon"
+        ),
+    )
 }
 
 /// Pulses that merge or fall between samples, and whether that can be expected.

@@ -52,12 +52,12 @@ fn widths_are_within_their_intervals_as_often_as_these_say() {
     for seed in 0..runs {
         let told = density(&scene, &counts(&scene, seed)).expect("dark counts alone");
         for (sample, (bin, width)) in told.samples.iter().zip(WIDTHS).enumerate() {
-            let [low, high] = bin.width_ci95_ps;
+            let [low, high] = bin.width_ps_ci95;
             within += u64::from((low..=high).contains(&(1000.0 * width)));
             found[sample].push(bin.width_ps);
         }
         disagreements.push(told.disagreement_in_std.expect("chips"));
-        assert!(told.even_chance_fraction < 1e-6);
+        assert!(told.p_value < 1e-6);
     }
     let all = 8 * runs;
     let share = within as f64 / all as f64;
@@ -80,7 +80,7 @@ fn even_samples_are_taken_for_uneven_as_often_as_chance_has_it() {
     let seldom = (0..runs).filter(|&seed| {
         let told = density(&scene, &counts(&scene, seed)).expect("dark counts alone");
         assert!(told.distance_error_m.abs() < 0.01);
-        told.even_chance_fraction < 0.05
+        told.p_value < 0.05
     });
     let seldom = seldom.count() as f64;
     println!("{seldom} of {runs} below a chance of 5 %");

@@ -19,6 +19,7 @@ mod lasers_and_detectors_as_they_are;
 mod light_is_told_apart;
 mod missed_peaks_are_predicted;
 mod moving_paths_are_fitted;
+mod optics_crosstalk;
 mod optics_detector_statistics;
 mod optics_fast_agrees_with_the_plain_loop;
 mod optics_fast_counts_depend_on_the_seed_alone;

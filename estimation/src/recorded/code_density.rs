@@ -165,7 +165,7 @@ pub struct CodeDensity {
     /// Its degrees of freedom.
     pub degrees_of_freedom: usize,
     /// Chance of as large a chi-square from samples that are equally far apart.
-    pub even_chance_fraction: f64,
+    pub p_value: f64,
     /// By how much the sampler moves the mean arrival beside samples that are equally far apart.
     pub mean_arrival_ps: f64,
     /// Error of a distance of a scene that does not have the sampler, on average over delays.
@@ -188,7 +188,7 @@ pub struct SampleWidth {
     /// Width of its bin.
     pub width_ps: f64,
     /// The width's 95 % interval (Wilson 1927).
-    pub width_ci95_ps: [f64; 2],
+    pub width_ps_ci95: [f64; 2],
     /// How much later it is taken than if all samples were equally far apart; sample 0 is at its place.
     pub late_ps: f64,
 }
@@ -231,7 +231,7 @@ pub fn code_density(sensor: &Sensor, dark: &DarkCounts) -> Result<CodeDensity, D
             sample,
             count,
             width_ps: sample_ps * width(count),
-            width_ci95_ps: share_interval(count, counts)
+            width_ps_ci95: share_interval(count, counts)
                 .map(|share| sample_ps * samples as f64 * share),
             late_ps: sample_ps * (sampler.instant(sample as i64) - sample as f64),
         })
@@ -247,8 +247,7 @@ pub fn code_density(sensor: &Sensor, dark: &DarkCounts) -> Result<CodeDensity, D
         samples: bins,
         chi_square,
         degrees_of_freedom: degrees,
-        even_chance_fraction: ChiSquared::new(degrees as f64)
-            .map_or(f64::NAN, |law| law.sf(chi_square)),
+        p_value: ChiSquared::new(degrees as f64).map_or(f64::NAN, |law| law.sf(chi_square)),
         mean_arrival_ps,
         distance_error_m: distance_m(mean_arrival_ps),
         disagreement_in_std: disagreement,
@@ -335,7 +334,7 @@ fn check_pulses(
     bins: &[SampleWidth],
 ) -> Result<(), DensityError> {
     let pulse_ps = sensor.scene().detectors[detector].pulse_width_ps;
-    let widest_ps = bins.iter().map(|bin| bin.width_ci95_ps[1]).fold(0.0, f64::max);
+    let widest_ps = bins.iter().map(|bin| bin.width_ps_ci95[1]).fold(0.0, f64::max);
     if pulse_ps < widest_ps {
         return Err(DensityError::PulsesMissed { pulse_ps, widest_ps });
     }
@@ -361,7 +360,7 @@ impl CodeDensity {
             self.detector, self.counts
         );
         for bin in &self.samples {
-            let [low, high] = bin.width_ci95_ps.map(|width_ps| width_ps / self.sample_period_ps);
+            let [low, high] = bin.width_ps_ci95.map(|width_ps| width_ps / self.sample_period_ps);
             let width = bin.width_ps / self.sample_period_ps;
             let _ = writeln!(text, "{},{width:.6},{low:.6},{high:.6},{}", bin.sample, bin.count);
         }
@@ -386,7 +385,7 @@ impl CodeDensity {
             self.sample_period_ps
         );
         for bin in &self.samples {
-            let [low, high] = bin.width_ci95_ps;
+            let [low, high] = bin.width_ps_ci95;
             let interval = format!("{low:.1} to {high:.1}");
             let SampleWidth { sample, count, width_ps, late_ps, .. } = bin;
             let _ = writeln!(
@@ -394,14 +393,14 @@ impl CodeDensity {
                 "  {sample:6} {count:10}  {width_ps:10.1}  {interval:>19} {late_ps:+12.1}"
             );
         }
-        let differ = match self.even_chance_fraction < 0.05 {
+        let differ = match self.p_value < 0.05 {
             true => "they are not equally far apart",
             false => "no difference from samples that are equally far apart",
         };
         let _ = writeln!(
             text,
             "chi-square against equal widths {:.1} for {} degrees of freedom, chance {:.2e}: {differ}",
-            self.chi_square, self.degrees_of_freedom, self.even_chance_fraction
+            self.chi_square, self.degrees_of_freedom, self.p_value
         );
         let _ = writeln!(
             text,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rand::RngExt;
 
 use super::afterpulsing::Afterpulsing;
+use super::crosstalk::Coupled;
 use super::dead_time::DeadTime;
 use super::light::{ExcessLight, LightRates};
 use super::memory::Memory;
@@ -49,6 +50,8 @@ pub struct DetectorModel {
     pub sampler: Sampler,
     pub(crate) counter: CounterTiming,
     pub(crate) warm_up_chips: i64,
+    /// The detectors whose crosstalk it hears.
+    pub(crate) crosstalk: Option<Arc<Coupled>>,
 }
 
 /// Jitter is cut at this many standard deviations (probability 1.5e-23), so
@@ -64,6 +67,22 @@ impl DetectorModel {
     /// # Panics
     /// If the scene has no such detector.
     pub fn new(sensor: &Sensor, detector: DetectorIndex) -> DetectorModel {
+        let mut model = DetectorModel::alone(sensor, detector);
+        model.crosstalk = Coupled::to(sensor, detector);
+        let detectors = &sensor.scene().detectors;
+        if detectors.iter().any(|spad| spad.crosstalk().is_some()) {
+            // All of them start at one time, so that each sees the others as they see themselves.
+            let all = DetectorIndex::of(detectors);
+            let delay_ps = detectors.iter().filter_map(|spad| Some(spad.crosstalk?.delay_ps));
+            let delay_chips = sensor.clock().chips(delay_ps.fold(0.0, f64::max)).ceil() as i64;
+            let longest = all.map(|other| DetectorModel::alone(sensor, other).warm_up_chips);
+            model.warm_up_chips = longest.max().unwrap_or(0) + delay_chips;
+        }
+        model
+    }
+
+    /// The model of a detector that hears no other one.
+    pub(crate) fn alone(sensor: &Sensor, detector: DetectorIndex) -> DetectorModel {
         let spad = &sensor.scene().detectors[detector];
         let clock = sensor.clock();
         let chips = |ps: f64| clock.chips(ps);
@@ -113,6 +132,7 @@ impl DetectorModel {
             sampler: spad.sampler.clone(),
             counter: spad.counter,
             warm_up_chips: 0,
+            crosstalk: None,
             reference,
         };
         model.warm_up_chips = model.warm_up();
@@ -236,8 +256,10 @@ impl DetectorModel {
     pub fn most_work_per_chip(&self) -> f64 {
         // A paralyzable detector's arrivals are drawn one by one, counted or not.
         let lost = if self.is_paralyzable { self.brightest_per_chip() } else { 0.0 };
-        (self.most_detections_per_chip() + lost)
-            * (1.0 + PENDING_WORK * self.most_pending_afterpulses())
+        let own = (self.most_detections_per_chip() + lost)
+            * (1.0 + PENDING_WORK * self.most_pending_afterpulses());
+        let others = self.crosstalk.iter().flat_map(|coupled| coupled.others());
+        own + others.map(DetectorModel::most_work_per_chip).sum::<f64>()
     }
 
     /// Afterpulses that are still to come, on average, in the brightest light.
@@ -248,7 +270,14 @@ impl DetectorModel {
 
     /// Primary rate with every laser on.
     fn brightest_per_chip(&self) -> f64 {
-        self.constant_per_chip + self.excess.iter().map(|light| light.rate_per_chip).sum::<f64>()
+        let heard = self.crosstalk.as_ref().map_or(0.0, |coupled| coupled.most_per_chip());
+        let light: f64 = self.excess.iter().map(|light| light.rate_per_chip).sum();
+        self.constant_per_chip + light + heard
+    }
+
+    /// Bound on the detections per chip, whatever it hears.
+    pub(crate) fn most_of_dead_time_per_chip(&self) -> f64 {
+        1.0 / self.dead_time_chips
     }
 
     /// When the detector is first ready, in chips after its simulation starts.

@@ -34,6 +34,7 @@
 
 pub(crate) mod afterpulsing;
 pub(crate) mod counter;
+pub(crate) mod crosstalk;
 mod dead_time;
 pub(crate) mod detector;
 pub mod fast;

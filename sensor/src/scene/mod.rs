@@ -122,6 +122,20 @@ impl Scene {
         paths.filter(move |&path| (self.paths[path].detector, self.paths[path].source) == own)
     }
 
+    /// The detectors before and after one, which hear its crosstalk.
+    pub fn neighbours(
+        &self,
+        detector: DetectorIndex,
+    ) -> impl Iterator<Item = DetectorIndex> + use<> {
+        let after = (detector.0 + 1 < self.detectors.len()).then_some(detector.0 + 1);
+        detector.0.checked_sub(1).into_iter().chain(after).map(DetectorIndex)
+    }
+
+    /// Whether crosstalk of other detectors fires one.
+    pub fn hears_others(&self, detector: DetectorIndex) -> bool {
+        self.neighbours(detector).any(|other| self.detectors[other].crosstalk().is_some())
+    }
+
     /// Whether light of its source arrives over a path.
     pub fn is_lit(&self, path: &Path) -> bool {
         self.sources[path.source].emits() && path.transmission > 0.0

@@ -21,7 +21,7 @@ pub use document::reference;
 pub use schema::schema;
 
 use super::budget::{BACKGROUND, LINK};
-use super::detector::{AFTERPULSING, COUNTER, DETECTOR, JITTER_TAIL};
+use super::detector::{AFTERPULSING, COUNTER, CROSSTALK, DETECTOR, JITTER_TAIL};
 use super::estimator::ESTIMATE;
 use super::hardware::HARDWARE;
 use super::keys::KeyTable;
@@ -32,7 +32,7 @@ use super::source::{CODE, PATH, SOURCE};
 use super::whole::CLOCK;
 
 /// Every table of a scene.
-pub(super) const TABLES: [&KeyTable; 16] = [
+pub(super) const TABLES: [&KeyTable; 17] = [
     &CLOCK,
     &SOURCE,
     &CODE,
@@ -42,6 +42,7 @@ pub(super) const TABLES: [&KeyTable; 16] = [
     &JITTER_TAIL,
     &COUNTER,
     &SAMPLER,
+    &CROSSTALK,
     &PATH,
     &LINK,
     &FLUCTUATION,

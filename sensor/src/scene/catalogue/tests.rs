@@ -73,6 +73,7 @@ fn scene_with(changed: &str, name: &'static str, value: &str) -> String {
                 ("jitter_tail", &JITTER_TAIL),
                 ("background", &BACKGROUND),
                 ("sampler", &SAMPLER),
+                ("crosstalk", &CROSSTALK),
             ][..],
         ),
         ("[[path]]", &PATH, &[("fluctuation", &FLUCTUATION), ("link", &LINK)][..]),
