@@ -1,89 +1,11 @@
 //! Crosstalk: avalanches that an avalanche of another detector causes.
 
-use std::sync::Arc;
-
 use rand::RngExt as _;
 
-use super::detector::DetectorModel;
+use super::avalanches::Avalanches;
+use super::detector::{Coupled, DetectorModel};
 use super::random::{Part, StreamKey, StreamRng};
-use super::step::Avalanches;
 use super::time::ChipTime;
-use crate::scene::DetectorIndex;
-use crate::sensor::Sensor;
-
-/// One way of crosstalk, from one detector of some to another.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Link {
-    from: usize,
-    to: usize,
-    probability: f64,
-    delay_chips: f64,
-}
-
-/// The detectors that make crosstalk at one of them, or at those that do, in the scene's order.
-#[derive(Debug, Clone)]
-pub struct Coupled {
-    /// All of them. That of the one itself has no light here: whoever simulates it has it.
-    models: Vec<Option<DetectorModel>>,
-    /// Which it is.
-    own: usize,
-    links: Vec<Link>,
-}
-
-impl Coupled {
-    /// What makes crosstalk at a detector; none where nothing does.
-    pub fn to(sensor: &Sensor, detector: DetectorIndex) -> Option<Arc<Coupled>> {
-        let scene = sensor.scene();
-        let talks = |of: DetectorIndex| scene.detectors[of].crosstalk();
-        let mut members = vec![detector];
-        let mut next = 0;
-        while let Some(&member) = members.get(next) {
-            next += 1;
-            for neighbour in scene.neighbours(member) {
-                if talks(neighbour).is_some() && !members.contains(&neighbour) {
-                    members.push(neighbour);
-                }
-            }
-        }
-        if members.len() == 1 {
-            return None;
-        }
-        members.sort_unstable();
-        let place = |of: DetectorIndex| members.iter().position(|member| *member == of);
-        let links = members.iter().enumerate().flat_map(|(from, &member)| {
-            let talk = talks(member);
-            let to = scene.neighbours(member).filter_map(place);
-            to.filter_map(move |to| {
-                let talk = talk?;
-                let delay_chips = sensor.clock().chips(talk.delay_ps);
-                Some(Link { from, to, probability: talk.probability, delay_chips })
-            })
-        });
-        let alone = |&member: &DetectorIndex| {
-            (member != detector).then(|| DetectorModel::alone(sensor, member))
-        };
-        Some(Arc::new(Coupled {
-            models: members.iter().map(alone).collect(),
-            own: place(detector).unwrap_or_default(),
-            links: links.collect(),
-        }))
-    }
-
-    /// Other detectors.
-    pub fn others(&self) -> impl Iterator<Item = &DetectorModel> {
-        self.models.iter().flatten()
-    }
-
-    /// Bound on the avalanches that others cause at the detector, per chip.
-    pub fn most_per_chip(&self) -> f64 {
-        let here = self.links.iter().filter(|link| link.to == self.own);
-        let of = |link: &Link| {
-            let source = self.models[link.from].as_ref();
-            source.map_or(0.0, |source| link.probability * source.most_of_dead_time_per_chip())
-        };
-        here.map(of).sum()
-    }
-}
 
 /// The detectors beside the one that is simulated, and what all of them cause.
 #[derive(Debug, Clone)]

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use rand::RngExt;
 
 use super::afterpulsing::Afterpulsing;
-use super::crosstalk::Coupled;
 use super::dead_time::DeadTime;
 use super::light::{ExcessLight, LightRates};
 use super::memory::Memory;
@@ -52,6 +51,80 @@ pub struct DetectorModel {
     pub(crate) warm_up_chips: i64,
     /// The detectors whose crosstalk it hears.
     pub(crate) crosstalk: Option<Arc<Coupled>>,
+}
+
+/// One way of crosstalk, from one detector of some to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    pub from: usize,
+    pub to: usize,
+    pub probability: f64,
+    pub delay_chips: f64,
+}
+
+/// The detectors that make crosstalk at one of them, or at those that do, in the scene's order.
+#[derive(Debug, Clone)]
+pub struct Coupled {
+    /// All of them. That of the one itself has no light here: whoever simulates it has it.
+    pub models: Vec<Option<DetectorModel>>,
+    /// Which it is.
+    pub own: usize,
+    pub links: Vec<Link>,
+}
+
+impl Coupled {
+    /// What makes crosstalk at a detector; none where nothing does.
+    pub fn to(sensor: &Sensor, detector: DetectorIndex) -> Option<Arc<Coupled>> {
+        let scene = sensor.scene();
+        let talks = |of: DetectorIndex| scene.detectors[of].crosstalk();
+        let mut members = vec![detector];
+        let mut next = 0;
+        while let Some(&member) = members.get(next) {
+            next += 1;
+            for neighbour in scene.neighbours(member) {
+                if talks(neighbour).is_some() && !members.contains(&neighbour) {
+                    members.push(neighbour);
+                }
+            }
+        }
+        if members.len() == 1 {
+            return None;
+        }
+        members.sort_unstable();
+        let place = |of: DetectorIndex| members.iter().position(|member| *member == of);
+        let links = members.iter().enumerate().flat_map(|(from, &member)| {
+            let talk = talks(member);
+            let to = scene.neighbours(member).filter_map(place);
+            to.filter_map(move |to| {
+                let talk = talk?;
+                let delay_chips = sensor.clock().chips(talk.delay_ps);
+                Some(Link { from, to, probability: talk.probability, delay_chips })
+            })
+        });
+        let alone = |&member: &DetectorIndex| {
+            (member != detector).then(|| DetectorModel::alone(sensor, member))
+        };
+        Some(Arc::new(Coupled {
+            models: members.iter().map(alone).collect(),
+            own: place(detector).unwrap_or_default(),
+            links: links.collect(),
+        }))
+    }
+
+    /// Other detectors.
+    pub fn others(&self) -> impl Iterator<Item = &DetectorModel> {
+        self.models.iter().flatten()
+    }
+
+    /// Bound on the avalanches that others cause at the detector, per chip.
+    pub fn most_per_chip(&self) -> f64 {
+        let here = self.links.iter().filter(|link| link.to == self.own);
+        let of = |link: &Link| {
+            let source = self.models[link.from].as_ref();
+            source.map_or(0.0, |source| link.probability * source.most_of_dead_time_per_chip())
+        };
+        here.map(of).sum()
+    }
 }
 
 /// Jitter is cut at this many standard deviations (probability 1.5e-23), so

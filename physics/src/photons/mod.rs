@@ -33,8 +33,9 @@
 //! ```
 
 pub(crate) mod afterpulsing;
+mod avalanches;
 pub(crate) mod counter;
-pub(crate) mod crosstalk;
+mod crosstalk;
 mod dead_time;
 pub(crate) mod detector;
 pub mod fast;

@@ -24,7 +24,8 @@ pub(super) fn settings(
 ) -> Result<Vec<Setting>, SceneErrors> {
     let mut all = settings.to_vec();
     let lines: Vec<String> = settings.iter().map(Setting::line).collect();
-    if !text.contains(sampler::FILE) && !lines.iter().any(|line| line.contains(sampler::FILE)) {
+    let names_one = |text: &str| text.contains(sampler::FILE);
+    if !names_one(text) && !settings.iter().any(|setting| names_one(setting.assignment())) {
         return Ok(all);
     }
     // What is no TOML, or no setting, is told where the scene is read.
