@@ -262,16 +262,25 @@ fn read_crosstalk(detector: &Section) -> Option<Crosstalk> {
     crosstalk
 }
 
+/// Detectors that fire one another are simulated together, each of them for each.
+pub(super) const MOST_TALKING: usize = 16;
+
 /// Reports crosstalk that is not simulated: without dead time avalanches would cause one another
 /// without end, and one that arrivals begin anew rests on what other detectors do later.
 pub(super) fn check_crosstalk(sections: &[Section], scene: &Scene) {
+    let mut talking = 0;
     for (number, (section, spad)) in sections.iter().zip(&scene.detectors).enumerate() {
         if spad.crosstalk().is_none() {
             continue;
         }
+        talking += 1;
         let mut heard = Scene::neighbours(scene, DetectorIndex(number));
         let report = |message: &str| section.report("crosstalk", message);
-        if scene.detectors.len() == 1 {
+        if talking > MOST_TALKING {
+            report(&format!(
+                "{MOST_TALKING} detectors of a scene have it already; leave out those of others"
+            ));
+        } else if scene.detectors.len() == 1 {
             report("the scene has no other detector; leave it out, or write a second [[detector]]");
         } else if spad.dead_time_ps == 0.0 {
             report(

@@ -9,7 +9,7 @@ use crate::light::photon_rate_hz;
 use crate::photons::{Level, PulseStream};
 use crate::response::MeanResponse;
 use crate::scan::{Sample, Sampler, Step};
-use crate::scene::{self, Recharge, Scene};
+use crate::scene::{self, Crosstalk, Recharge, Scene};
 
 pub(super) const CASES: &[Case] = cases! {
     Detectors quick "detection-probability-0":
@@ -27,6 +27,12 @@ pub(super) const CASES: &[Case] = cases! {
          pair density is r^2 beyond D and 0 within, so the variance of N counts in T is r T - \
          r^2 D (2 T - D)",
         passive_recharge;
+    Detectors quick "crosstalk-of-probability-1":
+        "deviation of the mean count of one of two detectors that fire one another at once, 20 and \
+         100 Mcps each behind 14 ns",
+        "each avalanche is one of both, so that both are one detector in the light of two: rate = \
+         lambda / (1 + lambda D) with lambda of both",
+        certain_crosstalk;
     Detectors quick "afterpulsing-probability-0":
         "counts that differ between probability 0 with a time constant and no afterpulsing",
         "left out is left out, not changed: the same bits",
@@ -165,6 +171,21 @@ fn narrow_bins_expected() -> Result<Measured, CaseError> {
         .zip(NARROW_BINS.iter().cycle())
         .map(|(hits, width)| (hits / all * chips * 8.0 / width - 1.0).abs() * width / 7.93);
     Measured::largest(errors, "of the widest", 1e-9)
+}
+
+fn certain_crosstalk(seed: u64) -> Result<Measured, CaseError> {
+    let mut deviations = Vec::new();
+    for primary_cps in [20e6, 100e6] {
+        let mut scene = constant_light(primary_cps, 2_000, |spad| {
+            spad.dead_time_ps = 14e3;
+            spad.crosstalk = Some(Crosstalk { probability: 1.0, delay_ps: 0.0 });
+        })?;
+        let second = scene::Detector { name: "second".to_owned(), ..scene.detectors[0].clone() };
+        scene.detectors.push(second);
+        let both_cps = 2.0 * primary_cps;
+        deviations.push(rate_z(&scene, 248, seed, both_cps / (1.0 + both_cps * 14e-9)));
+    }
+    Measured::deviation(deviations)
 }
 
 fn runaway_saturates(seed: u64) -> Result<Measured, CaseError> {
