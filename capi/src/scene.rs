@@ -4,7 +4,7 @@ use std::ffi::c_char;
 use std::path::Path;
 use std::sync::Mutex;
 
-use goldtof::scene::{self, Scene, Setting};
+use goldtof::scene::{self, Scene, SceneText, Setting};
 use goldtof::sensor::Sensor;
 
 use crate::border::{free, handle, locked, new_handle, status_of, text};
@@ -51,8 +51,10 @@ pub unsafe extern "C" fn goldtof_scene_load(path: *const c_char) -> *mut SceneHa
     new_handle(|| {
         // SAFETY: the caller's word.
         let path = unsafe { text(path, "the path") }?;
-        let text = scene::read_scene_text(Path::new(path)).map_err(Failure::invalid)?;
-        OpenScene::read(path.to_owned(), text)
+        let read = SceneText::read(Path::new(path), &[]).map_err(Failure::invalid)?;
+        let scene = read.scene().map_err(Failure::invalid)?;
+        let (text, settings) = (read.text, read.settings);
+        Ok(OpenScene { name: path.to_owned(), text, settings, scene })
     })
 }
 

@@ -3,7 +3,9 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
-use goldtof::scene::{self, DetectorIndex, Entry, EstimatorKind, Origin, Scene, Setting};
+use goldtof::scene::{
+    self, DetectorIndex, Entry, EstimatorKind, Origin, Scene, SceneText, Setting,
+};
 use goldtof::sensor::Sensor;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -137,8 +139,10 @@ impl PyScene {
     /// Reads and checks the scene in a file.
     #[staticmethod]
     fn load(path: PathBuf) -> PyResult<PyScene> {
-        let text = scene::read_scene_text(&path).map_err(of_scene)?;
-        PyScene::read(path.to_string_lossy().into_owned(), text)
+        let read = SceneText::read(&path, &[]).map_err(of_scene)?;
+        let scene = read.scene().map_err(of_scene)?;
+        let file_name = path.to_string_lossy().into_owned();
+        Ok(PyScene { file_name, text: read.text, settings: read.settings, scene })
     }
 
     /// Reads and checks a scene's text, TOML as in a file; ``name`` is what errors call

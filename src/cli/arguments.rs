@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::calibrate::CalibrateArguments;
 use super::common::SceneArgument;
 use super::compare_architectures::CompareArchitecturesArguments;
 use super::cosim::CosimArguments;
@@ -81,6 +82,8 @@ pub(super) enum Command {
     New(NewArguments),
     /// Estimate distances from recorded counts, with residuals and a diagnosis
     Estimate(EstimateArguments),
+    /// Measure when samples are taken, from recorded dark counts
+    Calibrate(CalibrateArguments),
     /// Replay photons that an instrument recorded: histogram, counts, distances
     Replay(ReplayArguments),
     /// Measure error against run time for every tier of simulation

@@ -6,6 +6,7 @@ use schemars::transform::transform_subschemas;
 use schemars::{Schema, SchemaGenerator};
 use serde_json::{Value, json};
 
+use super::calibrate::Calibration;
 use super::estimate::Estimates;
 use super::failure::Failure;
 use super::manual::{Completions, Pages};
@@ -34,6 +35,7 @@ use crate::study::sweep::SweepOptions;
 /// Name and text of the schema of each document.
 pub fn schemas() -> Vec<(&'static str, String)> {
     vec![
+        schema::<Calibration>(),
         schema::<CodesReport>(),
         schema::<Comparison>(),
         schema::<cosim::Report>(),

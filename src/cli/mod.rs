@@ -10,7 +10,8 @@
 //! ```
 
 mod arguments;
-pub mod codes;
+pub mod calibrate;
+mod codes;
 mod common;
 mod compare_architectures;
 mod cosim;
@@ -88,6 +89,7 @@ pub fn main() -> ExitCode {
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
         Command::Grade(arguments) => grade::run(&arguments, cli.seed, &output),
+        Command::Calibrate(arguments) => calibrate::run(&arguments, &mut output),
         Command::Estimate(arguments) => estimate::run(&arguments, &mut output),
         Command::Replay(arguments) => replay::run(&arguments, &mut output),
         Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),

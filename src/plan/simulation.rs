@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use super::movement;
 use super::{Part, Saving};
+use crate::light::distance_m;
 use crate::response::check_merging;
+use crate::scan::Sampler;
 use crate::scene::{
     Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse, Path, SourceIndex,
 };
@@ -40,6 +42,12 @@ fn edges(response: &LaserResponse) -> String {
         LaserResponse::Ideal => String::new(),
         LaserResponse::Edges { rise_time_ps, fall_time_ps } => {
             format!(", rising in {rise_time_ps} ps and falling in {fall_time_ps} ps")
+        }
+        LaserResponse::Stretched { rise_time_ps, fall_time_ps, longer_ps } => {
+            format!(
+                ", on for {longer_ps:+} ps longer than its chips, rising in {rise_time_ps} ps and \
+                 falling in {fall_time_ps} ps"
+            )
         }
         LaserResponse::Measured(curve) => {
             format!(", with a measured response of {} flashes", curve.points.len())
@@ -121,7 +129,9 @@ fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
     let detector = &sensor.scene().detectors[index];
     let several = sensor.scene().detectors.len() > 1;
     let name = |part| labelled(part, &detector.name, several);
-    vec![
+    let crosstalk = (sensor.scene().hears_others(DetectorIndex(index)))
+        .then(|| crosstalk(sensor, DetectorIndex(index), name("crosstalk")));
+    let parts = vec![
         photon_detection(detector, name("photon_detection")),
         constant_rate(name("dark_counts"), "dark_count_rate", detector.dark_count_rate_cps),
         constant_rate(name("background"), "background_rate", detector.background_rate_cps),
@@ -130,7 +140,30 @@ fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
         delay(detector, name("delay")),
         jitter(detector, name("jitter")),
         pulse_sampling(sensor, index, name("pulse_sampling")),
-    ]
+    ];
+    parts.into_iter().chain(crosstalk).collect()
+}
+
+/// Avalanches that other detectors cause.
+fn crosstalk(sensor: &Sensor, detector: DetectorIndex, part: String) -> Part {
+    let scene = sensor.scene();
+    let heard = scene.neighbours(detector).filter_map(|other| {
+        let other = &scene.detectors[other];
+        let talk = other.crosstalk()?;
+        let delay_ns = in_nano(talk.delay_ps);
+        Some(format!(
+            "{} % of the avalanches of \"{}\", {delay_ns} ns later",
+            100.0 * talk.probability,
+            other.name
+        ))
+    });
+    let heard = heard.collect::<Vec<_>>().join("; ");
+    kept(
+        part,
+        format!(
+            "fired by {heard}; no expectation, no bound and no fit: simulated photon by photon"
+        ),
+    )
 }
 
 /// Pulses that merge or fall between samples, and whether that can be expected.
@@ -142,8 +175,22 @@ fn pulse_sampling(sensor: &Sensor, index: usize, part: String) -> Part {
         in_nano(detector.pulse_width_ps),
         in_nano(sample_ps)
     );
-    if detector.pulse_width_ps < sample_ps {
+    let sampler = &detector.sampler;
+    if detector.pulse_width_ps < sampler.widest() * sample_ps {
         reason += ", and those between two samples not at all";
+    }
+    if !sampler.is_even() {
+        let [narrowest_ns, widest_ns] =
+            [sampler.narrowest(), sampler.widest()].map(|samples| in_nano(samples * sample_ps));
+        let late_ps = sampler.mean_lateness(f64::INFINITY) - Sampler::default().mean_lateness(1.0);
+        let late_ps = late_ps * sample_ps;
+        let _ = write!(
+            reason,
+            "; samples are {narrowest_ns:.3} to {widest_ns:.3} ns apart, which moves the mean arrival \
+             by {late_ps:+.1} ps, {:+.2} mm; the calibration offset removes that as long as it does \
+             not drift",
+            distance_m(late_ps) * 1e3
+        );
     }
     if let Err(obstacle) = check_merging(sensor, DetectorIndex(index)) {
         let _ = write!(reason, "; no expectation, no bound and no fit: {obstacle}");

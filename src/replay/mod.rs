@@ -23,7 +23,7 @@ use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::photons::Recorded;
 use crate::reference::predictor::{Reference, ReferenceError};
 use crate::reference::stimulus::clocks_for_scans;
-use crate::scan::Sample;
+use crate::scan::{Sample, Sampler};
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
@@ -167,6 +167,7 @@ struct Folding {
     detector: DetectorIndex,
     /// Samples that a pulse is high for.
     pulse_samples: f64,
+    sampler: Sampler,
     bins: Vec<u64>,
     level: Level,
     last: u64,
@@ -183,10 +184,10 @@ impl Folding {
         let whole = more as i64;
         let within = (more - whole as f64) * samples.of_epoch as f64;
         let base = (first + whole as u64) * samples.of_epoch;
-        let of_epoch = up(within);
+        let of_epoch = self.sampler.first_from(within);
         // Where two lines meet a photon may come before one that was earlier by a tick.
         let rises = (base + of_epoch).max(self.last);
-        let ends = base + up(within + self.pulse_samples);
+        let ends = base + self.sampler.first_from(within + self.pulse_samples);
         let pulse = Pulse { first: Sample(rises), end: Sample(ends.max(rises)) };
         self.last = rises;
         self.photons += 1;
@@ -205,13 +206,6 @@ impl Folding {
             self.pulses.push(pulse);
         }
     }
-}
-
-/// The least whole number that is no less, of what is not negative: as quick on any processor.
-#[inline]
-fn up(value: f64) -> u64 {
-    let whole = value as i64;
-    (whole + i64::from((whole as f64) < value)) as u64
 }
 
 /// How many samples there are between two epochs, and in a scan.
@@ -248,6 +242,7 @@ pub fn replay<R: Read>(
         .map(|detector| Folding {
             detector,
             pulse_samples: scene.detectors[detector].pulse_width_ps / sample_ps,
+            sampler: scene.detectors[detector].sampler.clone(),
             bins: vec![0; bins],
             level: Level::default(),
             last: 0,

@@ -98,6 +98,7 @@ pub fn warnings(
     if tier == Tier::Events {
         warnings.extend(view.merged_pulses());
         warnings.extend(view.missed_pulses());
+        warnings.extend(view.uneven_samples());
     }
     if tier <= Tier::Events {
         warnings.extend(view.saturated_counts());
@@ -161,7 +162,7 @@ impl View<'_> {
     fn missed_pulses(&self) -> Option<String> {
         let spad = &self.sensor.scene().detectors[self.detector];
         let sample_ps = self.sensor.clock().sample_period_ps();
-        let missed = 1.0 - spad.pulse_width_ps / sample_ps;
+        let missed = 1.0 - spad.sampler.seen_share(spad.pulse_width_ps / sample_ps);
         (missed > 0.0).then(|| {
             format!(
                 "pulses of {} ns are shorter than the sample period of {} ns: the sampled \
@@ -170,6 +171,17 @@ impl View<'_> {
                 sample_ps / 1e3,
                 missed * 100.0
             )
+        })
+    }
+
+    /// A counter in continuous time takes no samples.
+    fn uneven_samples(&self) -> Option<String> {
+        let scene = self.sensor.scene();
+        let is_uneven = !scene.detectors[self.detector].sampler.is_even();
+        (is_uneven && scene.hardware.architecture == Architecture::UpDown).then(|| {
+            "the sampled hardware's samples are not equally far apart; the counter in continuous \
+             time takes none, and what they cost is left out"
+                .to_owned()
         })
     }
 

@@ -89,7 +89,8 @@ pub(super) fn events(
     let of = |detections: &mut dyn Iterator<Item = Detection>| {
         let mut bins = vec![0; period as usize];
         for detection in detections {
-            let into_chip = (detection.fraction * f64::from(samples_per_chip)).ceil() as u64;
+            let into_chip = detection.fraction * f64::from(samples_per_chip);
+            let into_chip = model.sampler.first_from(into_chip);
             let sample = detection.chip * u64::from(samples_per_chip) + into_chip;
             // What comes after the last sample counts at the next first one: in the same
             // bin as what came before this histogram's first sample.

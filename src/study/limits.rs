@@ -140,6 +140,8 @@ enum To {
     Times(f64),
     /// What is there is taken away.
     Zero,
+    /// Each number of a list is 1.
+    Ones,
     /// The next number that the scene takes, of at most three.
     Next,
     /// This word.
@@ -148,7 +150,7 @@ enum To {
 
 /// Keys that are changed, one by one, where the scene has them. Those of the ranged source and of the
 /// detector.
-const CHANGES: [(Limit, &str, To); 18] = [
+const CHANGES: [(Limit, &str, To); 21] = [
     (Limit::Photons, "source.mean_power", To::Times(2.0)),
     (Limit::Photons, "detector.photon_detection_probability", To::Times(2.0)),
     (Limit::Photons, "scan.integration", To::Times(4.0)),
@@ -162,6 +164,9 @@ const CHANGES: [(Limit, &str, To); 18] = [
     (Limit::Timing, "detector.jitter_tail.share", To::Zero),
     (Limit::Timing, "source.rise_time", To::Times(0.5)),
     (Limit::Timing, "source.fall_time", To::Times(0.5)),
+    (Limit::Timing, "source.duty_cycle_distortion", To::Zero),
+    (Limit::Timing, "detector.sampler.second_pin_skew", To::Zero),
+    (Limit::Timing, "detector.sampler.widths", To::Ones),
     (Limit::Code, "source.code.degree", To::Next),
     (Limit::Code, "source.code.interleave", To::Next),
     (Limit::Clock, "clock.chip_period", To::Times(0.5)),
@@ -323,6 +328,8 @@ impl To {
                 let one = number(one).filter(isnt_nothing);
                 one.map(|one| vec![written(one * factor)])
             }
+            (To::Ones, Value::Array(list)) => Some(vec![format!("{:?}", vec![1; list.len()])]),
+            (To::Ones, _) => None,
             (To::Zero, one) => number(one).filter(isnt_nothing).map(|_| vec![written(0.0)]),
             (To::Next, one) => {
                 number(one).map(|one| (1..=3).map(|more| written(one + f64::from(more))).collect())

@@ -25,7 +25,7 @@ const SKIPPED: [(&str, &str); 11] = [
     ("cargo install", "a release build; a test of its own would take as long"),
 ];
 /// The words that stand for a user's own, and one of each.
-const PLACEHOLDERS: [(&str, &str); 12] = [
+const PLACEHOLDERS: [(&str, &str); 13] = [
     ("SCENE", "scenes/quick.toml"),
     ("DIR", "out"),
     ("N", "5"),
@@ -33,6 +33,7 @@ const PLACEHOLDERS: [(&str, &str); 12] = [
     ("FILE", "out.vcd"),
     ("COUNTS", "counted/counts.csv"),
     ("TAGS", "tags.bin"),
+    ("DARK", "dark.csv"),
     ("INPUT", "1"),
     ("MARKER", "2"),
     ("NAME", "my-sensor"),
@@ -93,6 +94,9 @@ fn workplace() -> tempfile::TempDir {
     });
     let tags: Vec<u8> = pairs.flatten().flat_map(u64::to_le_bytes).collect();
     fs::write(folder.path().join("tags.bin"), tags).expect("it can be written");
+    let rows = (0..8).map(|sample| format!("{sample},{}\n", 500 + sample));
+    let dark = "sample,count\n".to_owned() + &rows.collect::<String>();
+    fs::write(folder.path().join("dark.csv"), dark).expect("it can be written");
     let shard = "goldtof simulate scenes/quick.toml --repeat 2 --shard 1/1 --out out --quiet";
     assert!(shell(folder.path(), shard).status.success());
     let quick = fs::read_to_string(root().join("scenes/quick.toml")).expect("it is there");

@@ -236,6 +236,13 @@ fn documents(work: &Path) -> Vec<Value> {
         all.push(document(&["estimate", quick, &counts, "--estimator", estimator]));
     }
     all.push(document(&["estimate", quick, &counts, "--set", "source.mean_power=1 pW"]));
+    for rows in ["0,500\n1,510\n", "0,0,500\n0,1,510\n1,0,480\n1,1,550\n"] {
+        let heading = if rows.starts_with("0,0") { "run,sample,count" } else { "sample,count" };
+        let dark = at("dark.csv");
+        fs::write(&dark, format!("{heading}\n{rows}")).expect("it can be written");
+        let two = ["--set", "clock.samples_per_chip=2"];
+        all.push(document(&[&["calibrate", quick, &dark][..], &two].concat()));
+    }
     all.push(document(&["replay", quick, &recording(work), "--photons", "1", "--epoch", "2"]));
     all
 }

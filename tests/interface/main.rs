@@ -18,6 +18,7 @@ mod new_scenes_and_manual;
 mod program;
 mod report_is_one_sound_page;
 mod run_measures_the_articles_sensor;
+mod samplers_are_measured_and_told;
 mod scene_malformed_scenes_are_refused;
 mod scene_plan_names_every_part;
 mod scene_standard_scenes_load;

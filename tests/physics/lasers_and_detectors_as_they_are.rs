@@ -11,7 +11,7 @@ use goldtof::scene::{Curve, DetectorIndex, JitterTail, LaserResponse, Scene};
 use goldtof::sensor::Sensor;
 
 use optics_support::stepped::Stepped;
-use optics_support::{Moments, assert_within_standard_errors, gold_5, table_i_scene};
+use optics_support::{Moments, assert_within_standard_errors, gold_5, ideal_scene, table_i_scene};
 
 const TIER: CountingTier = CountingTier::Events;
 /// Time of flight in whole steps of 25 ps.
@@ -59,6 +59,49 @@ fn edges_and_a_tail_count_as_a_detector_stepped_through_time() {
         let [signed, _] = differences(&stepped, &means(&other));
         assert!(signed > 5e-3, "{signed:.1e}");
     }
+}
+
+/// Light that lasts longer than its chips, or shorter, of the same mean power.
+#[test]
+fn a_distorted_duty_cycle_counts_as_a_detector_stepped_through_time() {
+    let edges = slow(30e6, 31 * 100);
+    for (rise_time_ps, fall_time_ps, longer_ps) in
+        [(600.0, 1_200.0, 1_400.0), (0.0, 0.0, 900.0), (0.0, 0.0, -1_550.0), (400.0, 400.0, -3e3)]
+    {
+        let mut scene = edges.clone();
+        scene.sources[0].response =
+            LaserResponse::Stretched { rise_time_ps, fall_time_ps, longer_ps };
+        let stepped = Stepped::new(&scene, 25.0).counts();
+        let [signed, total] = differences(&stepped, &means(&scene));
+        assert!(signed < 5e-4 && total < 5e-4, "{longer_ps}: {signed:.1e} {total:.1e}");
+        let mut as_chips = scene.clone();
+        as_chips.sources[0].response = LaserResponse::Edges { rise_time_ps, fall_time_ps };
+        let [signed, _] = differences(&stepped, &means(&as_chips));
+        assert!(signed > 1e-2, "{longer_ps}: {signed:.1e}");
+        photons_count_as_expected(&scene);
+    }
+    // Without dead time, detections are those of the mean power.
+    let mut ideal = ideal_scene(gold_5(), 10e6, 310);
+    for longer_ps in [-3e3, 0.0, 2e3] {
+        let edges = (0.0, 500.0);
+        let (rise_time_ps, fall_time_ps) = edges;
+        ideal.sources[0].response =
+            LaserResponse::Stretched { rise_time_ps, fall_time_ps, longer_ps };
+        let found = means(&ideal)[0].total;
+        assert!((found - 10e6 * 310.0 * 8e-9).abs() < 1e-6, "{longer_ps}: {found}");
+    }
+}
+
+/// The fit that is told, and the one that is not.
+#[test]
+fn the_fit_has_no_bias_from_a_duty_cycle_that_it_is_told_of() {
+    let mut scene = slow(20e6, 31 * 1000);
+    scene.sources[0].response =
+        LaserResponse::Stretched { rise_time_ps: 600.0, fall_time_ps: 600.0, longer_ps: 800.0 };
+    let counts = Stepped::new(&scene, 25.0).counts();
+    let fit = fit_means(&Sensor::new(&scene), DetectorIndex(0), TIER, &counts, OtherLight::Given);
+    let error_mm = 1e3 * (fit.expect("a fit").distance_m - distance_m(DELAY_PS));
+    assert!(error_mm.abs() < 0.1, "{error_mm:.3} mm");
 }
 
 /// A box of 1 ns is what straight edges of 0.8 ns between 10 and 90 % come from.
@@ -117,8 +160,11 @@ fn the_fit_has_no_bias_from_edges_and_tails_that_it_is_told_of() {
 
 #[test]
 fn photons_with_edges_and_a_tail_count_as_expected() {
-    let scene = slow(30e6, 1_503);
-    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+    photons_count_as_expected(&slow(30e6, 1_503));
+}
+
+fn photons_count_as_expected(scene: &Scene) {
+    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
     let response = MeanResponse::of_tier(&model, TIER).expect("it can be solved");
     let second = SecondMoments::new(&response).expect("it can be solved");
     let means = response.mean_counts();

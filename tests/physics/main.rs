@@ -4,6 +4,7 @@
 #![allow(clippy::too_many_lines)]
 
 mod architectures_are_compared;
+mod dark_counts_tell_widths;
 mod errors_that_wrap;
 mod estimate_against_photons;
 mod estimate_model;
@@ -18,6 +19,7 @@ mod lasers_and_detectors_as_they_are;
 mod light_is_told_apart;
 mod missed_peaks_are_predicted;
 mod moving_paths_are_fitted;
+mod optics_crosstalk;
 mod optics_detector_statistics;
 mod optics_fast_agrees_with_the_plain_loop;
 mod optics_fast_counts_depend_on_the_seed_alone;
@@ -27,6 +29,7 @@ mod optics_moving_paths;
 mod optics_pulses_agree_with_the_plain_loop;
 mod optics_sampled_pulses;
 mod optics_streams;
+mod optics_uneven_samples;
 mod own_light_under_other_clocks;
 mod parallel_steps_share_their_light;
 mod parts_left_out_change_nothing;

@@ -238,11 +238,19 @@ fn repeating_a_code_twice_changes_nothing() {
 #[test]
 fn edges_of_the_light_agree() {
     let edges = |rise_time_ps, fall_time_ps| LaserResponse::Edges { rise_time_ps, fall_time_ps };
+    let stretched = |edge_ps, longer_ps| LaserResponse::Stretched {
+        rise_time_ps: edge_ps,
+        fall_time_ps: 0.5 * edge_ps,
+        longer_ps,
+    };
     let long = (0..60).map(|n| [f64::from(n) * 1e3 - 12e3, 1.0 / 60.0]).collect();
     for response in [
         edges(1e3, 1e3),
         edges(1e3, 3e3),
         edges(6e3, 500.0),
+        stretched(0.0, 900.0),
+        stretched(0.0, -1_300.0),
+        stretched(1e3, 2e3),
         LaserResponse::Measured(Curve { points: vec![[-900.0, 0.3], [0.0, 0.4], [9.9e3, 0.3]] }),
         // Longer than a profile.
         LaserResponse::Measured(Curve { points: long }),

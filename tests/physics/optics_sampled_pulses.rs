@@ -9,7 +9,7 @@ use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::response::{
     CountMoments, CountingTier, MeanResponse, MeanResponseError, SecondMoments,
 };
-use goldtof::scan::Step;
+use goldtof::scan::{Sampler, Step};
 use goldtof::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
@@ -98,6 +98,8 @@ struct Case {
     rate_cps: f64,
     time_constant_ps: f64,
     jitter_ps: f64,
+    /// Of the samples' bins, in sample periods; none for samples that are equally far apart.
+    widths: &'static [f64],
 }
 
 impl Case {
@@ -113,6 +115,9 @@ impl Case {
             spad.afterpulsing_probability = 0.0;
         }
         spad.jitter_ps = vec![self.jitter_ps];
+        if !self.widths.is_empty() {
+            spad.sampler = Sampler::of_widths(self.widths);
+        }
         scene
     }
 
@@ -129,6 +134,7 @@ const TABLE_I: Case = Case {
     rate_cps: 40e6,
     time_constant_ps: 5e3,
     jitter_ps: 53.6,
+    widths: &[],
 };
 
 #[test]
@@ -201,6 +207,42 @@ fn pulses_without_a_low_sample_between_them_count_once() {
             },
         ),
         ("jitter", Case { pulse_width_ps: 14e3, jitter_ps: 240.0, ..TABLE_I }),
+    ] {
+        case.compare(name);
+    }
+}
+
+/// A second pin that is late by 0.3 of a sample, and bins of a delay line.
+const SECOND_PIN: &[f64] = &[0.7, 1.3, 0.7, 1.3, 0.7, 1.3, 0.7, 1.3];
+const DELAY_LINE: &[f64] = &[1.9, 0.4, 1.1, 0.6, 1.45, 0.25, 1.3, 1.0];
+const DELAY_LINE_OF_16: &[f64] =
+    &[1.9, 0.4, 1.1, 0.6, 1.45, 0.25, 1.3, 1.0, 0.8, 1.2, 0.5, 1.5, 1.0, 1.6, 0.3, 1.1];
+
+#[test]
+fn samples_that_are_not_equally_far_apart_count_as_expected() {
+    let delay_line = Case { widths: DELAY_LINE, ..TABLE_I };
+    for (name, case) in [
+        ("a second pin", Case { widths: SECOND_PIN, ..TABLE_I }),
+        ("a delay line", Case { ..delay_line }),
+        ("16 samples", Case { samples_per_chip: 16, widths: DELAY_LINE_OF_16, ..TABLE_I }),
+        ("pulses of half a sample", Case { pulse_width_ps: 500.0, ..delay_line }),
+        ("pulses of a sample and a half", Case { pulse_width_ps: 1_500.0, ..delay_line }),
+        ("merging", Case { pulse_width_ps: 14e3, ..delay_line }),
+        ("merging for long", Case { pulse_width_ps: 17.3e3, ..delay_line }),
+        (
+            "merging after a short dead time",
+            Case { pulse_width_ps: 3e3, dead_time_ps: 2.9e3, jitter_ps: 0.0, ..delay_line },
+        ),
+        (
+            "no dead time, short pulses",
+            Case {
+                dead_time_ps: 0.0,
+                pulse_width_ps: 700.0,
+                rate_cps: 150e6,
+                time_constant_ps: 0.0,
+                ..delay_line
+            },
+        ),
     ] {
         case.compare(name);
     }
@@ -296,6 +338,7 @@ fn estimates_err_and_scatter_as_expected_of_the_sampled_hardware() {
         ("half a sample", Case { pulse_width_ps: 500.0, jitter_ps: 300.0, ..TABLE_I }),
         ("merging", Case { pulse_width_ps: 14e3, ..TABLE_I }),
         ("merging for long", Case { pulse_width_ps: 18e3, ..TABLE_I }),
+        ("a delay line", Case { widths: DELAY_LINE, ..TABLE_I }),
     ] {
         assert_errors_are_as_expected(name, &case.scene(), 150);
     }

@@ -54,6 +54,18 @@ pub enum Uncorrected {
         /// The dead time after the last arrival.
         dead_time_ns: f64,
     },
+    /// Other detectors fire it.
+    #[error(
+        "crosstalk of other detectors fires this one when these are ready, so that its histogram \
+         alone does not show its light"
+    )]
+    Crosstalk,
+    /// Bins are of different widths.
+    #[error(
+        "the detector's samples are not equally far apart, so that the histogram does not show \
+         when the detector was blind as if they were"
+    )]
+    UnevenSamples,
     /// Only counts of phase steps are known.
     #[error("counts of phase steps do not show when the detector was blind")]
     CountsOfSteps,
@@ -73,6 +85,12 @@ pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, U
         [spad.pulse_width_ps, sample_ps, spad.dead_time_ps].map(|ps| ps / 1e3);
     if spad.is_paralyzable() {
         return Err(Uncorrected::PassiveRecharge { dead_time_ns });
+    }
+    if sensor.scene().hears_others(detector) {
+        return Err(Uncorrected::Crosstalk);
+    }
+    if !spad.sampler.is_even() {
+        return Err(Uncorrected::UnevenSamples);
     }
     if pulse_ns < sample_ns {
         return Err(Uncorrected::PulsesMissed { pulse_ns, sample_ns });

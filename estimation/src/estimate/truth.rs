@@ -65,6 +65,8 @@ pub fn true_delay(sensor: &Sensor, path: PathIndex, tier: CountingTier) -> TrueD
 /// and the reference at sample s is that of the instant s T_s, the *first* of
 /// the T_s that it holds for, which is another T_s / 2. Of pulses shorter than a
 /// sample only those are seen that begin w at most before it: w / 2 late on average.
+/// Where samples are not equally far apart, their mean lateness takes the place of
+/// T_s / 2: light of one chip comes by each of them once, wherever it begins.
 pub fn calibration_offset_ps(sensor: &Sensor, detector: DetectorIndex, tier: CountingTier) -> f64 {
     let spad = &sensor.scene().detectors[detector];
     let delay_ps = spad.delay_ps + spad.jitter_tail.mean_ps();
@@ -74,7 +76,8 @@ pub fn calibration_offset_ps(sensor: &Sensor, detector: DetectorIndex, tier: Cou
         }
         CountingTier::Sampled => {
             let sample_ps = sensor.clock().sample_period_ps();
-            delay_ps + 0.5 * (sample_ps + spad.pulse_width_ps.min(sample_ps))
+            let lateness = spad.sampler.mean_lateness(spad.pulse_width_ps / sample_ps);
+            delay_ps + (0.5 * sample_ps + lateness * sample_ps)
         }
     }
 }

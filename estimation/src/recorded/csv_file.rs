@@ -12,6 +12,7 @@ use std::path::Path;
 use csv::StringRecord;
 use serde::Serialize;
 
+use super::code_density::{DarkCounts, DarkParts};
 use super::{Recorded, RecordedHistogram, RecordedScan};
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m, possible_count};
 use crate::files::read_bytes;
@@ -78,6 +79,25 @@ const BINS: Layout = Layout {
     if_missing: "write every bin, with 0 where nothing was counted",
     if_empty: "the file has no bins; write a line for each bin",
 };
+
+const SAMPLES: Layout = Layout {
+    columns: &[
+        ("sample", "sample of the chip, from 0"),
+        ("count", "hits at the sample"),
+        ("detector", "name of the detector"),
+        ("run", "number of the recording, from 0, where there are several"),
+    ],
+    needed: ["sample", "count"],
+    row: "sample",
+    whole: "count of each sample",
+    all: "the",
+    of: " of samples",
+    if_missing: "write every sample of every run, with 0 where nothing was counted",
+    if_empty: "the file has no counts; write a line for each sample of a chip",
+};
+
+/// Most recordings of a file.
+const MOST_RUNS: i128 = 1 << 20;
 
 /// Why a file of counts cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -172,7 +192,8 @@ impl CountsFile {
             text: String::new(),
             dialect,
         };
-        let layout = if heading.iter().any(|name| name == BINS.needed[0]) { &BINS } else { &STEPS };
+        let is_of = |layout: &&&Layout| heading.iter().any(|name| name == layout.needed[0]);
+        let layout = [&BINS, &SAMPLES].iter().find(is_of).copied().unwrap_or(&STEPS);
         for name in &heading {
             let known = layout.columns.iter().find(|(known, _)| *known == name);
             let taken_for = known.map(|(_, meaning)| *meaning);
@@ -192,8 +213,21 @@ impl CountsFile {
         Ok(file)
     }
 
+    fn has(&self, layout: &Layout) -> bool {
+        self.columns.iter().any(|column| column.name == layout.needed[0])
+    }
+
     fn has_bins(&self) -> bool {
-        self.columns.iter().any(|column| column.name == BINS.needed[0])
+        self.has(&BINS)
+    }
+
+    /// Dark counts by sample of a chip, of each detector that the file names: bins of the code period
+    /// of any number of periods, or counts by sample of one recording or several.
+    ///
+    /// # Errors
+    /// If the file is not of either format, or is of another scene.
+    pub fn dark_counts(&self, sensor: &Sensor) -> Result<Vec<DarkCounts>, CountsError> {
+        dark_counts(self, sensor).map_err(|wrong| CountsError::of(&self.file, wrong))
     }
 
     /// The counts of one scan, or the bins of one histogram, as the heading says, of each detector
@@ -228,7 +262,8 @@ impl fmt::Display for CountsFile {
             writeln!(f, "  {label:12}  {name:width$}  {taken_for}")?;
         }
         write!(f, "  rows          {}", self.rows)?;
-        let row = if self.has_bins() { BINS.row } else { STEPS.row };
+        let layouts = [&BINS, &SAMPLES];
+        let row = layouts.iter().find(|layout| self.has(layout)).unwrap_or(&&STEPS).row;
         match self.first.zip(self.last) {
             Some((first, last)) => writeln!(f, ", {row}s {first} to {last}"),
             None => writeln!(f, ", no {row}s"),
@@ -264,6 +299,44 @@ fn histograms(file: &CountsFile, sensor: &Sensor) -> Result<Vec<RecordedHistogra
         Ok(RecordedHistogram { detector, histogram })
     });
     histograms.collect()
+}
+
+/// The dark counts of a file: of every detector that it names.
+fn dark_counts(file: &CountsFile, sensor: &Sensor) -> Result<Vec<DarkCounts>, Wrong> {
+    let samples = u64::from(sensor.clock().samples_per_chip);
+    let (parts, read) = if file.has_bins() {
+        let bins = samples * sensor.timing().code_chips();
+        let of_row = |row: &CountsRow| Ok((bin_of(row, bins)?, any_count(row)?));
+        let read = read_rows(file, sensor.scene(), &BINS, (bins, &|bin| bin), of_row)?;
+        (DarkParts::Chips, read)
+    } else if file.has(&SAMPLES) {
+        let of_row = |row: &CountsRow| sample_count(row, samples);
+        let all = samples * runs(file)?;
+        let shown = |place: u64| place % samples;
+        (DarkParts::Runs, read_rows(file, sensor.scene(), &SAMPLES, (all, &shown), of_row)?)
+    } else {
+        let says = "dark counts are told by sample of the chip, with the heading sample,count, or by \
+                    bin of the code period, with the heading bin,count, as goldtof replay --out writes \
+                    them";
+        return Err((file.heading_line, says.to_owned()));
+    };
+    let all = read.into_iter();
+    Ok(all.map(|(detector, counts)| DarkCounts { detector, parts, counts }).collect())
+}
+
+/// How many recordings a file has.
+fn runs(file: &CountsFile) -> Result<u64, Wrong> {
+    let mut reader = file.dialect.reader(&file.text);
+    let heading = reader.headers().map_err(|error| unreadable(&file.text, &error))?;
+    let Some(place) = heading.iter().position(|name| name == "run") else { return Ok(1) };
+    let mut last = 0;
+    let mut record = StringRecord::new();
+    while reader.read_record(&mut record).map_err(|error| unreadable(&file.text, &error))? {
+        let run = record.get(place).and_then(|run| file.dialect.whole(run));
+        // What is none is told where its row is read.
+        last = last.max(run.filter(|run| (0..MOST_RUNS).contains(run)).unwrap_or(0));
+    }
+    Ok(last as u64 + 1)
 }
 
 /// Reads a file that has for every detector that it names so many rows, each once; `shown` is a
@@ -452,13 +525,7 @@ fn step_count(row: &CountsRow, sensor: &Sensor) -> Result<(u64, StepCount), Stri
 
 /// Which bin a row is of, and what it counts.
 fn bin_count(row: &CountsRow, bins: u64, periods: u64) -> Result<(u64, u64), String> {
-    let number = row.whole("bin")?;
-    let bin = u64::try_from(number).ok().filter(|&bin| bin < bins).ok_or_else(|| {
-        format!(
-            "the scene's histogram has no bin {number}: it has {bins}, from 0 on, one for each \
-             sample of the code period; these bins are of another scene"
-        )
-    })?;
+    let bin = bin_of(row, bins)?;
     let number = row.whole("count")?;
     let count = u64::try_from(number).ok().filter(|&count| count <= periods);
     let count = count.ok_or_else(|| {
@@ -468,6 +535,40 @@ fn bin_count(row: &CountsRow, bins: u64, periods: u64) -> Result<(u64, u64), Str
         )
     })?;
     Ok((bin, count))
+}
+
+fn bin_of(row: &CountsRow, bins: u64) -> Result<u64, String> {
+    let number = row.whole("bin")?;
+    u64::try_from(number).ok().filter(|&bin| bin < bins).ok_or_else(|| {
+        format!(
+            "the scene's histogram has no bin {number}: it has {bins}, from 0 on, one for each \
+             sample of the code period; these bins are of another scene"
+        )
+    })
+}
+
+/// What a row counts of a recording that is as long as may be.
+fn any_count(row: &CountsRow) -> Result<u64, String> {
+    let number = row.whole("count")?;
+    let count = u32::try_from(number);
+    count.map(u64::from).map_err(|_| format!("count is {number}; a count is 0 to {}", u32::MAX))
+}
+
+/// Which sample of which recording a row is of, and what it counts.
+fn sample_count(row: &CountsRow, samples: u64) -> Result<(u64, u64), String> {
+    let number = row.whole("sample")?;
+    let sample = u64::try_from(number).ok().filter(|&sample| sample < samples);
+    let sample = sample.ok_or_else(|| {
+        format!(
+            "a chip of the scene has no sample {number}: it has {samples}, from 0 on; see \
+             clock.samples_per_chip"
+        )
+    })?;
+    let run = row.field("run").map(|_| row.whole("run")).transpose()?.unwrap_or(0);
+    if !(0..MOST_RUNS).contains(&run) {
+        return Err(format!("run is {run}; write the recording's number, from 0 on"));
+    }
+    Ok((run as u64 * samples + sample, any_count(row)?))
 }
 
 fn detector_of(name: Option<&str>, scene: &Scene) -> Result<DetectorIndex, String> {

@@ -28,6 +28,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod code_density;
 mod codes;
 mod csv_file;
 mod diagnosis;

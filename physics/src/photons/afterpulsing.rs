@@ -32,9 +32,43 @@ pub struct PendingAfterpulses {
     afterpulsing: Afterpulsing,
     none_probability: f64,
     rng: StreamRng,
+    /// When they come.
+    pub pending: Pending,
+}
+
+/// Times that are still to come.
+#[derive(Debug, Clone)]
+pub struct Pending {
     times: Vec<ChipTime>,
     /// The earliest of them.
     pub next: ChipTime,
+}
+
+impl Pending {
+    /// Nothing to come.
+    pub fn none() -> Pending {
+        Pending { times: Vec::new(), next: ChipTime::NEVER }
+    }
+
+    /// One more.
+    #[inline]
+    pub fn add(&mut self, time: ChipTime) {
+        self.times.push(time);
+        if time < self.next {
+            self.next = time;
+        }
+    }
+
+    /// What comes until a time is gone.
+    #[inline]
+    pub fn lose(&mut self, until: ChipTime) {
+        self.times.retain(|&time| time > until);
+        self.next = self
+            .times
+            .iter()
+            .copied()
+            .fold(ChipTime::NEVER, |first, time| if time < first { time } else { first });
+    }
 }
 
 impl PendingAfterpulses {
@@ -44,8 +78,7 @@ impl PendingAfterpulses {
             afterpulsing,
             none_probability: (-afterpulsing.mean_per_avalanche).exp(),
             rng,
-            times: Vec::new(),
-            next: ChipTime::NEVER,
+            pending: Pending::none(),
         }
     }
 
@@ -54,29 +87,14 @@ impl PendingAfterpulses {
     #[inline]
     pub fn avalanche(&mut self, ready: ChipTime) {
         let new = self.draw_number();
-        if new == 0 && self.times.is_empty() {
+        if new == 0 && self.pending.times.is_empty() {
             return;
         }
-        self.lose(ready);
+        self.pending.lose(ready);
         for _ in 0..new {
             let delay: f64 = Exp1.sample(&mut self.rng);
-            let time = ready.after(delay * self.afterpulsing.time_constant_chips);
-            self.times.push(time);
-            if time < self.next {
-                self.next = time;
-            }
+            self.pending.add(ready.after(delay * self.afterpulsing.time_constant_chips));
         }
-    }
-
-    /// Carriers that are released until a time are gone.
-    #[inline]
-    pub fn lose(&mut self, until: ChipTime) {
-        self.times.retain(|&time| time > until);
-        self.next = self
-            .times
-            .iter()
-            .copied()
-            .fold(ChipTime::NEVER, |first, time| if time < first { time } else { first });
     }
 
     /// A Poisson number by inversion; nearly always one comparison.

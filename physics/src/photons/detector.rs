@@ -14,7 +14,7 @@ use super::random::{Part, StreamKey};
 use super::shape::PulseShape;
 use super::tail::Tail;
 use crate::code::Code;
-use crate::scan::{Group, Timing};
+use crate::scan::{Group, Sampler, Timing};
 use crate::scene::{CounterTiming, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
@@ -45,8 +45,86 @@ pub struct DetectorModel {
     /// How light of each code of the scene follows it.
     shapes: Vec<(Arc<Code>, Arc<PulseShape>)>,
     pub pulse_width_chips: f64,
+    /// When the pulses are sampled.
+    pub sampler: Sampler,
     pub(crate) counter: CounterTiming,
     pub(crate) warm_up_chips: i64,
+    /// The detectors whose crosstalk it hears.
+    pub(crate) crosstalk: Option<Arc<Coupled>>,
+}
+
+/// One way of crosstalk, from one detector of some to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    pub from: usize,
+    pub to: usize,
+    pub probability: f64,
+    pub delay_chips: f64,
+}
+
+/// The detectors that make crosstalk at one of them, or at those that do, in the scene's order.
+#[derive(Debug, Clone)]
+pub struct Coupled {
+    /// All of them. That of the one itself has no light here: whoever simulates it has it.
+    pub models: Vec<Option<DetectorModel>>,
+    /// Which it is.
+    pub own: usize,
+    pub links: Vec<Link>,
+}
+
+impl Coupled {
+    /// What makes crosstalk at a detector; none where nothing does.
+    pub fn to(sensor: &Sensor, detector: DetectorIndex) -> Option<Arc<Coupled>> {
+        let scene = sensor.scene();
+        let talks = |of: DetectorIndex| scene.detectors[of].crosstalk();
+        let mut members = vec![detector];
+        let mut next = 0;
+        while let Some(&member) = members.get(next) {
+            next += 1;
+            for neighbour in scene.neighbours(member) {
+                if talks(neighbour).is_some() && !members.contains(&neighbour) {
+                    members.push(neighbour);
+                }
+            }
+        }
+        if members.len() == 1 {
+            return None;
+        }
+        members.sort_unstable();
+        let place = |of: DetectorIndex| members.iter().position(|member| *member == of);
+        let links = members.iter().enumerate().flat_map(|(from, &member)| {
+            let talk = talks(member);
+            let to = scene.neighbours(member).filter_map(place);
+            to.filter_map(move |to| {
+                let talk = talk?;
+                let delay_chips = sensor.clock().chips(talk.delay_ps);
+                Some(Link { from, to, probability: talk.probability, delay_chips })
+            })
+        });
+        let alone = |&member: &DetectorIndex| {
+            (member != detector).then(|| DetectorModel::alone(sensor, member))
+        };
+        Some(Arc::new(Coupled {
+            models: members.iter().map(alone).collect(),
+            own: place(detector).unwrap_or_default(),
+            links: links.collect(),
+        }))
+    }
+
+    /// Other detectors.
+    pub fn others(&self) -> impl Iterator<Item = &DetectorModel> {
+        self.models.iter().flatten()
+    }
+
+    /// Bound on the avalanches that others cause at the detector, per chip.
+    pub fn most_per_chip(&self) -> f64 {
+        let here = self.links.iter().filter(|link| link.to == self.own);
+        let of = |link: &Link| {
+            let source = self.models[link.from].as_ref();
+            source.map_or(0.0, |source| link.probability * source.most_of_dead_time_per_chip())
+        };
+        here.map(of).sum()
+    }
 }
 
 /// Jitter is cut at this many standard deviations (probability 1.5e-23), so
@@ -62,6 +140,22 @@ impl DetectorModel {
     /// # Panics
     /// If the scene has no such detector.
     pub fn new(sensor: &Sensor, detector: DetectorIndex) -> DetectorModel {
+        let mut model = DetectorModel::alone(sensor, detector);
+        model.crosstalk = Coupled::to(sensor, detector);
+        let detectors = &sensor.scene().detectors;
+        if detectors.iter().any(|spad| spad.crosstalk().is_some()) {
+            // All of them start at one time, so that each sees the others as they see themselves.
+            let all = DetectorIndex::of(detectors);
+            let delay_ps = detectors.iter().filter_map(|spad| Some(spad.crosstalk?.delay_ps));
+            let delay_chips = sensor.clock().chips(delay_ps.fold(0.0, f64::max)).ceil() as i64;
+            let longest = all.map(|other| DetectorModel::alone(sensor, other).warm_up_chips);
+            model.warm_up_chips = longest.max().unwrap_or(0) + delay_chips;
+        }
+        model
+    }
+
+    /// The model of a detector that hears no other one.
+    pub(crate) fn alone(sensor: &Sensor, detector: DetectorIndex) -> DetectorModel {
         let spad = &sensor.scene().detectors[detector];
         let clock = sensor.clock();
         let chips = |ps: f64| clock.chips(ps);
@@ -81,7 +175,7 @@ impl DetectorModel {
         for numbered in paths_to(sensor, detector) {
             let path = &sensor.scene().paths[numbered.index];
             let source = &sensor.scene().sources[path.source];
-            let rates = LightRates::of(source, path, spad);
+            let rates = LightRates::of(source, path, spad, clock);
             constant_hz += rates.off_hz;
             let light =
                 ExcessLight::new(numbered, rates, &source.code, path.delay_ps, clock, &excess);
@@ -108,8 +202,10 @@ impl DetectorModel {
             tail: Tail::new(&spad.jitter_tail, clock),
             shapes,
             pulse_width_chips: chips(spad.pulse_width_ps),
+            sampler: spad.sampler.clone(),
             counter: spad.counter,
             warm_up_chips: 0,
+            crosstalk: None,
             reference,
         };
         model.warm_up_chips = model.warm_up();
@@ -141,9 +237,7 @@ impl DetectorModel {
     /// Modulated light of clocks of their own, which comes at every delay within a scan
     /// and so is constant on average: its mean rate per chip.
     pub(crate) fn slipping_per_chip(&self) -> f64 {
-        self.slipping()
-            .map(|light| light.rate_per_chip * light.code.weight() as f64 / light.code.len() as f64)
-            .sum()
+        self.slipping().map(ExcessLight::mean_per_chip).sum()
     }
 
     /// That light, path by path.
@@ -235,8 +329,10 @@ impl DetectorModel {
     pub fn most_work_per_chip(&self) -> f64 {
         // A paralyzable detector's arrivals are drawn one by one, counted or not.
         let lost = if self.is_paralyzable { self.brightest_per_chip() } else { 0.0 };
-        (self.most_detections_per_chip() + lost)
-            * (1.0 + PENDING_WORK * self.most_pending_afterpulses())
+        let own = (self.most_detections_per_chip() + lost)
+            * (1.0 + PENDING_WORK * self.most_pending_afterpulses());
+        let others = self.crosstalk.iter().flat_map(|coupled| coupled.others());
+        own + others.map(DetectorModel::most_work_per_chip).sum::<f64>()
     }
 
     /// Afterpulses that are still to come, on average, in the brightest light.
@@ -247,7 +343,14 @@ impl DetectorModel {
 
     /// Primary rate with every laser on.
     fn brightest_per_chip(&self) -> f64 {
-        self.constant_per_chip + self.excess.iter().map(|light| light.rate_per_chip).sum::<f64>()
+        let heard = self.crosstalk.as_ref().map_or(0.0, |coupled| coupled.most_per_chip());
+        let light: f64 = self.excess.iter().map(|light| light.rate_per_chip).sum();
+        self.constant_per_chip + light + heard
+    }
+
+    /// Bound on the detections per chip, whatever it hears.
+    pub(crate) fn most_of_dead_time_per_chip(&self) -> f64 {
+        1.0 / self.dead_time_chips
     }
 
     /// When the detector is first ready, in chips after its simulation starts.

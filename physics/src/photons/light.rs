@@ -28,11 +28,11 @@ impl LightRates {
     /// x detection probability, their ratio the extinction ratio (eq. 5 with an
     /// off-rate; the transmission is the chance alpha of eq. 8, which thins a Poisson
     /// process to another one). A code without a single 1 is background.
-    pub fn of(source: &Source, path: &Path, detector: &Detector) -> LightRates {
+    pub fn of(source: &Source, path: &Path, detector: &Detector, clock: Clock) -> LightRates {
         let mean_hz = photon_rate_hz(source.mean_power_w, source.wavelength_nm)
             * path.transmission
             * detector.photon_detection_probability;
-        let (length, weight) = (source.code.len() as f64, source.code.weight() as f64);
+        let (length, weight) = (source.code.len() as f64, source.lit_chips(clock));
         if weight == 0.0 {
             return LightRates { on_hz: mean_hz, off_hz: mean_hz };
         }
@@ -41,7 +41,7 @@ impl LightRates {
         LightRates { on_hz, off_hz: on_hz * off_share }
     }
 
-    /// What the light adds during on-chips.
+    /// What the light adds while it is on.
     pub fn excess_hz(&self) -> f64 {
         self.on_hz - self.off_hz
     }
@@ -95,6 +95,11 @@ pub struct ExcessLight {
 }
 
 impl ExcessLight {
+    /// Its mean rate over the code, per chip.
+    pub fn mean_per_chip(&self) -> f64 {
+        self.rate_per_chip * self.shape.lit_chips(&self.code) / self.code.len() as f64
+    }
+
     /// `None` if the path adds nothing to the background. With one of `others`
     /// that has the same code it shares what follows from the code.
     pub fn new(

@@ -33,7 +33,9 @@
 //! ```
 
 pub(crate) mod afterpulsing;
+mod avalanches;
 pub(crate) mod counter;
+mod crosstalk;
 mod dead_time;
 pub(crate) mod detector;
 pub mod fast;

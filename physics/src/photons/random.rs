@@ -24,6 +24,8 @@ pub enum Part {
     Start,
     /// What detections are late beside jitter.
     Tail,
+    /// Which of its avalanches other detectors hear.
+    Crosstalk,
     /// The on-light of one path, by its number ([`paths_to`](super::paths::paths_to)).
     Path(u64),
 }
@@ -38,6 +40,7 @@ impl Part {
             Part::Counts => 4,
             Part::Start => 5,
             Part::Tail => 7,
+            Part::Crosstalk => 8,
             // As good as random: none of the above.
             Part::Path(number) => scatter(6, number),
         }

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::detector::DetectorModel;
 use super::fast::{CHIP_BITS, Recorder, RegisteredTicks};
 use super::step::{Detection, StepDetections};
-use crate::scan::{Group, Sample, Sampling};
+use crate::scan::{Group, Sample, Sampler, Sampling};
 
 /// The samples during which one detection's pulse is high.
 ///
-/// Sample s is the level at time s T_s, so a pulse covers the samples with
-/// registered time <= s T_s < registered time + pulse width. Sample 0 is the
+/// Sample s is the level at its instant, s T_s if samples are equally far apart, so a pulse covers
+/// the samples with registered time <= instant < registered time + pulse width. Sample 0 is the
 /// first sample of the first scan's first chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pulse {
@@ -155,9 +155,8 @@ impl<'m> PulseStream<'m> {
         let start = self.group_start;
         match &mut self.detections {
             Detections::OneByOne { group, pending } => {
-                let width_chips = self.model.pulse_width_chips;
-                let samples_per_chip = self.model.timing.clock.samples_per_chip;
-                let sampled = |detection| sample(detection, samples_per_chip, width_chips, start);
+                let model = self.model;
+                let sampled = |detection| sample(detection, model, start);
                 while let Some(pulse) = pending.take().or_else(|| group.next().map(sampled)) {
                     if pulse.first >= until {
                         *pending = Some(pulse);
@@ -246,26 +245,29 @@ fn next_group(
 
 /// The samples of a detection's pulse in a group that starts at `start`.
 #[inline]
-fn sample(detection: Detection, samples_per_chip: u32, width_chips: f64, start: Sample) -> Pulse {
+fn sample(detection: Detection, model: &DetectorModel, start: Sample) -> Pulse {
+    let samples_per_chip = model.timing.clock.samples_per_chip;
     let chip_start = start + Sampling::new(samples_per_chip).samples_of(detection.chip);
     let sample_at_or_after =
-        |chips: f64| chip_start + ceil_to_u64(chips * f64::from(samples_per_chip));
+        |chips: f64| chip_start + model.sampler.first_from(chips * f64::from(samples_per_chip));
     Pulse {
         first: sample_at_or_after(detection.fraction),
-        end: sample_at_or_after(detection.fraction + width_chips),
+        end: sample_at_or_after(detection.fraction + model.pulse_width_chips),
     }
 }
 
 /// The same of registered ticks, of which a sample is a power of two.
 #[derive(Debug, Clone, Copy)]
-struct TickSampler {
+struct TickSampler<'m> {
+    sampler: &'m Sampler,
     sample_bits: u32,
     width_ticks: u64,
 }
 
-impl TickSampler {
-    fn new(model: &DetectorModel) -> TickSampler {
+impl TickSampler<'_> {
+    fn new(model: &DetectorModel) -> TickSampler<'_> {
         TickSampler {
+            sampler: &model.sampler,
             sample_bits: CHIP_BITS - model.timing.clock.samples_per_chip.ilog2(),
             width_ticks: (model.pulse_width_chips * f64::from(1_u32 << CHIP_BITS)).round() as u64,
         }
@@ -273,13 +275,25 @@ impl TickSampler {
 
     /// Whether no pulse lies between two samples.
     fn sees_all(self) -> bool {
-        self.width_ticks >> self.sample_bits > 0
+        match self.sampler.is_even() {
+            true => self.width_ticks >> self.sample_bits > 0,
+            false => self.samples(self.width_ticks) >= self.sampler.widest(),
+        }
+    }
+
+    /// Ticks in sample periods, exact below 2^53 of them.
+    #[inline]
+    fn samples(self, ticks: u64) -> f64 {
+        ticks as f64 / (1_u64 << self.sample_bits) as f64
     }
 
     #[inline]
     fn pulse(self, time: RegisteredTicks, start: Sample) -> Pulse {
         let within = (1 << self.sample_bits) - 1;
-        let at_or_after = |ticks: u64| start + ((ticks + within) >> self.sample_bits);
+        let at_or_after = |ticks: u64| match self.sampler.is_even() {
+            true => start + ((ticks + within) >> self.sample_bits),
+            false => start + self.sampler.first_from(self.samples(ticks)),
+        };
         Pulse { first: at_or_after(time.0), end: at_or_after(time.0 + self.width_ticks) }
     }
 }
@@ -288,13 +302,6 @@ impl TickSampler {
 fn group_samples(model: &DetectorModel) -> u64 {
     let timing = &model.timing;
     timing.sampling().samples_of(timing.scan.integration_chips)
-}
-
-/// The least integer at or above a value that is not negative.
-#[inline]
-fn ceil_to_u64(value: f64) -> u64 {
-    let whole = value as u64;
-    whole + u64::from((whole as f64) < value)
 }
 
 #[cfg(test)]
@@ -309,12 +316,5 @@ mod tests {
             .map(|(first, end)| level.rises(&Pulse { first: Sample(first), end: Sample(end) }));
         // The second is within the first, the third and the fifth touch the one before.
         assert_eq!(rises, [true, false, false, true, false, true]);
-    }
-
-    #[test]
-    fn ceiling_of_whole_and_broken_values() {
-        for (value, ceiling) in [(0.0, 0), (0.2, 1), (1.0, 1), (7.000001, 8)] {
-            assert_eq!(ceil_to_u64(value), ceiling, "{value}");
-        }
     }
 }

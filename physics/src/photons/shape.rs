@@ -7,6 +7,7 @@
 //! code was still on at the falling edge's delay, and no longer is at the rising one's;
 //! where it turns off earlier, light is let through only while both are on.
 
+use crate::code::Code;
 use crate::scan::Clock;
 use crate::scene::LaserResponse;
 
@@ -55,17 +56,12 @@ impl PulseShape {
     pub fn new(response: &LaserResponse, clock: Clock) -> PulseShape {
         let strands = match response {
             LaserResponse::Ideal => return PulseShape::ideal(),
-            LaserResponse::Edges { rise_time_ps, fall_time_ps } => (0..EDGE_STRANDS)
-                .flat_map(|number| {
-                    let place = (f64::from(number) + 0.5) / f64::from(EDGE_STRANDS) - 0.5;
-                    let delay = |time_ps: f64| clock.chips(place * time_ps / SHARE_10_TO_90);
-                    of_edges(
-                        1.0 / f64::from(EDGE_STRANDS),
-                        delay(*rise_time_ps),
-                        delay(*fall_time_ps),
-                    )
-                })
-                .collect(),
+            LaserResponse::Edges { rise_time_ps, fall_time_ps } => {
+                with_edges(*rise_time_ps, *fall_time_ps, 0.0, clock)
+            }
+            LaserResponse::Stretched { rise_time_ps, fall_time_ps, longer_ps } => {
+                with_edges(*rise_time_ps, *fall_time_ps, *longer_ps, clock)
+            }
             LaserResponse::Measured(curve) => curve
                 .points
                 .iter()
@@ -79,6 +75,20 @@ impl PulseShape {
         PulseShape { strands }
     }
 
+    /// Chips of a code's period in which light is on, by how much of it is.
+    pub fn lit_chips(&self, code: &Code) -> f64 {
+        let (weight, runs) = (code.weight() as f64, code.runs() as f64);
+        let lit_chips = |strand: &Strand| match strand.gate {
+            None => weight,
+            // What the code, late by one of the two, has over what it has late by the other too.
+            Some(Gate { delay_chips, open_at }) => {
+                let apart = (strand.delay_chips - delay_chips).abs() * runs;
+                if open_at == 0 { apart } else { weight - apart }
+            }
+        };
+        self.strands.iter().map(|strand| strand.share * lit_chips(strand)).sum()
+    }
+
     /// Whether light follows the code at once.
     pub fn is_ideal(&self) -> bool {
         *self == PulseShape::ideal()
@@ -88,6 +98,20 @@ impl PulseShape {
     pub fn has_gates(&self) -> bool {
         self.strands.iter().any(|strand| strand.gate.is_some())
     }
+}
+
+/// Light with straight edges that lasts longer than its chips.
+fn with_edges(rise_time_ps: f64, fall_time_ps: f64, longer_ps: f64, clock: Clock) -> Vec<Strand> {
+    // Light without edges is one strand.
+    let strands = if rise_time_ps == 0.0 && fall_time_ps == 0.0 { 1 } else { EDGE_STRANDS };
+    let strand = |number: u32| {
+        let place = (f64::from(number) + 0.5) / f64::from(strands) - 0.5;
+        let delay =
+            |time_ps: f64, later_ps: f64| clock.chips(place * time_ps / SHARE_10_TO_90 + later_ps);
+        let rise = delay(rise_time_ps, -0.5 * longer_ps);
+        of_edges(1.0 / f64::from(strands), rise, delay(fall_time_ps, 0.5 * longer_ps))
+    };
+    (0..strands).flat_map(strand).collect()
 }
 
 /// Light that turns on and off so much later than the code.
@@ -106,6 +130,7 @@ fn of_edges(share: f64, rise_chips: f64, fall_chips: f64) -> Vec<Strand> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::code::Generator;
 
     /// The level of a shape, as its strands say.
     fn level(shape: &PulseShape, chips: &[u8], time: f64) -> f64 {
@@ -139,6 +164,24 @@ mod tests {
             let found = level(&shape, &chips, clock.chips(time_ps + 1.0));
             assert!((found - expected).abs() < 0.07, "{time_ps}: {found}");
         }
+        let stretched = LaserResponse::Stretched {
+            rise_time_ps: 800.0,
+            fall_time_ps: 2400.0,
+            longer_ps: -1600.0,
+        };
+        let shorter = PulseShape::new(&stretched, clock);
+        for time_ps in [800.0, 15_200.0, 24_800.0, 31_200.0_f64] {
+            let found = level(&shorter, &chips, clock.chips(time_ps + 1.0));
+            assert!((found - 0.5).abs() < 0.07, "{time_ps}: {found}");
+        }
+        let code = |chips: &[u8]| Code {
+            generator: Generator::Chips(chips.to_vec()),
+            interleave: 0,
+            chips: chips.to_vec(),
+        };
+        // Three chips of six in two runs, each shorter by a fifth of a chip.
+        assert!((shape.lit_chips(&code(&chips)) - 3.0).abs() < 1e-12);
+        assert!((shorter.lit_chips(&code(&chips)) - 2.6).abs() < 1e-12);
         let points = 48_000;
         let mean = (0..points)
             .map(|n| level(&shape, &chips, 6.0 * (f64::from(n) + 0.5) / f64::from(points)))

@@ -89,17 +89,23 @@ impl SecondMoments<'_, '_> {
     /// How the cells of a chip are divided among bins.
     fn parts(&self) -> Vec<Vec<Part>> {
         let samples = f64::from(self.response.model.timing.clock.samples_per_chip);
+        let sampling = self.response.sampling.as_ref();
+        let place = |time: f64| sampling.map_or(time * samples, |sampling| sampling.place(time));
+        let instant = |sample: i64| match sampling {
+            None => sample as f64 / samples,
+            Some(sampling) => sampling.instant_chips(sample),
+        };
         let origin = self.frame_chips();
         let of_cell = |cell: &[f64]| {
             let [from, to] = [cell[0] + origin, cell[1] + origin];
             // Sample s takes what is registered after sample s - 1, up to its own instant.
-            let first = (from * samples).floor() as i64 + 1;
-            let last = (to * samples).ceil() as i64;
+            let first = place(from).floor() as i64 + 1;
+            let last = place(to).ceil() as i64;
             (first..=last)
                 .map(|bin| {
-                    let start = ((bin - 1) as f64 / samples).max(from);
-                    let end = (bin as f64 / samples).min(to);
-                    let seen = match &self.response.sampling {
+                    let start = instant(bin - 1).max(from);
+                    let end = instant(bin).min(to);
+                    let seen = match sampling {
                         None => end - start,
                         Some(sampling) => sampling.seen_between(start, end),
                     };

@@ -221,7 +221,7 @@ mod tests {
         let scene = load(Path::new("../scenes/quick.toml")).expect("it is sound");
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         let samples = Samples { origin_chips: 0.0, sampling: None };
-        let grid = Grid::new(&model, &Light::of(&model), Kinks::Later, samples).expect("a grid");
+        let grid = Grid::new(&model, &Light::of(&model), Kinks::Later, &samples).expect("a grid");
         let exponential = Tail::Exponential { share: 0.3, time_constant_chips: 0.7 };
         for (sigma_chips, tail) in [(0.3, None), (1e-3, None), (0.05, Some(&exponential))] {
             let of = |time: f64| Column::new(&grid, time, Jitter { sigma_chips, tail }, 0.0);

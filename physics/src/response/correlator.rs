@@ -20,7 +20,7 @@ use super::column::{Column, Jitter};
 use super::forward::{AllAndMerged, Detections};
 use super::grid::{Grid, frame_chips};
 use super::light::Light;
-use super::sampling::Sampling;
+use super::sampling::{self, Sampling};
 use super::tier::EdgeTiming;
 use crate::photons::DetectorModel;
 
@@ -60,7 +60,7 @@ pub struct Source<'a> {
     /// The tier's edges.
     pub timing: EdgeTiming,
     /// What samples show of detections; none for a counter in continuous time.
-    pub sampling: Option<Sampling>,
+    pub sampling: Option<&'a Sampling>,
     /// Added to every path's time of flight.
     pub delay_chips: f64,
 }
@@ -91,7 +91,7 @@ impl Correlator {
         let timing = &source.timing;
         let samples_per_chip = u64::from(model.timing.clock.samples_per_chip);
         let period_chips = source.grid.period_chips;
-        let offset = |phase: u64| phase as f64 / samples_per_chip as f64;
+        let offset = |phase| sampling::phase_chips(source.sampling, samples_per_chip, phase);
         let columns = |edge: f64, transition: f64| -> Vec<Vec<f64>> {
             (0..samples_per_chip)
                 .map(|phase| source.column(model, offset(phase) + edge, transition))
@@ -100,9 +100,12 @@ impl Correlator {
         let mut before = columns(timing.rising, timing.transition);
         let mut window = source.column(model, timing.window, 0.0);
         let mut hits_per_period = source.detections.per_period();
-        if let Some(unseen_until) = source.seen_from(timing.rising) {
-            // The edges of slots and of the window are sample instants.
-            before = seen(&before, &columns(unseen_until, 0.0));
+        if let Some(sampling) = source.sampling.filter(|sampling| !sampling.sees_all()) {
+            // The edges of slots and of the window are sample instants: those of phase 0 that
+            // before sample 0.
+            let unseen = (0..samples_per_chip as i64)
+                .map(|phase| source.column(model, sampling.seen_from(phase - 1), 0.0));
+            before = seen(&before, &unseen.collect::<Vec<_>>());
             window = before[0].clone();
             hits_per_period = window[period_chips];
         }
@@ -322,12 +325,6 @@ impl Source<'_> {
             }
         }
         counted
-    }
-
-    /// From when on a sample sees the pulses that end at `edge`, if not all of them.
-    fn seen_from(&self, edge: f64) -> Option<f64> {
-        let sampling = self.sampling.as_ref()?;
-        (!sampling.sees_all()).then(|| edge - sampling.seen_chips())
     }
 }
 

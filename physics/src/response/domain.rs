@@ -51,6 +51,12 @@ pub enum MeanResponseError {
          solved for recharge = \"active\": simulate it photon by photon"
     )]
     PassiveRecharge,
+    /// Other detectors fire it, which have detections of their own.
+    #[error(
+        "crosstalk of other detectors fires it; the mean response is solved for detectors that hear \
+         none: simulate it photon by photon"
+    )]
+    Crosstalk,
     /// There are no counts with such moments.
     #[error(
         "the counts' means or covariances are no finite numbers below 2^53; the tiers events and \
@@ -178,6 +184,9 @@ pub(super) fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     let ps = |chips: f64| model.timing.clock.ps(chips);
     if model.is_paralyzable {
         return Err(MeanResponseError::PassiveRecharge);
+    }
+    if model.crosstalk.is_some() {
+        return Err(MeanResponseError::Crosstalk);
     }
     if let Some(afterpulsing) = model.afterpulsing
         && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS

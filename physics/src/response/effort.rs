@@ -126,7 +126,7 @@ impl Size {
             origin_chips: frame_chips(light) + model.delay_chips,
             sampling: Sampling::of(model, light, CountingTier::Sampled).unwrap_or_default(),
         };
-        let grid = Grid::new(model, light, kinks, samples)?;
+        let grid = Grid::new(model, light, kinks, &samples)?;
         let states = match states_needed(model.afterpulsing, model.dead_time_chips) {
             0..=1 => 1.0,
             2..=4 => 4.0,

@@ -10,7 +10,7 @@ use super::forward::{self, AllAndMerged};
 use super::grid::{Grid, Kinks, Samples, frame_chips};
 use super::light::Light;
 use super::poisson;
-use super::sampling::Sampling;
+use super::sampling::{self, Sampling};
 use super::tier::{CountingTier, EdgeTiming};
 use super::{MAX_STATES, MeanResponseError, with_states};
 use crate::photons::DetectorModel;
@@ -82,16 +82,16 @@ impl<'m> MeanResponse<'m> {
     ) -> Result<MeanResponse<'m>, MeanResponseError> {
         let samples = Samples {
             origin_chips: frame_chips(&light) + delay_chips + model.delay_chips,
-            sampling,
+            sampling: sampling.clone(),
         };
-        let grid = Grid::new(model, &light, Kinks::Later, samples)?;
+        let grid = Grid::new(model, &light, Kinks::Later, &samples)?;
         let detections = detections(model, &grid)?;
         let source = Source {
             grid: &grid,
             light: &light,
             detections: &detections,
             timing,
-            sampling,
+            sampling: sampling.as_ref(),
             delay_chips,
         };
         let correlator = Arc::new(Correlator::new(model, &source));
@@ -115,12 +115,12 @@ impl<'m> MeanResponse<'m> {
     /// As for the response itself.
     pub fn delayed(&self, delay_ps: f64) -> Result<MeanResponse<'m>, MeanResponseError> {
         let delay_chips = self.delay_chips + self.model.timing.clock.chips(delay_ps);
-        if self.sampling.is_some_and(|sampling| sampling.merges()) {
+        if self.sampling.as_ref().is_some_and(Sampling::merges) {
             return MeanResponse::solved(
                 self.model,
                 self.light.clone(),
                 self.timing,
-                self.sampling,
+                self.sampling.clone(),
                 delay_chips,
             );
         }
@@ -129,7 +129,7 @@ impl<'m> MeanResponse<'m> {
             light: &self.light,
             detections: &self.detections,
             timing: self.timing,
-            sampling: self.sampling,
+            sampling: self.sampling.as_ref(),
             delay_chips,
         };
         Ok(MeanResponse {
@@ -138,6 +138,7 @@ impl<'m> MeanResponse<'m> {
             grid: Arc::clone(&self.grid),
             detections: Arc::clone(&self.detections),
             light: self.light.clone(),
+            sampling: self.sampling.clone(),
             ..*self
         })
     }
@@ -150,7 +151,7 @@ impl<'m> MeanResponse<'m> {
             light: self.light.clone(),
             timing: self.timing,
             grid: Arc::clone(&self.grid),
-            sampling: self.sampling,
+            sampling: self.sampling.clone(),
             detections: Arc::clone(&self.detections),
             correlator: Arc::clone(&self.correlator),
             delay_chips: self.delay_chips,
@@ -159,7 +160,7 @@ impl<'m> MeanResponse<'m> {
 
     /// Whether the tier leaves out pulses that begin too long before a sample.
     pub fn misses_pulses(&self) -> bool {
-        self.sampling.is_some_and(|sampling| !sampling.sees_all())
+        self.sampling.as_ref().is_some_and(|sampling| !sampling.sees_all())
     }
 
     /// The detector.
@@ -259,6 +260,14 @@ impl<'m> MeanResponse<'m> {
             count.total += correlator.hits_between(first, rest);
         }
         count
+    }
+
+    /// By how much the reference's edges come later in a phase step than without a delay, in chips
+    /// of registered time.
+    pub(super) fn phase_chips(&self, phase_step: u64) -> f64 {
+        let samples = u64::from(self.model.timing.clock.samples_per_chip);
+        let within = sampling::phase_chips(self.sampling.as_ref(), samples, phase_step % samples);
+        (phase_step / samples) as f64 + within
     }
 
     /// Whole periods in a step, its first chip, and the chips left over.

@@ -165,7 +165,7 @@ impl Grid {
         model: &DetectorModel,
         light: &Light,
         kinks: Kinks,
-        samples: Samples,
+        samples: &Samples,
     ) -> Result<Grid, MeanResponseError> {
         check(model)?;
         check_brightness(model, light.brightest_per_chip())?;
@@ -248,7 +248,7 @@ impl Place {
 }
 
 /// Sample instants in the grid's frame.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Samples {
     /// Registered time of the frame's origin, in chips.
     pub origin_chips: f64,
@@ -264,7 +264,7 @@ impl Samples {
             Kinks::Later => &[0.0],
             Kinks::LaterAndEarlier => &[0.0, 1.0, 2.0],
         };
-        let registered = self.sampling.map_or(Vec::new(), |s| s.breaks());
+        let registered = self.sampling.as_ref().map_or(Vec::new(), Sampling::breaks);
         registered
             .into_iter()
             .flat_map(|time| back.iter().map(move |dead| time - dead * dead_time_chips))
@@ -274,7 +274,7 @@ impl Samples {
     }
 
     fn rearming(&self, edges: &[f64]) -> Option<Rearming> {
-        let sampling = self.sampling.filter(Sampling::merges)?;
+        let sampling = self.sampling.as_ref().filter(|sampling| sampling.merges())?;
         let waits = edges
             .windows(2)
             .map(|cell| sampling.waits(0.5 * (cell[0] + cell[1]) + self.origin_chips));
@@ -360,7 +360,7 @@ fn edges(
     light: &Light,
     delays: &[f64],
     kinks: Kinks,
-    samples: Samples,
+    samples: &Samples,
 ) -> Vec<f64> {
     let mut breaks = vec![0.0, 1.0];
     breaks.extend(samples.breaks(kinks, model.dead_time_chips));

@@ -145,7 +145,8 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// # Errors
     /// As for the mean response.
     pub fn new(response: &'r MeanResponse<'m>) -> Result<SecondMoments<'r, 'm>, MeanResponseError> {
-        let samples = Samples { origin_chips: origin_chips(response), sampling: response.sampling };
+        let samples =
+            Samples { origin_chips: origin_chips(response), sampling: response.sampling.clone() };
         let pairs = DetectorPairs::new(response.model, &response.light, samples)?;
         let per_cell = pairs.hits.iter().zip(&pairs.excess_of_all);
         let per_cell = per_cell
@@ -428,7 +429,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let chips = &response.model.reference.chips;
         let chip_at = |chip: i64| chips[chip.rem_euclid(chips.len() as i64) as usize];
         // Code chip 0 begins here, in the grid's frame.
-        let phase = phase_step as f64 / f64::from(response.model.timing.clock.samples_per_chip);
+        let phase = response.phase_chips(phase_step);
         let timing = &response.timing;
         let [rising, falling] =
             [timing.rising, timing.falling].map(|edge| phase + edge - self.frame_chips());

@@ -41,7 +41,7 @@ impl DetectorPairs {
         light: &Light,
         samples: Samples,
     ) -> Result<DetectorPairs, MeanResponseError> {
-        let grid = Grid::new(model, light, Kinks::LaterAndEarlier, samples)?;
+        let grid = Grid::new(model, light, Kinks::LaterAndEarlier, &samples)?;
         let (detections, states) = solve(model, &grid)?;
         let detections = detections.counted();
         let cumulative = &detections.cumulative;

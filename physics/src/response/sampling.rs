@@ -1,7 +1,8 @@
 //! Which detections the sampled hardware counts.
 //!
 //! A detection registered at t makes the level high from t until t + w, and
-//! hardware that samples it every T_s counts a rise between two samples. So
+//! hardware that samples it every T_s, or at the instants of its
+//! [`Sampler`], counts a rise between two samples. So
 //!
 //! - a pulse is *seen* if a sample lies in it: if t is no more than w before the
 //!   next sample instant;
@@ -24,6 +25,7 @@ use super::tier::CountingTier;
 use crate::math::{exponential_normal_density, normal_density};
 use crate::photons::DetectorModel;
 use crate::photons::tail::Tail;
+use crate::scan::Sampler;
 use crate::scene::{DetectorIndex, JitterTail};
 use crate::sensor::Sensor;
 
@@ -51,9 +53,10 @@ const JITTER_POINTS: u32 = 400;
 const MOST_WAITS: usize = 64;
 
 /// How the sampled level shows detections.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Sampling {
     samples_per_chip: f64,
+    sampler: Sampler,
     /// A pulse is seen if it is registered no longer than this before a sample.
     seen_chips: f64,
     /// Dead time less pulse width, in chips, if pulses can merge.
@@ -77,7 +80,8 @@ impl Sampling {
         let sample_chips = model.timing.clock.sample_period_chips();
         let sampling = Sampling {
             samples_per_chip: f64::from(model.timing.clock.samples_per_chip),
-            seen_chips: model.pulse_width_chips.min(sample_chips),
+            sampler: model.sampler.clone(),
+            seen_chips: model.pulse_width_chips.min(model.sampler.widest() * sample_chips),
             merging: None,
         };
         let share = merged_share(model, light);
@@ -105,14 +109,26 @@ impl Sampling {
         self.merging.is_some()
     }
 
-    /// How long before a sample a pulse may be registered to be seen by it.
-    pub fn seen_chips(&self) -> f64 {
-        self.seen_chips
+    /// Registered time of a sample's instant, in chips.
+    pub fn instant_chips(&self, sample: i64) -> f64 {
+        self.sampler.instant(sample) / self.samples_per_chip
+    }
+
+    /// Where a registered time in chips is among the samples ([`Sampler::place`]).
+    pub fn place(&self, time: f64) -> f64 {
+        self.sampler.place(time * self.samples_per_chip)
+    }
+
+    /// From which registered time on, in chips, pulses are seen by a sample and not by the one
+    /// before it.
+    pub fn seen_from(&self, sample: i64) -> f64 {
+        let before = self.instant_chips(sample - 1);
+        before.max(self.instant_chips(sample) - self.seen_chips)
     }
 
     /// Whether no pulse falls between two samples.
     pub fn sees_all(&self) -> bool {
-        self.seen_chips * self.samples_per_chip >= 1.0
+        self.seen_chips * self.samples_per_chip >= self.sampler.widest()
     }
 
     /// Length of the part of `from..to` (registered times, in chips) in which a
@@ -123,11 +139,26 @@ impl Sampling {
 
     /// The same from instant 0 on.
     fn seen_until(&self, time: f64) -> f64 {
-        let samples = time * self.samples_per_chip;
-        let whole = samples.floor();
-        let unseen = 1.0 / self.samples_per_chip - self.seen_chips;
-        let part = (samples - whole) / self.samples_per_chip - unseen;
-        whole * self.seen_chips + part.max(0.0)
+        let last = self.place(time).floor() as i64;
+        let next = self.sampler.width(last + 1) / self.samples_per_chip;
+        let unseen = next - next.min(self.seen_chips);
+        let part = time - self.instant_chips(last) - unseen;
+        self.seen_before(last) + part.max(0.0)
+    }
+
+    /// The same until a sample's instant.
+    fn seen_before(&self, sample: i64) -> f64 {
+        if self.sampler.is_even() {
+            return sample as f64 * self.seen_chips;
+        }
+        let samples = self.samples_per_chip as i64;
+        let seen_of = |samples: i64| -> f64 {
+            let widths = (1..=samples).map(|sample| self.sampler.width(sample));
+            widths.map(|width| (width / self.samples_per_chip).min(self.seen_chips)).sum()
+        };
+        let chips = sample.div_euclid(samples) as f64;
+        let of_chips = if chips == 0.0 { 0.0 } else { chips * seen_of(samples) };
+        of_chips + seen_of(sample.rem_euclid(samples))
     }
 
     /// Registered times in a chip at which the number of instants to wait for
@@ -136,8 +167,8 @@ impl Sampling {
         let Some(margin) = self.merging else {
             return Vec::new();
         };
-        (0..self.samples_per_chip as u32)
-            .map(|sample| f64::from(sample) / self.samples_per_chip)
+        (0..self.samples_per_chip as i64)
+            .map(|sample| self.instant_chips(sample))
             .flat_map(|instant| [instant, instant + margin])
             .collect()
     }
@@ -146,14 +177,24 @@ impl Sampling {
     /// wait for until its next pulse counts.
     pub fn waits(&self, time: f64) -> usize {
         let Some(margin) = self.merging else { return 0 };
-        let low = ((time - margin) * self.samples_per_chip).ceil();
-        (low - (time * self.samples_per_chip).floor()).max(0.0) as usize
+        let low = self.place(time - margin).ceil();
+        (low - self.place(time).floor()).max(0.0) as usize
     }
 
     /// Whether a registered time is a sample instant.
     pub fn is_instant(&self, time: f64) -> bool {
-        let samples = time * self.samples_per_chip;
+        let samples = self.place(time);
         (samples - samples.round()).abs() < 2e-7 * self.samples_per_chip
+    }
+}
+
+/// By how much the reference's edges come later in phase `phase` of the `samples_per_chip` of a
+/// chip than in phase 0, in chips of registered time: as far as the samples before which they come
+/// are apart, or by the phase itself where nothing is sampled.
+pub fn phase_chips(sampling: Option<&Sampling>, samples_per_chip: u64, phase: u64) -> f64 {
+    match sampling {
+        None => phase as f64 / samples_per_chip as f64,
+        Some(sampling) => sampling.instant_chips(phase as i64 - 1) - sampling.instant_chips(-1),
     }
 }
 
@@ -165,7 +206,7 @@ impl Sampling {
 pub fn check_merging(sensor: &Sensor, detector: DetectorIndex) -> Result<(), MeanResponseError> {
     let spad = &sensor.scene().detectors[detector];
     let reach_ps = spad.pulse_width_ps
-        + sensor.clock().sample_period_ps()
+        + spad.sampler.widest() * sensor.clock().sample_period_ps()
         + JITTER_REACH_SIGMAS * std::f64::consts::SQRT_2 * spad.jitter_std_ps()
         - spad.dead_time_ps;
     let has_tail = spad.jitter_tail != JitterTail::None;
@@ -190,7 +231,7 @@ pub fn merged_share(model: &DetectorModel, light: &Light) -> f64 {
         });
         if chips > 0.0 { -(-brightest_per_chip * chips - by_afterpulses).exp_m1() } else { 0.0 }
     };
-    let sample_chips = model.timing.clock.sample_period_chips();
+    let sample_chips = model.sampler.widest() * model.timing.clock.sample_period_chips();
     let ready_chips = model.pulse_width_chips + sample_chips - model.dead_time_chips;
     let sigma = model.jitter_chips.unwrap_or(0.0) * std::f64::consts::SQRT_2;
     let early = |by: f64| mean_over_gaussian(ready_chips + by, sigma, follows);
@@ -229,10 +270,11 @@ fn integral(range: Range<f64>, of: impl Fn(f64) -> f64) -> f64 {
 
 /// Why merged pulses of a detector are not worked out.
 fn obstacle(model: &DetectorModel) -> Option<&'static str> {
-    let sample_chips = model.timing.clock.sample_period_chips();
-    let jitter_samples = model.jitter_chips.unwrap_or(0.0) / sample_chips;
-    let waits = (model.pulse_width_chips - model.dead_time_chips) / sample_chips;
-    let is_short = |chips: f64| chips < sample_chips;
+    let [widest, narrowest] = [model.sampler.widest(), model.sampler.narrowest()]
+        .map(|samples| samples * model.timing.clock.sample_period_chips());
+    let jitter_samples = model.jitter_chips.unwrap_or(0.0) / narrowest;
+    let waits = (model.pulse_width_chips - model.dead_time_chips) / narrowest;
+    let is_short = |chips: f64| chips < widest;
     let dead_time = model.dead_time_chips;
     if dead_time > 0.0 && is_short(dead_time) && is_short(model.pulse_width_chips) {
         Some("a dead time and a pulse that are both shorter than a sample")
@@ -329,7 +371,7 @@ mod tests {
     }
 
     fn sampling(seen_chips: f64, merging: Option<f64>) -> Sampling {
-        Sampling { samples_per_chip: 4.0, seen_chips, merging }
+        Sampling { samples_per_chip: 4.0, sampler: Sampler::default(), seen_chips, merging }
     }
 
     #[test]

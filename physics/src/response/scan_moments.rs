@@ -59,7 +59,7 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
             let phase_step = scan.phase_step(Step::at(step)) as usize;
             let (early, rest) = (phase_step / stride, phase_step % stride);
             let late = (early + 1) % solved.len();
-            let share = rest as f64 / stride as f64;
+            let share = share_between(second, early * stride, rest, stride);
             let between = |a: f64, b: f64| (a + share * (b - a)) * mean.total;
             let (a, b) = (&solved[early], &solved[late]);
             CountMoments {
@@ -73,15 +73,23 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
         .collect()
 }
 
+/// Where phase step `early + rest` is between `early` and `early + stride`, by time.
+fn share_between(second: &SecondMoments, early: usize, rest: usize, stride: usize) -> f64 {
+    let place = |step: usize| second.response.phase_chips(step as u64);
+    match rest {
+        0 => 0.0,
+        _ => (place(early + rest) - place(early)) / (place(early + stride) - place(early)),
+    }
+}
+
 /// Second moments of every `stride`-th phase step of the code period.
 fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<PerDetection> {
-    let samples_per_chip = second.response.model.timing.clock.samples_per_chip as usize;
-    let phases = samples_per_chip / stride;
+    let phases = second.response.model.timing.clock.samples_per_chip as usize / stride;
     let period = second.pairs.grid.period_chips;
     let combs = combs(period, memory);
     let slots: Vec<Slots> = (0..phases)
         .map(|phase| {
-            let offset = (phase * stride) as f64 / samples_per_chip as f64;
+            let offset = second.response.phase_chips((phase * stride) as u64);
             Slots::new(second, offset)
         })
         .collect();

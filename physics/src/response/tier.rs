@@ -29,9 +29,9 @@ pub struct EdgeTiming {
 impl EdgeTiming {
     /// The timing of a tier.
     ///
-    /// A detection is sampled at s T_s if it is registered in
-    /// ((s - 1) T_s, s T_s]: an edge of the reference at sample s divides
-    /// registered times at (s - 1) T_s, and so does a step's first sample.
+    /// A detection is sampled at sample s if it is registered since the sample before,
+    /// in ((s - 1) T_s, s T_s] if samples are equally far apart: an edge of the reference at
+    /// sample s divides registered times at sample s - 1, and so does a step's first sample.
     pub fn of(model: &DetectorModel, tier: CountingTier) -> EdgeTiming {
         match tier {
             CountingTier::Events => {
@@ -44,7 +44,7 @@ impl EdgeTiming {
                 }
             }
             CountingTier::Sampled => {
-                let early = -model.timing.clock.sample_period_chips();
+                let early = model.sampler.instant(-1) * model.timing.clock.sample_period_chips();
                 EdgeTiming { window: early, rising: early, falling: early, transition: 0.0 }
             }
         }

@@ -180,6 +180,13 @@ impl Code {
         self.chips.iter().map(|&c| u64::from(c)).sum()
     }
 
+    /// Number of runs of ones in a period: none of a code that is always 1.
+    pub fn runs(&self) -> u64 {
+        let before = self.chips.iter().cycle().skip(self.chips.len().saturating_sub(1));
+        self.chips.iter().zip(before).filter(|(now, before)| **now == 1 && **before == 0).count()
+            as u64
+    }
+
     /// Whether ones and zeros are as equal in number as the length allows.
     pub fn is_balanced(&self) -> bool {
         self.len().abs_diff(2 * self.weight()) <= 1

@@ -22,6 +22,7 @@
 
 mod chip;
 mod sample;
+mod sampler;
 mod timescale;
 mod timing;
 
@@ -29,6 +30,7 @@ use std::ops::Range;
 
 pub use chip::Chip;
 pub use sample::{Sample, Sampling};
+pub use sampler::Sampler;
 pub use timescale::Timescale;
 pub use timing::{CHIPS_TO_PREPARATION, Clock, PERIODS_OF_PREPARATION, Scan, Timing};
 

@@ -2,9 +2,9 @@
 
 use super::budget;
 use super::declare::*;
-use super::{JitterTail, std_of_sum, waveform};
-use crate::scan::Clock;
-use crate::scene::SourceIndex;
+use super::{JitterTail, Scene, sampler, std_of_sum, waveform};
+use crate::scan::{Clock, Sampler};
+use crate::scene::{DetectorIndex, SourceIndex};
 
 /// Largest jitter: detections of twenty of them are put in order.
 const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
@@ -38,6 +38,10 @@ tables! {
         jitter_tail: JitterTail,
         /// The continuous-time counter's edges.
         counter: CounterTiming,
+        /// When the hardware samples its pulses.
+        sampler: Sampler,
+        /// What its avalanches cause at its neighbours.
+        crosstalk: Option<Crosstalk>,
     }
     of DETECTOR = "detector" {
         name = words("a text that is not empty", Form::Text), Needed, "\"spad\"";
@@ -87,6 +91,25 @@ tables! {
         counter = table("detector.counter"),
             Otherwise("none"), "{ rising_delay = \"340 ps\", falling_delay = \"390 ps\" }";
             "edges of the article's continuous-time counter";
+        sampler = table("detector.sampler"),
+            Otherwise("samples are equally far apart"), "{ second_pin_skew = \"30 ps\" }";
+            "when the hardware samples the pulses, where its samples are not equally far apart";
+        crosstalk = table("detector.crosstalk"),
+            Otherwise("none"), "{ probability = 0.02, delay = \"300 ps\" }";
+            "avalanches that an avalanche causes at the detectors before and after this one in the \
+             scene, which photons are simulated for and nothing is expected of";
+    }
+
+    /// Avalanches that an avalanche causes at neighbouring detectors.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Crosstalk {}
+    of CROSSTALK = "detector.crosstalk" {
+        probability => probability: f64 = number(0.0, 1.0), Needed, "0.02";
+            "chance that an avalanche fires a neighbour that is ready, of each of them"
+            "a probability";
+        delay => delay_ps: f64 = quantity(Time, "0 s", "10 us"), Or("0 s"), "300 ps";
+            "how much later"
+            "no longer than a detection's own delays";
     }
 
     AFTERPULSING = "detector.afterpulsing" {
@@ -137,6 +160,11 @@ impl Detector {
         Detector { name: name.to_owned(), reference, pulse_width_ps, ..Detector::default() }
     }
 
+    /// What its avalanches cause at its neighbours, if they cause anything.
+    pub fn crosstalk(&self) -> Option<Crosstalk> {
+        self.crosstalk.filter(|crosstalk| crosstalk.probability > 0.0)
+    }
+
     /// Whether light within the dead time prolongs it.
     pub fn is_paralyzable(&self) -> bool {
         self.recharge == Recharge::Passive && self.dead_time_ps > 0.0
@@ -180,6 +208,8 @@ pub(super) fn read(
     let jitter_ps = read_jitter(&section, clock);
     let jitter_tail = read_tail(&section, clock);
     let counter = read_counter(&section, clock);
+    let sampler = sampler::read(&section, clock);
+    let crosstalk = read_crosstalk(&section);
     section.finish();
     let keys = keys?;
     let half_dead_time = || Some((0.5 * keys.dead_time_ps).max(clock?.sample_period_ps()));
@@ -193,6 +223,8 @@ pub(super) fn read(
         jitter_ps,
         jitter_tail,
         counter: counter?,
+        sampler: sampler?,
+        crosstalk,
         ..keys
     })
 }
@@ -221,6 +253,48 @@ fn read_afterpulsing(detector: &Section, has_dead_time: bool) -> (f64, f64) {
     }
     section.finish();
     (probability.unwrap_or_default(), time_constant.unwrap_or_default())
+}
+
+fn read_crosstalk(detector: &Section) -> Option<Crosstalk> {
+    let section = detector.section("crosstalk")?;
+    let crosstalk = Crosstalk::keys(&section);
+    section.finish();
+    crosstalk
+}
+
+/// Detectors that fire one another are simulated together, each of them for each.
+pub(super) const MOST_TALKING: usize = 16;
+
+/// Reports crosstalk that is not simulated: without dead time avalanches would cause one another
+/// without end, and one that arrivals begin anew rests on what other detectors do later.
+pub(super) fn check_crosstalk(sections: &[Section], scene: &Scene) {
+    let mut talking = 0;
+    for (number, (section, spad)) in sections.iter().zip(&scene.detectors).enumerate() {
+        if spad.crosstalk().is_none() {
+            continue;
+        }
+        talking += 1;
+        let mut heard = Scene::neighbours(scene, DetectorIndex(number));
+        let report = |message: &str| section.report("crosstalk", message);
+        if talking > MOST_TALKING {
+            report(&format!(
+                "{MOST_TALKING} detectors of a scene have it already; leave out those of others"
+            ));
+        } else if scene.detectors.len() == 1 {
+            report("the scene has no other detector; leave it out, or write a second [[detector]]");
+        } else if spad.dead_time_ps == 0.0 {
+            report(
+                "detectors without dead time would fire one another without end; give it a dead_time",
+            );
+        } else if spad.is_paralyzable()
+            || heard.any(|other| scene.detectors[other].is_paralyzable())
+        {
+            report(
+                "it is simulated between detectors of recharge = \"active\" alone; leave one of the \
+                 two out",
+            );
+        }
+    }
 }
 
 /// Standard deviations in picoseconds; those of 0 are dropped.

@@ -33,7 +33,7 @@ pub(super) enum Absent {
 pub(super) enum Kind {
     /// A number and a unit, as text, or a list of them.
     Quantity { quantity: Quantity, least: &'static str, most: &'static str },
-    /// A plain number; `or_inf` for one that may be "inf" too.
+    /// A plain number, or a list of them; `or_inf` for one that may be "inf" too.
     Number { least: f64, most: f64, or_inf: bool },
     /// A whole number, or a list of them.
     Integer { least: i64, most: i64 },
@@ -148,11 +148,11 @@ impl Key {
         }
     }
 
-    /// How many lists there are round a value: `jitter` is a list, `polynomials` a list
-    /// of lists.
+    /// How many lists there are round a value: `jitter` and `widths` are lists, `polynomials` a
+    /// list of lists.
     pub fn lists(&self) -> usize {
         match self.name {
-            "jitter" => 1,
+            "jitter" | "widths" => 1,
             "polynomials" => 2,
             _ => 0,
         }

@@ -5,8 +5,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::catalogue::TABLES;
 use super::keys::{Form, Key, Kind};
-use super::read::with_settings;
-use super::setting::{self, KeyPart, Setting};
+use super::setting::{self, KeyPart, Setting, with_settings};
 use super::units::{self, Quantity};
 use super::wording::{alternatives, nearest, quoted};
 

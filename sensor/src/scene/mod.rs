@@ -23,6 +23,7 @@
 
 mod budget;
 mod catalogue;
+mod companions;
 mod declare;
 mod detector;
 mod error;
@@ -38,6 +39,7 @@ mod names;
 mod origin;
 mod read;
 mod reader;
+mod sampler;
 mod scan;
 mod setting;
 mod source;
@@ -60,7 +62,7 @@ pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use lookup::{Entry, quantity_text};
 pub use movement::{Fluctuation, Movement};
 pub use origin::{Origin, SceneReference};
-pub use read::{load, load_with, parse, parse_with, read as read_scene_text};
+pub use read::{load, load_with, parse, parse_with};
 pub use setting::{MOST_KEY_PARTS, Setting};
 pub use text::SceneText;
 pub use toml::Value;
@@ -120,6 +122,20 @@ impl Scene {
         paths.filter(move |&path| (self.paths[path].detector, self.paths[path].source) == own)
     }
 
+    /// The detectors before and after one, which hear its crosstalk.
+    pub fn neighbours(
+        &self,
+        detector: DetectorIndex,
+    ) -> impl Iterator<Item = DetectorIndex> + use<> {
+        let after = (detector.0 + 1 < self.detectors.len()).then_some(detector.0 + 1);
+        detector.0.checked_sub(1).into_iter().chain(after).map(DetectorIndex)
+    }
+
+    /// Whether crosstalk of other detectors fires one.
+    pub fn hears_others(&self, detector: DetectorIndex) -> bool {
+        self.neighbours(detector).any(|other| self.detectors[other].crosstalk().is_some())
+    }
+
     /// Whether light of its source arrives over a path.
     pub fn is_lit(&self, path: &Path) -> bool {
         self.sources[path.source].emits() && path.transmission > 0.0
@@ -166,6 +182,12 @@ pub struct Source {
 }
 
 impl Source {
+    /// Chips of a code period in which its light is on, ones that last longer included.
+    pub fn lit_chips(&self, clock: Clock) -> f64 {
+        let longer = clock.chips(self.response.longer_ps());
+        self.code.weight() as f64 + self.code.runs() as f64 * longer
+    }
+
     /// Whether it has any light.
     pub fn emits(&self) -> bool {
         self.mean_power_w > 0.0

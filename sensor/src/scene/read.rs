@@ -5,13 +5,13 @@ use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path as FilePath;
 
-use toml::Spanned;
 use toml::de::DeTable;
 
 use super::catalogue::TABLES;
+use super::companions;
 use super::error::Diagnostics;
 use super::reader::Section;
-use super::setting::Setting;
+use super::setting::{Setting, with_settings};
 use super::whole::read_scene;
 use super::wording::nearest;
 use super::{Scene, SceneErrors, SceneReference};
@@ -35,7 +35,9 @@ pub fn load(path: &FilePath) -> Result<Scene, SceneErrors> {
 /// # Errors
 /// As there; an error in a setting names the setting, not a line.
 pub fn load_with(path: &FilePath, settings: &[Setting]) -> Result<Scene, SceneErrors> {
-    parse_with(&printable_path(path), &read(path)?, settings)
+    let text = read(path)?;
+    let settings = companions::settings(path, &text, settings)?;
+    parse_with(&printable_path(path), &text, &settings)
 }
 
 /// The text of the scene in the file `path`.
@@ -106,28 +108,6 @@ pub fn parse_with(file_name: &str, text: &str, settings: &[Setting]) -> Result<S
     let scene = read_scene(&root, reference);
     root.finish();
     diagnostics.finish(scene)
-}
-
-/// Puts settings into a document, each with its line of TOML; `refuse` hears of those, by their
-/// number, that do not go into it.
-pub(super) fn with_settings<'t>(
-    document: &mut Spanned<DeTable<'t>>,
-    settings: impl Iterator<Item = (&'t Setting, &'t str)>,
-    mut refuse: impl FnMut(usize, String),
-) {
-    for (index, (setting, line)) in settings.enumerate() {
-        let value = DeTable::parse(line).ok().and_then(|table| {
-            let mut values = table.into_inner().into_iter();
-            values.next().map(|(_, value)| value)
-        });
-        let applied = match value {
-            Some(value) => setting.apply(document.get_mut(), value),
-            None => Err("the value is not TOML".to_owned()),
-        };
-        if let Err(message) = applied {
-            refuse(index, message);
-        }
-    }
 }
 
 /// A scene's text with settings behind it, a line each, so that each of their values has

@@ -181,9 +181,23 @@ impl<'r, 't> Section<'r, 't> {
     /// A plain number within its bounds, or "inf" where the key takes that.
     pub(super) fn number(&self, name: &'static str) -> Option<f64> {
         let key = self.key(name);
-        let Some(value) = self.given(name) else {
-            return key.default_number();
-        };
+        match self.given(name) {
+            Some(value) => self.number_of(name, value, key),
+            None => key.default_number(),
+        }
+    }
+
+    /// Every number of a list.
+    pub(super) fn numbers(&self, name: &'static str, example: &str) -> Vec<f64> {
+        let array = self.array(name, example).into_iter();
+        array
+            .flat_map(|array| array.iter())
+            .filter_map(|value| self.number_of(name, value, self.key(name)))
+            .collect()
+    }
+
+    /// The number `value` of the key `name`, if it is what `key` says.
+    fn number_of(&self, name: &'static str, value: Value, key: &Key) -> Option<f64> {
         let number: Option<f64> = match value.get_ref() {
             DeValue::Integer(digits) => digits.to_string().parse().ok(),
             DeValue::Float(digits) => digits.as_str().parse().ok(),

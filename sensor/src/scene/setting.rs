@@ -133,6 +133,28 @@ impl Setting {
     }
 }
 
+/// Puts settings into a document, each with its line of TOML; `refuse` hears of those, by their
+/// number, that do not go into it.
+pub(super) fn with_settings<'t>(
+    document: &mut Spanned<DeTable<'t>>,
+    settings: impl Iterator<Item = (&'t Setting, &'t str)>,
+    mut refuse: impl FnMut(usize, String),
+) {
+    for (index, (setting, line)) in settings.enumerate() {
+        let value = DeTable::parse(line).ok().and_then(|table| {
+            let mut values = table.into_inner().into_iter();
+            values.next().map(|(_, value)| value)
+        });
+        let applied = match value {
+            Some(value) => setting.apply(document.get_mut(), value),
+            None => Err("the value is not TOML".to_owned()),
+        };
+        if let Err(message) = applied {
+            refuse(index, message);
+        }
+    }
+}
+
 /// The parts of a key: `a`, `a[0].b`, `a[name].b`.
 pub(super) fn parts(key: &str) -> Result<Vec<KeyPart>, String> {
     let too_long =

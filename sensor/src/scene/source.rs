@@ -44,6 +44,10 @@ tables! {
         fall_time = quantity(Time, "0 s", "1 ms"), Or("0 s"), "500 ps";
             "from 90 to 10 % when it turns off"
             "as for `rise_time`";
+        duty_cycle_distortion = quantity(Time, "-5 ms", "5 ms"), Or("0 s"), "100 ps";
+            "how much longer the light of a run of on-chips lasts than the chips, half of it before \
+             and half after; the mean power is kept"
+            "its edges come one after the other: beside rise and fall time less than a chip";
         impulse_response = words("rows of a time in ps and an amplitude, as CSV text", Form::Text),
             Otherwise("none"), "\"0,0.1\\n100,0.6\\n200,0.3\"";
             "in place of edges what a flash without width becomes, as measured, in equal \

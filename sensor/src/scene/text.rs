@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::origin::shown;
 use super::setting::Setting;
-use super::{Scene, SceneErrors, SceneReference, read};
+use super::{Scene, SceneErrors, SceneReference, companions, read};
 use crate::printable::printable_path;
 
 /// A scene as it was read, so that what is made of it needs no other file. It is read once:
@@ -22,14 +22,15 @@ pub struct SceneText {
 }
 
 impl SceneText {
-    /// That of the file `path`, with some of its keys overridden. Its name has the folder, for
-    /// messages.
+    /// That of the file `path`, with some of its keys overridden, and with what is in the files
+    /// that it names. Its name has the folder, for messages.
     ///
     /// # Errors
-    /// If it cannot be read.
+    /// If it, or a file that it names, cannot be read.
     pub fn read(path: &Path, settings: &[Setting]) -> Result<SceneText, SceneErrors> {
         let text = read::read(path)?;
-        Ok(SceneText { file: printable_path(path), text, settings: settings.to_vec() })
+        let settings = companions::settings(path, &text, settings)?;
+        Ok(SceneText { file: printable_path(path), text, settings })
     }
 
     /// The same without the folder in its name, on which nothing may depend.

@@ -30,8 +30,27 @@ pub enum LaserResponse {
         /// From 90 to 10 % when it turns off.
         fall_time_ps: f64,
     },
+    /// Such edges, of light that lasts longer than its chips.
+    Stretched {
+        /// From 10 to 90 % when it turns on.
+        rise_time_ps: f64,
+        /// From 90 to 10 % when it turns off.
+        fall_time_ps: f64,
+        /// How much longer, half of it before and half after; may be negative.
+        longer_ps: f64,
+    },
     /// What a flash without width becomes, its mean time at 0.
     Measured(Curve),
+}
+
+impl LaserResponse {
+    /// How much longer the light of a run of on-chips lasts than the chips.
+    pub fn longer_ps(&self) -> f64 {
+        match self {
+            LaserResponse::Stretched { longer_ps, .. } => *longer_ps,
+            _ => 0.0,
+        }
+    }
 }
 
 /// The part of a detection's delay that is neither constant nor Gaussian.
@@ -158,6 +177,7 @@ fn rows(text: &str) -> Result<Vec<[f64; 2]>, String> {
 pub(super) fn read_laser(section: &Section, clock: Option<Clock>) -> LaserResponse {
     let rise_time = section.quantity("rise_time");
     let fall_time = section.quantity("fall_time");
+    let longer_ps = section.quantity("duty_cycle_distortion").unwrap_or_default();
     let measured = read_curve(section, "impulse_response", MOST_FLASHES);
     if section.get("impulse_response").is_some()
         && (section.get("rise_time").is_some() || section.get("fall_time").is_some())
@@ -166,9 +186,16 @@ pub(super) fn read_laser(section: &Section, clock: Option<Clock>) -> LaserRespon
             "the edges are in the impulse response; leave out `rise_time` and `fall_time`";
         section.report("impulse_response", message);
     }
+    if section.get("impulse_response").is_some() && longer_ps != 0.0 {
+        let message = "how long a flash lasts is in the impulse response; leave one of them out";
+        section.report("duty_cycle_distortion", message);
+    }
     let response = match measured {
         Some(curve) => LaserResponse::Measured(curve.centred()),
         None => match (rise_time.unwrap_or_default(), fall_time.unwrap_or_default()) {
+            (rise_time_ps, fall_time_ps) if longer_ps != 0.0 => {
+                LaserResponse::Stretched { rise_time_ps, fall_time_ps, longer_ps }
+            }
             (0.0, 0.0) => LaserResponse::Ideal,
             (rise_time_ps, fall_time_ps) => LaserResponse::Edges { rise_time_ps, fall_time_ps },
         },
@@ -200,6 +227,18 @@ fn check_edges(section: &Section, response: &LaserResponse, clock: Clock) {
         LaserResponse::Edges { rise_time_ps, fall_time_ps } => {
             too_long("rise_time", *rise_time_ps);
             too_long("fall_time", *fall_time_ps);
+        }
+        LaserResponse::Stretched { rise_time_ps, fall_time_ps, longer_ps } => {
+            let edges_ps = 0.5 * (rise_time_ps + fall_time_ps) / 0.8;
+            if longer_ps.abs() + edges_ps >= chip_ps {
+                let message = format!(
+                    "beside edges of {edges_ps:.1} ps from end to end, on average, this is as long as \
+                     a chip, so that an edge does not end before the next; write less than \
+                     \"{:.0} ps\"",
+                    (chip_ps - edges_ps).max(0.0)
+                );
+                section.report("duty_cycle_distortion", &message);
+            }
         }
         LaserResponse::Measured(curve) if curve.width_ps() > 16.0 * chip_ps => {
             let message = format!(

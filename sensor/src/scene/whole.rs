@@ -63,6 +63,7 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
         hardware,
     };
     movement::check_distances(&root.sections("path", usize::MAX), &scene);
+    detector::check_crosstalk(&root.sections("detector", usize::MAX), &scene);
     Some(scene)
 }
 

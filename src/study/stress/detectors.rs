@@ -1,13 +1,15 @@
 //! Detectors at the ends of their parameters.
 
 use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{counts, mean_count, rate_z, signed_z, totals, verdict};
+use super::reading::{counts, mean_count, model, numbers, rate_z, signed_z, totals, verdict};
 use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
 use super::statistics::{differing, seen, step_s};
 use super::stiff::quick_trap_behind_dead_time;
 use crate::light::photon_rate_hz;
-use crate::scan::Step;
-use crate::scene::{self, Recharge, Scene};
+use crate::photons::{Level, PulseStream};
+use crate::response::MeanResponse;
+use crate::scan::{Sample, Sampler, Step};
+use crate::scene::{self, Crosstalk, Recharge, Scene};
 
 pub(super) const CASES: &[Case] = cases! {
     Detectors quick "detection-probability-0":
@@ -25,6 +27,12 @@ pub(super) const CASES: &[Case] = cases! {
          pair density is r^2 beyond D and 0 within, so the variance of N counts in T is r T - \
          r^2 D (2 T - D)",
         passive_recharge;
+    Detectors quick "crosstalk-of-probability-1":
+        "deviation of the mean count of one of two detectors that fire one another at once, 20 and \
+         100 Mcps each behind 14 ns",
+        "each avalanche is one of both, so that both are one detector in the light of two: rate = \
+         lambda / (1 + lambda D) with lambda of both",
+        certain_crosstalk;
     Detectors quick "afterpulsing-probability-0":
         "counts that differ between probability 0 with a time constant and no afterpulsing",
         "left out is left out, not changed: the same bits",
@@ -48,6 +56,17 @@ pub(super) const CASES: &[Case] = cases! {
         "without dead time an avalanche begets m = -ln(1 - p) others on average, so the mean \
          diverges from m = 1 (p = 1 - 1/e = 0.632...) on; with one the rate stays below 1 / D",
         |_| runaway_refused();
+    Detectors quick "bins-of-a-hundredth-and-of-nearly-a-chip":
+        "deviations of the dark counts at each sample from its width, seven of 0.01 sample periods and \
+         one of 7.93, dead time and afterpulses of Table I",
+        "code-density test: dark counts know nothing of the clock, and dead time and afterpulses \
+         shift along with time, so the share of the rising edges at a sample is its bin's width",
+        narrow_bins;
+    Detectors quick "bins-of-a-hundredth-in-the-mean-response":
+        "largest error of the expected hits at each sample of constant light of 45 Mcps against its \
+         width, relative to the widest",
+        "the same, without noise",
+        |_| narrow_bins_expected();
     Detectors quick "jitter-of-ten-chips":
         "largest deviation of signed counts from the triangle smeared by the jitter, three phase \
          steps",
@@ -104,6 +123,67 @@ fn passive_recharge(seed: u64) -> Result<Measured, CaseError> {
         deviations.push(totals.z(rate * time_s));
         let fewer = rate * rate * dead_time_s * (2.0 * time_s - dead_time_s);
         deviations.push(totals.variance_z(rate * time_s - fewer));
+    }
+    Measured::deviation(deviations)
+}
+
+/// Constant light seen through seven narrow bins and a wide one, and pulses that none of them misses.
+fn narrow_bins_scene(rate_cps: f64) -> Result<Scene, CaseError> {
+    let scene = constant_light(rate_cps, 31_000, |spad| {
+        // Pulse and widest bin fit into the dead time.
+        (spad.dead_time_ps, spad.pulse_width_ps) = (17e3, 8e3);
+        (spad.afterpulsing_probability, spad.afterpulsing_time_constant_ps) = (0.137, 5e3);
+        spad.sampler = Sampler::of_widths(&NARROW_BINS);
+    })?;
+    ensure!(scene.samples_per_chip == 8, "a width for each sample");
+    Ok(scene)
+}
+
+const NARROW_BINS: [f64; 8] = [0.01, 0.01, 0.01, 7.93, 0.01, 0.01, 0.01, 0.01];
+
+fn narrow_bins(seed: u64) -> Result<Measured, CaseError> {
+    let scene = narrow_bins_scene(5e6)?;
+    let model = model(&scene);
+    let mut pulses = Vec::new();
+    let samples = scene.scan.steps * scene.scan.integration_chips * 8;
+    PulseStream::new(&model, seed, 0).advance(Sample(samples), &mut pulses);
+    let mut level = Level::default();
+    let mut hits = vec![0.0; 8];
+    for pulse in &pulses {
+        hits[(pulse.first.0 % 8) as usize] += f64::from(u8::from(level.rises(pulse)));
+    }
+    let hits = numbers(hits);
+    let all: f64 = hits.iter().sum();
+    Measured::deviation(hits.iter().zip(NARROW_BINS).map(|(hits, width)| {
+        let share = width / 8.0;
+        (hits - all * share) / (all * share * (1.0 - share)).sqrt()
+    }))
+}
+
+fn narrow_bins_expected() -> Result<Measured, CaseError> {
+    let scene = narrow_bins_scene(45e6)?;
+    let model = model(&scene);
+    let hits = numbers(MeanResponse::new(&model)?.hits_per_sample());
+    let all: f64 = hits.iter().sum();
+    let chips = hits.len() as f64 / 8.0;
+    let errors = hits
+        .iter()
+        .zip(NARROW_BINS.iter().cycle())
+        .map(|(hits, width)| (hits / all * chips * 8.0 / width - 1.0).abs() * width / 7.93);
+    Measured::largest(errors, "of the widest", 1e-9)
+}
+
+fn certain_crosstalk(seed: u64) -> Result<Measured, CaseError> {
+    let mut deviations = Vec::new();
+    for primary_cps in [20e6, 100e6] {
+        let mut scene = constant_light(primary_cps, 2_000, |spad| {
+            spad.dead_time_ps = 14e3;
+            spad.crosstalk = Some(Crosstalk { probability: 1.0, delay_ps: 0.0 });
+        })?;
+        let second = scene::Detector { name: "second".to_owned(), ..scene.detectors[0].clone() };
+        scene.detectors.push(second);
+        let both_cps = 2.0 * primary_cps;
+        deviations.push(rate_z(&scene, 248, seed, both_cps / (1.0 + both_cps * 14e-9)));
     }
     Measured::deviation(deviations)
 }

@@ -7,34 +7,39 @@ use goldtof_sensor::scene::{Recharge, Scene};
 use rand::RngExt as _;
 use rand::rngs::StdRng;
 
-/// Registered times, in chips from 0, by another construction: a list of all
-/// photons by thinning, a heap of afterpulses, one comparison per candidate.
-pub fn detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Vec<f64> {
-    let spad = &scene.detectors[0];
+/// Integer attoseconds of a chip, because floats have no order.
+fn key(chips: f64) -> i64 {
+    (chips * 1e12) as i64
+}
+
+fn exponential(rng: &mut StdRng) -> f64 {
+    -(1.0 - rng.random::<f64>()).ln()
+}
+
+/// When photons and dark counts would fire a detector that is always ready: a list by thinning.
+fn candidates(scene: &Scene, number: usize, rng: &mut StdRng, from: f64, end: f64) -> Vec<i64> {
+    let spad = &scene.detectors[number];
     let source = &scene.sources[0];
     let chips = &source.code.chips;
     let chip_s = scene.chip_period_ps * 1e-12;
     let ones = chips.iter().filter(|&&c| c == 1).count() as f64;
     let length = chips.len() as f64;
     let energy = 6.626_070_15e-34 * 299_792_458.0 / (source.wavelength_nm * 1e-9);
-    let mean_photons = source.mean_power_w / energy * chip_s;
+    let path = scene.paths.iter().find(|path| path.detector.0 == number).expect("a path");
+    let mean_photons = source.mean_power_w / energy * chip_s * path.transmission;
     let on = mean_photons * length / (ones + (length - ones) / source.extinction_ratio);
     let off = on / source.extinction_ratio;
     let constant = (spad.background_rate_cps
         + spad.dark_count_rate_cps / spad.photon_detection_probability)
         * chip_s;
-    let exponential = |rng: &mut StdRng| -(1.0 - rng.random::<f64>()).ln();
-
-    // Keyed by integer attoseconds of a chip, because floats have no order.
-    let key = |chips: f64| (chips * 1e12) as i64;
-    let mut candidates = BinaryHeap::new();
-    let mut time = -warm_up;
+    let mut candidates = Vec::new();
+    let mut time = from;
     loop {
         time += exponential(rng) / (on + constant);
         if time > end + 10.0 {
-            break;
+            return candidates;
         }
-        let sent = (time - scene.paths[0].delay_ps / scene.chip_period_ps).floor();
+        let sent = (time - path.delay_ps / scene.chip_period_ps).floor();
         let light = if chips[(sent as i64).rem_euclid(chips.len() as i64) as usize] == 1 {
             on
         } else {
@@ -42,9 +47,54 @@ pub fn detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Ve
         };
         let keep = (light + constant) / (on + constant) * spad.photon_detection_probability;
         if rng.random::<f64>() < keep {
-            candidates.push(Reverse(key(time)));
+            candidates.push(key(time));
         }
     }
+}
+
+/// Registered times of several detectors, in chips from 0, that fire their neighbours in the scene's
+/// list: all that may fire any of them in one heap, without afterpulses.
+pub fn coupled_detections(
+    scene: &Scene,
+    rng: &mut StdRng,
+    end: f64,
+    warm_up: f64,
+) -> Vec<Vec<f64>> {
+    let number = scene.detectors.len();
+    let mut heap = BinaryHeap::new();
+    for of in 0..number {
+        heap.extend(
+            candidates(scene, of, rng, -warm_up, end).into_iter().map(|t| Reverse((t, of))),
+        );
+    }
+    let mut ready = vec![i64::MIN; number];
+    let mut registered = vec![Vec::new(); number];
+    while let Some(Reverse((time, of))) = heap.pop() {
+        if time < ready[of] {
+            continue;
+        }
+        let spad = &scene.detectors[of];
+        ready[of] = time + key(spad.dead_time_ps / scene.chip_period_ps);
+        let seen = time as f64 * 1e-12 + spad.delay_ps / scene.chip_period_ps;
+        if (0.0..end).contains(&seen) {
+            registered[of].push(seen);
+        }
+        let Some(talk) = spad.crosstalk else { continue };
+        for other in [of.wrapping_sub(1), of + 1] {
+            if other < number && rng.random::<f64>() < talk.probability {
+                heap.push(Reverse((time + key(talk.delay_ps / scene.chip_period_ps), other)));
+            }
+        }
+    }
+    registered
+}
+
+/// Registered times, in chips from 0, by another construction: a list of all
+/// photons by thinning, a heap of afterpulses, one comparison per candidate.
+pub fn detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Vec<f64> {
+    let spad = &scene.detectors[0];
+    let photons = candidates(scene, 0, rng, -warm_up, end);
+    let mut candidates: BinaryHeap<_> = photons.into_iter().map(Reverse).collect();
     let dead_time = key(spad.dead_time_ps / scene.chip_period_ps);
     let time_constant = spad.afterpulsing_time_constant_ps / scene.chip_period_ps;
     let mut ready = i64::MIN;
@@ -75,4 +125,28 @@ pub fn detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Ve
     }
     registered.retain(|&time| (0.0..end).contains(&time));
     registered
+}
+
+/// Rising edges of a level that is looked at `chips` times at each of some instants of a chip, which
+/// are in chips: it is high for `width` after each of the `registered` times, which are in order. The
+/// number of each look at which it is high and was low before, from 0.
+pub fn rising_edges(registered: &[f64], width: f64, instants: &[f64], chips: u64) -> Vec<u64> {
+    let mut rises = Vec::new();
+    let (mut next, mut high_until) = (0, f64::NEG_INFINITY);
+    let mut was_high = false;
+    for chip in 0..chips {
+        for (number, instant) in (0_u64..).zip(instants) {
+            let now = chip as f64 + instant;
+            while registered.get(next).is_some_and(|time| *time <= now) {
+                high_until = registered[next] + width;
+                next += 1;
+            }
+            let is_high = now < high_until;
+            if is_high && !was_high {
+                rises.push(chip * instants.len() as u64 + number);
+            }
+            was_high = is_high;
+        }
+    }
+    rises
 }

@@ -81,8 +81,13 @@ impl<'s> Stepped<'s> {
     pub fn hits_per_sample(&self) -> Vec<f64> {
         let sample_ps = self.scene.chip_period_ps / f64::from(self.scene.samples_per_chip);
         let samples = self.scene.scan.steps_per_period;
-        let before = |sample: f64| self.registered_before(sample * sample_ps);
-        (0..samples).map(|sample| before(sample as f64) - before(sample as f64 - 1.0)).collect()
+        self.hits_between(&(-1..samples as i64).map(|s| s as f64 * sample_ps).collect::<Vec<_>>())
+    }
+
+    /// Detections registered between each of some times and the one before.
+    pub fn hits_between(&self, times_ps: &[f64]) -> Vec<f64> {
+        let before: Vec<f64> = times_ps.iter().map(|&time| self.registered_before(time)).collect();
+        before.windows(2).map(|pair| pair[1] - pair[0]).collect()
     }
 
     /// Expected counts of every step of the scan by the continuous-time counter;
@@ -205,14 +210,15 @@ fn primary_rates(
             * path.transmission
             * detected
             * step_s;
-        let ones = chips.iter().map(|&chip| f64::from(chip)).sum::<f64>() / chips.len() as f64;
+        let levels: Vec<f64> =
+            (0..period).map(|place| level(source, place, per_chip, step_s * 1e12)).collect();
+        let ones = levels.iter().sum::<f64>() / period as f64;
         let off_share = 1.0 / source.extinction_ratio;
         let on = photons_per_s / (ones + (1.0 - ones) * off_share);
         let delay = whole(path.delay_ps);
         for (step, rate) in rates.iter_mut().enumerate() {
             let place = (step + period - delay % period) % period;
-            let level = level(source, place, per_chip, step_s * 1e12);
-            *rate += on * (off_share + level * (1.0 - off_share));
+            *rate += on * (off_share + levels[place] * (1.0 - off_share));
         }
     }
     rates
@@ -223,24 +229,29 @@ fn primary_rates(
 fn level(source: &Source, place: usize, per_chip: usize, step_ps: f64) -> f64 {
     let chips = &source.code.chips;
     let length = chips.len();
-    let (LaserResponse::Edges { .. } | LaserResponse::Ideal) = source.response else {
-        panic!("a measured response is not stepped");
-    };
-    let full_ps = |rises: bool| match source.response {
-        LaserResponse::Edges { rise_time_ps, fall_time_ps } => {
-            [fall_time_ps, rise_time_ps][usize::from(rises)] / 0.8
+    let ([fall_time_ps, rise_time_ps], longer_ps) = match source.response {
+        LaserResponse::Ideal => ([0.0; 2], 0.0),
+        LaserResponse::Edges { rise_time_ps, fall_time_ps } => ([fall_time_ps, rise_time_ps], 0.0),
+        LaserResponse::Stretched { rise_time_ps, fall_time_ps, longer_ps } => {
+            ([fall_time_ps, rise_time_ps], longer_ps)
         }
-        _ => 0.0,
+        LaserResponse::Measured(_) => panic!("a measured response is not stepped"),
     };
+    let full_ps = |rises: bool| [fall_time_ps, rise_time_ps][usize::from(rises)] / 0.8;
+    // Rising edges come earlier by half of what light lasts longer, falling ones later.
+    let earlier_ps = |rises: bool| [-0.5, 0.5][usize::from(rises)] * longer_ps;
     let chip = place / per_chip;
     let into_ps = (place as f64 + 0.5) * step_ps - chip as f64 * per_chip as f64 * step_ps;
     let to_next_ps = per_chip as f64 * step_ps - into_ps;
     let [before, now, after] =
         [length - 1, 0, 1].map(|later| f64::from(chips[(chip + later) % length]));
     // How far an edge has come, 0 to 1, so long after its middle.
-    let progress = |rises: bool, since_ps: f64| match full_ps(rises) {
-        0.0 => f64::from(u8::from(since_ps >= 0.0)),
-        full_ps => (0.5 + since_ps / full_ps).clamp(0.0, 1.0),
+    let progress = |rises: bool, since_ps: f64| {
+        let since_ps = since_ps + earlier_ps(rises);
+        match full_ps(rises) {
+            0.0 => f64::from(u8::from(since_ps >= 0.0)),
+            full_ps => (0.5 + since_ps / full_ps).clamp(0.0, 1.0),
+        }
     };
     let from_before = before + (now - before) * progress(now > before, into_ps);
     from_before + (after - now) * progress(after > now, -to_next_ps)

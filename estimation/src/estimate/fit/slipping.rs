@@ -110,10 +110,8 @@ fn signed_counts(
     let mut whole = model.clone();
     whole.timing.scan.first_step = 0;
     whole.timing.scan.steps = whole.timing.scan.steps_per_period;
-    let mean = |light: &ExcessLight| {
-        light.rate_per_chip * light.code.weight() as f64 / light.code.len() as f64
-    };
-    let others = model.excess.iter().map(mean).sum::<f64>() - mean(light);
+    let all: f64 = model.excess.iter().map(ExcessLight::mean_per_chip).sum();
+    let others = all - light.mean_per_chip();
     let light = Light {
         paths: vec![LightPath {
             code: Arc::clone(&light.code),

@@ -31,6 +31,9 @@ pub enum OutsideDomain {
         /// Those of the longest table.
         limit: u64,
     },
+    /// The lanes know one detector.
+    #[error("crosstalk of other detectors; the lanes take detectors that hear none")]
+    Crosstalk,
     /// A dead time is part of a wait, which is shorter than a table.
     #[error("the dead time is {dead_time_chips} chips; the lanes take less than {limit_chips}")]
     DeadTimeTooLong {
@@ -125,6 +128,9 @@ impl Tables {
     pub fn new(model: &DetectorModel) -> Result<Tables, OutsideDomain> {
         if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
             return Err(OutsideDomain::MovingPath { path: light.path });
+        }
+        if model.crosstalk.is_some() {
+            return Err(OutsideDomain::Crosstalk);
         }
         check_lengths(model)?;
         check_quickness(model)?;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::TABLES;
 use crate::code::MAX_CODE_CHIPS;
-use crate::scene::{read, whole};
+use crate::scene::{detector, read, whole};
 
 /// `docs/scene.md`: every key of a scene, with unit, range, default and an example.
 pub fn reference() -> String {
@@ -60,9 +60,14 @@ fn together() -> String {
         | correlation time of a fluctuation | 2^50 chips; 16 chips at least |\n\
         | standard deviation of a fluctuation | correlation time x 10^-5 of the speed of light; \
         a sixth of the distance |\n\
+        | detectors with crosstalk | {} |\n\
+        | sum of a sampler's widths | a chip, to 0.1 % |\n\
+        | skew of a second pin | 99 % of a sample |\n\
+        | duty-cycle distortion and edges of a source together | less than a chip |\n\
         | distance of a path that moves | it may not come to the sensor within a scan |\n",
         read::MOST_SCENE_BYTES,
         whole::MAX_TABLES,
         whole::MAX_SCENE_CHIPS,
+        detector::MOST_TALKING,
     )
 }

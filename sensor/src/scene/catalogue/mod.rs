@@ -21,17 +21,18 @@ pub use document::reference;
 pub use schema::schema;
 
 use super::budget::{BACKGROUND, LINK};
-use super::detector::{AFTERPULSING, COUNTER, DETECTOR, JITTER_TAIL};
+use super::detector::{AFTERPULSING, COUNTER, CROSSTALK, DETECTOR, JITTER_TAIL};
 use super::estimator::ESTIMATE;
 use super::hardware::HARDWARE;
 use super::keys::KeyTable;
 use super::movement::FLUCTUATION;
+use super::sampler::SAMPLER;
 use super::scan::{SCAN, STEPS};
 use super::source::{CODE, PATH, SOURCE};
 use super::whole::CLOCK;
 
 /// Every table of a scene.
-pub(super) const TABLES: [&KeyTable; 15] = [
+pub(super) const TABLES: [&KeyTable; 17] = [
     &CLOCK,
     &SOURCE,
     &CODE,
@@ -40,6 +41,8 @@ pub(super) const TABLES: [&KeyTable; 15] = [
     &AFTERPULSING,
     &JITTER_TAIL,
     &COUNTER,
+    &SAMPLER,
+    &CROSSTALK,
     &PATH,
     &LINK,
     &FLUCTUATION,

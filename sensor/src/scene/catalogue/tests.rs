@@ -19,6 +19,9 @@ fn needed(table: &KeyTable, name: &str) -> Vec<(&'static str, String)> {
         "scan.steps" => &[("first", "0"), ("count", "20")],
         "path.link" => &[("divergence", "\"20 mrad\""), ("field_of_view", "\"10 mrad\"")],
         "detector.background" => &[("irradiance", "\"100 mW/m2/nm\"")],
+        "detector.sampler" if !["widths", "file"].contains(&name) => {
+            &[("second_pin_skew", "\"0 s\"")]
+        }
         _ => &[],
     };
     keys.extend(more.iter().map(|(key, value)| (*key, (*value).to_owned())));
@@ -69,6 +72,8 @@ fn scene_with(changed: &str, name: &'static str, value: &str) -> String {
                 ("counter", &COUNTER),
                 ("jitter_tail", &JITTER_TAIL),
                 ("background", &BACKGROUND),
+                ("sampler", &SAMPLER),
+                ("crosstalk", &CROSSTALK),
             ][..],
         ),
         ("[[path]]", &PATH, &[("fluctuation", &FLUCTUATION), ("link", &LINK)][..]),

@@ -1,0 +1,215 @@
+//! Crosstalk between detectors against another simulator and closed forms, and where it is refused.
+
+use goldtof::Jobs as _;
+use goldtof::photons::fast::Recorder;
+use goldtof::photons::{Detection, DetectorModel};
+use goldtof::response::{MeanResponse, MeanResponseError};
+use goldtof::scan::Group;
+use goldtof::scene::{Crosstalk, DetectorIndex, Path, Scene, parse};
+use goldtof::sensor::Sensor;
+use goldtof::simulate::Tier;
+use optics_support::{Moments, assert_within_standard_errors, gold_5, naive, table_i_scene};
+use rand::SeedableRng as _;
+use rand::rngs::StdRng;
+
+const CHIPS: u64 = 31 * 60;
+
+/// Detectors in a row, each with light of its own delay and strength, and crosstalk to its
+/// neighbours.
+fn row(strengths: &[f64], probability: f64, delay_ps: f64) -> Scene {
+    let mut scene = table_i_scene(gold_5(), 40e6, CHIPS);
+    scene.scan.steps = 8;
+    scene.detectors[0].jitter_ps.clear();
+    scene.detectors[0].afterpulsing_probability = 0.0;
+    let (spad, path) = (scene.detectors.remove(0), scene.paths.remove(0));
+    for (number, &transmission) in strengths.iter().enumerate() {
+        let mut spad = spad.clone();
+        spad.name = format!("spad {number}");
+        spad.delay_ps += 450.0 * number as f64;
+        spad.crosstalk = Some(Crosstalk { probability, delay_ps });
+        scene.detectors.push(spad);
+        let delay_ps = path.delay_ps + 33_000.0 * number as f64;
+        let detector = DetectorIndex(number);
+        scene.paths.push(Path { detector, delay_ps, transmission, ..path.clone() });
+    }
+    scene
+}
+
+fn times(detections: impl Iterator<Item = Detection>) -> Vec<f64> {
+    detections.map(|time| time.chip as f64 + time.fraction).collect()
+}
+
+/// The detections of a group, of every detector.
+fn simulated(models: &[DetectorModel], seed: u64, group: u64) -> Vec<Vec<f64>> {
+    models.iter().map(|model| times(model.step(seed, 0, Group(group)))).collect()
+}
+
+fn models(scene: &Scene) -> Vec<DetectorModel> {
+    let sensor = Sensor::new(scene);
+    DetectorIndex::of(&scene.detectors).map(|spad| DetectorModel::new(&sensor, spad)).collect()
+}
+
+/// What is counted of some runs: detections of each, their places in the code period by detector, and
+/// the times from each detection of one detector to those of another.
+#[derive(Default)]
+struct Counted {
+    rates: Vec<Vec<f64>>,
+    places: Vec<f64>,
+    apart: Vec<f64>,
+}
+
+impl Counted {
+    fn take(&mut self, runs: &[Vec<f64>]) {
+        self.rates.resize(runs.len(), Vec::new());
+        self.places.resize(runs.len() * 124, 0.0);
+        self.apart.resize(runs.len() * runs.len() * 160, 0.0);
+        for (a, of_a) in runs.iter().enumerate() {
+            self.rates[a].push(of_a.len() as f64);
+            for time in of_a {
+                self.places[a * 124 + (time * 4.0) as usize % 124] += 1.0;
+            }
+            for (b, of_b) in runs.iter().enumerate() {
+                let mut from = 0;
+                for time in of_a {
+                    from += of_b[from..].iter().take_while(|other| **other < time - 5.0).count();
+                    let near = of_b[from..].iter().take_while(|other| **other < time + 5.0);
+                    for other in near {
+                        let bin = ((other - time + 5.0) * 16.0) as usize;
+                        self.apart[(a * runs.len() + b) * 160 + bin.min(159)] += 1.0;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Chi-square of two histograms of one distribution, as a normal number (Wilson and Hilferty).
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let filled = || a.iter().zip(b).filter(|(a, b)| *a + *b > 20.0);
+    let chi_square: f64 = filled().map(|(a, b)| (a - b).powi(2) / (a + b)).sum();
+    let freedom = filled().count() as f64;
+    let ninth = 2.0 / (9.0 * freedom);
+    ((chi_square / freedom).cbrt() - (1.0 - ninth)) / ninth.sqrt()
+}
+
+#[test]
+fn detectors_in_a_row_fire_one_another_as_in_another_simulator() {
+    for (strengths, probability, delay_ps) in
+        [(&[1.0, 0.2][..], 0.3, 0.0), (&[0.5, 0.0, 1.0], 0.6, 1_310.0), (&[0.3; 4], 1.0, 310.0)]
+    {
+        let scene = row(strengths, probability, delay_ps);
+        let what = format!("{strengths:?} {probability}");
+        let models = models(&scene);
+        let [mut product, mut other] = [Counted::default(), Counted::default()];
+        let mut rng = StdRng::seed_from_u64(5);
+        let runs = 400;
+        for group in 0..runs {
+            product.take(&simulated(&models, 3 + group / 8, group % 8));
+            // Groups of whole code periods begin with the code.
+            other.take(&naive::coupled_detections(&scene, &mut rng, CHIPS as f64, 600.0));
+        }
+        for (number, (a, b)) in product.rates.into_iter().zip(other.rates).enumerate() {
+            let [a, b] = [a, b].map(Moments::of);
+            let z = (a.mean - b.mean) / a.standard_error().hypot(b.standard_error());
+            assert_within_standard_errors(z, 4.0, &format!("{what}: rate of {number}"));
+            let spread = (a.variance / b.variance).ln() / (4.0 / (a.count - 1.0)).sqrt();
+            assert_within_standard_errors(spread, 4.0, &format!("{what}: variance of {number}"));
+        }
+        // Places and distances scatter a little less than Poisson numbers behind a dead time.
+        for (name, a, b) in
+            [("places", &product.places, &other.places), ("apart", &product.apart, &other.apart)]
+        {
+            let z = difference(a, b);
+            println!("{what}: {name} {z:+.2}");
+            assert_within_standard_errors(z, 4.0, &format!("{what}: {name}"));
+        }
+    }
+}
+
+/// Of few photons each fires the neighbour with the probability that the scene has, at the delay that
+/// it has, to the last digit: both detectors see one history.
+#[test]
+fn seldom_photons_fire_the_neighbour_with_the_probability_and_delay_of_the_scene() {
+    let mut scene = row(&[0.01, 0.01], 0.25, 700.0);
+    scene.detectors[1].crosstalk = None;
+    let models = models(&scene);
+    let (mut fired, mut by_other) = (0.0, 0.0);
+    for group in 0..3_000 {
+        let [first, second] =
+            [0, 1].map(|place| simulated(&models, group / 8, group % 8).remove(place));
+        fired += first.len() as f64;
+        // Registered times differ by the detectors' delays, too.
+        let later = (700.0 + 450.0) / 8_000.0;
+        let caused = |time: &&f64| second.iter().any(|other| (other - **time - later).abs() < 1e-9);
+        by_other += first.iter().filter(caused).count() as f64;
+    }
+    // The neighbour is ready but for 14 ns after each of its own 0.59 million detections a second.
+    let heard = 0.25 * (1.0 - 14e-9 * (0.471e6 * 1.25));
+    let z = (by_other / fired - heard) / (0.25 * 0.75 / fired).sqrt();
+    println!("{by_other} of {fired}");
+    assert!(fired > 1_000.0);
+    assert_within_standard_errors(z, 4.0, "probability");
+}
+
+#[test]
+fn a_probability_of_nothing_changes_no_bit() {
+    let with = row(&[1.0, 0.5], 0.0, 300.0);
+    let mut without = with.clone();
+    without.detectors.iter_mut().for_each(|spad| spad.crosstalk = None);
+    assert_eq!(simulated(&models(&with), 4, 2), simulated(&models(&without), 4, 2));
+    // Nor does that of a detector which nobody hears, for itself.
+    let mut one_way = row(&[1.0, 0.5], 0.4, 300.0);
+    one_way.detectors[1].crosstalk = None;
+    let [alone, heard] = [&without, &one_way].map(|scene| simulated(&models(scene), 4, 2));
+    assert_ne!(alone[1], heard[1]);
+}
+
+#[test]
+fn what_expects_is_refused_by_name_and_photons_are_simulated() {
+    let scene = row(&[1.0, 0.5], 0.1, 300.0);
+    let model = &models(&scene)[1];
+    let refused = MeanResponse::new(model).err();
+    assert_eq!(refused, Some(MeanResponseError::Crosstalk));
+    assert!(Recorder::new(model).groups_at_once().is_none());
+    let mut scene = scene;
+    scene.scan.steps = scene.scan.steps_per_period;
+    scene.scan.integration_chips = 310;
+    let sensor = Sensor::new(&scene);
+    for tier in [Tier::Expected, Tier::Counts] {
+        let error = sensor.simulate(tier.scans(2)).err().expect("refused").to_string();
+        assert!(error.contains("crosstalk of other detectors fires it"), "{tier}: {error}");
+    }
+    for tier in [Tier::Events, Tier::Sampled] {
+        let simulation = sensor.simulate(tier.scans(3)).expect("photons");
+        assert_eq!(simulation.estimates.len(), 2);
+        for path in &simulation.estimates {
+            assert_eq!((path.expected_bias_m, path.bound_m), (None, None));
+            let remark = path.remark.as_deref().unwrap_or_default();
+            assert!(remark.contains("crosstalk"), "{tier}: {remark}");
+        }
+    }
+}
+
+#[test]
+fn scenes_with_crosstalk_that_is_not_simulated_are_refused() {
+    let dual = std::fs::read_to_string("scenes/dual-view.toml").expect("it is there");
+    let detector = dual.find("[[detector]]").expect("a detector");
+    let next = dual[detector + 1..].find("\n[").map_or(dual.len(), |at| detector + 1 + at);
+    let spad = &dual[detector..next];
+    let talking = spad.replace("[[detector]]", "[[detector]]\ncrosstalk = { probability = 0.1 }");
+    let second = spad.replace("name = \"spad\"", "name = \"second\"");
+    let scene = |first: &str, second: &str| {
+        let text = format!("{}{first}\n{second}\n{}", &dual[..detector], &dual[next..]);
+        parse("two.toml", &text).map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(scene(&talking, &second), Ok(()));
+    let alone = scene(&talking, "").expect_err("alone");
+    assert!(alone.contains("the scene has no other detector"), "{alone}");
+    let passive = second.replace("[[detector]]", "[[detector]]\nrecharge = \"passive\"");
+    let error = scene(&talking, &passive).expect_err("passive");
+    assert!(error.contains("recharge = \"active\" alone"), "{error}");
+    let lines = talking.lines().filter(|line| !line.trim_start().starts_with("dead_time"));
+    let without: Vec<&str> = lines.collect();
+    let error = scene(&without.join("\n"), &second).expect_err("no dead time");
+    assert!(error.contains("give it a dead_time"), "{error}");
+}
