@@ -178,7 +178,7 @@ fn without_a_home_the_temporary_folder_is_no_cache() {
     let open = |path: &Path| fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
     open(folder.path());
     let program = folder.path().join("program");
-    support::program(&program, fs::File::open(env!("CARGO_BIN_EXE_goldtof")).unwrap());
+    super::support::program(&program, fs::File::open(env!("CARGO_BIN_EXE_goldtof")).unwrap());
     let scene = folder.path().join("quick.toml");
     fs::copy(QUICK, &scene).unwrap();
     let temporary = folder.path().join("tmp");

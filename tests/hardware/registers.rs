@@ -14,8 +14,8 @@ use goldtof::deliver::{self, Emission};
 use goldtof::photons::Pulse;
 use goldtof::reference::adversarial::Adversarial;
 use goldtof::reference::blocks::{Block, BlockMaker};
+use goldtof::reference::host_ports::HostInputs;
 use goldtof::reference::predictor::{Reference, StepResult};
-use goldtof::reference::registers::HostInputs;
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scan::Sample;
 use goldtof::scene::Registers;
@@ -96,7 +96,7 @@ fn counts_are_those_of_the_lasers_chips_delayed_as_a_host_has_set_them() {
     let seen = Seen::of(&sensor, 5, 300_000);
     let (lanes, period) = (u64::from(interface.lanes()), plan.period_chips);
     let parallel = u64::from(interface.parallel());
-    let mut words = plan.initial_words(interface);
+    let mut words = plan.initial_words(&interface.timing, &interface.source_codes);
     // The settings, and since when they are what they are.
     let (mut since, mut lit_since, mut checked, mut settings_seen) = (0, None, 0, Vec::new());
     for clock in 1..seen.clocks() {
@@ -303,7 +303,8 @@ fn the_manual_has_every_register() {
     let manual = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{error}"));
     let sensor = sensor();
     let mut table = "| address | register | bits | field | access | at power-up | |\n|---|---|---|---|---|---|---|\n".to_owned();
-    for register in plan(&sensor).map(sensor.interface()) {
+    let interface = sensor.interface();
+    for register in plan(&sensor).map(&interface.timing, &interface.source_codes) {
         for field in &register.fields {
             let last = field.first_bit + field.width - 1;
             let bits = match field.width {

@@ -5,9 +5,9 @@ use crate::code::{Code, Generator, Lfsr, MOST_HARDWARE_DEGREE};
 use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
 use crate::sensor::histogram::{HistogramPlan, LEAST_ROWS, MOST_ROW_BITS};
-use crate::sensor::interface::{Correlator, Counting, Interface};
+use crate::sensor::interface::{Correlator, Counting, Interface, longest_carry_chain};
 use crate::sensor::peak::PeakPlan;
-use crate::sensor::registers::{RegisterPlan, longest_counter};
+use crate::sensor::registers::RegisterPlan;
 
 /// Longest integration, as in a scene file.
 const MOST_INTEGRATION_CHIPS: u64 = 1 << 60;
@@ -67,7 +67,7 @@ fn check_registers(
     interface: &Interface,
     plan: &RegisterPlan,
 ) -> Result<(), HdlError> {
-    let longest = longest_counter(sensor.scene().hardware.target);
+    let longest = longest_carry_chain(sensor.scene().hardware.target);
     let chips = interface.timing.scan.integration_chips;
     let most = (1u64 << longest) - 1;
     if chips < plan.least_chips || chips > most {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::registers::{HostInputs, HostOutputs};
+use super::host_ports::{HostInputs, HostOutputs};
 
 /// Longest time that a valid or a ready waits, in clocks.
 const LONGEST_WAIT: u32 = 6;

@@ -7,75 +7,13 @@ use std::sync::Arc;
 
 use super::canvas::Canvas;
 use super::coverage::{First, RegisterPlace as Place, RegisterPoint};
+use super::host_ports::{HostInputs, HostOutputs};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout, mask};
 use crate::sensor::port::Role;
 use crate::sensor::registers::{
     CONTROL, IDENTITY_WORDS, LOST_BITS, PEAKS, RegisterPlan, SCANS_BITS, STATUS, Settings, state,
 };
-
-/// What a host drives at a clock.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct HostInputs {
-    /// `s_axil_awvalid`, and the address that is there whether or not it is.
-    pub write_address_valid: bool,
-    /// `s_axil_awaddr`.
-    pub write_address: u16,
-    /// `s_axil_wvalid`.
-    pub write_valid: bool,
-    /// `s_axil_wdata`.
-    pub write_data: u32,
-    /// `s_axil_wstrb`.
-    pub write_strobe: u8,
-    /// `s_axil_bready`.
-    pub write_response_ready: bool,
-    /// `s_axil_arvalid`.
-    pub read_address_valid: bool,
-    /// `s_axil_araddr`.
-    pub read_address: u16,
-    /// `s_axil_rready`.
-    pub read_ready: bool,
-}
-
-impl HostInputs {
-    /// What a port has; 0 of those that a host does not drive.
-    pub fn of(&self, role: Role) -> u64 {
-        match role {
-            Role::WriteAddress => self.write_address.into(),
-            Role::WriteAddressValid => self.write_address_valid.into(),
-            Role::WriteData => self.write_data.into(),
-            Role::WriteStrobe => self.write_strobe.into(),
-            Role::WriteValid => self.write_valid.into(),
-            Role::WriteResponseReady => self.write_response_ready.into(),
-            Role::ReadAddress => self.read_address.into(),
-            Role::ReadAddressValid => self.read_address_valid.into(),
-            Role::ReadReady => self.read_ready.into(),
-            _ => 0,
-        }
-    }
-}
-
-/// Clocks at which a host drives something, in order, disjoint; at all others it drives 0.
-pub type HostClocks = Vec<(Range<u64>, HostInputs)>;
-
-/// What the slave shows a host.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct HostOutputs {
-    /// `s_axil_awready` and `s_axil_wready`.
-    pub write_ready: bool,
-    /// `s_axil_bvalid`.
-    pub write_response_valid: bool,
-    /// Whether `s_axil_bresp` is SLVERR.
-    pub write_error: bool,
-    /// `s_axil_arready`.
-    pub read_address_ready: bool,
-    /// `s_axil_rvalid`.
-    pub read_valid: bool,
-    /// Whether `s_axil_rresp` is SLVERR.
-    pub read_error: bool,
-    /// `s_axil_rdata`.
-    pub read_data: u32,
-}
 
 /// What scans tell the registers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -155,7 +93,7 @@ impl Registers {
     /// At power-up.
     pub(super) fn new(interface: &Interface, layout: &Layout) -> Option<Registers> {
         let plan = interface.registers.clone()?;
-        let mut words = plan.initial_words(interface);
+        let mut words = plan.initial_words(&interface.timing, &interface.source_codes);
         words.resize(1 << plan.word_bits(), 0);
         let fields = layout.outputs.fields.iter();
         let is_own = |field: &&Field| field.port.role >= Role::WriteAddress;

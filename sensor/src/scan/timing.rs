@@ -255,12 +255,11 @@ mod tests {
             assert_eq!(timing.scan_pitch_chips(), pitch, "{steps} {parallel}");
             assert_eq!(timing.first_chip(2, Group(3)), Chip(2 * pitch + 30));
             let prepared = Timing { preparation_chips: 14, ..timing };
-            // 105 and 140 chips are whole codes, of which a preparation is behind the first chips; 53 are 3 chips
-            // less than 8 codes.
-            let pause = match (gapless, pitch) {
-                (true, _) => 0,
-                (false, 105 | 140 | 56) => 14 + 7,
-                _ => unreachable!(),
+            // A scan of 140 chips ends with a code, and 4 chips on another has begun.
+            let pause = match pitch {
+                280 => 0,
+                140 => 14 + 7,
+                _ => 14,
             };
             assert_eq!(prepared.scan_pitch_chips(), pitch + pause, "{steps} {parallel}");
         }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
-use super::registers::RegisterPlan;
+use super::registers::{Hardware, RegisterPlan, Settings, is_same, seed_of};
 use crate::code::Code;
 use crate::scan::{Grouping, Timing};
 use crate::scene::{Architecture, Polarity, Registers, Scene, Source, Target};
@@ -164,7 +164,7 @@ const LONGEST_SEGMENT: u32 = 12;
 
 /// Longest carry chain in one piece that keeps a target's clock: 300 MHz in ECP5, 180 MHz
 /// in iCE40.
-pub(super) fn longest_carry_chain(target: Target) -> u32 {
+pub fn longest_carry_chain(target: Target) -> u32 {
     match target {
         Target::Ecp525k6 | Target::Xc7 => 22,
         Target::Ice40Hx8k => 20,
@@ -279,7 +279,37 @@ impl Interface {
             registers: None,
         };
         if scene.hardware.registers == Registers::Axi4Lite {
-            interface.registers = Some(Arc::new(RegisterPlan::of(scene, &interface)));
+            let counting = interface.correlator().map_or(0, Correlator::clocks_of_counting);
+            interface.registers = Some(Arc::new(RegisterPlan::of(&Hardware {
+                timing: &interface.timing,
+                source_codes: &interface.source_codes,
+                detectors: interface.reference_codes.len(),
+                clocks_of_counting: counting,
+                least_chips_of_peak: interface.peak().map(|peak| peak.least_chips),
+                longest_counter: longest_carry_chain(scene.hardware.target),
+                text: format!("{:?} {:?}", interface.polarity, interface.counting),
+            })));
+        }
+        interface
+    }
+
+    /// The same hardware with these settings, which fit.
+    pub fn with_settings(&self, plan: &RegisterPlan, settings: &Settings) -> Interface {
+        let mut interface = self.clone();
+        let scan = &mut interface.timing.scan;
+        scan.integration_chips = settings.chips;
+        scan.steps = settings.groups * u64::from(self.parallel());
+        scan.first_step = settings.first_step;
+        for (seed, &value) in plan.seeds.iter().zip(&settings.seeds) {
+            let before = self.source_codes[seed.source].clone();
+            if seed_of(&before) == value {
+                continue;
+            }
+            let after = Arc::new(before.with_second_seed(value));
+            let codes = interface.source_codes.iter_mut().chain(&mut interface.reference_codes);
+            for code in codes.filter(|code| is_same(code, &before)) {
+                *code = after.clone();
+            }
         }
         interface
     }

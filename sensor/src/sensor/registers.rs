@@ -11,10 +11,9 @@ use std::sync::Arc;
 use goldtof_system::digest::sha256_of_all;
 use serde::Serialize;
 
-use super::interface::Interface;
 use crate::code::{Code, Generator};
 use crate::scan::Timing;
-use crate::scene::{Scene, SourceIndex, Target};
+use crate::scene::SourceIndex;
 
 /// Bits of an address.
 pub const ADDRESS_BITS: u32 = 12;
@@ -113,14 +112,56 @@ pub struct Settings {
     pub seeds: Vec<u64>,
 }
 
-/// Shape of a sensor in a word: samples per chip in bits 7..0, detectors in 15..8, phase steps at once in 23..16, sources
-/// in 31..24.
-fn shape(interface: &Interface) -> u32 {
-    let byte = |value: usize, place: u32| (value as u32 & 0xff) << (8 * place);
-    byte(interface.lanes() as usize, 0)
-        | byte(interface.reference_codes.len(), 1)
-        | byte(interface.parallel() as usize, 2)
-        | byte(interface.source_codes.len(), 3)
+/// The hardware that registers are to be for.
+pub(super) struct Hardware<'a> {
+    pub(super) timing: &'a Timing,
+    pub(super) source_codes: &'a [Arc<Code>],
+    pub(super) detectors: usize,
+    /// Clocks from the first bits of a group's counts to the last.
+    pub(super) clocks_of_counting: u32,
+    /// Fewest chips of a group that a peak detector takes, if there is one.
+    pub(super) least_chips_of_peak: Option<u64>,
+    /// Longest counter that keeps the clock.
+    pub(super) longest_counter: u32,
+    /// All else that tells it from other hardware.
+    pub(super) text: String,
+}
+
+impl Hardware<'_> {
+    fn lanes(&self) -> u32 {
+        self.timing.clock.samples_per_chip
+    }
+
+    /// Shape in a word: samples per chip in bits 7..0, detectors in 15..8, phase steps at once in 23..16, sources
+    /// in 31..24.
+    fn shape(&self) -> u32 {
+        let byte = |value: usize, place: u32| (value as u32 & 0xff) << (8 * place);
+        byte(self.lanes() as usize, 0)
+            | byte(self.detectors, 1)
+            | byte(self.timing.parallel as usize, 2)
+            | byte(self.source_codes.len(), 3)
+    }
+
+    /// A number that is another for other hardware: of the clock, the codes and every width.
+    fn identity(&self) -> [u32; 2] {
+        let Timing { clock, parallel, .. } = self.timing;
+        let mut texts = vec![format!("{clock:?} {parallel} {}", self.text)];
+        let codes = self.source_codes.iter();
+        texts.extend(codes.map(|code| format!("{:?} {}", code.generator, code.interleave)));
+        let digest = sha256_of_all(texts);
+        let word = |at: usize| u32::from_str_radix(&digest[at..at + 8], 16).unwrap_or(0);
+        [word(0), word(8)]
+    }
+
+    /// Fewest chips of a step that all parts have time in, as a power of two.
+    fn least_chips(&self) -> u64 {
+        // The end of a step is looked for four chips ahead.
+        const SHORTEST: u64 = 16;
+        let counting = 8 + u64::from(self.clocks_of_counting);
+        let going_back = 8 + 2 * u64::from(self.timing.parallel.div_ceil(self.lanes()));
+        let peak = self.least_chips_of_peak.unwrap_or(0);
+        SHORTEST.max(counting).max(going_back).max(peak).next_power_of_two()
+    }
 }
 
 /// Bits of a number.
@@ -146,43 +187,28 @@ fn seeds(codes: &[Arc<Code>]) -> Vec<Seed> {
         .collect()
 }
 
-/// A number that is another for other hardware: of the clock, the codes and every width.
-fn identity(interface: &Interface) -> [u32; 2] {
-    let Interface { polarity, timing, source_codes, reference_codes, counting, .. } = interface;
-    let codes = source_codes.iter().chain(reference_codes);
-    let mut texts =
-        vec![format!("{polarity:?} {:?} {} {counting:?}", timing.clock, timing.parallel)];
-    texts.extend(codes.map(|code| format!("{:?} {}", code.generator, code.interleave)));
-    let digest = sha256_of_all(texts);
-    let word = |at: usize| u32::from_str_radix(&digest[at..at + 8], 16).unwrap_or(0);
-    [word(0), word(8)]
-}
-
 impl RegisterPlan {
-    /// Of the hardware of a scene, whose interface is known but for this.
-    pub(super) fn of(scene: &Scene, interface: &Interface) -> RegisterPlan {
-        let timing = &interface.timing;
-        let lanes = u64::from(interface.lanes());
-        let parallel = u64::from(interface.parallel());
-        let most_groups = timing.of_any_scan().groups();
-        let grows = !parallel.is_multiple_of(lanes);
+    /// Of hardware.
+    pub(super) fn of(hardware: &Hardware) -> RegisterPlan {
+        let timing = hardware.timing;
+        let (scan, lanes) = (&timing.scan, u64::from(hardware.lanes()));
+        let parallel = u64::from(timing.parallel);
+        let is_whole = scan.steps_per_period.is_multiple_of(parallel);
         RegisterPlan {
-            chips_bits: bits(timing.scan.integration_chips),
-            groups_bits: bits(most_groups).min(longest_counter(scene.hardware.target)),
+            chips_bits: bits(scan.integration_chips),
+            groups_bits: bits(timing.of_any_scan().groups()).min(hardware.longest_counter),
             delay_bits: bits(timing.code_chips() - 1),
             sample_bits: lanes.trailing_zeros(),
-            fixed_samples: (!grows).then_some((timing.scan.first_step % lanes) as u32),
-            least_chips: least_chips(interface),
+            fixed_samples: parallel
+                .is_multiple_of(lanes)
+                .then_some((scan.first_step % lanes) as u32),
+            least_chips: hardware.least_chips(),
             period_chips: timing.code_chips(),
-            seeds: seeds(&interface.source_codes),
-            whole_groups: timing
-                .scan
-                .steps_per_period
-                .is_multiple_of(parallel)
-                .then_some(timing.scan.steps_per_period / parallel),
-            peaks: interface.peak().map_or(0, |_| interface.reference_codes.len() as u32),
-            identity: identity(interface),
-            shape: shape(interface),
+            seeds: seeds(hardware.source_codes),
+            whole_groups: is_whole.then_some(scan.steps_per_period / parallel),
+            peaks: hardware.least_chips_of_peak.map_or(0, |_| hardware.detectors as u32),
+            identity: hardware.identity(),
+            shape: hardware.shape(),
         }
     }
 
@@ -244,9 +270,9 @@ impl RegisterPlan {
         }
     }
 
-    /// What the memory holds at power-up, in a sensor of this interface.
-    pub fn initial_words(&self, interface: &Interface) -> Vec<u32> {
-        let settings = self.settings_of(&interface.timing, &interface.source_codes);
+    /// What the memory holds at power-up, in a sensor with this scan and these codes.
+    pub fn initial_words(&self, timing: &Timing, codes: &[Arc<Code>]) -> Vec<u32> {
+        let settings = self.settings_of(timing, codes);
         let identity = [
             MAGIC,
             VERSION,
@@ -307,44 +333,6 @@ pub fn seed_of(code: &Code) -> u64 {
     }
 }
 
-/// Fewest chips of a step that all parts of the hardware have time in, as a power of two.
-fn least_chips(interface: &Interface) -> u64 {
-    // The end of a step is looked for four chips ahead.
-    const SHORTEST: u64 = 16;
-    let counting = interface.correlator().map_or(0, |of| u64::from(of.clocks_of_counting()));
-    let going_back = 2 * u64::from(interface.parallel().div_ceil(interface.lanes()));
-    let peak = interface.peak().map_or(0, |peak| peak.least_chips);
-    SHORTEST.max(8 + counting).max(8 + going_back).max(peak).next_power_of_two()
-}
-
-/// Longest counter that keeps a target's clock in one carry chain.
-pub fn longest_counter(target: Target) -> u32 {
-    super::interface::longest_carry_chain(target)
-}
-
-impl Interface {
-    /// The same hardware with these settings, which fit.
-    pub fn with_settings(&self, plan: &RegisterPlan, settings: &Settings) -> Interface {
-        let mut interface = self.clone();
-        let scan = &mut interface.timing.scan;
-        scan.integration_chips = settings.chips;
-        scan.steps = settings.groups * u64::from(self.parallel());
-        scan.first_step = settings.first_step;
-        for (seed, &value) in plan.seeds.iter().zip(&settings.seeds) {
-            let before = self.source_codes[seed.source].clone();
-            if seed_of(&before) == value {
-                continue;
-            }
-            let after = Arc::new(before.with_second_seed(value));
-            let codes = interface.source_codes.iter_mut().chain(&mut interface.reference_codes);
-            for code in codes.filter(|code| is_same(code, &before)) {
-                *code = after.clone();
-            }
-        }
-        interface
-    }
-}
-
 /// A register, as a host sees it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Register {
@@ -390,8 +378,8 @@ pub enum Access {
 
 impl RegisterPlan {
     /// All registers, in the order of their addresses.
-    pub fn map(&self, interface: &Interface) -> Vec<Register> {
-        let words = self.initial_words(interface);
+    pub fn map(&self, timing: &Timing, codes: &[Arc<Code>]) -> Vec<Register> {
+        let words = self.initial_words(timing, codes);
         let mut map = Vec::new();
         let mut word = |name: &str, about: &str, access: Access, fields: &[(&str, u32, &str)]| {
             let (number, mut first_bit, mut all) = (map.len(), 0, Vec::new());
@@ -532,7 +520,7 @@ impl RegisterPlan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{self, Registers};
+    use crate::scene::{self, Registers, Scene};
     use crate::sensor::Sensor;
 
     fn sensor(change: impl FnOnce(&mut Scene)) -> Sensor {
@@ -547,7 +535,8 @@ mod tests {
     fn fields_do_not_overlap_and_addresses_are_those_of_words() {
         let sensor = sensor(|scene| scene.hardware.peak_detector = true);
         let plan = sensor.interface().registers.clone().unwrap();
-        let map = plan.map(sensor.interface());
+        let interface = sensor.interface();
+        let map = plan.map(&interface.timing, &interface.source_codes);
         assert_eq!(map.len(), plan.words() + 2 + 2);
         for pair in map.windows(2) {
             assert!(pair[0].address < pair[1].address, "{} {}", pair[0].name, pair[1].name);

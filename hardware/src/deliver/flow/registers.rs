@@ -23,7 +23,8 @@ impl RegisterFiles {
     /// Those of a design, if it has registers.
     pub(super) fn of(design: &Design) -> Option<RegisterFiles> {
         let interface = design.interface();
-        let map = interface.registers.as_ref()?.map(interface);
+        let plan = interface.registers.as_ref()?;
+        let map = plan.map(&interface.timing, &interface.source_codes);
         Some(RegisterFiles {
             systemrdl: EmittedFile {
                 name: design.file_name("_registers.rdl"),

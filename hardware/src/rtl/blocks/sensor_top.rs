@@ -84,7 +84,7 @@ pub struct SensorTop {
     #[each(plan in interface.registers.iter())]
     #[is(RegisterFile::new(
         (**plan).clone(),
-        plan.initial_words(&interface),
+        plan.initial_words(&interface.timing, &interface.source_codes),
         counts.saturates(),
         counts.peak.map_or((0, 0), |peak| (peak.step_bits, peak.count_bits)),
     ))]
