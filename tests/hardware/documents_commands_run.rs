@@ -27,7 +27,7 @@ const SKIPPED: [(&str, &str); 13] = [
     ("cargo install", "a release build; a test of its own would take as long"),
 ];
 /// The words that stand for a user's own, and one of each.
-const PLACEHOLDERS: [(&str, &str); 13] = [
+const PLACEHOLDERS: [(&str, &str); 14] = [
     ("SCENE", "scenes/quick.toml"),
     ("ROOM", "scenes/image.toml --set array.rows=8"),
     ("DIR", "out"),
