@@ -45,6 +45,7 @@
 pub mod cli;
 mod differences;
 mod door;
+pub mod image;
 pub mod plan;
 mod progress;
 pub mod replay;

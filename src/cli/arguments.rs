@@ -15,6 +15,7 @@ use super::estimate::EstimateArguments;
 use super::explain::ExplainArguments;
 use super::fidelity::FidelityArguments;
 use super::grade::GradeArguments;
+use super::image::ImageArguments;
 use super::merge::MergeArguments;
 use super::new::NewArguments;
 use super::replay::ReplayArguments;
@@ -63,6 +64,8 @@ pub(super) enum Command {
     Plan(SceneArgument),
     /// Show what limits a detector, and what each key would bring
     Explain(ExplainArguments),
+    /// Make an image of what an array of pixels sees
+    Image(ImageArguments),
     /// Show a code and its correlation properties
     #[command(after_help = "Example: goldtof codes --degree 11 --index 3 --interleave 1")]
     Codes(CodeSpec),

@@ -20,6 +20,7 @@ use crate::cosim;
 use crate::deliver::Emission;
 use crate::document::{Body, Document};
 use crate::grade::Grade;
+use crate::image::ImageReport;
 use crate::plan::overview::Overview;
 use crate::replay::ReplayReport;
 use crate::run::Run;
@@ -45,6 +46,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<Failure>(),
         schema::<FidelityReport>(),
         schema::<Grade>(),
+        schema::<ImageReport>(),
         schema::<Completions>(),
         schema::<Pages>(),
         schema::<Made>(),

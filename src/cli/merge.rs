@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::ending::Ending;
 use super::output::Output;
-use super::{grade, reproduce, simulate, stress, sweep};
+use super::{grade, image, reproduce, simulate, stress, sweep};
 use crate::document::Body;
 use crate::shard::{Folder, Job, listed};
 
@@ -55,5 +55,6 @@ pub(super) fn run(arguments: &MergeArguments, output: &mut Output) -> anyhow::Re
         Job::Reproduce(job) => reproduce::merge(job, shards, &arguments.folder, output),
         Job::Stress(job) => stress::merge(job, shards, output),
         Job::Grade(job) => grade::merge(job, shards, output),
+        Job::Image(job) => image::merge(job, shards, &arguments.folder, output),
     }
 }

@@ -25,6 +25,8 @@ mod failure;
 mod fidelity;
 mod forecast;
 mod grade;
+mod image;
+mod image_files;
 mod junit;
 mod manual;
 mod merge;
@@ -41,6 +43,7 @@ mod simulate;
 mod stress;
 mod sweep;
 mod sweep_files;
+mod target_maps;
 mod values;
 mod warnings;
 
@@ -85,6 +88,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments, cli.seed, &mut output),
         Command::Plan(arguments) => plan::run(&arguments, &mut output),
         Command::Explain(arguments) => explain::run(&arguments, &mut output),
+        Command::Image(arguments) => image::run(&arguments, cli.seed, &mut output),
         Command::Codes(arguments) => codes::run(&arguments, &mut output),
         Command::Emit(arguments) => emit::run(&arguments, &mut output),
         Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),

@@ -27,6 +27,9 @@ fn text_of(like: Like) -> &'static str {
         Like::Multipath => include_str!("../../scenes/multipath.toml"),
         Like::Histogram => include_str!("../../scenes/histogram.toml"),
         Like::Moving => include_str!("../../scenes/moving.toml"),
+        Like::Image => include_str!("../../scenes/image.toml"),
+        Like::ImageGlass => include_str!("../../scenes/image-glass.toml"),
+        Like::ImageTwoSensors => include_str!("../../scenes/image-two-sensors.toml"),
     }
 }
 

@@ -23,6 +23,12 @@ pub(super) enum Like {
     Histogram,
     /// A target that drifts away and fluctuates
     Moving,
+    /// An array of 256 x 192 pixels in a room
+    Image,
+    /// A pane in front of a wall, seen by an array
+    ImageGlass,
+    /// An array beside another sensor's laser
+    ImageTwoSensors,
 }
 
 /// Longest time that can be asked for: 1000 days.

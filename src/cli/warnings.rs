@@ -6,7 +6,7 @@ use crate::estimate::folded;
 use crate::light::distance_m;
 use crate::plan::link::LinkBudget;
 use crate::printable::printable;
-use crate::scene::PathIndex;
+use crate::scene::{DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// Primary detections in a dead time from which a detector counts as saturated: it is ready for
@@ -15,8 +15,24 @@ const SATURATED: f64 = 10.0;
 
 /// Warns of what the sensor that a scene describes hardly can do.
 pub(super) fn warn(sensor: &Sensor, output: &Output) {
+    tell_pixel(sensor, output);
     warn_of_far_paths(sensor, output);
     warn_of_saturation(sensor, output);
+}
+
+/// Tells which pixel of an array it is.
+fn tell_pixel(sensor: &Sensor, output: &Output) {
+    let Some(array) = &sensor.scene().array else { return };
+    let (row, column, lens) = (array.row, array.column, &array.lens);
+    let dark = match sensor.scene().own_paths(DetectorIndex(0)).next() {
+        Some(_) => "",
+        None => ", which gets no light of its detector's source",
+    };
+    output.note(&format!(
+        "of the array's {} rows of {} pixels this is row {row}, column {column}{dark} (array.row, \
+         array.column); `goldtof image` takes all",
+        lens.rows, lens.columns
+    ));
 }
 
 /// Warns of detectors that the light of one path keeps blind.

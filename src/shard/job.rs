@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use crate::differences::differences;
 use crate::grade::{GradeOptions, Graded};
+use crate::image::{ImageOptions, PixelRow};
 use crate::scene::SceneText;
 use crate::simulate::SimulateOptions;
 use crate::simulate::repeat::Gathered;
@@ -41,6 +42,11 @@ pub enum Job {
         /// The faults and mutants.
         GradeJob,
     ),
+    /// Of `goldtof image`.
+    Image(
+        /// The rows of pixels.
+        ImageJob,
+    ),
 }
 
 /// Results of a shard.
@@ -71,6 +77,11 @@ pub enum Results {
     Grade(
         /// Its faults and mutants.
         Graded,
+    ),
+    /// Of `goldtof image`.
+    Image(
+        /// Its rows of pixels.
+        Vec<PixelRow>,
     ),
 }
 
@@ -108,6 +119,16 @@ pub struct GradeJob {
     pub options: GradeOptions,
 }
 
+/// Rows of an array's pixels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+pub struct ImageJob {
+    /// The scene.
+    pub scene: SceneText,
+    /// How its pixels are simulated.
+    #[serde(flatten)]
+    pub options: ImageOptions,
+}
+
 /// A point of a sweep that is done.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct PointRows {
@@ -124,6 +145,7 @@ impl Job {
             Job::Simulate(job) => Some(&job.scene),
             Job::Sweep(job) => Some(&job.sweep.scene),
             Job::Grade(job) => Some(&job.scene),
+            Job::Image(job) => Some(&job.scene),
             Job::Reproduce(_) | Job::Stress(_) => None,
         }
     }

@@ -4,6 +4,7 @@ use super::ShardError;
 use super::job::{GradeJob, PointRows, Results, SimulateJob};
 use super::part::Part;
 use crate::grade::{Grade, Graded, Outcomes};
+use crate::image::PixelRow;
 use crate::report::table::Table;
 use crate::sensor::Sensor;
 use crate::simulate::repeat::{Gathered, Simulated, Simulation, Tally};
@@ -103,6 +104,21 @@ pub fn tables(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Vec<Table>,
     let reason = "it has other points, or other columns";
     let points = in_order(sweep.len(), shards, reason, points, is_its)?;
     Ok(points.into_iter().map(|(_, table)| table).collect())
+}
+
+/// The rows of pixels of all shards, from the top, of an array of `rows` rows of `columns`.
+///
+/// # Errors
+/// When a shard's rows are not those of its part.
+pub fn pixel_rows(
+    [rows, columns]: [u32; 2],
+    shards: Vec<(Part, Results)>,
+) -> Result<Vec<PixelRow>, ShardError> {
+    let is_its = |number: usize, row: &PixelRow| {
+        row.row as usize == number && row.pixels.len() == columns as usize
+    };
+    let of_pixels = |results| of_kind!(Image, results);
+    in_order(rows as usize, shards, "it has other rows of pixels", of_pixels, is_its)
 }
 
 /// Numbers of a part's faults or mutants of a kind.

@@ -13,8 +13,10 @@ mod part;
 
 pub use file::Shard;
 pub use folder::{Collected, Folder, listed};
-pub use job::{GradeJob, Job, PointRows, Results, SimulateJob, SweepJob};
-pub use join::{figures, rows, simulation, stress_report, tables, variants, whole_grade};
+pub use job::{GradeJob, ImageJob, Job, PointRows, Results, SimulateJob, SweepJob};
+pub use join::{
+    figures, pixel_rows, rows, simulation, stress_report, tables, variants, whole_grade,
+};
 pub use part::Part;
 
 use crate::files::FileError;

@@ -25,7 +25,7 @@ print(json.dumps([[e.json_path + ': ' + e.message[:200] for e in validator(n).it
 
 /// Property names that are numbers without a unit: ratios, statistics, counts that were
 /// drawn or expected, and numbers whose unit stands beside them.
-const WITHOUT_UNIT: [&str; 20] = [
+const WITHOUT_UNIT: [&str; 23] = [
     "at_least",
     "at_most",
     "chi_square",
@@ -34,8 +34,11 @@ const WITHOUT_UNIT: [&str; 20] = [
     "expected_count_std",
     "fitted_value",
     "fitted_value_std",
+    "high",
     "largest_relative_error",
+    "low",
     "measured",
+    "median",
     "p_value",
     "relative_power",
     "resolved_error",
@@ -243,6 +246,17 @@ fn documents(work: &Path) -> Vec<Value> {
         let two = ["--set", "clock.samples_per_chip=2"];
         all.push(document(&[&["calibrate", quick, &dark][..], &two].concat()));
     }
+    let small = ["--set", "array.rows=4", "--set", "array.columns=6", "--pixel", "1,2"];
+    for scene in ["image", "image-glass"] {
+        let scene = format!("scenes/{scene}.toml");
+        for fidelity in
+            if scene.contains("glass") { &["events"][..] } else { &["expected", "events"] }
+        {
+            let words =
+                ["image", &scene, "--out", &at("image"), "--fidelity", fidelity, "--check", "5"];
+            all.push(document(&[&words[..], &small].concat()));
+        }
+    }
     all.push(document(&["replay", quick, &recording(work), "--photons", "1", "--epoch", "2"]));
     all
 }
@@ -265,12 +279,15 @@ fn shards(work: &Path) -> Vec<Value> {
     let axis = "path.distance=1 m, 2 m";
     let case = goldtof::study::stress::cases()[0].name;
     let expected = ["--fidelity", "expected"];
+    let pixels = ["--set", "array.rows=4", "--set", "array.columns=6"];
     let commands = [
         &["simulate", quick, "--repeat", "3", "--shard", "1/2"][..],
         &[&["sweep", quick, "--over", axis, "--shard", "1/1"][..], &expected].concat(),
         &["reproduce", "--figure", "3", "--repeat", "2", "--shard", "1/1"],
         &["stress", "--case", case, "--shard", "1/1"],
         &["grade", quick, "--clocks", "40000", "--mutants", "5", "--shard", "1/7"],
+        &[&["image", "scenes/image.toml", "--shard", "1/2", "--fidelity", "events"][..], &pixels]
+            .concat(),
     ];
     let mut all = Vec::new();
     for command in commands {

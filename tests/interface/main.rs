@@ -13,6 +13,7 @@ mod code_reports_name_the_published_properties;
 mod documents_name_what_exists;
 mod estimate_takes_recorded_counts;
 mod explain_says_what_limits;
+mod image_shows_what_the_array_sees;
 mod modules_have_no_circles;
 mod new_scenes_and_manual;
 mod program;

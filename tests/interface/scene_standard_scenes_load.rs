@@ -23,6 +23,9 @@ fn every_scene_of_the_folder_loads_under_its_own_name() {
         [
             "dual-view",
             "histogram",
+            "image",
+            "image-glass",
+            "image-two-sensors",
             "moving",
             "multipath",
             "paper-interleaved",

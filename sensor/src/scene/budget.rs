@@ -45,7 +45,7 @@ tables! {
             "as for `divergence`";
     }
 
-    BACKGROUND = "detector.background" and RECEIVER {
+    SUNLIGHT = "" {
         illuminance = quantity(Illuminance, "0 lux", "1000 klux"),
             Otherwise("none: `irradiance` stands for it"), "10 klux";
             "sunlight on the target, whose spectrum is known from 350 nm to 1700 nm, for filters of 1 nm and more"
@@ -57,6 +57,9 @@ tables! {
         filter_width = quantity(Wavelength, "1e-6 nm", "10 um"), Needed, "10 nm";
             "width of the filter that passes the source's wavelength"
             "from a laser's line to no filter at all";
+    }
+
+    BACKGROUND = "detector.background" and SUNLIGHT and RECEIVER {
         field_of_view = ANGLE, Needed, "10 mrad";
             "full angle of the cone that the detector sees, filled by the target"
             "as for `divergence`";
@@ -70,18 +73,17 @@ impl Receiver {
     }
 
     /// Share of the light on a point of the target, `distance_m` away, that is counted.
-    fn collected(&self, distance_m: f64) -> f64 {
+    pub(super) fn collected(&self, distance_m: f64) -> f64 {
         let radius_squared = (0.5 * self.aperture_m).powi(2);
         let view = radius_squared / (distance_m * distance_m + radius_squared);
         self.reflectance * self.throughput() * view
     }
 
-    /// Power that is counted of light that the target lies in, from the cone of a full
-    /// angle.
-    fn power_w(&self, irradiance_w_per_m2: f64, field_of_view_rad: f64) -> f64 {
+    /// Power that is counted of light that the target lies in, from a share of the hemisphere
+    /// in front of the aperture, projected onto it.
+    pub(super) fn power_w(&self, irradiance_w_per_m2: f64, projected_share: f64) -> f64 {
         let area_m2 = PI * (0.5 * self.aperture_m).powi(2);
-        let cone = (0.5 * field_of_view_rad).sin().powi(2);
-        irradiance_w_per_m2 * self.reflectance * self.throughput() * area_m2 * cone
+        irradiance_w_per_m2 * self.reflectance * self.throughput() * area_m2 * projected_share
     }
 }
 
@@ -110,6 +112,11 @@ pub(super) fn read_link(path: &Section, distance_m: Option<f64>) -> Option<f64> 
     Some(seen * receiver?.collected(distance_m?))
 }
 
+/// Share of the hemisphere that a cone of some full angle has, projected onto its base.
+fn cone_share(full_angle_rad: f64) -> f64 {
+    (0.5 * full_angle_rad).sin().powi(2)
+}
+
 /// Share of an evenly lit round spot within a round field of view, by their full angles.
 fn spot_seen(divergence_rad: f64, field_of_view_rad: f64) -> f64 {
     let ratio = (0.5 * field_of_view_rad).tan() / (0.5 * divergence_rad).tan();
@@ -125,36 +132,40 @@ pub(super) fn read_background(detector: &Section, wavelength_nm: Option<f64>) ->
         detector.report("background_rate", message);
     }
     let receiver = Receiver::keys(&section);
-    let filter_nm = section.quantity("filter_width");
     let field_of_view_rad = section.quantity("field_of_view");
-    let irradiance = read_irradiance(&section, wavelength_nm, filter_nm);
-    let complaint = section.complaint();
+    let irradiance = read_irradiance(&section, wavelength_nm);
     section.finish();
-    let power_w = receiver?.power_w(irradiance?, field_of_view_rad?);
+    let power_w = receiver?.power_w(irradiance?, cone_share(field_of_view_rad?));
     let rate_cps = photon_rate_hz(power_w, wavelength_nm?);
-    let limit = detector.key("background_rate");
-    if !limit.holds(rate_cps) {
-        complaint(&format!(
-            "{rate_cps:.3e} cps follow from this, more than a `background_rate` may be (1000000 Gcps); \
-             take less light, or a narrower filter or field of view"
-        ));
-    }
+    check_background(detector, detector.key("background_rate"), rate_cps);
     Some(rate_cps)
 }
 
+/// Complains of more background than `background_rate` may be, that follows from the table
+/// `background`.
+pub(super) fn check_background(section: &Section, limit: &Key, rate_cps: f64) -> Option<()> {
+    if limit.holds(rate_cps) {
+        return Some(());
+    }
+    let message = format!(
+        "{rate_cps:.3e} cps follow from this, more than a `background_rate` may be ({}); take less \
+         light, or a narrower filter or field of view",
+        limit.range().split(" to ").last().unwrap_or_default()
+    );
+    section.report("background", &message);
+    None
+}
+
 /// Background on the target that a filter lets through, in W / m^2.
-fn read_irradiance(
-    section: &Section,
-    wavelength_nm: Option<f64>,
-    filter_nm: Option<f64>,
-) -> Option<f64> {
+pub(super) fn read_irradiance(section: &Section, wavelength_nm: Option<f64>) -> Option<f64> {
+    let filter_nm = section.quantity("filter_width");
     let illuminance_lux = section.quantity("illuminance");
     let irradiance = section.quantity("irradiance");
     let given = ["illuminance", "irradiance"].map(|key| section.get(key).is_some());
     if given[0] == given[1] {
         section.complain(&format!(
             "one of `illuminance` and `irradiance` is needed; write for example illuminance = \"{}\"",
-            BACKGROUND.key("illuminance").example
+            SUNLIGHT.key("illuminance").example
         ));
     }
     if !given[0] {
@@ -241,7 +252,7 @@ mod tests {
             optics: 1.0,
             fill_factor: 1.0,
         };
-        assert!((bare.power_w(3.0, PI) - 3.0).abs() < 1e-12);
+        assert!((bare.power_w(3.0, cone_share(PI)) - 3.0).abs() < 1e-12);
     }
 
     /// A scene with a link and background: what the formulas of the guide give, by hand.

@@ -16,7 +16,7 @@ macro_rules! tables {
     (
         $(#[$about:meta])*
         $vis:vis struct $Struct:ident { $($(#[$doc:meta])* $other:ident: $other_type:ty,)* }
-        of $name:ident = $path:literal $(and $shared:ident)? {
+        of $name:ident = $path:literal $(and $shared:ident)* {
             $($key:ident $(=> $field:ident: $type:ty)? = $kind:expr, $absent:expr, $example:literal;
               $meaning:literal $($why:literal)?;)*
         }
@@ -51,14 +51,14 @@ macro_rules! tables {
         }
 
         tables! {
-            $name = $path $(and $shared)? {
+            $name = $path $(and $shared)* {
                 $($key = $kind, $absent, $example; $meaning $($why)?;)*
             }
             $($rest)*
         }
     };
     (
-        $name:ident = $path:literal $(and $shared:ident)? {
+        $name:ident = $path:literal $(and $shared:ident)* {
             $($key:ident = $kind:expr, $absent:expr, $example:literal; $meaning:literal $($why:literal)?;)*
         }
         $($rest:tt)*
@@ -73,7 +73,7 @@ macro_rules! tables {
                 meaning: $meaning,
                 why: concat!("", $($why)?),
             },)*],
-            &[$(&$shared)?],
+            &[$(&$shared),*],
         );
 
         tables! { $($rest)* }

@@ -148,11 +148,11 @@ impl Key {
         }
     }
 
-    /// How many lists there are round a value: `jitter` and `widths` are lists, `polynomials` a
-    /// list of lists.
+    /// How many lists there are round a value: `jitter` and `widths` are lists, as are the
+    /// tables of a room, `polynomials` a list of lists.
     pub fn lists(&self) -> usize {
         match self.name {
-            "jitter" | "widths" => 1,
+            "jitter" | "widths" | "plane" | "sphere" | "light" => 1,
             "polynomials" => 2,
             _ => 0,
         }

@@ -21,6 +21,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod array;
 mod budget;
 mod catalogue;
 mod companions;
@@ -53,6 +54,7 @@ mod wording;
 
 use std::sync::Arc;
 
+pub use array::{Array, Lens, MAX_PIXELS, PixelLight, PixelPath};
 pub use catalogue::{reference, schema};
 pub use detector::*;
 pub use error::{SceneError, SceneErrors};
@@ -99,6 +101,8 @@ pub struct Scene {
     pub other_light: OtherLight,
     /// Target and options of the hardware.
     pub hardware: Hardware,
+    /// The array of which this is one pixel's sensor, whose light the paths are.
+    pub array: Option<Arc<Array>>,
 }
 
 impl Scene {

@@ -11,6 +11,9 @@ use super::keys::{Absent, Key, KeyTable, Kind};
 use super::units::{self, Quantity};
 use super::wording::{alternatives, nearest, quoted};
 
+/// Most tables of one kind in a scene.
+pub(super) const MAX_TABLES: usize = 256;
+
 /// A value and where it stands in the file.
 pub(super) type Value<'r, 't> = &'r Spanned<DeValue<'t>>;
 
@@ -370,11 +373,11 @@ impl<'r, 't> Section<'r, 't> {
     /// The tables of an array of tables, `[[key]]`; of more than `most` of them
     /// only the first so many, and a complaint.
     pub(super) fn sections(&self, key: &'static str, most: usize) -> Vec<Section<'r, 't>> {
-        let example = format!("[[{key}]]");
+        let example = format!("[[{}]]", self.path_of(key));
         let array = self.array(key, &example);
         let count = array.map_or(0, |array| array.len());
         if count > most {
-            let message = format!("{count} tables [[{key}]] are more than {most}; use fewer");
+            let message = format!("{count} tables {example} are more than {most}; use fewer");
             self.report(key, &message);
         }
         array

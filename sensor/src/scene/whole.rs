@@ -2,13 +2,12 @@
 
 use super::declare::*;
 use super::names::Names;
+use super::reader::MAX_TABLES;
 use super::{Architecture, Detector, Path, Scene, SceneReference, Source};
-use super::{detector, estimator, hardware, movement, scan, source};
+use super::{array, detector, estimator, hardware, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
 use crate::scan::Clock;
 
-/// Most tables of one kind in a scene.
-pub(super) const MAX_TABLES: usize = 256;
 /// Most chips of all codes of a scene together.
 pub(super) const MAX_SCENE_CHIPS: u64 = 2 * MAX_CODE_CHIPS;
 
@@ -36,6 +35,7 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     let steps_per_period =
         code_chips.zip(clock).map(|(chips, clock)| chips * u64::from(clock.samples_per_chip));
     let detectors = read_detectors(detector_sections, references, sources.as_deref(), clock);
+    let array = array::read(root, &source_names, sources.as_deref(), detectors.as_deref());
     let scan = root.table("scan");
     let scan = scan.and_then(|section| scan::read(section, clock, steps_per_period));
     let estimate = estimator::read(root);
@@ -61,7 +61,9 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
         estimator,
         other_light,
         hardware,
+        array: None,
     };
+    let scene = scene.with_array(array?);
     movement::check_distances(&root.sections("path", usize::MAX), &scene);
     detector::check_crosstalk(&root.sections("detector", usize::MAX), &scene);
     Some(scene)

@@ -28,7 +28,7 @@ use crate::recorded::RecordedHistogram;
 use crate::reference::cover_report::Missed;
 use crate::sensor::Sensor;
 
-const STYLE: &str = include_str!("style.css");
+pub(super) const STYLE: &str = include_str!("style.css");
 /// Titles that links lead to.
 const COSIMULATION: &str = "Co-simulation";
 const HARDWARE: &str = "Hardware";

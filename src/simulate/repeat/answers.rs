@@ -46,6 +46,10 @@ struct OfHistograms<'a> {
 pub struct Answer {
     /// Places in [`Ranging::paths`], and the error of the distance.
     pub found: Vec<(usize, f64)>,
+    /// Every distance that the scan shows of the detector's own source, the strongest first.
+    pub distances_m: Vec<f64>,
+    /// Whether the scene has paths that the scan does not tell apart.
+    pub is_untold: bool,
     /// Whether chi-square is too large; none without a fit, or where steps are
     /// not independent.
     pub alarm: Option<bool>,
@@ -108,7 +112,8 @@ impl<'a> Ranging<'a> {
         distance_m(tolerance_ps(chip_ps, self.code_period_ps))
     }
 
-    fn answer(&self, counts: &[StepCount]) -> Answer {
+    /// The answer of a scan.
+    pub fn answer(&self, counts: &[StepCount]) -> Answer {
         if let Some(reason) = self.hopeless {
             return Answer::none(reason);
         }
@@ -119,7 +124,7 @@ impl<'a> Ranging<'a> {
     }
 
     /// What a histogram of the sensor's says.
-    fn answer_histogram(&self, histogram: &Histogram) -> Answer {
+    pub fn answer_histogram(&self, histogram: &Histogram) -> Answer {
         let Some(estimators) = &self.of_histograms else {
             return Answer::none("the hardware keeps no histograms");
         };
@@ -147,11 +152,20 @@ impl<'a> Ranging<'a> {
                     .into_iter()
                     .map(|(_, place, error_m)| (place, error_m))
                     .collect(),
+                distances_m: self.own_distances_m(&fitted),
+                is_untold: fitted.untold.is_some(),
                 alarm: Some(fitted.alarm_sigmas() > ALARM_SIGMAS),
                 remark: fitted.untold.as_ref().map(ToString::to_string),
             },
             Err(reason) => Answer::none(reason),
         }
+    }
+
+    /// The distances of a fit's paths of the detector's own source.
+    fn own_distances_m(&self, fitted: &ModelEstimate) -> Vec<f64> {
+        let own = &self.sensor.reference(self.detector).chips;
+        let paths = fitted.paths.iter().filter(|path| path.code.chips == *own);
+        paths.map(|path| distance_m(path.delay_ps)).collect()
     }
 
     /// Why histograms keep their range walk, if they do.
@@ -171,6 +185,8 @@ impl<'a> Ranging<'a> {
     fn of_phase(&self, estimate: &Estimate) -> Answer {
         Answer {
             found: self.nearest(estimate.delay_ps, |_| true).into_iter().collect(),
+            distances_m: vec![estimate.distance_m],
+            is_untold: false,
             alarm: None,
             remark: estimate.coarse_only.map(|reason| reason.to_string()),
         }

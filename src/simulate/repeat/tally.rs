@@ -93,7 +93,8 @@ mod tests {
     use super::*;
 
     fn answer(found: &[(usize, f64)], alarm: Option<bool>, remark: Option<&str>) -> Answer {
-        Answer { found: found.to_vec(), alarm, remark: remark.map(str::to_owned) }
+        let remark = remark.map(str::to_owned);
+        Answer { found: found.to_vec(), alarm, remark, ..Answer::default() }
     }
 
     #[test]

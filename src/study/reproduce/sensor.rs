@@ -135,6 +135,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
             registers: Registers::None,
             buffers: 2,
         },
+        array: None,
     }
 }
 

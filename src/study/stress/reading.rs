@@ -10,6 +10,7 @@ use crate::door::Jobs as _;
 use crate::estimate::{
     CountingTier, Estimate, NoEstimate, Prediction, PredictionError, estimate, predict,
 };
+use crate::image::{ImageOptions, image};
 use crate::math::Sample;
 use crate::photons::fast::StepCounter;
 use crate::photons::{Detection, DetectorModel, StepCount, count_step};
@@ -63,6 +64,23 @@ fn some<T: Clone>(
 
 fn some_counts(length: usize, read: impl FnOnce() -> Vec<StepCount>) -> Vec<StepCount> {
     some(length, [StepCount::ZERO; 2], read)
+}
+
+/// What the pixels of a scene's array are off from what is expected of them, in standard
+/// deviations; and how many times the light of the darkest the brightest has.
+pub(super) fn deviations_of_pixels(scene: &Scene, seed: u64) -> Result<(Vec<f64>, f64), CaseError> {
+    let options = ImageOptions { fidelity: Tier::Events, seed, ..ImageOptions::default() };
+    let image = image(&Sensor::new(scene), &options, None, |_| ())?;
+    let theory = image.theory.ok_or("there is no theory")?;
+    let errors_m = image.measured.bias_m.values.iter();
+    let known = theory.pixels.iter().zip(errors_m).filter_map(|(expected, error_m)| {
+        let expected = expected.as_ref().filter(|_| error_m.is_finite())?;
+        Some((error_m - expected.bias_m) / expected.std_m)
+    });
+    let known: Vec<f64> = known.collect();
+    let lit = || image.seen.lit().map(|pixel| image.seen.own_primary_hz[pixel]);
+    let span = lit().fold(0.0, f64::max) / lit().fold(f64::INFINITY, f64::min);
+    Ok((some(known.len(), [0.0, f64::NAN], || known), span))
 }
 
 /// The detector of a scene.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use goldtof::rtl::blocks::ResultStream;
+use goldtof::rtl::blocks::{Groups, ResultStream};
 use goldtof::sensor::interface::TotalCount;
 
 use super::{CLOCKS, signed, wrapped};
@@ -94,8 +94,13 @@ pub fn result_stream(
     }
     let total =
         has_totals.then_some(TotalCount { exact_bits: TOTAL_BITS, bits: TOTAL_BITS, first_bit: 8 });
-    let (detectors, steps, last_steps) = (detectors as usize, steps as usize, last_steps as usize);
-    let block = ResultStream::new(BITS, false, total, detectors, steps, last_steps, false, false);
+    let groups = Groups {
+        detectors: detectors as usize,
+        steps: steps as usize,
+        last_steps: last_steps as usize,
+        back_to_back: false,
+    };
+    let block = ResultStream::new(BITS, false, total, groups, false);
     let outputs = ["o_data", "o_valid", "o_last", "o_overrun"];
     Case::new(block, (&ports, &outputs), inputs, expected)
 }

@@ -173,6 +173,7 @@ pub fn scene(
             registers: goldtof::scene::Registers::None,
             buffers: 2,
         },
+        array: None,
     }
 }
 

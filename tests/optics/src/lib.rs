@@ -115,6 +115,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             registers: goldtof_sensor::scene::Registers::None,
             buffers: 2,
         },
+        array: None,
     }
 }
 

@@ -70,7 +70,7 @@ pub use peak_detector::PeakDetector;
 pub use phase_stepper::PhaseStepper;
 pub use quad_counter::QuadCounter;
 pub use register_file::RegisterFile;
-pub use result_stream::ResultStream;
+pub use result_stream::{Groups, ResultStream};
 pub use running_maximum::RunningMaximum;
 pub use scan_controller::ScanController;
 pub use scan_registers::{CountRegister, ScanRegisters};

@@ -16,9 +16,22 @@ use super::first_of;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::TotalCount;
 
+/// The groups of counts that come.
+#[derive(Debug, Clone, Copy)]
+pub struct Groups {
+    /// Detectors, whose counts come together.
+    pub detectors: usize,
+    /// Phase steps at once.
+    pub steps: usize,
+    /// Phase steps of a scan's last group.
+    pub last_steps: usize,
+    /// Whether groups may come in successive clocks.
+    pub back_to_back: bool,
+}
+
 /// Offers the counts of a group of phase steps as a stream, one per beat:
 /// the first detector's steps, then the next detector's.
-#[block(describe((detectors, steps, last_steps), total_sent.is_some(), saturates))]
+#[block(describe(groups, total_sent.is_some(), saturates))]
 pub struct ResultStream {
     /// Bits of the counts.
     count_bits: u32,
@@ -26,15 +39,20 @@ pub struct ResultStream {
     saturates: bool,
     /// The totals, if they are sent.
     total_sent: Option<TotalCount>,
-    detectors: usize,
-    /// Phase steps at once.
-    steps: usize,
-    /// Phase steps of a scan's last group.
-    last_steps: usize,
-    /// Groups may come in successive clocks.
-    back_to_back: bool,
+    groups: Groups,
     /// Whether each loss, and each clamp, is told besides.
     tells: bool,
+    #[set(groups.detectors)]
+    detectors: usize,
+    /// Phase steps at once.
+    #[set(groups.steps)]
+    steps: usize,
+    /// Phase steps of a scan's last group.
+    #[set(groups.last_steps)]
+    last_steps: usize,
+    /// Groups may come in successive clocks.
+    #[set(groups.back_to_back)]
+    back_to_back: bool,
     #[set(detectors * steps)]
     counts: usize,
     /// Whether counts wait behind the first.
@@ -214,11 +232,8 @@ fn data_about(total: Option<TotalCount>) -> String {
     }
 }
 
-fn describe(
-    (detectors, steps, last_steps): (usize, usize, usize),
-    has_totals: bool,
-    saturates: bool,
-) -> About {
+fn describe(groups: Groups, has_totals: bool, saturates: bool) -> About {
+    let Groups { detectors, steps, last_steps, .. } = groups;
     let counts = detectors * steps;
     About::new("result_stream", "counts of the phase steps as AXI4-Stream")
         .note(

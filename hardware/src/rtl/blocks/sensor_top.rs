@@ -14,7 +14,7 @@
 use std::sync::Arc;
 
 use super::{
-    CodeSource, DetectorChannel, PeakDetector, RegisterFile, ResultStream, ScanController,
+    CodeSource, DetectorChannel, Groups, PeakDetector, RegisterFile, ResultStream, ScanController,
     ScanSequencer, SensorPorts, first_of,
 };
 use crate::code::Code;
@@ -39,9 +39,12 @@ pub struct SensorTop {
     /// Whether a host sets the scan.
     #[set(interface.registers.is_some())]
     is_set: bool,
-    /// First bit and bits of the seed that each code, and each detector's code, takes.
-    #[set(seeds_taken(&interface, &codes))]
-    seeds: (Vec<(usize, usize)>, Vec<(usize, usize)>),
+    /// First bit and bits of the seed that each code takes.
+    #[set(codes.all.iter().map(|code| seed_taken(&interface, code)).collect())]
+    seeds: Vec<(usize, usize)>,
+    /// The same of each detector's code.
+    #[set(interface.reference_codes.iter().map(|code| seed_taken(&interface, code)).collect())]
+    reference_seeds: Vec<(usize, usize)>,
     /// ports
     #[is(SensorPorts::new(interface.clone()))]
     pub io: SensorPorts,
@@ -96,10 +99,12 @@ pub struct SensorTop {
         counts.count_bits,
         counts.saturates(),
         counts.total,
-        detectors,
-        parallel,
-        interface.last_group_steps() as usize,
-        interface.timing.scan.integration_chips == 1,
+        Groups {
+            detectors,
+            steps: parallel,
+            last_steps: interface.last_group_steps() as usize,
+            back_to_back: interface.timing.scan.integration_chips == 1,
+        },
         is_set,
     ))]
     results: ResultStream,
@@ -191,24 +196,16 @@ pub(super) fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> Di
     codes
 }
 
-/// First bit and bits of the seed of each transmit generator and of each detector's reference, among those that
-/// a host sets; none has 0 bits.
-fn seeds_taken(
-    interface: &Interface,
-    codes: &DistinctCodes,
-) -> (Vec<(usize, usize)>, Vec<(usize, usize)>) {
+/// First bit and bits of the seed of a code among those that a host sets; none has 0 bits.
+fn seed_taken(interface: &Interface, code: &Arc<Code>) -> (usize, usize) {
     let Some(plan) = &interface.registers else {
-        return (Vec::new(), Vec::new());
+        return (0, 0);
     };
-    let seed_of = |code: &Arc<Code>| {
-        let is_its = |seed: &Seed| is_same(code, &interface.source_codes[seed.source]);
-        let number = plan.seeds.iter().position(is_its);
-        number.map_or((0, 0), |number| {
-            (plan.first_seed_bit(number) as usize, plan.seeds[number].bits as usize)
-        })
-    };
-    let of_detectors = interface.reference_codes.iter().map(seed_of);
-    (codes.all.iter().map(seed_of).collect(), of_detectors.collect())
+    let is_its = |seed: &Seed| is_same(code, &interface.source_codes[seed.source]);
+    let number = plan.seeds.iter().position(is_its);
+    number.map_or((0, 0), |number| {
+        (plan.first_seed_bit(number) as usize, plan.seeds[number].bits as usize)
+    })
 }
 
 #[kernel]
@@ -252,7 +249,7 @@ impl Logic for SensorTop {
             self.transmit[g].i_load.next = !self.sequencer[0].o_on.val();
             if self.transmit[g].i_seed.is_present() {
                 self.transmit[g].i_seed.next =
-                    self.sequencer[0].o_seed.val().slice(self.seeds.0[g].0, self.seeds.0[g].1);
+                    self.sequencer[0].o_seed.val().slice(self.seeds[g].0, self.seeds[g].1);
             }
         }
         let last = self.ahead.len() - 1;
@@ -280,8 +277,10 @@ impl Logic for SensorTop {
                 self.channel[d].i_delayed.next = self.sequencer[0].o_delayed.val();
             }
             if self.channel[d].i_seed.is_present() {
-                self.channel[d].i_seed.next =
-                    self.sequencer[0].o_seed.val().slice(self.seeds.1[d].0, self.seeds.1[d].1);
+                self.channel[d].i_seed.next = self.sequencer[0]
+                    .o_seed
+                    .val()
+                    .slice(self.reference_seeds[d].0, self.reference_seeds[d].1);
             }
         }
     }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::TABLES;
 use crate::code::MAX_CODE_CHIPS;
-use crate::scene::{detector, read, whole};
+use crate::scene::{array, detector, read, reader, whole};
 
 /// `docs/scene.md`: every key of a scene, with unit, range, default and an example.
 pub fn reference() -> String {
@@ -51,6 +51,8 @@ fn together() -> String {
         | what | most |\n|---|---|\n\
         | bytes of a scene file | {} |\n\
         | tables of a kind | {} |\n\
+        | pixels of an array | {} |\n\
+        | planes of an array that let light through | {} |\n\
         | chips of a code, interleaving included | {MAX_CODE_CHIPS} |\n\
         | chips of all codes of a scene | {} |\n\
         | samples of a scan: phase steps x chips of a step x samples per chip | 2^60 |\n\
@@ -66,7 +68,9 @@ fn together() -> String {
         | duty-cycle distortion and edges of a source together | less than a chip |\n\
         | distance of a path that moves | it may not come to the sensor within a scan |\n",
         read::MOST_SCENE_BYTES,
-        whole::MAX_TABLES,
+        reader::MAX_TABLES,
+        array::MAX_PIXELS,
+        array::MAX_PANES,
         whole::MAX_SCENE_CHIPS,
         detector::MOST_TALKING,
     )

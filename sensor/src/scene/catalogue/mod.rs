@@ -20,6 +20,7 @@ mod schema;
 pub use document::reference;
 pub use schema::schema;
 
+use super::array::{AMBIENT, ARRAY, LIGHT, PLANE, SPHERE};
 use super::budget::{BACKGROUND, LINK};
 use super::detector::{AFTERPULSING, COUNTER, CROSSTALK, DETECTOR, JITTER_TAIL};
 use super::estimator::ESTIMATE;
@@ -32,7 +33,7 @@ use super::source::{CODE, PATH, SOURCE};
 use super::whole::CLOCK;
 
 /// Every table of a scene.
-pub(super) const TABLES: [&KeyTable; 17] = [
+pub(super) const TABLES: [&KeyTable; 22] = [
     &CLOCK,
     &SOURCE,
     &CODE,
@@ -50,6 +51,11 @@ pub(super) const TABLES: [&KeyTable; 17] = [
     &STEPS,
     &ESTIMATE,
     &HARDWARE,
+    &ARRAY,
+    &AMBIENT,
+    &PLANE,
+    &SPHERE,
+    &LIGHT,
 ];
 
 #[cfg(test)]

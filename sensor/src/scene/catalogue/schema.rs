@@ -7,7 +7,7 @@ use crate::scene::keys::{Absent, Form, Key, KeyTable, Kind};
 use crate::scene::units::{self, Quantity};
 
 /// Tables at the root, whether there may be several, and whether one must be there.
-const ROOT: [(&str, bool, bool); 7] = [
+const ROOT: [(&str, bool, bool); 8] = [
     ("clock", false, true),
     ("source", true, true),
     ("detector", true, true),
@@ -15,6 +15,7 @@ const ROOT: [(&str, bool, bool); 7] = [
     ("scan", false, true),
     ("estimate", false, false),
     ("hardware", false, false),
+    ("array", false, false),
 ];
 
 /// `docs/scene.schema.json`: what a scene may have, by which editors complete and check

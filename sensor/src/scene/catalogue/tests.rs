@@ -18,7 +18,7 @@ fn needed(table: &KeyTable, name: &str) -> Vec<(&'static str, String)> {
         }
         "scan.steps" => &[("first", "0"), ("count", "20")],
         "path.link" => &[("divergence", "\"20 mrad\""), ("field_of_view", "\"10 mrad\"")],
-        "detector.background" => &[("irradiance", "\"100 mW/m2/nm\"")],
+        "detector.background" | "array.background" => &[("irradiance", "\"100 mW/m2/nm\"")],
         "detector.sampler" if !["widths", "file"].contains(&name) => {
             &[("second_pin_skew", "\"0 s\"")]
         }
@@ -43,7 +43,7 @@ fn written(table: &KeyTable, changed: &str, name: &'static str, value: &str) -> 
         match (table.path, name) {
             ("path", "delay") => keys.retain(|(key, _)| *key != "distance"),
             ("source.code", "interleave") => keys[1].1 = "3".to_owned(),
-            ("detector.background", "illuminance") => {
+            ("detector.background" | "array.background", "illuminance") => {
                 keys.retain(|(key, _)| *key != "irradiance");
             }
             _ => {}
@@ -80,7 +80,17 @@ fn scene_with(changed: &str, name: &'static str, value: &str) -> String {
         ("[scan]", &SCAN, &[("steps", &STEPS)][..]),
         ("[estimate]", &ESTIMATE, &[][..]),
         ("[hardware]", &HARDWARE, &[][..]),
+        (
+            "[array]",
+            &ARRAY,
+            &[("background", &AMBIENT), ("plane", &PLANE), ("sphere", &SPHERE), ("light", &LIGHT)]
+                [..],
+        ),
     ] {
+        // An array is in place of paths.
+        if header == if changed.starts_with("array") { "[[path]]" } else { "[array]" } {
+            continue;
+        }
         text += &format!("{header}\n{}", lines(table));
         if header == "[[source]]" {
             for (key, value) in [("wavelength", "\"783 nm\""), ("mean_power", "\"4 pW\"")] {
@@ -90,11 +100,18 @@ fn scene_with(changed: &str, name: &'static str, value: &str) -> String {
             }
         }
         for (key, table) in nested {
-            text += &format!("{key} = {{ {} }}\n", written(table));
+            let lists = if header == "[array]" { table_lists(key) } else { 0 };
+            let (open, close) = ("[".repeat(lists), "]".repeat(lists));
+            text += &format!("{key} = {open}{{ {} }}{close}\n", written(table));
         }
         text += "\n";
     }
     text
+}
+
+/// How many lists there are round a table of an array.
+fn table_lists(key: &str) -> usize {
+    ARRAY.key(key).lists()
 }
 
 /// All complaints about a scene, or none.

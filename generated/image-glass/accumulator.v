@@ -1,0 +1,50 @@
+// accumulator: a running total and its growth per phase step
+//
+// The total is never cleared: a step's count is the difference of two totals, which keeps
+// multiplexers out of the carry chain, and wrapping does no harm to a difference.
+//
+// Latency  1 clock to the total, 1 more to o_count
+// Made by  goldtof emit image-glass.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module accumulator #(
+    parameter BITS = 21 // bits of the total, 4 or more
+) (
+    input  wire              i_clk,
+    input  wire              i_rst,
+
+    input  wire [3:0]        i_addend, // what to add, signed
+    input  wire              i_dump,   // the total holds the last addend of a phase step
+
+    output reg  [BITS - 1:0] o_count   // growth within the last phase step
+);
+
+    // Elaboration ends here: there is no module of this name.
+    if (BITS < 4) begin : gen_refused
+        accumulator_takes_BITS_of_4_or_more refused ();
+    end
+
+    reg  [BITS - 1:0] total_r;    // sum of all addends, modulo its width
+    reg  [BITS - 1:0] base_r;     // total at the last dump
+    wire [BITS - 1:0] difference;
+
+    assign difference = total_r - base_r;
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            total_r <= {BITS{1'b0}};
+            base_r <= {BITS{1'b0}};
+            o_count <= {BITS{1'b0}};
+        end else begin
+            total_r <= total_r + {{(BITS - 4){i_addend[3]}}, i_addend};
+            if (i_dump) begin
+                base_r <= total_r;
+                o_count <= difference;
+            end
+        end
+    end
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,116 @@
+// scan_controller: counts chips per phase step and steps per scan
+//
+// Both counters are LFSRs: the next state costs one gate where a binary counter costs a carry
+// chain. A count's end is a state computed beforehand; it is recognised early, so that every
+// flag comes from a register.
+//
+// A scan begins with a code period; until it does, o_run is low.
+//
+// Step     254000 chips
+// Scan     72 phase steps
+// Latency  5 clocks from a step's last chip to o_dump
+// Made by  goldtof emit image-glass.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module scan_controller (
+    input  wire i_clk,
+    input  wire i_rst,
+
+    input  wire i_epoch,         // the next clock is the first of a code period
+
+    output reg  o_run,           // the present chip belongs to a scan
+    output reg  o_pre_last_chip, // it is the last but one of a phase step
+    output reg  o_last_chip,     // it is the last of a phase step
+    output wire o_start,         // a scan begins with the next clock
+    output wire o_dump,          // the total has just taken in a step's last hits
+    output wire o_counted,       // the step's count is there
+    output wire o_scan_counted   // the count of the scan's last step is there
+);
+
+    // Chip counter: an LFSR of the polynomial 18,11,0 (exponents)
+    localparam [17:0] CHIP_COUNT_TAPS  = 18'h00081;
+    localparam [17:0] CHIP_COUNT_FIRST = 18'h3ffff; // at a step's first chip
+    // 253996 shifts on, 3 chips before a step's last
+    localparam [17:0] CHIP_COUNT_END   = 18'h20b13;
+
+    // Step counter: an LFSR of the polynomial 7,6,0 (exponents)
+    localparam [6:0] STEP_COUNT_TAPS  = 7'h03;
+    localparam [6:0] STEP_COUNT_FIRST = 7'h7f; // at a scan's first step
+    localparam [6:0] STEP_COUNT_END   = 7'h48; // 70 shifts on, one step before a scan's last
+
+    reg  [17:0] chip_count_r;
+    reg  [6:0]  step_count_r;
+    reg         last_step_r;        // the present step is the scan's last
+    reg         scan_last_chip_r;   // the present chip is the scan's last
+    reg         may_start_r;        // the present chip is a scan's last, or belongs to none
+    reg  [5:0]  step_done_r;        // bit n: a step's last chip was n + 1 clocks ago
+    reg  [5:0]  scan_done_r;        // bit n: a scan's last chip was n + 1 clocks ago
+    wire        chip_count_matched;
+
+    assign o_start = i_epoch & may_start_r;
+    assign o_counted = step_done_r[5];
+    assign o_scan_counted = scan_done_r[5];
+    assign o_dump = step_done_r[4];
+
+    state_match chip_count_match (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_state   (chip_count_r),
+        .i_wanted  (CHIP_COUNT_END),
+        .o_matched (chip_count_matched)
+    );
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            o_run <= 1'b0;
+            chip_count_r <= CHIP_COUNT_FIRST;
+            o_pre_last_chip <= 1'b0;
+            o_last_chip <= 1'b0;
+            step_count_r <= STEP_COUNT_FIRST;
+            last_step_r <= 1'b0;
+            scan_last_chip_r <= 1'b0;
+            may_start_r <= 1'b1;
+            step_done_r <= 6'd0;
+            scan_done_r <= 6'd0;
+        end else begin
+            o_last_chip <= o_pre_last_chip;
+            scan_last_chip_r <= o_pre_last_chip & last_step_r;
+            if (o_start) begin
+                o_run <= 1'b1;
+            end else if (scan_last_chip_r) begin
+                o_run <= 1'b0;
+            end
+            may_start_r <=
+                (o_pre_last_chip & last_step_r) | ~(o_start | (o_run & ~scan_last_chip_r));
+            o_pre_last_chip <= o_run & chip_count_matched;
+            if (o_last_chip) begin
+                chip_count_r <= CHIP_COUNT_FIRST;
+                last_step_r <= step_count_r == STEP_COUNT_END;
+            end else if (o_run) begin
+                chip_count_r <= {^(chip_count_r & CHIP_COUNT_TAPS), chip_count_r[17:1]};
+            end
+            if (scan_last_chip_r) begin
+                step_count_r <= STEP_COUNT_FIRST;
+            end else if (o_last_chip) begin
+                step_count_r <= {^(step_count_r & STEP_COUNT_TAPS), step_count_r[6:1]};
+            end
+            step_done_r <= {step_done_r[4:0], o_last_chip};
+            scan_done_r <= {scan_done_r[4:0], scan_last_chip_r};
+        end
+    end
+
+`ifndef SYNTHESIS
+    lfsr_check #(
+        .WIDTH(18), .TAPS(CHIP_COUNT_TAPS), .SHIFTS(64'd253996),
+        .FIRST(CHIP_COUNT_FIRST), .LAST(CHIP_COUNT_END)
+    ) chip_count_end_check ();
+    lfsr_check #(
+        .WIDTH(7), .TAPS(STEP_COUNT_TAPS), .SHIFTS(64'd70),
+        .FIRST(STEP_COUNT_FIRST), .LAST(STEP_COUNT_END)
+    ) step_count_end_check ();
+`endif
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,19 @@
+// Verilog of sensor_top_tb, the top module last; paths are relative to this folder
+// Made by  goldtof emit image-glass.toml (goldtof 0.1.0)
+lfsr_check.v
+gold_generator.v
+state_match.v
+scan_controller.v
+chip_history.v
+lane_delay.v
+phase_stepper.v
+edge_detector.v
+quad_counter.v
+accumulator.v
+updown_correlator.v
+hit_counter.v
+detector_channel.v
+result_stream.v
+sensor_top.v
+sensor_top_tb_vectors.v
+sensor_top_tb.v

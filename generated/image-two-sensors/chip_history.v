@@ -1,0 +1,39 @@
+// chip_history: the reference's last chips, delayed by holding its generator
+//
+// Latency  1 clock from i_chip to o_chips
+// Made by  goldtof emit image-two-sensors.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module chip_history (
+    input  wire       i_clk,
+    input  wire       i_rst,
+
+    input  wire       i_chip,    // next chip of the reference
+    input  wire       i_wrap,    // last chip of a step; the next delays by a chip more
+    input  wire       i_start,   // a scan begins with the next clock
+
+    output wire       o_advance, // the reference generator goes on to its next chip
+    output reg  [1:0] o_chips    // reference chips, the present one in bit 0
+);
+
+    localparam [1:0] CHIPS_LOAD = 2'h0; // after reset and at a scan's start
+
+    assign o_advance = ~i_wrap;
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            o_chips <= CHIPS_LOAD;
+        end else begin
+            if (~i_wrap) begin
+                o_chips <= {o_chips[0], i_chip};
+            end
+            if (i_start) begin
+                o_chips <= CHIPS_LOAD;
+            end
+        end
+    end
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,47 @@
+// quad_counter: signed count of four pairs of samples
+//
+// A hit adds 1, and a hit that counts down takes 2 off again. Four ones are counted by two half
+// adders whose sums and carries meet in one gate each.
+//
+// Latency  2 clocks
+// Made by  goldtof emit image-two-sensors.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module quad_counter (
+    input  wire       i_clk,
+    input  wire       i_rst,
+
+    input  wire [3:0] i_hit,  // pairs with a hit
+    input  wire [3:0] i_down, // those whose hit counts down
+
+    output reg  [3:0] o_sum   // hits that count up less hits that count down, signed
+);
+
+    reg  [2:0] hits_r;
+    reg  [2:0] downs_r;
+    wire       two_hits;  // or three
+    wire       two_downs; // or three
+
+    assign two_hits =
+        (i_hit[0] & i_hit[1]) ^ (i_hit[2] & i_hit[3])
+        ^ ((i_hit[0] ^ i_hit[1]) & (i_hit[2] ^ i_hit[3]));
+    assign two_downs =
+        (i_down[0] & i_down[1]) ^ (i_down[2] & i_down[3])
+        ^ ((i_down[0] ^ i_down[1]) & (i_down[2] ^ i_down[3]));
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            hits_r <= 3'd0;
+            downs_r <= 3'd0;
+            o_sum <= 4'd0;
+        end else begin
+            hits_r <= {&i_hit, two_hits, ^i_hit};
+            downs_r <= {&i_down, two_downs, ^i_down};
+            o_sum <= {1'b0, hits_r} - {downs_r, 1'b0};
+        end
+    end
+
+endmodule
+
+`default_nettype wire
