@@ -161,7 +161,7 @@ fn widths_go_through_files() {
     };
     let rows = dark.counts.iter().enumerate().map(|(bin, count)| format!("{bin},{count},spad\n"));
     let bins = read(format!("bin,count,detector\n{}", rows.collect::<String>())).expect("bins");
-    assert_eq!(bins, [dark.clone()]);
+    assert_eq!(bins, std::slice::from_ref(&dark));
     let told = code_density(&sensor, &dark).expect("dark counts alone");
     fs::write(folder.path().join("sampler.csv"), told.csv()).expect("written");
     let set = "detector.sampler={ file = \"sampler.csv\" }".parse().expect("a setting");

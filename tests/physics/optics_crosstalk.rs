@@ -176,7 +176,7 @@ fn what_expects_is_refused_by_name_and_photons_are_simulated() {
     scene.scan.integration_chips = 310;
     let sensor = Sensor::new(&scene);
     for tier in [Tier::Expected, Tier::Counts] {
-        let error = sensor.simulate(tier.scans(2)).err().expect("refused").to_string();
+        let error = sensor.simulate(tier.scans(2)).expect_err("refused").to_string();
         assert!(error.contains("crosstalk of other detectors fires it"), "{tier}: {error}");
     }
     for tier in [Tier::Events, Tier::Sampled] {
