@@ -20,7 +20,7 @@ module bridge_core #(
 ) (
     input  wire                  i_clk,
     input  wire                  i_rst,
-    output wire                  o_rst,      // i_rst until the other side was in reset, too
+    output wire                  o_rst,      // a clock behind i_rst, until the other side was in reset, too
 
     input  wire                  i_uart_clk,
     output wire                  o_uart_rst,

@@ -8,7 +8,7 @@
 module bridge_reset (
     input  wire i_clk,
     input  wire i_rst,      // on i_clk
-    output wire o_rst,      // on i_clk
+    output wire o_rst,      // on i_clk, from a register: a clock behind i_rst
     input  wire i_uart_clk,
     output wire o_uart_rst  // on i_uart_clk
 );
@@ -20,13 +20,15 @@ module bridge_reset (
     reg answer_r      = 1'b0;
     reg uart_meta_r   = 1'b0;
     reg uart_rst_r    = 1'b0;
+    reg hold_r;
 
-    assign o_rst      = i_rst || due_r || ask_r || answer_r;
+    assign o_rst      = hold_r;
     assign o_uart_rst = uart_rst_r;
 
     always @(posedge i_clk) begin
         answer_meta_r <= uart_rst_r;
         answer_r      <= answer_meta_r;
+        hold_r        <= i_rst || due_r || ask_r || answer_r;
         if (i_rst) begin
             due_r <= 1'b1;
         end else if (!ask_r && !answer_r) begin

@@ -120,13 +120,22 @@ module framer #(
     wire         head_bit    = word_0 ? bits_0[place] : word_1 ? bit_1 : bit_2;
 
     // Past the last result the place of the word is another one's.
-    wire [BITS+1:0] word_unused = i_word >> place_r;
-    wire            data_bit    = !i_met && word_unused[0];
+    wire [(1<<PLACE_BITS)-1:0] result;
+    wire            data_bit    = !i_met && result[place_r];
     wire            last_place  = place_r == LAST_PLACE[PLACE_BITS-1:0];
     wire            crc_bit;
 
+    assign result[BITS-1:0] = i_word[BITS-1:0];
+    generate
+        if (BITS < (1 << PLACE_BITS)) begin : gen_rest
+            assign result[(1<<PLACE_BITS)-1:BITS] = {((1<<PLACE_BITS)-BITS){1'b0}};
+        end
+    endgenerate
+
     wire [5:0] head_bytes = !answers_r ? 6'd10 : i_identify ? 6'd40 : 6'd12;
+    // Of the section; in REST it means nothing.
     wire       ends       = i_between && (head ? byte_r == head_bytes : data ? i_met : byte_r[2]);
+    wire       data_ends  = data && i_between && i_met;
 
     assign o_active   = !rests;
     assign o_bit      = crc_now ? crc_bit : head ? head_bit : data_bit;
@@ -143,57 +152,65 @@ module framer #(
         .o_bit   (crc_bit)
     );
 
+    // Each register has one condition that clears it: its reset input takes that for nothing.
     always @(posedge i_clk) begin
-        wait_r <= !counts || looks ? 2'd0 : wait_r + 2'd1;
-        if (o_ahead) begin
+        if (i_rst || !counts || looks) begin
+            wait_r <= 2'd0;
+        end else begin
+            wait_r <= wait_r + 2'd1;
+        end
+
+        if (i_rst || data_ends) begin
+            count_r <= 8'd0;
+            last_r  <= 1'b0;
+            gap_r   <= 1'b0;
+        end else if (o_ahead) begin
             count_r <= count_r + 8'd1;
             last_r  <= i_word[BITS];
+            gap_r   <= gap_r || is_gap;
         end
-        if (o_ahead && is_gap) begin
-            gap_r       <= 1'b1;
+        if (i_rst) begin
+            gap_taken_r <= 1'b0;
+            lost_r      <= 16'd0;
+        end else if (o_ahead && is_gap) begin
             gap_taken_r <= !gap_taken_r;
             lost_r      <= i_lost;
         end
 
-        if (i_take) begin
-            place_r <= !data || last_place ? {PLACE_BITS{1'b0}} : place_r + 1'b1;
-            carry_r <= is_sequence || is_index ? (round && addend) || (carry_r && (round || addend)) : word_0;
+        if (!data) begin
+            place_r <= {PLACE_BITS{1'b0}};
+        end else if (i_take) begin
+            place_r <= last_place ? {PLACE_BITS{1'b0}} : place_r + 1'b1;
         end
-        if (i_take && i_place == 3'd7) begin
+        if (i_rst || ends) begin
+            byte_r <= 6'd0;
+        end else if (i_take && i_place == 3'd7) begin
             byte_r <= byte_r + 6'd1;
         end
-        if (i_take && is_sequence) begin
+
+        if (i_take) begin
+            carry_r <= is_sequence || is_index ? (round && addend) || (carry_r && (round || addend)) : word_0;
+        end
+        if (i_rst) begin
+            sequence_r <= 8'd0;
+        end else if (i_take && is_sequence) begin
             sequence_r <= {sum, sequence_r[7:1]};
         end
-        if (i_take && is_index) begin
+        if (i_rst) begin
+            index_r <= 24'd0;
+        end else if (i_take && is_index) begin
             index_r <= {sum && !last_r, index_r[23:1]};
         end
 
         if (rests) begin
             answers_r <= i_answer;
-            if (i_answer || begins) begin
-                section_r <= HEAD;
-            end
-        end else if (ends) begin
-            byte_r    <= 6'd0;
-            section_r <= head && !answers_r ? DATA : crc_now ? REST : CRC;
-            if (data) begin
-                count_r <= 8'd0;
-                last_r  <= 1'b0;
-                gap_r   <= 1'b0;
-            end
         end
-
         if (i_rst) begin
-            section_r   <= REST;
-            byte_r      <= 6'd0;
-            count_r     <= 8'd0;
-            last_r      <= 1'b0;
-            gap_r       <= 1'b0;
-            gap_taken_r <= 1'b0;
-            lost_r      <= 16'd0;
-            sequence_r  <= 8'd0;
-            index_r     <= 24'd0;
+            section_r <= REST;
+        end else if (rests) begin
+            section_r <= i_answer || begins ? HEAD : REST;
+        end else if (ends) begin
+            section_r <= head && !answers_r ? DATA : crc_now ? REST : CRC;
         end
     end
 

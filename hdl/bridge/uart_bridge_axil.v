@@ -125,7 +125,7 @@ module uart_bridge_axil #(
 
     axil_master master (
         .i_clk          (i_clk),
-        .i_rst          (rst),
+        .i_rst          (i_rst || rst), // nothing is offered to a slave that is out of reset already
         .i_toggle       (toggle_r),
         .i_write        (writes),
         .i_address      (address),

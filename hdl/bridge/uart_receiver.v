@@ -47,7 +47,9 @@ module uart_receiver #(
         meta_r  <= i_rx;
         rx_r    <= meta_r;
         timer_r <= start ? HALF[TIMER_BITS-1:0] : tick ? WHOLE[TIMER_BITS-1:0] : timer_r - 1'b1;
-        if (start) begin
+        if (i_rst) begin
+            busy_r <= 1'b0;
+        end else if (start) begin
             busy_r <= 1'b1;
         end else if (tick && slot_r[3]) begin
             // A start bit that is over by its middle was none.
@@ -58,16 +60,10 @@ module uart_receiver #(
         end else if (tick) begin
             slot_r <= slot_r + 4'd1;
         end
-        if (busy_r) begin
+        if (i_rst || busy_r) begin
             idle_r <= 9'd0;
         end else if (tick && !o_silence) begin
             idle_r <= idle_r + 9'd1;
-        end
-        if (i_rst) begin
-            busy_r  <= 1'b0;
-            timer_r <= WHOLE[TIMER_BITS-1:0];
-            slot_r  <= START;
-            idle_r  <= 9'd0;
         end
     end
 

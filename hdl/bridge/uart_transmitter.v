@@ -37,22 +37,15 @@ module uart_transmitter #(
 
     always @(posedge i_clk) begin
         timer_r <= tick ? LAST[TIMER_BITS-1:0] : timer_r - 1'b1;
-        if (tick) begin
-            if (!slot_r[3]) begin
-                tx_r <= i_bit;
-            end else begin
-                tx_r <= !(slot_r[0] && i_active);
-            end
-            if (slot_r[3] && slot_r[0]) begin
-                slot_r <= i_active ? 4'd0 : START;
-            end else begin
-                slot_r <= slot_r + 4'd1;
-            end
+        if (i_rst) begin
+            tx_r <= 1'b1;
+        end else if (tick) begin
+            tx_r <= slot_r[3] ? !(slot_r[0] && i_active) : i_bit;
         end
         if (i_rst) begin
-            timer_r <= LAST[TIMER_BITS-1:0];
-            slot_r  <= START;
-            tx_r    <= 1'b1;
+            slot_r <= START;
+        end else if (tick) begin
+            slot_r <= !(slot_r[3] && slot_r[0]) ? slot_r + 4'd1 : i_active ? 4'd0 : START;
         end
     end
 
