@@ -9,8 +9,8 @@
 // each domain) and errs to the safe side. Gray codes would be told sooner, at 30 LUT4 more. Both resets
 // have to overlap.
 //
-// Write  i_write may not be high while 2^ADDRESS_BITS words are in. o_almost_full rises 2 clocks after a
-//        write that leaves fewer than 8 places, so a writer that stops within 5 clocks loses nothing.
+// Write  i_write may not be high while 2^ADDRESS_BITS words are in. o_almost_full rises 3 clocks after a
+//        write that leaves 8 places, so a writer that stops within 5 clocks loses nothing.
 // Read   o_word is the word at the chosen place, 2 clocks after the place was chosen or went on.
 //        o_available tells in the same clock as the place whether the word `ahead` is there.
 
@@ -48,6 +48,8 @@ module async_fifo #(
     reg  [TOP:0] write_told_r;
     reg  [TOP:0] read_known_r;  // by the writer
     reg  [TOP:0] used_r;
+    reg          almost_full_r;
+    reg          half_full_r;
     reg  [TOP:0] ahead_r;
     reg  [TOP:0] read_r;
     reg  [TOP:0] read_told_r;
@@ -59,8 +61,8 @@ module async_fifo #(
 
     wire writer_has_it = back_seen != there_r;
 
-    assign o_almost_full = used_r[TOP] || &used_r[TOP-1:3];
-    assign o_half_full   = used_r[TOP] || used_r[TOP-1];
+    assign o_almost_full = almost_full_r;
+    assign o_half_full   = half_full_r;
 
     bridge_sync #(
         .BITS (1)
@@ -71,7 +73,9 @@ module async_fifo #(
     );
 
     always @(posedge i_clk) begin
-        used_r <= write_r - read_known_r;
+        used_r        <= write_r - read_known_r;
+        almost_full_r <= used_r[TOP] || &used_r[TOP-1:3];
+        half_full_r   <= used_r[TOP] || used_r[TOP-1];
         if (i_write) begin
             write_r <= write_r + 1'b1;
         end

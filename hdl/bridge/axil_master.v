@@ -40,7 +40,7 @@ module axil_master (
 
     wire        toggle_seen;
     reg         done_r;     // like toggle_seen: nothing is asked for
-    reg         busy_r;
+    reg         begins_r;
     reg         awvalid_r;
     reg         wvalid_r;
     reg         bready_r;
@@ -51,7 +51,7 @@ module axil_master (
     reg  [31:0] rdata_r;
     reg  [1:0]  status_r;
 
-    wire begins = toggle_seen != done_r && !busy_r;
+    wire ends = (bready_r && m_axil_bvalid) || (rready_r && m_axil_rvalid);
 
     assign o_toggle       = done_r;
     assign o_data         = rdata_r;
@@ -75,46 +75,32 @@ module axil_master (
     );
 
     always @(posedge i_clk) begin
-        if (m_axil_awready) begin
-            awvalid_r <= 1'b0;
-        end
-        if (m_axil_wready) begin
-            wvalid_r <= 1'b0;
-        end
-        if (m_axil_arready) begin
-            arvalid_r <= 1'b0;
-        end
-        if (begins) begin
-            busy_r    <= 1'b1;
+        begins_r <= toggle_seen != done_r && !begins_r && !bready_r && !rready_r && !i_rst;
+        if (begins_r) begin
             address_r <= i_address;
             wdata_r   <= i_data;
-            awvalid_r <= i_write;
-            wvalid_r  <= i_write;
-            bready_r  <= i_write;
-            arvalid_r <= !i_write;
-            rready_r  <= !i_write;
         end
-        if (bready_r && m_axil_bvalid) begin
-            busy_r   <= 1'b0;
-            done_r   <= !done_r;
-            bready_r <= 1'b0;
-            status_r <= m_axil_bresp;
-        end
-        if (rready_r && m_axil_rvalid) begin
-            busy_r   <= 1'b0;
-            done_r   <= !done_r;
-            rready_r <= 1'b0;
+        // What stands last is what was taken.
+        if (rready_r) begin
             rdata_r  <= m_axil_rdata;
             status_r <= m_axil_rresp;
+        end else if (bready_r) begin
+            status_r <= m_axil_bresp;
+        end
+        awvalid_r <= !i_rst && (begins_r ? i_write : awvalid_r && !m_axil_awready);
+        wvalid_r  <= !i_rst && (begins_r ? i_write : wvalid_r && !m_axil_wready);
+        arvalid_r <= !i_rst && (begins_r ? !i_write : arvalid_r && !m_axil_arready);
+        if (i_rst || ends) begin
+            bready_r <= 1'b0;
+            rready_r <= 1'b0;
+        end else if (begins_r) begin
+            bready_r <= i_write;
+            rready_r <= !i_write;
         end
         if (i_rst) begin
-            done_r    <= 1'b0;
-            busy_r    <= 1'b0;
-            awvalid_r <= 1'b0;
-            wvalid_r  <= 1'b0;
-            bready_r  <= 1'b0;
-            arvalid_r <= 1'b0;
-            rready_r  <= 1'b0;
+            done_r <= 1'b0;
+        end else if (ends) begin
+            done_r <= !done_r;
         end
     end
 

@@ -40,8 +40,10 @@ module result_writer #(
     reg             first_r;      // the result is the first of its scan
     reg             dropping_r;
     reg             may_resume_r;
-    reg  [15:0]     lost_r;
     reg             write_r;
+    reg             drop_r;
+    reg             resume_r;
+    reg  [15:0]     lost_r;
     reg  [BITS+1:0] word_r;
     reg             gap_r;        // changes with each marked word
     reg  [15:0]     gap_lost_r;
@@ -69,10 +71,13 @@ module result_writer #(
             first_r    <= last_r;
             dropping_r <= drop;
         end
-        if (valid_r && drop) begin
+        // A clock later, so that what is decided has no far way to go.
+        drop_r   <= valid_r && drop;
+        resume_r <= valid_r && resume;
+        if (drop_r) begin
             lost_r <= lost_r + 16'd1;
         end
-        if (valid_r && resume) begin
+        if (resume_r) begin
             gap_r      <= !gap_r;
             gap_lost_r <= lost_r;
         end
@@ -82,6 +87,8 @@ module result_writer #(
             write_r    <= 1'b0;
             first_r    <= 1'b1;
             dropping_r <= 1'b0;
+            drop_r     <= 1'b0;
+            resume_r   <= 1'b0;
             lost_r     <= 16'd0;
             gap_r      <= 1'b0;
             gap_lost_r <= 16'd0;
