@@ -11,7 +11,7 @@ use crate::photons::DetectorModel;
 use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::photons::Photons;
 use crate::reference::predictor::{Reference, ReferenceError};
-use crate::reference::stimulus::{RESET_CLOCKS, lead_clocks};
+use crate::reference::stimulus::RESET_CLOCKS;
 use crate::sensor::Sensor;
 use crate::sensor::layout::{Field, Layout};
 use crate::sensor::port::Role;
@@ -69,8 +69,9 @@ pub fn waves(sensor: &Sensor, seed: u64) -> Result<Vec<Wave>, ReferenceError> {
     let interface = sensor.interface();
     let latency = u64::from(interface.result_latency_clocks);
     let integration = sensor.timing().scan.integration_chips;
-    let first_result =
-        (RESET_CLOCKS + lead_clocks(interface)).saturating_add(integration).saturating_add(latency);
+    let first_result = (RESET_CLOCKS + interface.lead_clocks())
+        .saturating_add(integration)
+        .saturating_add(latency);
     let mut wanted = vec![("Start: the lasers begin when reset ends", 0..COLUMNS)];
     if first_result < MOST_CLOCKS {
         let from = (first_result + 5).saturating_sub(COLUMNS).max(1);

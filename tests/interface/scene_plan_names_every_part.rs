@@ -45,6 +45,7 @@ fn the_plan_of_paper_single() {
       count_segments        about 7 LUTs, 21 flip-flops   one carry chain holds 17 bits at full clock; saves pipeline stages
       saturation                                          no stimulus can overflow 17 bits; saves a pipeline stage and a port
       total_counts          about 35 LUTs, 59 flip-flops  the estimator "fft" uses the signed counts alone
+      registers                                           the scan and the codes are those of the scene
       scan_realignment                                    a scan of all 16376 phase steps ends where it began
       peak_detector         about 31 LUTs, 75 flip-flops  the host receives all 16376 counts and finds their maximum
 

@@ -103,6 +103,32 @@ module spec_code_of_detector #(
     endgenerate
 endmodule
 
+// What a host drives and sees, of a design with registers.
+`ifdef SETTINGS_BITS
+`define HOST_INPUTS , \
+    input wire [11:0] s_axil_awaddr, \
+    input wire s_axil_awvalid, \
+    input wire [31:0] s_axil_wdata, \
+    input wire [3:0] s_axil_wstrb, \
+    input wire s_axil_wvalid, \
+    input wire s_axil_bready, \
+    input wire [11:0] s_axil_araddr, \
+    input wire s_axil_arvalid, \
+    input wire s_axil_rready
+`define HOST_OUTPUTS \
+    wire s_axil_awready; \
+    wire s_axil_wready; \
+    wire [1:0] s_axil_bresp; \
+    wire s_axil_bvalid; \
+    wire s_axil_arready; \
+    wire [31:0] s_axil_rdata; \
+    wire [1:0] s_axil_rresp; \
+    wire s_axil_rvalid;
+`else
+`define HOST_INPUTS
+`define HOST_OUTPUTS
+`endif
+
 // The design and its outputs, of which a proof has those that the design has. A proof has the
 // inputs as its own.
 `define DESIGN \
@@ -116,12 +142,14 @@ endmodule
     wire [`DETECTORS*`PEAK_STEP_BITS-1:0] o_peak_step; \
     wire [`DETECTORS*`COUNT_BITS-1:0] o_peak_count; \
     wire o_peak_valid; \
+    `HOST_OUTPUTS \
     `TOP dut (.*);
 
 `define INPUTS_BUT_RESET \
     input wire i_clk, \
     input wire [`DETECTORS*`SAMPLES-1:0] i_samples, \
-    input wire m_axis_tready
+    input wire m_axis_tready \
+    `HOST_INPUTS
 
 `define INPUTS \
     input wire i_rst, \

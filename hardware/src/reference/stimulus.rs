@@ -42,20 +42,10 @@ pub trait Stimulus {
     fn drive(&mut self, drive: &mut Drive);
 }
 
-/// Clocks from the end of reset to the one after whose rising edge the lasers show their codes' first chips.
-pub fn start_clocks(interface: &Interface) -> u64 {
-    interface.registers.as_ref().map_or(0, |plan| plan.start_clocks())
-}
-
-/// Clocks from the end of reset to the first word of the first scan, less one.
-pub fn lead_clocks(interface: &Interface) -> u64 {
-    start_clocks(interface) + interface.timing.preparation_chips
-}
-
 /// First sample of cycle 0 when reset ends at clock `released`: the word of a
 /// cycle is presented one clock after its chip shows on `o_laser`.
 pub fn first_sample(interface: &Interface, released: u64) -> Sample {
-    interface.timing.sampling().first_sample(released + start_clocks(interface) + 1)
+    interface.timing.sampling().first_sample(released + interface.start_clocks() + 1)
 }
 
 /// First cycle of the `scan`-th scan after reset.
@@ -71,7 +61,7 @@ pub fn scan_start(interface: &Interface, scan: u64) -> u64 {
 pub fn clocks_for_scans(interface: &Interface, scans: u64) -> u64 {
     let last_word = scan_start(interface, scans - 1)
         .saturating_add(interface.scan_clocks())
-        .saturating_add(RESET_CLOCKS + start_clocks(interface));
+        .saturating_add(RESET_CLOCKS + interface.start_clocks());
     let beats = interface.beats_of_group();
     let stream = u64::from(interface.result_latency_clocks) + beats;
     let peak = interface.peak_latency_clocks();

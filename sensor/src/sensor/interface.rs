@@ -345,6 +345,16 @@ impl Interface {
         self.peak().map_or(0, |peak| peak.latency_clocks)
     }
 
+    /// Clocks from the end of reset to the one after whose rising edge the lasers show their codes' first chips.
+    pub fn start_clocks(&self) -> u64 {
+        self.registers.as_ref().map_or(0, |plan| plan.start_clocks())
+    }
+
+    /// Clocks from the end of reset to the first word of the first scan, less one.
+    pub fn lead_clocks(&self) -> u64 {
+        self.start_clocks() + self.timing.preparation_chips
+    }
+
     /// Results that a group sends: one for each phase step and detector, or the rows of
     /// their histograms.
     pub fn beats_of_group(&self) -> u64 {

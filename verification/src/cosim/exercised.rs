@@ -4,7 +4,7 @@ use crate::scene::DetectorIndex;
 
 use super::StimulusKind;
 use crate::reference::coverage::signs_reached;
-use crate::reference::stimulus::{RESET_CLOCKS, lead_clocks};
+use crate::reference::stimulus::RESET_CLOCKS;
 use crate::sensor::interface::Interface;
 
 pub use crate::reference::exercise::Exercised;
@@ -73,7 +73,7 @@ fn clocks_for_a_result(interface: &Interface) -> u64 {
         .scan
         .integration_chips
         .saturating_add(u64::from(interface.result_latency_clocks) + RESET_CLOCKS + beats + 1)
-        .saturating_add(lead_clocks(interface))
+        .saturating_add(interface.lead_clocks())
 }
 
 #[cfg(test)]

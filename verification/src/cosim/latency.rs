@@ -13,7 +13,7 @@ use super::error::CosimError;
 use super::shift::PortDifference;
 use super::source::Verilog;
 use super::{CosimOptions, Cosimulation, StimulusKind, cosimulate};
-use crate::reference::stimulus::{RESET_CLOCKS, clocks_for_scans, lead_clocks};
+use crate::reference::stimulus::{RESET_CLOCKS, clocks_for_scans};
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::port::Role;
@@ -122,7 +122,7 @@ fn found(sensor: &Sensor, verilog: &Verilog, options: &CosimOptions) -> Result<S
 
 /// Clocks in which the first result, and the first peak, are there.
 fn clocks_to_see(interface: &Interface) -> u64 {
-    let chips = interface.timing.scan.integration_chips + lead_clocks(interface);
+    let chips = interface.timing.scan.integration_chips + interface.lead_clocks();
     let beats = interface.beats_of_group();
     let results = chips + u64::from(interface.result_latency_clocks) + RESET_CLOCKS + beats;
     let all = match interface.peak() {

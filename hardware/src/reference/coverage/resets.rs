@@ -4,7 +4,6 @@ use super::stream::rows_at_borders;
 use super::{Family, Hindered};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup, Receiver};
-use crate::reference::stimulus::lead_clocks;
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Counting, Interface};
 
@@ -167,7 +166,7 @@ fn in_state(maker: &GroupMaker, state: ResetState) -> Result<Vec<PlannedGroup>, 
         ResetState::Stalled => {
             // Until the result of the group behind the reset stands.
             let shortest = maker.reach.shortest;
-            let clocks = 2 * latency + shortest + 16 + lead_clocks(maker.interface);
+            let clocks = 2 * latency + shortest + 16 + maker.interface.lead_clocks();
             let stalls = Receiver::StopsAt { beat: 0, clocks };
             let after = behind_results.long(Length::Exactly(shortest));
             vec![dense(maker), plain().received(stalls), after]
