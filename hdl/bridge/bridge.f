@@ -1,0 +1,13 @@
+async_fifo.v
+axil_master.v
+bridge_core.v
+bridge_reset.v
+bridge_sync.v
+crc32.v
+framer.v
+request_receiver.v
+result_writer.v
+uart_bridge.v
+uart_bridge_axil.v
+uart_receiver.v
+uart_transmitter.v

@@ -1,0 +1,269 @@
+// bridge_core: what both bridges are made of: results to the line, requests from it
+//
+// A request that has come stands at o_request, o_kind, ... until i_answer has been sent and o_answered
+// was high. Ports and parameters are described in README.md.
+
+`default_nettype none
+
+module bridge_core #(
+    parameter         TDATA_BITS     = 24,
+    parameter         COUNT_BITS     = 18,
+    parameter         MORE_FIRST_BIT = 0,
+    parameter         MORE_BITS      = 0,
+    parameter         BACK_PRESSURE  = 0,
+    parameter         CLOCKS_PER_BIT = 16,
+    parameter         ADDRESS_BITS   = 10,
+    parameter         FRAME_RESULTS  = 255,
+    parameter [255:0] IDENTITY       = 256'd0
+) (
+    input  wire                  i_clk,
+    input  wire                  i_rst,
+    output wire                  o_rst,      // i_rst until the other side was in reset, too
+
+    input  wire                  i_uart_clk,
+    output wire                  o_uart_rst,
+    input  wire                  i_rx,
+    output wire                  o_tx,
+
+    // Results and flags of the core
+    input  wire [TDATA_BITS-1:0] s_axis_tdata,
+    input  wire                  s_axis_tvalid,
+    output wire                  s_axis_tready,
+    input  wire                  s_axis_tlast,
+    input  wire                  i_overrun,
+    input  wire                  i_saturated,
+
+    // Requests and answers, on i_uart_clk
+    output wire                  o_request,
+    output wire [7:0]            o_kind,
+    output wire [11:0]           o_address,
+    output wire [31:0]           o_data,
+    input  wire                  i_answer,
+    input  wire                  i_identify, // the answer is the identity, else status and data
+    input  wire [1:0]            i_status,
+    input  wire [31:0]           i_data,
+    output wire                  o_answered
+);
+
+    localparam BITS = COUNT_BITS + MORE_BITS;
+
+    // Bits of a number from 0 to `last`.
+    function integer bits_of;
+        input integer last;
+        integer       rest;
+        begin
+            bits_of = 1;
+            for (rest = last; rest > 1; rest = rest / 2) begin
+                bits_of = bits_of + 1;
+            end
+        end
+    endfunction
+
+    localparam TIMER_BITS = bits_of(CLOCKS_PER_BIT - 1);
+
+    generate
+        if (COUNT_BITS < 1 || COUNT_BITS > TDATA_BITS || MORE_BITS < 0 ||
+            (MORE_BITS > 0 && MORE_FIRST_BIT + MORE_BITS > TDATA_BITS)) begin : gen_fields
+            uart_bridge_needs_COUNT_BITS_and_MORE_BITS_within_TDATA_BITS stop ();
+        end
+        if (BITS > 511) begin : gen_wide
+            uart_bridge_needs_results_of_511_bits_or_fewer stop ();
+        end
+        if (BACK_PRESSURE != 0 && BACK_PRESSURE != 1) begin : gen_pressure
+            uart_bridge_needs_BACK_PRESSURE_of_0_or_1 stop ();
+        end
+        if (CLOCKS_PER_BIT < 4 || CLOCKS_PER_BIT > 65535) begin : gen_rate
+            uart_bridge_needs_CLOCKS_PER_BIT_of_4_to_65535 stop ();
+        end
+        if (ADDRESS_BITS < 5 || ADDRESS_BITS > 14) begin : gen_depth
+            uart_bridge_needs_ADDRESS_BITS_of_5_to_14 stop ();
+        end
+        if (FRAME_RESULTS < 1 || FRAME_RESULTS > 255 || 2 * FRAME_RESULTS > (1 << ADDRESS_BITS)) begin : gen_frame
+            uart_bridge_needs_FRAME_RESULTS_of_1_to_255_and_half_of_the_FIFO stop ();
+        end
+    endgenerate
+
+    wire            rst;
+    wire            uart_rst;
+    wire [BITS-1:0] result;
+    wire            write;
+    wire [BITS+1:0] written;
+    wire            almost_full;
+    wire            half_full;
+    wire            gap_taken;
+    wire            gap_taken_seen;
+    wire [23:0]     gap_index;
+    wire [23:0]     gap_lost;
+    wire            look;
+    wire            ahead;
+    wire            read;
+    wire            available;
+    wire            met;
+    wire [BITS+1:0] word;
+    wire            overrun;
+    wire            saturated;
+    wire            active;
+    wire            bit_out;
+    wire            take;
+    wire            between;
+    wire            bit_valid;
+    wire            bit_in;
+    wire            byte_ended;
+    wire            broken;
+    wire            silence;
+    wire [7:0]      tag;
+
+    assign o_rst      = rst;
+    assign o_uart_rst = uart_rst;
+
+    bridge_reset resets (
+        .i_clk      (i_clk),
+        .i_rst      (i_rst),
+        .o_rst      (rst),
+        .i_uart_clk (i_uart_clk),
+        .o_uart_rst (uart_rst)
+    );
+
+    // Results without the padding of s_axis_tdata.
+    generate
+        if (MORE_BITS > 0) begin : gen_two_fields
+            assign result = {s_axis_tdata[MORE_FIRST_BIT +: MORE_BITS], s_axis_tdata[COUNT_BITS-1:0]};
+        end else begin : gen_one_field
+            assign result = s_axis_tdata[COUNT_BITS-1:0];
+        end
+    endgenerate
+
+    result_writer #(
+        .BITS          (BITS),
+        .BACK_PRESSURE (BACK_PRESSURE)
+    ) writer (
+        .i_clk         (i_clk),
+        .i_rst         (rst),
+        .s_axis_tdata  (result),
+        .s_axis_tvalid (s_axis_tvalid),
+        .s_axis_tready (s_axis_tready),
+        .s_axis_tlast  (s_axis_tlast),
+        .o_write       (write),
+        .o_word        (written),
+        .i_almost_full (almost_full),
+        .i_half_full   (half_full),
+        .i_gap_taken   (gap_taken_seen),
+        .o_gap_index   (gap_index),
+        .o_gap_lost    (gap_lost)
+    );
+
+    bridge_sync #(
+        .BITS (1)
+    ) gap_sync (
+        .i_clk   (i_clk),
+        .i_async (gap_taken),
+        .o_sync  (gap_taken_seen)
+    );
+
+    async_fifo #(
+        .ADDRESS_BITS (ADDRESS_BITS),
+        .BITS         (BITS + 2)
+    ) fifo (
+        .i_clk         (i_clk),
+        .i_rst         (rst),
+        .i_write       (write),
+        .i_word        (written),
+        .o_almost_full (almost_full),
+        .o_half_full   (half_full),
+        .i_read_clk    (i_uart_clk),
+        .i_read_rst    (uart_rst),
+        .i_look        (look),
+        .i_ahead       (ahead),
+        .i_read        (read),
+        .o_available   (available),
+        .o_met         (met),
+        .o_word        (word)
+    );
+
+    bridge_sync #(
+        .BITS (2)
+    ) flag_sync (
+        .i_clk   (i_uart_clk),
+        .i_async ({i_saturated, i_overrun}),
+        .o_sync  ({saturated, overrun})
+    );
+
+    framer #(
+        .BITS          (BITS),
+        .FRAME_RESULTS (FRAME_RESULTS),
+        .IDENTITY      (IDENTITY)
+    ) frames (
+        .i_clk       (i_uart_clk),
+        .i_rst       (uart_rst),
+        .i_overrun   (overrun),
+        .i_saturated (saturated),
+        .o_look      (look),
+        .o_ahead     (ahead),
+        .o_read      (read),
+        .i_available (available),
+        .i_met       (met),
+        .i_word      (word),
+        .i_gap_index (gap_index),
+        .i_gap_lost  (gap_lost),
+        .o_gap_taken (gap_taken),
+        .i_answer    (i_answer),
+        .i_identify  (i_identify),
+        .i_tag       (tag),
+        .i_status    (i_status),
+        .i_data      (i_data),
+        .o_answered  (o_answered),
+        .o_active    (active),
+        .o_bit       (bit_out),
+        .i_take      (take),
+        .i_between   (between)
+    );
+
+    uart_transmitter #(
+        .CLOCKS_PER_BIT (CLOCKS_PER_BIT),
+        .TIMER_BITS     (TIMER_BITS)
+    ) transmitter (
+        .i_clk     (i_uart_clk),
+        .i_rst     (uart_rst),
+        .i_active  (active),
+        .i_bit     (bit_out),
+        .o_take    (take),
+        .o_between (between),
+        .o_tx      (o_tx)
+    );
+
+    uart_receiver #(
+        .CLOCKS_PER_BIT (CLOCKS_PER_BIT),
+        .TIMER_BITS     (TIMER_BITS)
+    ) receiver (
+        .i_clk     (i_uart_clk),
+        .i_rst     (uart_rst),
+        .i_rx      (i_rx),
+        .o_valid   (bit_valid),
+        .o_bit     (bit_in),
+        .o_byte    (byte_ended),
+        .o_broken  (broken),
+        .o_silence (silence)
+    );
+
+    request_receiver requests (
+        .i_clk      (i_uart_clk),
+        .i_rst      (uart_rst),
+        .i_valid    (bit_valid),
+        .i_bit      (bit_in),
+        .i_byte     (byte_ended),
+        .i_broken   (broken),
+        .i_silence  (silence),
+        .o_request  (o_request),
+        .o_kind     (o_kind),
+        .o_tag      (tag),
+        .o_address  (o_address),
+        .o_data     (o_data),
+        .i_answered (o_answered)
+    );
+
+    // The padding above the fields.
+    wire unused = &{1'b0, s_axis_tdata};
+
+endmodule
+
+`default_nettype wire

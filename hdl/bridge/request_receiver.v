@@ -1,0 +1,82 @@
+// request_receiver: requests of the host, from the bits of the line
+//
+// A request is 13 bytes (docs/wire.md): 0x5A, kind, tag, address (2), data (4), CRC-32 (4), least
+// significant byte first. One that is torn is dropped: by its CRC, by a byte without a stop bit, or by
+// silence. While a request is being answered the line is not listened to.
+
+`default_nettype none
+
+module request_receiver (
+    input  wire        i_clk,
+    input  wire        i_rst,
+
+    // From uart_receiver
+    input  wire        i_valid,
+    input  wire        i_bit,
+    input  wire        i_byte,
+    input  wire        i_broken,
+    input  wire        i_silence,
+
+    output wire        o_request, // until i_answered
+    output wire [7:0]  o_kind,
+    output wire [7:0]  o_tag,
+    output wire [11:0] o_address,
+    output wire [31:0] o_data,
+    input  wire        i_answered
+);
+
+    localparam [7:0] SYNC = 8'h5A;
+
+    reg         request_r;
+    reg  [3:0]  byte_r;  // of the request; 0: its first is awaited
+    reg  [63:0] bits_r;  // the last 64 before the CRC
+    reg         wrong_r; // a bit of the CRC is
+
+    wire begins = byte_r == 4'd0;
+    wire is_crc = byte_r >= 4'd9;
+    wire ends   = byte_r == 4'd12;
+    wire crc_bit;
+
+    assign o_request = request_r;
+    assign o_kind    = bits_r[7:0];
+    assign o_tag     = bits_r[15:8];
+    assign o_address = bits_r[27:16];
+    assign o_data    = bits_r[63:32];
+
+    crc32 crc (
+        .i_clk   (i_clk),
+        .i_clear (begins),
+        .i_shift (i_valid),
+        .i_bits  (!is_crc),
+        .i_bit   (i_bit),
+        .o_bit   (crc_bit)
+    );
+
+    always @(posedge i_clk) begin
+        if (i_valid && !request_r && !is_crc) begin
+            bits_r <= {i_bit, bits_r[63:1]};
+        end
+        if (begins) begin
+            wrong_r <= 1'b0;
+        end else if (i_valid && is_crc && i_bit != crc_bit) begin
+            wrong_r <= 1'b1;
+        end
+        if (i_silence || i_broken || request_r) begin
+            byte_r <= 4'd0;
+        end else if (i_byte && !(begins && bits_r[63:56] != SYNC)) begin
+            byte_r <= ends ? 4'd0 : byte_r + 4'd1;
+        end
+        if (i_answered) begin
+            request_r <= 1'b0;
+        end else if (i_byte && ends && !wrong_r) begin
+            request_r <= 1'b1;
+        end
+        if (i_rst) begin
+            byte_r    <= 4'd0;
+            request_r <= 1'b0;
+        end
+    end
+
+endmodule
+
+`default_nettype wire
