@@ -2,10 +2,14 @@
 //
 // The reader has two places: `ahead` looks at words that are kept, and `read` gives them back. So it can
 // count what it will send before it sends it. Both only go forward, `read` up to `ahead`.
-// Each domain knows the other's place by a Gray code, of which one bit changes at a time, through two
-// flip-flops. Both resets have to overlap.
 //
-// Write  i_write may not be high while 2^ADDRESS_BITS words are in. o_almost_full rises 3 clocks after a
+// Each domain knows the other's place by a messenger that goes round for ever: one bit through two
+// flip-flops each way. Who has it writes down the own place and what the other one has written down, which
+// stands as long as the messenger is on its way. What is known is up to a round old (some four clocks of
+// each domain) and errs to the safe side. Gray codes would be told sooner, at 30 LUT4 more. Both resets
+// have to overlap.
+//
+// Write  i_write may not be high while 2^ADDRESS_BITS words are in. o_almost_full rises 2 clocks after a
 //        write that leaves fewer than 8 places, so a writer that stops within 5 clocks loses nothing.
 // Read   o_word is the word at the chosen place, 2 clocks after the place was chosen or went on.
 //        o_available tells in the same clock as the place whether the word `ahead` is there.
@@ -38,81 +42,85 @@ module async_fifo #(
     // Places have a bit more than addresses: how often they went round.
     localparam TOP = ADDRESS_BITS;
 
-    generate
-        if (ADDRESS_BITS < 5) begin : gen_too_shallow
-            async_fifo_needs_ADDRESS_BITS_of_5_or_more stop ();
-        end
-    endgenerate
+    reg          there_r;       // the messenger, as the writer sends it back
+    reg          back_r;        // as the reader sends it
+    reg  [TOP:0] write_r;
+    reg  [TOP:0] write_told_r;
+    reg  [TOP:0] read_known_r;  // by the writer
+    reg  [TOP:0] used_r;
+    reg  [TOP:0] ahead_r;
+    reg  [TOP:0] read_r;
+    reg  [TOP:0] read_told_r;
+    reg  [TOP:0] write_known_r; // by the reader
+    wire         there_seen;
+    wire         back_seen;
 
     // Writer
 
-    reg  [TOP:0] write_r;
-    reg  [TOP:0] write_gray_r;    // a clock behind: the word is in the memory
-    wire [TOP:0] read_gray_seen;
-    reg  [TOP:0] read_seen_r;
-    reg  [TOP:0] used_r;
-    reg          almost_full_r;
-    reg          half_full_r;
-    integer      k;
+    wire writer_has_it = back_seen != there_r;
 
-    assign o_almost_full = almost_full_r;
-    assign o_half_full   = half_full_r;
+    assign o_almost_full = used_r[TOP] || &used_r[TOP-1:3];
+    assign o_half_full   = used_r[TOP] || used_r[TOP-1];
 
     bridge_sync #(
-        .BITS (TOP + 1)
-    ) read_sync (
+        .BITS (1)
+    ) back_sync (
         .i_clk   (i_clk),
-        .i_async (read_gray_r),
-        .o_sync  (read_gray_seen)
+        .i_async (back_r),
+        .o_sync  (back_seen)
     );
 
     always @(posedge i_clk) begin
-        write_gray_r <= write_r ^ (write_r >> 1);
-        for (k = 0; k <= TOP; k = k + 1) begin
-            read_seen_r[k] <= ^(read_gray_seen >> k);
-        end
-        used_r        <= write_r - read_seen_r;
-        almost_full_r <= used_r[TOP] || &used_r[TOP-1:3];
-        half_full_r   <= used_r[TOP] || used_r[TOP-1];
+        used_r <= write_r - read_known_r;
         if (i_write) begin
             write_r <= write_r + 1'b1;
         end
+        if (writer_has_it) begin
+            there_r      <= back_seen;
+            write_told_r <= write_r;
+            read_known_r <= read_told_r;
+        end
         if (i_rst) begin
+            there_r      <= 1'b0;
             write_r      <= {(TOP + 1){1'b0}};
-            write_gray_r <= {(TOP + 1){1'b0}};
+            write_told_r <= {(TOP + 1){1'b0}};
+            read_known_r <= {(TOP + 1){1'b0}};
         end
     end
 
     // Reader
 
-    reg  [TOP:0] ahead_r;
-    reg  [TOP:0] read_r;
-    reg  [TOP:0] read_gray_r;
-    wire [TOP:0] write_gray_seen;
+    wire reader_has_it = there_seen == back_r;
 
-    assign o_available = (ahead_r ^ (ahead_r >> 1)) != write_gray_seen;
+    assign o_available = ahead_r != write_known_r;
     assign o_met       = read_r == ahead_r;
 
     bridge_sync #(
-        .BITS (TOP + 1)
-    ) write_sync (
+        .BITS (1)
+    ) there_sync (
         .i_clk   (i_read_clk),
-        .i_async (write_gray_r),
-        .o_sync  (write_gray_seen)
+        .i_async (there_r),
+        .o_sync  (there_seen)
     );
 
     always @(posedge i_read_clk) begin
-        read_gray_r <= read_r ^ (read_r >> 1);
         if (i_ahead) begin
             ahead_r <= ahead_r + 1'b1;
         end
         if (i_read) begin
             read_r <= read_r + 1'b1;
         end
+        if (reader_has_it) begin
+            back_r        <= !back_r;
+            read_told_r   <= read_r;
+            write_known_r <= write_told_r;
+        end
         if (i_read_rst) begin
-            ahead_r     <= {(TOP + 1){1'b0}};
-            read_r      <= {(TOP + 1){1'b0}};
-            read_gray_r <= {(TOP + 1){1'b0}};
+            back_r        <= 1'b0;
+            ahead_r       <= {(TOP + 1){1'b0}};
+            read_r        <= {(TOP + 1){1'b0}};
+            read_told_r   <= {(TOP + 1){1'b0}};
+            write_known_r <= {(TOP + 1){1'b0}};
         end
     end
 

@@ -60,6 +60,7 @@ module bridge_core #(
     endfunction
 
     localparam TIMER_BITS = bits_of(CLOCKS_PER_BIT - 1);
+    localparam PLACE_BITS = bits_of(BITS - 1);
 
     generate
         if (COUNT_BITS < 1 || COUNT_BITS > TDATA_BITS || MORE_BITS < 0 ||
@@ -92,8 +93,7 @@ module bridge_core #(
     wire            half_full;
     wire            gap_taken;
     wire            gap_taken_seen;
-    wire [23:0]     gap_index;
-    wire [23:0]     gap_lost;
+    wire [15:0]     lost;
     wire            look;
     wire            ahead;
     wire            read;
@@ -105,13 +105,15 @@ module bridge_core #(
     wire            active;
     wire            bit_out;
     wire            take;
+    wire [2:0]      place;
     wire            between;
     wire            bit_valid;
     wire            bit_in;
     wire            byte_ended;
     wire            broken;
     wire            silence;
-    wire [7:0]      tag;
+    wire            request_bit;
+    wire            repeat_bit;
 
     assign o_rst      = rst;
     assign o_uart_rst = uart_rst;
@@ -148,8 +150,7 @@ module bridge_core #(
         .i_almost_full (almost_full),
         .i_half_full   (half_full),
         .i_gap_taken   (gap_taken_seen),
-        .o_gap_index   (gap_index),
-        .o_gap_lost    (gap_lost)
+        .o_lost        (lost)
     );
 
     bridge_sync #(
@@ -190,6 +191,7 @@ module bridge_core #(
 
     framer #(
         .BITS          (BITS),
+        .PLACE_BITS    (PLACE_BITS),
         .FRAME_RESULTS (FRAME_RESULTS),
         .IDENTITY      (IDENTITY)
     ) frames (
@@ -203,18 +205,19 @@ module bridge_core #(
         .i_available (available),
         .i_met       (met),
         .i_word      (word),
-        .i_gap_index (gap_index),
-        .i_gap_lost  (gap_lost),
+        .i_lost      (lost),
         .o_gap_taken (gap_taken),
         .i_answer    (i_answer),
         .i_identify  (i_identify),
-        .i_tag       (tag),
         .i_status    (i_status),
         .i_data      (i_data),
+        .i_request   (request_bit),
+        .o_repeat    (repeat_bit),
         .o_answered  (o_answered),
         .o_active    (active),
         .o_bit       (bit_out),
         .i_take      (take),
+        .i_place     (place),
         .i_between   (between)
     );
 
@@ -227,6 +230,7 @@ module bridge_core #(
         .i_active  (active),
         .i_bit     (bit_out),
         .o_take    (take),
+        .o_place   (place),
         .o_between (between),
         .o_tx      (o_tx)
     );
@@ -255,9 +259,10 @@ module bridge_core #(
         .i_silence  (silence),
         .o_request  (o_request),
         .o_kind     (o_kind),
-        .o_tag      (tag),
         .o_address  (o_address),
         .o_data     (o_data),
+        .o_bit      (request_bit),
+        .i_repeat   (repeat_bit),
         .i_answered (o_answered)
     );
 

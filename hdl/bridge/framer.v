@@ -1,7 +1,7 @@
 // framer: frames of results, and answers to requests, as bits for the line
 //
-// The bytes of each frame are in docs/wire.md. All bits of a frame come from one place, chosen by the
-// section and a counter; nothing is kept twice.
+// All frames have the same header; the bytes are in docs/wire.md. Whatever is sent is chosen bit by bit by
+// the section, the number of its byte, and the place in the byte.
 //
 // A frame of results holds those that came while the one before was on the line, FRAME_RESULTS at most:
 // few under little load, so that none waits, many under a high one, so that the line carries results and
@@ -12,6 +12,7 @@
 
 module framer #(
     parameter         BITS          = 18, // of a result
+    parameter         PLACE_BITS    = 5,  // of BITS - 1
     parameter         FRAME_RESULTS = 255,
     parameter [255:0] IDENTITY      = 256'd0
 ) (
@@ -29,100 +30,113 @@ module framer #(
     input  wire [BITS+1:0] i_word,
 
     // Loss, in the core's clock domain; stands while a marked word is in the FIFO
-    input  wire [23:0]     i_gap_index,
-    input  wire [23:0]     i_gap_lost,
+    input  wire [15:0]     i_lost,
     output wire            o_gap_taken, // changes when it has been taken
 
     // Answers
     input  wire            i_answer,    // there is one
     input  wire            i_identify,  // it is the identity, else status and data
-    input  wire [7:0]      i_tag,
     input  wire [1:0]      i_status,
     input  wire [31:0]     i_data,
+    input  wire            i_request,   // bit of the request, which an answer repeats
+    output wire            o_repeat,    // the next one
     output wire            o_answered,
 
     // uart_transmitter
     output wire            o_active,
     output wire            o_bit,
     input  wire            i_take,
+    input  wire [2:0]      i_place,
     input  wire            i_between
 );
 
-    localparam [7:0] SYNC         = 8'hA5;
-    localparam [7:0] KIND_RESULTS = 8'h43; // C
-    localparam [7:0] KIND_ANSWER  = 8'h41; // A
+    localparam [7:0] SYNC          = 8'hA5;
+    localparam [7:0] KIND_RESULTS  = 8'h43; // C
+    localparam [7:0] KIND_ANSWER   = 8'h41; // A
     localparam [7:0] KIND_IDENTITY = 8'h49; // I
 
     localparam [1:0] REST = 2'd0; // nothing is sent; results are counted, as in CRC
-    localparam [1:0] HEAD = 2'd1; // header, or a whole answer
+    localparam [1:0] HEAD = 2'd1; // header; of an answer all but its CRC
     localparam [1:0] DATA = 2'd2; // results, and zeros up to a whole byte
     localparam [1:0] CRC  = 2'd3;
 
-    localparam [8:0] RESULTS_HEAD_BITS  = 9'd88;
-    localparam [8:0] ANSWER_HEAD_BITS   = 9'd80;
-    localparam [8:0] IDENTITY_HEAD_BITS = 9'd296;
-    localparam [8:0] CRC_BITS           = 9'd32;
-    localparam [31:0] LAST_BIT          = BITS - 1;
-    localparam [31:0] MOST              = FRAME_RESULTS;
+    localparam [31:0] LAST_PLACE = BITS - 1;
+    localparam [31:0] MOST       = FRAME_RESULTS;
 
-    reg  [1:0]  section_r;
-    reg         answers_r;  // the frame is an answer
-    reg  [8:0]  bit_r;      // of the section, or of the result
-    reg  [7:0]  sequence_r;
-    reg  [1:0]  wait_r;     // clocks for the word of the place `ahead`
-    reg  [7:0]  count_r;    // results of the frame
-    reg         last_r;     // the last of them is a scan's last
-    reg  [23:0] index_r;    // of the first of them in its scan
-    reg  [23:0] lost_r;     // before it, since reset
-    reg         gap_taken_r;
+    reg  [1:0]            section_r;
+    reg                   answers_r;   // the frame is an answer
+    reg  [5:0]            byte_r;      // of the section
+    reg  [PLACE_BITS-1:0] place_r;     // of the next bit in its result
+    reg  [1:0]            wait_r;      // clocks for the word of the place `ahead`
+    reg  [7:0]            count_r;     // results of the frame
+    reg                   last_r;      // the last of them is a scan's last
+    reg                   gap_r;       // some were lost before the first of them
+    reg                   gap_taken_r;
+    reg  [15:0]           lost_r;      // before them, since reset
+    reg  [7:0]            sequence_r;  // of the frame; goes round while it is sent
+    reg  [23:0]           index_r;     // of the first result in its scan; likewise
+    reg                   carry_r;
+
+    wire rests   = section_r == REST;
+    wire head    = section_r == HEAD;
+    wire data    = section_r == DATA;
+    wire crc_now = section_r == CRC;
 
     // Results of the next frame
 
-    wire counts  = section_r == REST || section_r == CRC;
-    wire looks   = counts && wait_r == 2'd2;
-    wire is_gap  = i_word[BITS+1];
-    wire first   = count_r == 8'd0;
-    wire takes   = i_available && !last_r && count_r != MOST[7:0] && (first || !is_gap);
-    wire rests   = section_r == REST;
-    wire begins  = rests && looks && !takes && !first;
+    wire first  = count_r == 8'd0;
+    wire is_gap = i_word[BITS+1];
+    wire counts = rests || crc_now;
+    wire looks  = counts && wait_r[1];
+    wire takes  = i_available && !last_r && count_r != MOST[7:0] && (first || !is_gap);
+    wire begins = looks && !takes && !first;
 
     assign o_look      = counts;
     assign o_ahead     = looks && takes;
     assign o_gap_taken = gap_taken_r;
 
-    // Bits of the frame
+    // Bits of the frame. Two numbers go round while they are sent, and come back with what they are next:
+    // the sequence number with 1 more, the index with the results of the frame more. So they need neither
+    // a multiplexer nor a wide adder.
 
-    wire         head     = section_r == HEAD;
-    wire         data     = section_r == DATA;
-    wire         crc_now  = section_r == CRC;
-    wire [7:0]   kind     = !answers_r ? KIND_RESULTS : i_identify ? KIND_IDENTITY : KIND_ANSWER;
-    wire [31:0]  common   = {5'd0, i_saturated, i_overrun, last_r && !answers_r, sequence_r, kind, SYNC};
-    wire [55:0]  results  = {lost_r, index_r, count_r};
-    wire [47:0]  answer   = {i_data, 6'd0, i_status, i_tag};
-    wire [263:0] identity = {IDENTITY, i_tag};
-    wire [8:0]   body_bit = bit_r - 9'd32;
-    wire         is_common = bit_r < 9'd32;
-    wire         crc_bit;
-    wire         head_bit = is_common ? common[bit_r[4:0]] :
-        !answers_r ? results[body_bit[5:0]] :
-        i_identify ? identity[body_bit] : answer[body_bit[5:0]];
-    wire [BITS+1:0] word_unused = i_word >> bit_r;
-    wire         data_bit = !i_met && word_unused[0];
-    wire [8:0]   head_bits = !answers_r ? RESULTS_HEAD_BITS :
-        i_identify ? IDENTITY_HEAD_BITS : ANSWER_HEAD_BITS;
-    wire         head_ends = head && i_between && bit_r == head_bits;
-    wire         data_ends = data && i_between && i_met;
-    wire         crc_ends  = crc_now && i_between && bit_r == CRC_BITS;
-    wire         is_last_bit = data && bit_r == LAST_BIT[8:0];
+    wire [4:0]   place       = {byte_r[1:0], i_place};
+    wire         word_0      = byte_r[5:2] == 4'd0;
+    wire         word_1      = byte_r[5:2] == 4'd1;
+    wire         is_sequence = head && word_0 && byte_r[1:0] == 2'd2;
+    wire         is_index    = head && word_1 && byte_r[1:0] != 2'd0 && !answers_r;
+    wire         round       = is_sequence ? sequence_r[0] : index_r[0] && !gap_r;
+    wire         addend      = is_index && byte_r[1:0] == 2'd1 && count_r[i_place];
+    wire         sum         = round ^ addend ^ carry_r;
+
+    wire [7:0]   kind        = !answers_r ? KIND_RESULTS : i_identify ? KIND_IDENTITY : KIND_ANSWER;
+    wire [7:0]   flags       = answers_r ? {2'd0, i_identify ? 2'd0 : i_status, 1'd0, i_saturated, i_overrun, 1'd0} :
+        {4'd0, gap_r, i_saturated, i_overrun, last_r};
+    wire [31:0]  bits_0      = {flags, {8{round}}, kind, SYNC};
+    wire         bit_1       = answers_r ? i_request : byte_r[1:0] == 2'd0 ? count_r[i_place] : round;
+    // From byte 8 on.
+    wire [255:0] identity    = {IDENTITY[191:0], IDENTITY[255:192]};
+    wire         bit_2       = !answers_r ? lost_r[place[3:0]] :
+        i_identify ? identity[{byte_r[4:2], place}] : i_data[place];
+    wire         head_bit    = word_0 ? bits_0[place] : word_1 ? bit_1 : bit_2;
+
+    // Past the last result the place of the word is another one's.
+    wire [BITS+1:0] word_unused = i_word >> place_r;
+    wire            data_bit    = !i_met && word_unused[0];
+    wire            last_place  = place_r == LAST_PLACE[PLACE_BITS-1:0];
+    wire            crc_bit;
+
+    wire [5:0] head_bytes = !answers_r ? 6'd10 : i_identify ? 6'd40 : 6'd12;
+    wire       ends       = i_between && (head ? byte_r == head_bytes : data ? i_met : byte_r[2]);
 
     assign o_active   = !rests;
     assign o_bit      = crc_now ? crc_bit : head ? head_bit : data_bit;
-    assign o_read     = i_take && is_last_bit && !i_met;
-    assign o_answered = crc_ends && answers_r;
+    assign o_read     = i_take && data && last_place && !i_met;
+    assign o_repeat   = i_take && head && word_1 && answers_r;
+    assign o_answered = crc_now && ends && answers_r;
 
     crc32 crc (
         .i_clk   (i_clk),
-        .i_clear (rests || (head && bit_r < 9'd8)), // not of the first byte
+        .i_clear (rests || (head && byte_r == 6'd0)), // not of the first byte
         .i_shift (i_take),
         .i_bits  (!crc_now),
         .i_bit   (o_bit),
@@ -130,60 +144,56 @@ module framer #(
     );
 
     always @(posedge i_clk) begin
-        wait_r <= counts && !looks ? wait_r + 2'd1 : 2'd0;
+        wait_r <= !counts || looks ? 2'd0 : wait_r + 2'd1;
         if (o_ahead) begin
             count_r <= count_r + 8'd1;
             last_r  <= i_word[BITS];
-            if (is_gap) begin
-                index_r     <= i_gap_index;
-                lost_r      <= i_gap_lost;
-                gap_taken_r <= !gap_taken_r;
-            end
+        end
+        if (o_ahead && is_gap) begin
+            gap_r       <= 1'b1;
+            gap_taken_r <= !gap_taken_r;
+            lost_r      <= i_lost;
         end
 
         if (i_take) begin
-            bit_r <= is_last_bit ? 9'd0 : bit_r + 9'd1;
+            place_r <= !data || last_place ? {PLACE_BITS{1'b0}} : place_r + 1'b1;
+            carry_r <= is_sequence || is_index ? (round && addend) || (carry_r && (round || addend)) : word_0;
         end
-        case (section_r)
-            REST: begin
-                bit_r <= 9'd0;
-                if (i_answer || begins) begin
-                    answers_r <= i_answer;
-                    section_r <= HEAD;
-                end
+        if (i_take && i_place == 3'd7) begin
+            byte_r <= byte_r + 6'd1;
+        end
+        if (i_take && is_sequence) begin
+            sequence_r <= {sum, sequence_r[7:1]};
+        end
+        if (i_take && is_index) begin
+            index_r <= {sum && !last_r, index_r[23:1]};
+        end
+
+        if (rests) begin
+            answers_r <= i_answer;
+            if (i_answer || begins) begin
+                section_r <= HEAD;
             end
-            HEAD: begin
-                if (head_ends) begin
-                    bit_r     <= 9'd0;
-                    section_r <= answers_r ? CRC : DATA;
-                end
+        end else if (ends) begin
+            byte_r    <= 6'd0;
+            section_r <= head && !answers_r ? DATA : crc_now ? REST : CRC;
+            if (data) begin
+                count_r <= 8'd0;
+                last_r  <= 1'b0;
+                gap_r   <= 1'b0;
             end
-            DATA: begin
-                if (data_ends) begin
-                    bit_r     <= 9'd0;
-                    section_r <= CRC;
-                    // The next frame's first result, unless some are lost before it.
-                    index_r   <= last_r ? 24'd0 : index_r + {16'd0, count_r};
-                    count_r   <= 8'd0;
-                    last_r    <= 1'b0;
-                end
-            end
-            default: begin
-                if (crc_ends) begin
-                    section_r  <= REST;
-                    sequence_r <= sequence_r + 8'd1;
-                end
-            end
-        endcase
+        end
 
         if (i_rst) begin
             section_r   <= REST;
-            sequence_r  <= 8'd0;
+            byte_r      <= 6'd0;
             count_r     <= 8'd0;
             last_r      <= 1'b0;
-            index_r     <= 24'd0;
-            lost_r      <= 24'd0;
+            gap_r       <= 1'b0;
             gap_taken_r <= 1'b0;
+            lost_r      <= 16'd0;
+            sequence_r  <= 8'd0;
+            index_r     <= 24'd0;
         end
     end
 

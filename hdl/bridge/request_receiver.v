@@ -2,7 +2,8 @@
 //
 // A request is 13 bytes (docs/wire.md): 0x5A, kind, tag, address (2), data (4), CRC-32 (4), least
 // significant byte first. One that is torn is dropped: by its CRC, by a byte without a stop bit, or by
-// silence. While a request is being answered the line is not listened to.
+// silence. While a request is being answered the line is not listened to, and its bits go out again from
+// the first on, for the answer that repeats them.
 
 `default_nettype none
 
@@ -18,10 +19,11 @@ module request_receiver (
     input  wire        i_silence,
 
     output wire        o_request, // until i_answered
-    output wire [7:0]  o_kind,
-    output wire [7:0]  o_tag,
+    output wire [7:0]  o_kind,    // this and the others: until the first i_repeat
     output wire [11:0] o_address,
     output wire [31:0] o_data,
+    output wire        o_bit,     // of the request, the first one of its kind first
+    input  wire        i_repeat,  // o_bit goes on
     input  wire        i_answered
 );
 
@@ -33,15 +35,15 @@ module request_receiver (
     reg         wrong_r; // a bit of the CRC is
 
     wire begins = byte_r == 4'd0;
-    wire is_crc = byte_r >= 4'd9;
-    wire ends   = byte_r == 4'd12;
+    wire is_crc = byte_r[3] && byte_r[2:0] != 3'd0;
+    wire ends   = byte_r[3] && byte_r[2];
     wire crc_bit;
 
     assign o_request = request_r;
     assign o_kind    = bits_r[7:0];
-    assign o_tag     = bits_r[15:8];
     assign o_address = bits_r[27:16];
     assign o_data    = bits_r[63:32];
+    assign o_bit     = bits_r[0];
 
     crc32 crc (
         .i_clk   (i_clk),
@@ -53,7 +55,7 @@ module request_receiver (
     );
 
     always @(posedge i_clk) begin
-        if (i_valid && !request_r && !is_crc) begin
+        if (request_r ? i_repeat : i_valid && !is_crc) begin
             bits_r <= {i_bit, bits_r[63:1]};
         end
         if (begins) begin
@@ -61,19 +63,15 @@ module request_receiver (
         end else if (i_valid && is_crc && i_bit != crc_bit) begin
             wrong_r <= 1'b1;
         end
-        if (i_silence || i_broken || request_r) begin
+        if (i_rst || i_silence || i_broken || request_r) begin
             byte_r <= 4'd0;
         end else if (i_byte && !(begins && bits_r[63:56] != SYNC)) begin
             byte_r <= ends ? 4'd0 : byte_r + 4'd1;
         end
-        if (i_answered) begin
+        if (i_rst || i_answered) begin
             request_r <= 1'b0;
         end else if (i_byte && ends && !wrong_r) begin
             request_r <= 1'b1;
-        end
-        if (i_rst) begin
-            byte_r    <= 4'd0;
-            request_r <= 1'b0;
         end
     end
 

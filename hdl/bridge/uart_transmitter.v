@@ -9,18 +9,20 @@ module uart_transmitter #(
     parameter CLOCKS_PER_BIT = 16,
     parameter TIMER_BITS     = 4  // of CLOCKS_PER_BIT - 1
 ) (
-    input  wire i_clk,
-    input  wire i_rst,
-    input  wire i_active,
-    input  wire i_bit,
-    output wire o_take,    // i_bit is taken with this edge
-    output wire o_between, // the next bit is the first of a byte
-    output wire o_tx
+    input  wire       i_clk,
+    input  wire       i_rst,
+    input  wire       i_active,
+    input  wire       i_bit,
+    output wire       o_take,    // i_bit is taken with this edge
+    output wire [2:0] o_place,   // of the next bit in its byte
+    output wire       o_between, // no bit is due: between two bytes
+    output wire       o_tx
 );
 
-    localparam [3:0] START = 4'd0; // 1 to 8: data
-    localparam [3:0] STOP  = 4'd9;
     localparam [31:0] LAST = CLOCKS_PER_BIT - 1;
+
+    // 0 to 7: that bit is due; 8: the stop bit is; 9: the start bit, if there is one.
+    localparam [3:0] START = 4'd9;
 
     reg  [TIMER_BITS-1:0] timer_r;
     reg  [3:0]            slot_r;
@@ -28,33 +30,29 @@ module uart_transmitter #(
 
     wire tick = timer_r == {TIMER_BITS{1'b0}};
 
-    assign o_between = slot_r == STOP || slot_r == START;
+    assign o_between = slot_r[3];
+    assign o_place   = slot_r[2:0];
     assign o_take    = tick && !o_between;
     assign o_tx      = tx_r;
 
     always @(posedge i_clk) begin
+        timer_r <= tick ? LAST[TIMER_BITS-1:0] : timer_r - 1'b1;
+        if (tick) begin
+            if (!slot_r[3]) begin
+                tx_r <= i_bit;
+            end else begin
+                tx_r <= !(slot_r[0] && i_active);
+            end
+            if (slot_r[3] && slot_r[0]) begin
+                slot_r <= i_active ? 4'd0 : START;
+            end else begin
+                slot_r <= slot_r + 4'd1;
+            end
+        end
         if (i_rst) begin
             timer_r <= LAST[TIMER_BITS-1:0];
             slot_r  <= START;
             tx_r    <= 1'b1;
-        end else if (tick) begin
-            timer_r <= LAST[TIMER_BITS-1:0];
-            case (slot_r)
-                START: begin
-                    tx_r   <= !i_active;
-                    slot_r <= i_active ? 4'd1 : START;
-                end
-                STOP: begin
-                    tx_r   <= 1'b1;
-                    slot_r <= START;
-                end
-                default: begin
-                    tx_r   <= i_bit;
-                    slot_r <= slot_r + 4'd1;
-                end
-            endcase
-        end else begin
-            timer_r <= timer_r - 1'b1;
         end
     end
 
