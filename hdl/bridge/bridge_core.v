@@ -8,6 +8,8 @@
 module bridge_core #(
     parameter         TDATA_BITS     = 24,
     parameter         COUNT_BITS     = 18,
+    parameter         COUNTS         = 1,
+    parameter         COUNT_STRIDE   = 24,
     parameter         MORE_FIRST_BIT = 0,
     parameter         MORE_BITS      = 0,
     parameter         BACK_PRESSURE  = 0,
@@ -45,7 +47,7 @@ module bridge_core #(
     output wire                  o_answered
 );
 
-    localparam BITS = COUNT_BITS + MORE_BITS;
+    localparam BITS = COUNTS * COUNT_BITS + MORE_BITS;
 
     // Bits of a number from 0 to `last`.
     function integer bits_of;
@@ -63,9 +65,10 @@ module bridge_core #(
     localparam PLACE_BITS = bits_of(BITS - 1);
 
     generate
-        if (COUNT_BITS < 1 || COUNT_BITS > TDATA_BITS || MORE_BITS < 0 ||
+        if (COUNTS < 1 || COUNT_BITS < 1 || (COUNTS > 1 && COUNT_STRIDE < COUNT_BITS) ||
+            (COUNTS - 1) * COUNT_STRIDE + COUNT_BITS > TDATA_BITS || MORE_BITS < 0 ||
             (MORE_BITS > 0 && MORE_FIRST_BIT + MORE_BITS > TDATA_BITS)) begin : gen_fields
-            uart_bridge_needs_COUNT_BITS_and_MORE_BITS_within_TDATA_BITS stop ();
+            uart_bridge_needs_counts_and_MORE_BITS_within_TDATA_BITS stop ();
         end
         if (BITS > 511) begin : gen_wide
             uart_bridge_needs_results_of_511_bits_or_fewer stop ();
@@ -127,11 +130,13 @@ module bridge_core #(
     );
 
     // Results without the padding of s_axis_tdata.
+    genvar k;
     generate
-        if (MORE_BITS > 0) begin : gen_two_fields
-            assign result = {s_axis_tdata[MORE_FIRST_BIT +: MORE_BITS], s_axis_tdata[COUNT_BITS-1:0]};
-        end else begin : gen_one_field
-            assign result = s_axis_tdata[COUNT_BITS-1:0];
+        for (k = 0; k < COUNTS; k = k + 1) begin : gen_count
+            assign result[k*COUNT_BITS +: COUNT_BITS] = s_axis_tdata[k*COUNT_STRIDE +: COUNT_BITS];
+        end
+        if (MORE_BITS > 0) begin : gen_more
+            assign result[BITS-1 -: MORE_BITS] = s_axis_tdata[MORE_FIRST_BIT +: MORE_BITS];
         end
     endgenerate
 

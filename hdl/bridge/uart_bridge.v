@@ -7,6 +7,8 @@
 module uart_bridge #(
     parameter         TDATA_BITS     = 24,
     parameter         COUNT_BITS     = 18,
+    parameter         COUNTS         = 1,
+    parameter         COUNT_STRIDE   = 24,
     parameter         MORE_FIRST_BIT = 0,
     parameter         MORE_BITS      = 0,
     parameter         BACK_PRESSURE  = 0,
@@ -41,6 +43,8 @@ module uart_bridge #(
     bridge_core #(
         .TDATA_BITS     (TDATA_BITS),
         .COUNT_BITS     (COUNT_BITS),
+        .COUNTS         (COUNTS),
+        .COUNT_STRIDE   (COUNT_STRIDE),
         .MORE_FIRST_BIT (MORE_FIRST_BIT),
         .MORE_BITS      (MORE_BITS),
         .BACK_PRESSURE  (BACK_PRESSURE),
