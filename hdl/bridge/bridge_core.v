@@ -1,6 +1,6 @@
 // bridge_core: what both bridges are made of: results to the line, requests from it
 //
-// A request that has come stands at o_request, o_kind, ... until i_answer has been sent and o_answered
+// A request that has come stands at o_request and the others until i_answer has been sent and o_answered
 // was high. Ports and parameters are described in README.md.
 
 `default_nettype none
@@ -37,7 +37,8 @@ module bridge_core #(
 
     // Requests and answers, on i_uart_clk
     output wire                  o_request,
-    output wire [7:0]            o_kind,
+    output wire                  o_transfer, // it reads or writes a register
+    output wire                  o_write,
     output wire [11:0]           o_address,
     output wire [31:0]           o_data,
     input  wire                  i_answer,
@@ -263,7 +264,8 @@ module bridge_core #(
         .i_broken   (broken),
         .i_silence  (silence),
         .o_request  (o_request),
-        .o_kind     (o_kind),
+        .o_transfer (o_transfer),
+        .o_write    (o_write),
         .o_address  (o_address),
         .o_data     (o_data),
         .o_bit      (request_bit),

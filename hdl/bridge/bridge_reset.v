@@ -21,7 +21,7 @@ module bridge_reset (
     reg uart_meta_r   = 1'b0;
     reg uart_rst_r    = 1'b0;
 
-    assign o_rst      = due_r || ask_r || answer_r;
+    assign o_rst      = i_rst || due_r || ask_r || answer_r;
     assign o_uart_rst = uart_rst_r;
 
     always @(posedge i_clk) begin

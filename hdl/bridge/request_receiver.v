@@ -18,18 +18,23 @@ module request_receiver (
     input  wire        i_broken,
     input  wire        i_silence,
 
-    output wire        o_request, // until i_answered
-    output wire [7:0]  o_kind,    // this and the others: until the first i_repeat
-    output wire [11:0] o_address,
+    output wire        o_request,  // until i_answered
+    output wire        o_transfer, // it reads or writes a register
+    output wire        o_write,    // it writes
+    output wire [11:0] o_address,  // this and o_data: until the first i_repeat
     output wire [31:0] o_data,
-    output wire        o_bit,     // of the request, the first one of its kind first
-    input  wire        i_repeat,  // o_bit goes on
+    output wire        o_bit,      // of the request, the first one of its kind first
+    input  wire        i_repeat,   // o_bit goes on
     input  wire        i_answered
 );
 
-    localparam [7:0] SYNC = 8'h5A;
+    localparam [7:0] SYNC       = 8'h5A;
+    localparam [7:0] KIND_READ  = 8'h52; // R
+    localparam [7:0] KIND_WRITE = 8'h57; // W
 
     reg         request_r;
+    reg         transfer_r;
+    reg         write_r;
     reg  [3:0]  byte_r;  // of the request; 0: its first is awaited
     reg  [63:0] bits_r;  // the last 64 before the CRC
     reg         wrong_r; // a bit of the CRC is
@@ -39,11 +44,12 @@ module request_receiver (
     wire ends   = byte_r[3] && byte_r[2];
     wire crc_bit;
 
-    assign o_request = request_r;
-    assign o_kind    = bits_r[7:0];
-    assign o_address = bits_r[27:16];
-    assign o_data    = bits_r[63:32];
-    assign o_bit     = bits_r[0];
+    assign o_request  = request_r;
+    assign o_transfer = transfer_r;
+    assign o_write    = write_r;
+    assign o_address  = bits_r[27:16];
+    assign o_data     = bits_r[63:32];
+    assign o_bit      = bits_r[0];
 
     crc32 crc (
         .i_clk   (i_clk),
@@ -67,6 +73,11 @@ module request_receiver (
             byte_r <= 4'd0;
         end else if (i_byte && !(begins && bits_r[63:56] != SYNC)) begin
             byte_r <= ends ? 4'd0 : byte_r + 4'd1;
+        end
+        // The kind is gone when the request is repeated.
+        if (!request_r) begin
+            write_r    <= bits_r[7:0] == KIND_WRITE;
+            transfer_r <= bits_r[7:0] == KIND_WRITE || bits_r[7:0] == KIND_READ;
         end
         if (i_rst || i_answered) begin
             request_r <= 1'b0;

@@ -35,7 +35,8 @@ module uart_bridge #(
     wire        request;
     wire        rst_unused;
     wire        uart_rst_unused;
-    wire [7:0]  kind_unused;
+    wire        transfer_unused;
+    wire        write_unused;
     wire [11:0] address_unused;
     wire [31:0] data_unused;
     wire        answered_unused;
@@ -67,7 +68,8 @@ module uart_bridge #(
         .i_overrun     (i_overrun),
         .i_saturated   (i_saturated),
         .o_request     (request),
-        .o_kind        (kind_unused),
+        .o_transfer    (transfer_unused),
+        .o_write       (write_unused),
         .o_address     (address_unused),
         .o_data        (data_unused),
         .i_answer      (request),

@@ -50,13 +50,11 @@ module uart_bridge_axil #(
     output wire                  m_axil_rready
 );
 
-    localparam [7:0] KIND_READ  = 8'h52; // R
-    localparam [7:0] KIND_WRITE = 8'h57; // W
-
     wire        rst;
     wire        uart_rst;
     wire        request;
-    wire [7:0]  kind;
+    wire        is_transfer;
+    wire        writes;
     wire [11:0] address;
     wire [31:0] data_written;
     wire        done;
@@ -66,9 +64,6 @@ module uart_bridge_axil #(
     wire        answered;
     reg         asked_r;
     reg         toggle_r;
-
-    wire writes       = kind == KIND_WRITE;
-    wire is_transfer  = writes || kind == KIND_READ;
 
     bridge_core #(
         .TDATA_BITS     (TDATA_BITS),
@@ -97,7 +92,8 @@ module uart_bridge_axil #(
         .i_overrun     (i_overrun),
         .i_saturated   (i_saturated),
         .o_request     (request),
-        .o_kind        (kind),
+        .o_transfer    (is_transfer),
+        .o_write       (writes),
         .o_address     (address),
         .o_data        (data_written),
         .i_answer      (request && (!is_transfer || (asked_r && done_seen == toggle_r))),

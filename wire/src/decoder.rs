@@ -264,7 +264,8 @@ impl Decoder {
                 let most = u64::from(missing) * crate::MOST_RESULTS_OF_A_FRAME;
                 (fewest <= most && fewest + scan > most).then_some(fewest)
             }
-            (Some(_), None) => None,
+            // No frame is missing, so the bridge dropped all that is.
+            (Some(_), None) => (missing == 0 && dropped > 0).then_some(0),
         };
         if frame.last {
             self.results_of_scan = Some(index + count);

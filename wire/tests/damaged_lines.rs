@@ -1,25 +1,12 @@
 //! Lines that tear, double, drop and flip: every loss is told, and no count is wrong.
 
+mod noise;
+
 use goldtof_wire::{
     Answer, Decoder, Event, Frame, Layout, REQUEST_READ, Request, ResultsFrame, encode,
 };
+use noise::Noise;
 use proptest::prelude::*;
-
-/// Numbers from 0 up to a bound (splitmix64).
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ mixed >> 31
-    }
-
-    fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound as u64) as usize
-    }
-}
 
 /// Results of a scan.
 const SCAN: usize = 1000;
@@ -47,12 +34,12 @@ impl Device {
         }
         let gap = self.index > 0 && self.noise.below(30) == 0;
         if gap {
-            let rest = (SCAN - self.index) as u64 + SCAN as u64 * (self.noise.below(3) as u64);
+            let rest = (SCAN - self.index) as u64 + SCAN as u64 * self.noise.below(3);
             self.lost = self.lost.wrapping_add(rest as u16);
             self.dropped = rest;
             self.index = 0;
         }
-        let count = (1 + self.noise.below(255)).min(SCAN - self.index);
+        let count = (1 + self.noise.below(255) as usize).min(SCAN - self.index);
         let mask = (1 << self.layout.result_bits()) - 1;
         // Bytes like the first ones of a frame are common in them.
         let results = (0..count).map(|_| match self.noise.below(3) {
@@ -144,15 +131,15 @@ fn bad_line(frames: usize, layout: Layout, seed: u64) -> (Vec<u8>, Vec<Expected>
             }
             Fate::Dropped => {}
             Fate::Torn => {
-                let from = noise.below(bytes.len());
-                let to = from + 1 + noise.below(bytes.len() - from);
+                let from = noise.below(bytes.len() as u64) as usize;
+                let to = from + 1 + noise.below((bytes.len() - from) as u64) as usize;
                 bytes.drain(from..to);
                 line.extend(&bytes);
             }
             Fate::Flipped => {
                 let whole = bytes.clone();
                 for _ in 0..1 + noise.below(4) {
-                    let bit = noise.below(bytes.len() * 8);
+                    let bit = noise.below(8 * bytes.len() as u64) as usize;
                     bytes[bit / 8] ^= 1 << (bit % 8);
                 }
                 // Twice the same bit leaves it whole.
@@ -183,7 +170,7 @@ fn of_ten_thousand_damaged_frames_every_loss_is_told_and_no_count_is_wrong() {
         let mut events = Vec::new();
         let mut rest = line.as_slice();
         while !rest.is_empty() {
-            let (piece, others) = rest.split_at((1 + noise.below(2000)).min(rest.len()));
+            let (piece, others) = rest.split_at((1 + noise.below(2000) as usize).min(rest.len()));
             decoder.push(piece);
             rest = others;
             events.extend(std::iter::from_fn(|| decoder.next_event()));
