@@ -13,3 +13,4 @@ pub mod deliver;
 pub mod parts;
 pub mod reference;
 pub mod rtl;
+pub mod wire;

@@ -160,6 +160,11 @@ impl Identity {
         (within / of_group, first + within % of_group)
     }
 
+    /// Phase step k of a scan's step: a scan that comes to the code period's end goes on at its beginning.
+    pub fn phase_step(&self, step: u64) -> u64 {
+        (u64::from(self.first_step) + step) % (u64::from(self.samples_per_chip) * u64::from(self.code_chips))
+    }
+
     /// Distance of phase step k, half the optical path, in metres.
     pub fn distance_m(&self, phase_step: f64) -> f64 {
         const LIGHT_M_PER_S: f64 = 299_792_458.0;

@@ -1,0 +1,170 @@
+use std::collections::VecDeque;
+use std::io::{self, Read, Write};
+use std::time::{Duration, Instant};
+
+use goldtof_wire::{
+    Decoder, Event, Frame, Identity, IdentityError, REQUEST_IDENTITY, REQUEST_READ, REQUEST_WRITE, Request, Tally, encode,
+};
+use thiserror::Error;
+
+/// How often a request is sent before the device is said to be silent.
+const TRIES: u32 = 4;
+/// How long an answer may take: a frame that is on the line first, and what a USB adapter adds.
+const ANSWER_TIME: Duration = Duration::from_millis(400);
+
+/// What goes wrong with a device.
+#[derive(Debug, Error)]
+pub enum DeviceError {
+    /// The other end is gone.
+    #[error("the device is gone (unplugged, or its line was closed): {0}")]
+    Unplugged(io::Error),
+    /// It does not answer.
+    #[error(
+        "the device does not answer ({TRIES} requests, {} ms each): is the baud rate right, and is it this port?",
+        ANSWER_TIME.as_millis()
+    )]
+    Silent,
+    /// It has no registers.
+    #[error("this build has no registers: emit it with hardware.registers = \"axi4-lite\"")]
+    NoRegisters,
+    /// It refuses.
+    #[error("the device refuses address {address:#05x} (AXI response {status})")]
+    Refused {
+        /// Byte address.
+        address: u16,
+        /// AXI's response: 2 SLVERR, 3 DECERR.
+        status: u8,
+    },
+    /// It is another device than this program knows.
+    #[error(transparent)]
+    Identity(#[from] IdentityError),
+}
+
+/// A device at the other end of a line, whose `read` gives up after some 100 ms with `TimedOut`.
+#[derive(Debug)]
+pub struct Device<P> {
+    port: P,
+    decoder: Decoder,
+    /// What came while an answer was awaited.
+    events: VecDeque<Event>,
+    tag: u8,
+    piece: Vec<u8>,
+}
+
+impl<P: Read + Write> Device<P> {
+    /// A device of which nothing is known yet.
+    pub fn new(port: P) -> Device<P> {
+        Device { port, decoder: Decoder::new(None), events: VecDeque::new(), tag: 0, piece: vec![0; 1 << 16] }
+    }
+
+    /// Asks the device what it is; from then on results are read.
+    ///
+    /// # Errors
+    ///
+    /// It is gone or silent, or speaks another version of the protocol.
+    pub fn identify(&mut self) -> Result<Identity, DeviceError> {
+        match self.ask(REQUEST_IDENTITY, 0, 0)? {
+            Frame::Identity(_, identity) => {
+                let identity = identity?;
+                self.decoder.set_layout(identity.layout);
+                self.decoder.set_results_of_scan(identity.results_of_scan());
+                Ok(identity)
+            }
+            _ => Err(DeviceError::Silent),
+        }
+    }
+
+    /// Reads the register at a byte address.
+    ///
+    /// # Errors
+    ///
+    /// The device is gone or silent, refuses, or has no registers.
+    pub fn read(&mut self, address: u16) -> Result<u32, DeviceError> {
+        self.transfer(REQUEST_READ, address, 0)
+    }
+
+    /// Writes the register at a byte address. Where an answer is lost the word is written again.
+    ///
+    /// # Errors
+    ///
+    /// The device is gone or silent, refuses, or has no registers.
+    pub fn write(&mut self, address: u16, data: u32) -> Result<(), DeviceError> {
+        self.transfer(REQUEST_WRITE, address, data).map(drop)
+    }
+
+    /// What came next, results and losses; `None` if nothing did before the port's time was over.
+    ///
+    /// # Errors
+    ///
+    /// The device is gone; what had come before has been given.
+    pub fn next_event(&mut self) -> Result<Option<Event>, DeviceError> {
+        if let Some(event) = self.events.pop_front() {
+            return Ok(Some(event));
+        }
+        if let Some(event) = self.decoder.next_event() {
+            return Ok(Some(event));
+        }
+        self.listen()?;
+        Ok(self.decoder.next_event())
+    }
+
+    /// How much has come, and how much has not.
+    pub fn tally(&self) -> Tally {
+        self.decoder.tally()
+    }
+
+    fn transfer(&mut self, kind: u8, address: u16, data: u32) -> Result<u32, DeviceError> {
+        match self.ask(kind, address, data)? {
+            Frame::Answer(answer) if answer.status == 0 => Ok(answer.data),
+            Frame::Answer(answer) => Err(DeviceError::Refused { address, status: answer.status }),
+            _ => Err(DeviceError::NoRegisters),
+        }
+    }
+
+    /// The answer to a request, which is sent again if none comes. What else comes is kept.
+    fn ask(&mut self, kind: u8, address: u16, data: u32) -> Result<Frame, DeviceError> {
+        for _ in 0..TRIES {
+            // An answer that comes too late is none to the next one.
+            self.tag = self.tag.wrapping_add(1);
+            let request = Request { kind, tag: self.tag, address };
+            self.port.write_all(&encode::request(request, data)).map_err(DeviceError::Unplugged)?;
+            self.port.flush().map_err(DeviceError::Unplugged)?;
+            let sent = Instant::now();
+            while sent.elapsed() < ANSWER_TIME {
+                while let Some(event) = self.decoder.next_event() {
+                    match event {
+                        Event::Frame(Frame::Answer(answer)) if answer.request == request => {
+                            return Ok(Frame::Answer(answer));
+                        }
+                        Event::Frame(Frame::Identity(answered, identity)) if answered == request => {
+                            return Ok(Frame::Identity(answered, identity));
+                        }
+                        other => self.events.push_back(other),
+                    }
+                }
+                self.listen()?;
+            }
+        }
+        Err(DeviceError::Silent)
+    }
+
+    /// Takes what the line has.
+    fn listen(&mut self) -> Result<(), DeviceError> {
+        match self.port.read(&mut self.piece) {
+            Ok(0) => Err(DeviceError::Unplugged(io::ErrorKind::UnexpectedEof.into())),
+            Ok(count) => {
+                self.decoder.push(&self.piece[..count]);
+                Ok(())
+            }
+            Err(error) => match error.kind() {
+                io::ErrorKind::Interrupted => Ok(()),
+                // Longer than a frame takes at any rate: bytes of one would have come.
+                io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => {
+                    self.decoder.silence();
+                    Ok(())
+                }
+                _ => Err(DeviceError::Unplugged(error)),
+            },
+        }
+    }
+}

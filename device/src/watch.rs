@@ -1,0 +1,139 @@
+use std::fmt;
+use std::time::{Duration, Instant};
+
+use goldtof_wire::{Content, Identity, ResultsFrame, Tally};
+
+/// How a measurement goes: the newest scan's largest count, the rate, and what is missing.
+#[derive(Debug, Clone)]
+pub struct Watch {
+    identity: Identity,
+    began: Instant,
+    /// Results since the last report, and when it was.
+    results: u64,
+    reported: Instant,
+    scans: u64,
+    /// Phase step and count of the largest one so far of this scan, and of the last whole one.
+    largest: Option<(u64, i64)>,
+    peak: Option<(u64, i64)>,
+    overrun: bool,
+    saturated: bool,
+}
+
+/// A line for a terminal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Report {
+    /// Time since the beginning.
+    pub elapsed: Duration,
+    /// Scans that came to their end.
+    pub scans: u64,
+    /// Results per second since the last report.
+    pub results_per_s: f64,
+    /// Phase step, count and distance in metres of the last scan's largest count, and a step in metres.
+    pub peak: Option<(u64, i64, f64, f64)>,
+    /// Flags of the core.
+    pub overrun: bool,
+    /// A count was saturated.
+    pub saturated: bool,
+    /// What came and what did not.
+    pub tally: Tally,
+}
+
+impl Watch {
+    /// Begins now.
+    pub fn new(identity: Identity) -> Watch {
+        let now = Instant::now();
+        Watch {
+            identity,
+            began: now,
+            results: 0,
+            reported: now,
+            scans: 0,
+            largest: None,
+            peak: None,
+            overrun: false,
+            saturated: false,
+        }
+    }
+
+    /// Takes the results of a frame.
+    pub fn results(&mut self, frame: &ResultsFrame) {
+        let Identity { layout, content, samples_per_chip, .. } = self.identity;
+        if frame.index == 0 {
+            self.largest = None;
+        }
+        for (result, index) in frame.results.iter().zip(u64::from(frame.index)..) {
+            let (_, step) = self.identity.place(index);
+            match content {
+                Content::Counts => self.larger(self.identity.phase_step(step), layout.count(*result, 0)),
+                Content::Peaks => self.larger(layout.more(*result), layout.count(*result, 0)),
+                Content::Rows => {
+                    for k in 0..layout.counts {
+                        let bin = step * u64::from(samples_per_chip) + u64::from(k);
+                        self.larger(bin, layout.unsigned_count(*result, k) as i64);
+                    }
+                }
+            }
+        }
+        self.results += frame.results.len() as u64;
+        self.overrun |= frame.overrun;
+        self.saturated |= frame.saturated;
+        if frame.last {
+            self.scans += 1;
+            self.peak = self.largest.take();
+        }
+    }
+
+    /// How it goes since the last report, if that was `every` ago.
+    pub fn report(&mut self, every: Duration, tally: Tally) -> Option<Report> {
+        let since = self.reported.elapsed();
+        if since < every {
+            return None;
+        }
+        let results_per_s = self.results as f64 / since.as_secs_f64().max(1e-9);
+        self.results = 0;
+        self.reported = Instant::now();
+        let peak = self.peak.map(|(step, count)| {
+            let distance_m = |step: u64| self.identity.distance_m(step as f64);
+            (step, count, distance_m(step), distance_m(1))
+        });
+        Some(Report {
+            elapsed: self.began.elapsed(),
+            scans: self.scans,
+            results_per_s,
+            peak,
+            overrun: self.overrun,
+            saturated: self.saturated,
+            tally,
+        })
+    }
+
+    fn larger(&mut self, step: u64, count: i64) {
+        if self.largest.is_none_or(|(_, largest)| count > largest) {
+            self.largest = Some((step, count));
+        }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:8.1} s  {:6} scans  {:8.0} results/s", self.elapsed.as_secs_f64(), self.scans, self.results_per_s)?;
+        match self.peak {
+            // Anywhere within the step: its standard deviation is that of a uniform number.
+            Some((step, count, distance_m, step_m)) => {
+                write!(f, "  peak {count} at step {step}: {distance_m:.3} +- {:.3} m", step_m / 12_f64.sqrt())?;
+            }
+            None => write!(f, "  no whole scan yet")?,
+        }
+        let tally = &self.tally;
+        write!(
+            f,
+            "  lost {} frames, {} results; dropped {}; torn {}, doubled {}",
+            tally.lost_frames, tally.lost_results, tally.dropped, tally.torn, tally.doubled
+        )?;
+        if tally.uncertain > 0 {
+            write!(f, "; {} losses of unknown size", tally.uncertain)?;
+        }
+        let flags = [(self.overrun, "OVERRUN"), (self.saturated, "SATURATED")];
+        flags.iter().filter(|(is_set, _)| *is_set).try_for_each(|(_, name)| write!(f, "  {name}"))
+    }
+}
