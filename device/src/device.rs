@@ -3,7 +3,8 @@ use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
 use goldtof_wire::{
-    Decoder, Event, Frame, Identity, IdentityError, REQUEST_IDENTITY, REQUEST_READ, REQUEST_WRITE, Request, Tally, encode,
+    Decoder, Event, Frame, Identity, IdentityError, REQUEST_IDENTITY, REQUEST_READ, REQUEST_WRITE,
+    Request, Tally, encode,
 };
 use thiserror::Error;
 
@@ -54,7 +55,13 @@ pub struct Device<P> {
 impl<P: Read + Write> Device<P> {
     /// A device of which nothing is known yet.
     pub fn new(port: P) -> Device<P> {
-        Device { port, decoder: Decoder::new(None), events: VecDeque::new(), tag: 0, piece: vec![0; 1 << 16] }
+        Device {
+            port,
+            decoder: Decoder::new(None),
+            events: VecDeque::new(),
+            tag: 0,
+            piece: vec![0; 1 << 16],
+        }
     }
 
     /// Asks the device what it is; from then on results are read.
@@ -136,7 +143,9 @@ impl<P: Read + Write> Device<P> {
                         Event::Frame(Frame::Answer(answer)) if answer.request == request => {
                             return Ok(Frame::Answer(answer));
                         }
-                        Event::Frame(Frame::Identity(answered, identity)) if answered == request => {
+                        Event::Frame(Frame::Identity(answered, identity))
+                            if answered == request =>
+                        {
                             return Ok(Frame::Identity(answered, identity));
                         }
                         other => self.events.push_back(other),

@@ -63,7 +63,11 @@ impl<S: Sink> Recorder<S> {
             scan: 0,
             next_index: 0,
         };
-        let total = if identity.layout.more_bits > 0 && identity.content == Content::Counts { ",total_count" } else { "" };
+        let total = if identity.layout.more_bits > 0 && identity.content == Content::Counts {
+            ",total_count"
+        } else {
+            ""
+        };
         recorder.append_counts(&format!("time_s,scan,detector,phase_step,count{total}\n"), 0)?;
         recorder.append_loss("time_s,scan,frames,results,dropped\n")?;
         Ok(recorder)
@@ -101,7 +105,10 @@ impl<S: Sink> Recorder<S> {
     /// It cannot be written.
     pub fn loss(&mut self, loss: &Loss, time_s: f64) -> Result<(), RecordError> {
         let results = loss.results.map_or(String::new(), |results| results.to_string());
-        self.append_loss(&format!("{time_s:.6},{},{},{results},{}\n", self.scan, loss.frames, loss.dropped))
+        self.append_loss(&format!(
+            "{time_s:.6},{},{},{results},{}\n",
+            self.scan, loss.frames, loss.dropped
+        ))
     }
 
     /// Results that are written.

@@ -64,7 +64,9 @@ impl Watch {
         for (result, index) in frame.results.iter().zip(u64::from(frame.index)..) {
             let (_, step) = self.identity.place(index);
             match content {
-                Content::Counts => self.larger(self.identity.phase_step(step), layout.count(*result, 0)),
+                Content::Counts => {
+                    self.larger(self.identity.phase_step(step), layout.count(*result, 0))
+                }
                 Content::Peaks => self.larger(layout.more(*result), layout.count(*result, 0)),
                 Content::Rows => {
                     for k in 0..layout.counts {
@@ -116,11 +118,21 @@ impl Watch {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:8.1} s  {:6} scans  {:8.0} results/s", self.elapsed.as_secs_f64(), self.scans, self.results_per_s)?;
+        write!(
+            f,
+            "{:8.1} s  {:6} scans  {:8.0} results/s",
+            self.elapsed.as_secs_f64(),
+            self.scans,
+            self.results_per_s
+        )?;
         match self.peak {
             // Anywhere within the step: its standard deviation is that of a uniform number.
             Some((step, count, distance_m, step_m)) => {
-                write!(f, "  peak {count} at step {step}: {distance_m:.3} +- {:.3} m", step_m / 12_f64.sqrt())?;
+                write!(
+                    f,
+                    "  peak {count} at step {step}: {distance_m:.3} +- {:.3} m",
+                    step_m / 12_f64.sqrt()
+                )?;
             }
             None => write!(f, "  no whole scan yet")?,
         }

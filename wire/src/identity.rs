@@ -162,7 +162,8 @@ impl Identity {
 
     /// Phase step k of a scan's step: a scan that comes to the code period's end goes on at its beginning.
     pub fn phase_step(&self, step: u64) -> u64 {
-        (u64::from(self.first_step) + step) % (u64::from(self.samples_per_chip) * u64::from(self.code_chips))
+        (u64::from(self.first_step) + step)
+            % (u64::from(self.samples_per_chip) * u64::from(self.code_chips))
     }
 
     /// Distance of phase step k, half the optical path, in metres.

@@ -1,0 +1,161 @@
+//! The program at a pseudo-terminal, at whose other end a device is simulated.
+
+use std::fs::{self, File};
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Command, Output};
+use std::thread;
+
+use goldtof_system::digest::sha256;
+use goldtof_wire::{
+    Content, Identity, Layout, REQUEST_BYTES, REQUEST_IDENTITY, Request, ResultsFrame, encode,
+};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+
+const SCENE: &str = "# a scene\n";
+
+fn identity() -> Identity {
+    let digits = sha256(SCENE);
+    let scene = std::array::from_fn(|k| {
+        u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).expect("they are digits")
+    });
+    Identity {
+        content: Content::Counts,
+        layout: Layout { count_bits: 17, counts: 1, more_bits: 16 },
+        detectors: 1,
+        samples_per_chip: 8,
+        chip_period_fs: 8_000_000,
+        first_step: 0,
+        steps: 248,
+        code_chips: 31,
+        parallel: 1,
+        scene,
+    }
+}
+
+/// A pseudo-terminal: the device's end, and the name of the host's.
+fn line() -> (File, String) {
+    let far = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
+        .expect("a pseudo-terminal");
+    grantpt(&far).expect("it can be granted");
+    unlockpt(&far).expect("it can be unlocked");
+    let name = ptsname(&far, Vec::new()).expect("it has a name");
+    (File::from(far), name.into_string().expect("it is text"))
+}
+
+/// Result `index` of scan `scan`: count and total.
+fn result(scan: u32, index: u32) -> u128 {
+    u128::from(scan * 1000 + index) | u128::from(2 * index) << 17
+}
+
+/// Answers who it is, then sends scans in frames of 62 results, of which the third of each scan is torn; and is
+/// unplugged.
+fn device(mut far: File, scans: u32) {
+    let mut request = [0; REQUEST_BYTES];
+    // The terminal is the host's from its first request on.
+    far.read_exact(&mut request).expect("a request");
+    let asked = Request { kind: REQUEST_IDENTITY, tag: request[2], address: 0 };
+    assert_eq!(encode::request(asked, 0), request);
+    let mut sequence = 0_u8;
+    far.write_all(&encode::identity(asked, &identity(), sequence)).expect("it goes");
+    for scan in 0..scans {
+        for first in (0..248).step_by(62) {
+            sequence = sequence.wrapping_add(1);
+            let results = (first..first + 62).map(|index| result(scan, index)).collect();
+            let frame = ResultsFrame {
+                index: first,
+                last: first == 186,
+                results,
+                ..ResultsFrame::default()
+            };
+            let mut bytes = encode::results(&frame, sequence, identity().layout);
+            if first == 124 {
+                bytes.drain(40..50);
+            }
+            far.write_all(&bytes).expect("it goes");
+        }
+    }
+    // What is not read when the terminal goes is lost, as it is with an adapter's cable.
+    thread::sleep(std::time::Duration::from_millis(500));
+}
+
+fn program(folder: &Path, port: &str, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_goldtof-device"))
+        .args(arguments)
+        .args(["--port", port])
+        .current_dir(folder)
+        .output()
+        .expect("the program is there")
+}
+
+#[test]
+fn an_unplugged_device_leaves_every_count_that_came_and_every_loss() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("scene.toml"), SCENE).expect("it can be written");
+    let (far, port) = line();
+    let simulated = thread::spawn(move || device(far, 20));
+    let arguments = ["record", "--scene", "scene.toml", "--out", "counts.csv"];
+    let output = program(folder.path(), &port, &arguments);
+    simulated.join().expect("the device is content");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}{errors}");
+    assert!(
+        errors.starts_with("error: the device is gone (unplugged, or its line was closed): "),
+        "{errors}"
+    );
+    assert!(said.contains("lost 20 frames, 1240 results; dropped 0; torn 20, doubled 0"), "{said}");
+    assert!(said.ends_with("3720 results in counts.csv\n"), "{said}");
+
+    let csv = fs::read_to_string(folder.path().join("counts.csv")).expect("it is there");
+    let mut lines = csv.lines();
+    assert_eq!(lines.next(), Some("time_s,scan,detector,phase_step,count,total_count"));
+    for scan in 0..20 {
+        for index in (0..124).chain(186..248) {
+            let line = lines.next().expect("a line");
+            let (_, fields) = line.split_once(',').expect("fields");
+            assert_eq!(fields, format!("{scan},0,{index},{},{}", scan * 1000 + index, 2 * index));
+        }
+    }
+    assert_eq!(lines.next(), None);
+    let losses =
+        fs::read_to_string(folder.path().join("counts.csv.losses.csv")).expect("it is there");
+    assert_eq!(losses.lines().count(), 21);
+    assert!(losses.lines().skip(1).all(|line| line.ends_with(",1,62,0")), "{losses}");
+
+    // What is there is not written over.
+    let (far, port) = line();
+    let simulated = thread::spawn(move || device(far, 0));
+    let output = program(folder.path(), &port, &arguments);
+    simulated.join().expect("the device is content");
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        errors.contains("counts.csv") && errors.contains("; name another file, or remove it"),
+        "{errors}"
+    );
+}
+
+#[test]
+fn another_scenes_device_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("other.toml"), "# another scene\n").expect("it can be written");
+    let (far, port) = line();
+    let simulated = thread::spawn(move || device(far, 0));
+    let output = program(folder.path(), &port, &["identify", "--scene", "other.toml"]);
+    simulated.join().expect("the device is content");
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        errors.starts_with("error: the device was built from another scene: its hash begins with "),
+        "{errors}"
+    );
+}
+
+#[test]
+fn wrong_addresses_and_ports_are_refused_in_words() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = program(folder.path(), "no-such-port", &["identify"]);
+    assert!(String::from_utf8_lossy(&output.stderr).starts_with("error: no-such-port: "));
+    let output = program(folder.path(), "p", &["read", "16x"]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("write a number up to 0xffffffff"));
+}
