@@ -1,9 +1,10 @@
-// ice40_laser: a laser's chip from the register of its pin, on Lattice iCE40
+// board_laser: a laser's chip from the register of its pin, on Lattice iCE40
 
 `default_nettype none
 
-module ice40_laser (
+module board_laser (
     input  wire i_clk,
+    input  wire i_rst,  // not needed: the core's chips are 0 in reset
     input  wire i_chip,
     output wire o_pin
 );

@@ -1,8 +1,8 @@
-// xc7_laser: a laser's chip from the register of its pin, on Xilinx 7-series
+// board_laser: a laser's chip from the register of its pin, on Xilinx 7-series
 
 `default_nettype none
 
-module xc7_laser (
+module board_laser (
     input  wire i_clk,
     input  wire i_rst,
     input  wire i_chip,

@@ -1,10 +1,10 @@
-// ecp5_laser: a laser's chip from the register of its pin, on Lattice ECP5
+// board_laser: a laser's chip from the register of its pin, on Lattice ECP5
 //
 // A chip lasts a whole clock, so both halves of the output gear carry it.
 
 `default_nettype none
 
-module ecp5_laser (
+module board_laser (
     input  wire i_clk,
     input  wire i_rst,
     input  wire i_chip,
