@@ -15,6 +15,9 @@ module board_top (
     output wire                                                      o_tx,       // to the host
     input  wire [`BOARD_DETECTORS*`BOARD_PINS_PER_DETECTOR-1:0]      i_detector, // comparators; a detector's pins side by side
     output wire [`BOARD_LASERS-1:0]                                  o_laser,
+`ifdef BOARD_HELD
+    output wire                                                      o_held,     // what the board has to have
+`endif
     output wire                                                      o_led       // lit while no result has been lost
 );
 
@@ -111,6 +114,10 @@ module board_top (
     reg uart_r;
     always @(posedge uart_clk) uart_r <= sum_r;
     assign o_tx = uart_r;
+
+`ifdef BOARD_HELD
+    assign o_held = `BOARD_HELD;
+`endif
 
     assign o_led = `BOARD_LED_ON ? !overrun : overrun;
 

@@ -54,8 +54,10 @@ module board_clock (
         .CLKOUTD3 ()
     );
 
+    // Where dedicated wires lead from the PLL to the divider and on; nextpnr does not see to that.
+    (* BEL = `BOARD_DIVIDER_BEL *)
     CLKDIV #(
-        .DIV_MODE (`BOARD_FAST_CLOCKS_TEXT),
+        .DIV_MODE (`BOARD_FAST_CLOCKS),
         .GSREN    ("false")
     ) chip_clock (
         .HCLKIN (o_fast_clk),

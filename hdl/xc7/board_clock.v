@@ -51,7 +51,7 @@ module board_clock (
     );
 
     BUFR #(
-        .BUFR_DIVIDE (`BOARD_FAST_CLOCKS_TEXT)
+        .BUFR_DIVIDE (`BOARD_FAST_CLOCKS)
     ) chip_clock (
         .I   (pll_clk),
         .CE  (1'b1),
