@@ -166,7 +166,8 @@ impl Plan {
         if achieved_ps == self.asked_chip_period_ps {
             return None;
         }
-        let value = format!("{} ns", achieved_ps / 1e3);
+        // All digits, in the unit that they have in the program.
+        let value = format!("{achieved_ps} ps");
         Setting::of("clock.chip_period", &value, "--board").ok()
     }
 }
