@@ -108,12 +108,27 @@ module board_top (
     assign saturated = 1'b0;
 `endif
 
-    reg sum_r;
-    assign tready = 1'b1;
-    always @(posedge clk) sum_r <= tvalid & (tlast ^ (^tdata) ^ i_rx ^ saturated);
-    reg uart_r;
-    always @(posedge uart_clk) uart_r <= sum_r;
-    assign o_tx = uart_r;
+    uart_bridge #(
+        .TDATA_BITS     (`BOARD_TDATA_BITS),
+        .COUNT_BITS     (`BOARD_COUNT_BITS),
+        .MORE_FIRST_BIT (`BOARD_MORE_FIRST_BIT),
+        .MORE_BITS      (`BOARD_MORE_BITS),
+        .BACK_PRESSURE  (`BOARD_BACK_PRESSURE),
+        .CLOCKS_PER_BIT (`BOARD_UART_CLOCKS_PER_BIT),
+        .IDENTITY       (`BOARD_IDENTITY)
+    ) bridge (
+        .i_clk         (clk),
+        .i_rst         (rst),
+        .i_uart_clk    (uart_clk),
+        .i_rx          (i_rx),
+        .o_tx          (o_tx),
+        .s_axis_tdata  (tdata),
+        .s_axis_tvalid (tvalid),
+        .s_axis_tready (tready),
+        .s_axis_tlast  (tlast),
+        .i_overrun     (overrun),
+        .i_saturated   (saturated)
+    );
 
 `ifdef BOARD_HELD
     assign o_held = `BOARD_HELD;

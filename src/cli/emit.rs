@@ -121,13 +121,14 @@ pub(super) fn text(emission: &Emission, folder: &Path) -> String {
 /// A board's project in words.
 fn board_text(board: &BoardProject, folder: &Path) -> String {
     let mut text = format!(
-        "{} files of {} in {}: chip of {} ns ({} ns asked for), {} Mbaud\n",
+        "{} files of {} in {}: chip of {} ns ({} ns asked for), {} Mbaud, {:.0} % of them needed\n",
         board.files.len(),
         board.name,
         printable_path(&folder.join(BOARD)),
         (board.chip_period_ps * 1e3).round() / 1e6,
         (board.asked_chip_period_ps * 1e3).round() / 1e6,
         (board.uart.baud() / 1e4).round() / 1e2,
+        board.line_share * 1e2,
     );
     for pin in &board.pins {
         text += &format!("  {} at {} ({})\n", pin.port, pin.site, pin.label);

@@ -42,24 +42,26 @@ pub enum BoardError {
     },
     /// Faster than the device.
     #[error(
-        "a chip of {chip_ns} ns is {what} of {found}, and {board} takes at most {most} ({source_name}); \
-         use a chip of {least_chip_ns} ns or longer{fewer}"
+        "a chip of {chip_ns} ns is {what} of {found} {unit}, and {board} takes at most {most} {unit} \
+         ({source_name}); use a chip of {least_chip_ns} ns or longer{fewer}"
     )]
     Fast {
         /// The scene's chip period.
-        chip_ns: String,
+        chip_ns: f64,
         /// What is too fast.
         what: &'static str,
         /// How fast it would be.
-        found: String,
+        found: f64,
+        /// In this unit.
+        unit: &'static str,
         /// The board.
         board: &'static str,
         /// The limit.
-        most: String,
+        most: f64,
         /// Where that stands.
         source_name: &'static str,
         /// The shortest chip.
-        least_chip_ns: String,
+        least_chip_ns: f64,
         /// Another way.
         fewer: String,
     },
@@ -76,7 +78,7 @@ pub enum BoardError {
         /// Where its ranges stand.
         source_name: &'static str,
         /// The scene's chip period.
-        chip_ns: String,
+        chip_ns: f64,
         /// The board's oscillator.
         oscillator_mhz: f64,
         /// What would be possible.
@@ -90,13 +92,26 @@ pub enum BoardError {
     )]
     Delay {
         /// The sample period.
-        needed_ns: String,
+        needed_ns: f64,
         /// Taps.
         most: u32,
         /// The longest chip.
-        chip_ns: String,
+        chip_ns: f64,
         /// Samples per chip without it.
         pins_alone: u32,
+    },
+    /// More results than the line to the host carries.
+    #[error(
+        "{line}, which is what {board} has; integrate over {integration_us} us or longer, or over \
+         fewer phase steps at once"
+    )]
+    Line {
+        /// The board.
+        board: &'static str,
+        /// What the results take.
+        line: String,
+        /// The least integration time, in microseconds.
+        integration_us: f64,
     },
     /// A pin that cannot be what it was chosen for.
     #[error("--pin {port}={site}: {problem}; {board} has {possible}")]

@@ -5,6 +5,7 @@ use std::str::FromStr;
 use serde::Serialize;
 
 use super::error::BoardError;
+use super::line;
 use super::pll::{Dividers, Frequency};
 use super::table::{Board, Family, Folder, Gear, GearPads, Pad, Pin, Side};
 use crate::scene::Setting;
@@ -62,6 +63,8 @@ pub struct Plan {
     pub delay_taps: u32,
     /// The chip period of the scene, in picoseconds.
     pub asked_chip_period_ps: f64,
+    /// Share of the line to the host that results take.
+    pub line_share: f64,
     /// All ports of the top.
     pub pins: Vec<Assigned>,
 }
@@ -147,6 +150,7 @@ impl Plan {
         let chip = fast.over(gear.fast_clocks);
         let delay_taps = delay_taps(chip.period_ps(), gear)?;
         let pins = pins_of(sensor, gear, board, choices)?;
+        let load = line::load(sensor, board)?;
         Ok(Plan {
             board,
             gear,
@@ -156,6 +160,7 @@ impl Plan {
             uart: uart_of(board, dividers),
             delay_taps,
             asked_chip_period_ps,
+            line_share: load.share(),
             pins,
         })
     }
@@ -216,9 +221,10 @@ fn check_speed(chip_period_ps: f64, gear: &Gear, board: &'static Board) -> Resul
     Err(BoardError::Fast {
         chip_ns: nanoseconds(chip_period_ps),
         what,
-        found: format!("{} {unit}", rounded(chip_mhz * per_chip)),
+        found: rounded(chip_mhz * per_chip),
+        unit,
         board: board.title,
-        most: format!("{} {unit}", rounded(most)),
+        most: rounded(most),
         source_name,
         least_chip_ns: nanoseconds((1e5 * per_chip / most).ceil() * 10.0),
         fewer: lower
@@ -490,8 +496,8 @@ fn where_is(pad: Option<Pad>) -> String {
 }
 
 /// Picoseconds as nanoseconds, to the femtosecond.
-fn nanoseconds(ps: f64) -> String {
-    format!("{}", (ps * 1e3).round() / 1e6)
+fn nanoseconds(ps: f64) -> f64 {
+    (ps * 1e3).round() / 1e6
 }
 
 fn rounded(value: f64) -> f64 {

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use super::line;
 use super::plan::{Assigned, PinRole, Plan, UartClock};
 use super::pll::{Dividers, Frequency};
 use super::table::Folder;
@@ -39,6 +40,8 @@ pub struct BoardProject {
     pub uart: UartClock,
     /// Bits per second that the host has to set.
     pub baud_hz: u32,
+    /// Share of it that results take.
+    pub line_share: f64,
     /// Pins of each detector.
     pub pins_per_detector: u32,
     /// Taps of the delay of a detector's second pin; 0 without one.
@@ -60,15 +63,37 @@ pub struct BoardPin {
     pub io_standard: String,
 }
 
-/// Sources that every board takes.
-const COMMON: [(&str, &str); 1] =
-    [("board_top.v", include_str!("../../../../hdl/board/board_top.v"))];
+macro_rules! bridge {
+    ($($name:literal)*) => {
+        [$(($name, include_str!(concat!("../../../../hdl/bridge/", $name)))),*]
+    };
+}
+
+/// Sources that every board takes: the top, and the bridge's files, which hdl/bridge/bridge.f lists.
+const TOP: (&str, &str) = ("board_top.v", include_str!("../../../../hdl/board/board_top.v"));
+const BRIDGE: [(&str, &str); 11] = bridge![
+    "async_fifo.v"
+    "bridge_core.v"
+    "bridge_reset.v"
+    "bridge_sync.v"
+    "crc32.v"
+    "framer.v"
+    "request_receiver.v"
+    "result_writer.v"
+    "uart_bridge.v"
+    "uart_receiver.v"
+    "uart_transmitter.v"
+];
 
 /// Sources of a family.
-fn sources(folder: Folder) -> [(&'static str, &'static str); 3] {
+fn sources(folder: Folder) -> [(&'static str, &'static str); 4] {
     macro_rules! of {
-        ($folder:literal) => {
+        ($folder:literal, $memory:literal) => {
             [
+                (
+                    "bridge_memory.v",
+                    include_str!(concat!("../../../../hdl/bridge/", $memory, "/bridge_memory.v")),
+                ),
                 (
                     "board_clock.v",
                     include_str!(concat!("../../../../hdl/", $folder, "/board_clock.v")),
@@ -85,10 +110,10 @@ fn sources(folder: Folder) -> [(&'static str, &'static str); 3] {
         };
     }
     match folder {
-        Folder::Ecp5 => of!("ecp5"),
-        Folder::Gowin => of!("gowin"),
-        Folder::Ice40 => of!("ice40"),
-        Folder::Xc7 => of!("xc7"),
+        Folder::Ecp5 => of!("ecp5", "ecp5"),
+        Folder::Gowin => of!("gowin", "inferred"),
+        Folder::Ice40 => of!("ice40", "inferred"),
+        Folder::Xc7 => of!("xc7", "inferred"),
     }
 }
 
@@ -97,7 +122,7 @@ impl Plan {
     pub fn project(&self, sensor: &Sensor, emission: &Emission) -> BoardProject {
         let board = self.board;
         let verilog: Vec<(&str, &str)> =
-            COMMON.into_iter().chain(sources(board.family.folder)).collect();
+            std::iter::once(TOP).chain(BRIDGE).chain(sources(board.family.folder)).collect();
         let project = Project { plan: self, sensor, emission, verilog };
         let mut files = vec![project.header()];
         files.extend(project.verilog.iter().map(|(name, text)| file(name, (*text).to_owned())));
@@ -115,6 +140,7 @@ impl Plan {
             pll_dividers: self.dividers,
             uart: self.uart,
             baud_hz: board.baud,
+            line_share: self.line_share,
             pins_per_detector: self.gear.pins,
             delay_taps: self.delay_taps,
             pins: self
@@ -197,6 +223,13 @@ impl Project<'_> {
         if let Some(data) = port(Role::Data) {
             define("TDATA_BITS", &data.width);
         }
+        let interface = self.sensor.interface();
+        let more = line::more(interface);
+        define("COUNT_BITS", &line::count_bits(interface));
+        define("MORE_FIRST_BIT", &more.first_bit);
+        define("MORE_BITS", &more.bits);
+        define("BACK_PRESSURE", &u8::from(interface.histogram().is_some()));
+        define("IDENTITY", &line::identity(self.sensor).to_verilog());
         if port(Role::Saturated).is_some() {
             define("HAS_SATURATED", &"");
         }
