@@ -23,6 +23,7 @@ use crate::plan::overview::Overview;
 use crate::replay::ReplayReport;
 use crate::run::Run;
 use crate::shard::Shard;
+use crate::simulate::pulses::PulsesReport;
 use crate::simulate::repeat::Simulation;
 use crate::study::architectures::Comparison;
 use crate::study::fidelity::FidelityReport;
@@ -47,6 +48,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<Pages>(),
         schema::<Made>(),
         schema::<Overview>(),
+        schema::<PulsesReport>(),
         schema::<ReplayReport>(),
         schema::<Reproduction>(),
         schema::<Run>(),

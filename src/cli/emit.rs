@@ -61,8 +61,8 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
         Some(board) => Some(Plan::of(&sensor, board, &arguments.pins)?),
         None => None,
     };
-    if let Some(setting) = plan.as_ref().and_then(Plan::setting) {
-        scene.settings.push(setting);
+    if let Some(plan) = &plan {
+        scene = plan.achieved(scene);
         sensor = Sensor::new(&scene.scene()?);
     }
     warn(&sensor, output);
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Res
         made_by += &format!(" {word}");
     }
     let mut emission = sensor.emit(&EmitOptions { made_by, ..arguments.options.clone() })?;
-    emission.board = plan.as_ref().map(|plan| plan.project(&sensor, &emission));
+    emission.board = plan.as_ref().map(|plan| plan.project(&sensor, &emission, &scene));
     let folder = output.folder(&arguments.out)?;
     deliver::write_into(&emission, &folder)?;
     let mut text = text(&emission, &arguments.out);

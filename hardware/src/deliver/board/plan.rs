@@ -8,7 +8,7 @@ use super::error::BoardError;
 use super::line;
 use super::pll::{Dividers, Frequency};
 use super::table::{Board, Family, Folder, Gear, GearPads, Pad, Pin, Side};
-use crate::scene::Setting;
+use crate::scene::SceneText;
 use crate::sensor::Sensor;
 
 /// By how much a PLL may miss the chip period that the scene asks for.
@@ -165,15 +165,13 @@ impl Plan {
         })
     }
 
-    /// The chip period that the PLL makes, as a setting of the scene; `None` if the scene has it.
-    pub fn setting(&self) -> Option<Setting> {
+    /// The scene with the chip period that the PLL makes, to the last digit.
+    pub fn achieved(&self, scene: SceneText) -> SceneText {
         let achieved_ps = self.chip.period_ps();
         if achieved_ps == self.asked_chip_period_ps {
-            return None;
+            return scene;
         }
-        // All digits, in the unit that they have in the program.
-        let value = format!("{achieved_ps} ps");
-        Setting::of("clock.chip_period", &value, "--board").ok()
+        scene.with_chip_period(&format!("{achieved_ps} ps"))
     }
 }
 

@@ -10,6 +10,7 @@ use super::pll::{Dividers, Frequency};
 use super::table::Folder;
 use crate::deliver::design::EmittedFile;
 use crate::deliver::emission::{Emission, made_by};
+use crate::scene::{Polarity, SceneText};
 use crate::sensor::Sensor;
 use crate::sensor::port::Role;
 
@@ -118,8 +119,9 @@ fn sources(folder: Folder) -> [(&'static str, &'static str); 4] {
 }
 
 impl Plan {
-    /// The project of a design on the board. `sensor` has the chip period that the PLL makes.
-    pub fn project(&self, sensor: &Sensor, emission: &Emission) -> BoardProject {
+    /// The project of a design on the board. `sensor` and `scene` have the chip period that the PLL
+    /// makes.
+    pub fn project(&self, sensor: &Sensor, emission: &Emission, scene: &SceneText) -> BoardProject {
         let board = self.board;
         let verilog: Vec<(&str, &str)> =
             std::iter::once(TOP).chain(BRIDGE).chain(sources(board.family.folder)).collect();
@@ -127,6 +129,8 @@ impl Plan {
         let mut files = vec![project.header()];
         files.extend(project.verilog.iter().map(|(name, text)| file(name, (*text).to_owned())));
         files.extend(project.tool_files());
+        files.extend(project.simulation());
+        files.push(file("scene.toml", scene.text.clone()));
         BoardProject {
             name: board.name.to_owned(),
             part: board.device.part.to_owned(),
@@ -281,8 +285,45 @@ impl Project<'_> {
             .replace("@DETECTORS@", &self.sensor.scene().detectors.len().to_string())
             .replace("@PLACE_AND_ROUTE@", device.place_and_route)
             .replace("$(PACK) @PACK@ ", &format!("$(PACK) {}", spaced(device.pack)))
+            .replace("@SIMULATION@", include_str!("projects/simulation.mk"))
+            .replace("@CFLAGS@", &self.numbers())
             .replace("@PART@", device.part)
             .replace("@LOADER@", device.loader)
+    }
+
+    /// The board in simulation.
+    fn simulation(&self) -> Vec<EmittedFile> {
+        let models = match self.plan.board.family.folder {
+            Folder::Ecp5 => include_str!("../../../../hdl/models/ecp5.v"),
+            Folder::Gowin => include_str!("../../../../hdl/models/gowin.v"),
+            Folder::Ice40 => include_str!("../../../../hdl/models/ice40.v"),
+            Folder::Xc7 => include_str!("../../../../hdl/models/xc7.v"),
+        };
+        let memory = include_str!("../../../../hdl/bridge/inferred/bridge_memory.v");
+        let top = include_str!("../../../../hdl/models/simulated_board.v");
+        let program = include_str!("../../../../hdl/models/simulated_board.cpp");
+        vec![
+            file("cells.v", models.to_owned()),
+            file("simulated_memory.v", memory.to_owned()),
+            file("simulated_board.v", top.to_owned()),
+            file("simulated_board.cpp", program.to_owned()),
+        ]
+    }
+
+    /// The scene's and the board's numbers, for the simulation's program.
+    fn numbers(&self) -> String {
+        let scene = self.sensor.scene();
+        let plan = self.plan;
+        let numbers = [
+            ("OSCILLATOR_HZ", plan.board.oscillator_hz),
+            ("BAUD", u64::from(plan.board.baud)),
+            ("DETECTORS", scene.detectors.len() as u64),
+            ("SAMPLES_PER_CHIP", u64::from(plan.gear.samples)),
+            ("FAST_CLOCKS", u64::from(plan.gear.fast_clocks)),
+            ("REST", u64::from(scene.hardware.polarity == Polarity::Low)),
+        ];
+        let defined = numbers.map(|(name, value)| format!("-D{name}={value}"));
+        format!("-O3 -std=c++17 {}", defined.join(" "))
     }
 
     /// Each port with its pin, as a tool names it: a bus of one bit has no number in a netlist of

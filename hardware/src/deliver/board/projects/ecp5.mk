@@ -33,7 +33,8 @@ board.config: board.json board.lpf
 load: board.bit
 	$(LOADER) @LOADER@ $<
 
+@SIMULATION@
 clean:
-	rm -f board.json board.config board.config.new board.bit report.json board.log
+	rm -rf simulated simulated_board board.json board.config board.config.new board.bit report.json board.log
 
 .PHONY: load clean

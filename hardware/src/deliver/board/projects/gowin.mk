@@ -30,7 +30,8 @@ placed.json: board.json board.cst board.sdc
 load: board.fs
 	$(LOADER) @LOADER@ $<
 
+@SIMULATION@
 clean:
-	rm -f board.json placed.json placed.json.new board.fs report.json board.log
+	rm -rf simulated simulated_board board.json placed.json placed.json.new board.fs report.json board.log
 
 .PHONY: load clean

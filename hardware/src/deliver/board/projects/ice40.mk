@@ -28,7 +28,8 @@ board.asc: board.json board.pcf
 load: board.bin
 	$(LOADER) @LOADER@ $<
 
+@SIMULATION@
 clean:
-	rm -f board.json board.asc board.asc.new board.bin report.json board.log
+	rm -rf simulated simulated_board board.json board.asc board.asc.new board.bin report.json board.log
 
 .PHONY: load clean

@@ -5,13 +5,17 @@
 VIVADO ?= vivado
 LOADER ?= openFPGALoader
 
-board.bit: board.tcl board.xdc board.vh @SOURCES@
+CORE = @CORE@
+BOARD = @SOURCES@
+
+board.bit: board.tcl board.xdc board.vh $(CORE) $(BOARD)
 	$(VIVADO) -mode batch -nojournal -source board.tcl
 
 load: board.bit
 	$(LOADER) @LOADER@ $<
 
+@SIMULATION@
 clean:
-	rm -f board.bit board.dcp timing.rpt utilization.rpt vivado.log
+	rm -rf simulated simulated_board board.bit board.dcp timing.rpt utilization.rpt vivado.log
 
 .PHONY: load clean
