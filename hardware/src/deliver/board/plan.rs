@@ -18,8 +18,10 @@ const MOST_BAUD_DEVIATION: f64 = 0.01;
 /// One tap of DELAYG in picoseconds (Lattice FPGA-DS-02012), and the last.
 const TAP_PS: f64 = 25.0;
 const LAST_TAP: u32 = 127;
-/// Clocks of a bit that the bridge needs, and a PLL's output for it has.
-const CLOCKS_PER_BIT: std::ops::RangeInclusive<u32> = 4..=33;
+/// Fewest clocks of a bit that the bridge takes, and that a clock made for it has: a bit is looked at in
+/// its middle to within half of one.
+const LEAST_CLOCKS_PER_BIT: u32 = 4;
+const CLOCKS_PER_BIT: std::ops::RangeInclusive<u32> = 8..=33;
 
 /// A pin that the user chooses: `i_detector[0]=H4`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -92,7 +94,7 @@ impl UartClock {
 
     fn of(clock: Frequency, pll_divider: Option<u32>, baud: u32) -> UartClock {
         let clocks = (clock.hz() / f64::from(baud)).round() as u32;
-        UartClock { pll_divider, clock, clocks_per_bit: clocks.max(*CLOCKS_PER_BIT.start()) }
+        UartClock { pll_divider, clock, clocks_per_bit: clocks.max(LEAST_CLOCKS_PER_BIT) }
     }
 }
 

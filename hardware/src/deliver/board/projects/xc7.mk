@@ -3,6 +3,7 @@
 # @MADE_BY@
 
 VIVADO ?= vivado
+YOSYS ?= yosys
 LOADER ?= openFPGALoader
 
 CORE = @CORE@
@@ -11,11 +12,15 @@ BOARD = @SOURCES@
 board.bit: board.tcl board.xdc board.vh $(CORE) $(BOARD)
 	$(VIVADO) -mode batch -nojournal -source board.tcl
 
+# The same sources by Yosys, where there is no Vivado: a netlist of the family's cells.
+board.json: $(CORE) $(BOARD) board.vh
+	$(YOSYS) -q -p 'read_verilog -I. $(CORE) $(BOARD); synth_xilinx -family xc7 -top board_top -json $@'
+
 load: board.bit
 	$(LOADER) @LOADER@ $<
 
 @SIMULATION@
 clean:
-	rm -rf simulated simulated_board board.bit board.dcp timing.rpt utilization.rpt vivado.log
+	rm -rf simulated simulated_board board.json board.bit board.dcp timing.rpt utilization.rpt vivado.log
 
 .PHONY: load clean
