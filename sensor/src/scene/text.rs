@@ -48,14 +48,12 @@ impl SceneText {
     }
 
     /// The same with another chip period, which a clock has that is made of another one: in the
-    /// text, so that it is that of the scene for whoever reads it; as a setting, where one has it
-    /// already.
+    /// text, so that it is that of the scene for whoever reads it, in place of settings of that key.
     #[must_use]
     pub fn with_chip_period(mut self, value: &str) -> SceneText {
         const KEY: &str = "clock.chip_period";
-        let is_set = self.settings.iter().any(|setting| setting.key_and_value().0 == KEY);
-        let place = chip_period_place(&self.text).filter(|_| !is_set);
-        match place {
+        self.settings.retain(|setting| setting.key_and_value().0 != KEY);
+        match chip_period_place(&self.text) {
             Some(place) => self.text.replace_range(place, &format!("\"{value}\"")),
             None => self.settings.extend(Setting::of(KEY, value, "--set")),
         }
@@ -100,12 +98,19 @@ mod tests {
     }
 
     #[test]
-    fn a_setting_is_overridden_by_a_setting() {
+    fn a_setting_gives_way_to_the_text() {
         let text = "[clock]\nchip_period = \"8 ns\"\n";
-        let changed = scene(text, &["clock.chip_period=10 ns"]).with_chip_period("10.01 ns");
-        assert_eq!(changed.text, text);
+        let set = ["clock.chip_period=10 ns", "path.distance=5 m"];
+        let changed = scene(text, &set).with_chip_period("10.01 ns");
+        assert_eq!(changed.text, "[clock]\nchip_period = \"10.01 ns\"\n");
         let values: Vec<_> = changed.settings.iter().map(Setting::key_and_value).collect();
-        let key = "clock.chip_period";
-        assert_eq!(values, [(key, "10 ns"), (key, "10.01 ns")]);
+        assert_eq!(values, [("path.distance", "5 m")]);
+    }
+
+    #[test]
+    fn a_text_without_a_chip_period_gets_a_setting() {
+        let changed = scene("[clock]\nsamples_per_chip = 8\n", &[]).with_chip_period("8.008 ns");
+        let values: Vec<_> = changed.settings.iter().map(Setting::key_and_value).collect();
+        assert_eq!(values, [("clock.chip_period", "8.008 ns")]);
     }
 }
