@@ -22,12 +22,15 @@ module board_top (
 );
 
     wire                                                 fast_clk;
+    (* keep *) // constraints name it
     wire                                                 clk;
+    (* keep *)
     wire                                                 uart_clk;
     wire                                                 ready;
     wire                                                 rst;
     wire [`BOARD_DETECTORS*`BOARD_SAMPLES_PER_CHIP-1:0]  samples;
     wire [`BOARD_LASERS-1:0]                             chips;
+    reg  [`BOARD_LASERS-1:0]                             chips_r;      // half-way to pins on another side
     wire [`BOARD_TDATA_BITS-1:0]                         tdata;
     wire                                                 tvalid;
     wire                                                 tready;
@@ -35,6 +38,27 @@ module board_top (
     wire                                                 overrun;
     wire                                                 saturated;
     reg  [3:0]                                           reset_r = 4'hf; // high at power-up: the core needs a reset
+
+`ifdef BOARD_HAS_REGISTERS
+    // AXI4-Lite, from the bridge to the core's registers
+    wire [11:0]  awaddr;
+    wire         awvalid;
+    wire         awready;
+    wire [31:0]  wdata;
+    wire [3:0]   wstrb;
+    wire         wvalid;
+    wire         wready;
+    wire [1:0]   bresp;
+    wire         bvalid;
+    wire         bready;
+    wire [11:0]  araddr;
+    wire         arvalid;
+    wire         arready;
+    wire [31:0]  rdata;
+    wire [1:0]   rresp;
+    wire         rvalid;
+    wire         rready;
+`endif
 
     assign rst = reset_r[3];
 
@@ -71,13 +95,16 @@ module board_top (
         end
     endgenerate
 
+    always @(posedge clk) begin
+        chips_r <= chips;
+    end
+
     genvar m;
     generate
         for (m = 0; m < `BOARD_LASERS; m = m + 1) begin : gen_laser
             board_laser laser (
                 .i_clk  (clk),
-                .i_rst  (rst),
-                .i_chip (chips[m]),
+                .i_chip (chips_r[m]),
                 .o_pin  (o_laser[m])
             );
         end
@@ -100,6 +127,25 @@ module board_top (
         .o_peak_count  (),
         .o_peak_valid  (),
 `endif
+`ifdef BOARD_HAS_REGISTERS
+        .s_axil_awaddr (awaddr),
+        .s_axil_awvalid (awvalid),
+        .s_axil_awready (awready),
+        .s_axil_wdata (wdata),
+        .s_axil_wstrb (wstrb),
+        .s_axil_wvalid (wvalid),
+        .s_axil_wready (wready),
+        .s_axil_bresp (bresp),
+        .s_axil_bvalid (bvalid),
+        .s_axil_bready (bready),
+        .s_axil_araddr (araddr),
+        .s_axil_arvalid (arvalid),
+        .s_axil_arready (arready),
+        .s_axil_rdata (rdata),
+        .s_axil_rresp (rresp),
+        .s_axil_rvalid (rvalid),
+        .s_axil_rready (rready),
+`endif
         .o_epoch       (),
         .o_overrun     (overrun)
     );
@@ -108,7 +154,7 @@ module board_top (
     assign saturated = 1'b0;
 `endif
 
-    uart_bridge #(
+    `BOARD_BRIDGE #(
         .TDATA_BITS     (`BOARD_TDATA_BITS),
         .COUNT_BITS     (`BOARD_COUNT_BITS),
         .MORE_FIRST_BIT (`BOARD_MORE_FIRST_BIT),
@@ -128,6 +174,26 @@ module board_top (
         .s_axis_tlast  (tlast),
         .i_overrun     (overrun),
         .i_saturated   (saturated)
+`ifdef BOARD_HAS_REGISTERS
+        ,
+        .m_axil_awaddr (awaddr),
+        .m_axil_awvalid (awvalid),
+        .m_axil_awready (awready),
+        .m_axil_wdata (wdata),
+        .m_axil_wstrb (wstrb),
+        .m_axil_wvalid (wvalid),
+        .m_axil_wready (wready),
+        .m_axil_bresp (bresp),
+        .m_axil_bvalid (bvalid),
+        .m_axil_bready (bready),
+        .m_axil_araddr (araddr),
+        .m_axil_arvalid (arvalid),
+        .m_axil_arready (arready),
+        .m_axil_rdata (rdata),
+        .m_axil_rresp (rresp),
+        .m_axil_rvalid (rvalid),
+        .m_axil_rready (rready)
+`endif
     );
 
 `ifdef BOARD_HELD

@@ -72,8 +72,9 @@ macro_rules! bridge {
 
 /// Sources that every board takes: the top, and the bridge's files, which hdl/bridge/bridge.f lists.
 const TOP: (&str, &str) = ("board_top.v", include_str!("../../../../hdl/board/board_top.v"));
-const BRIDGE: [(&str, &str); 11] = bridge![
+const BRIDGE: [(&str, &str); 13] = bridge![
     "async_fifo.v"
+    "axil_master.v"
     "bridge_core.v"
     "bridge_reset.v"
     "bridge_sync.v"
@@ -82,6 +83,7 @@ const BRIDGE: [(&str, &str); 11] = bridge![
     "request_receiver.v"
     "result_writer.v"
     "uart_bridge.v"
+    "uart_bridge_axil.v"
     "uart_receiver.v"
     "uart_transmitter.v"
 ];
@@ -234,6 +236,11 @@ impl Project<'_> {
         define("MORE_BITS", &more.bits);
         define("BACK_PRESSURE", &u8::from(interface.histogram().is_some()));
         define("IDENTITY", &line::identity(self.sensor).to_verilog());
+        let has_registers = port(Role::WriteAddress).is_some();
+        define("BRIDGE", if has_registers { &"uart_bridge_axil" } else { &"uart_bridge" });
+        if has_registers {
+            define("HAS_REGISTERS", &"");
+        }
         if port(Role::Saturated).is_some() {
             define("HAS_SATURATED", &"");
         }
@@ -377,7 +384,7 @@ impl Project<'_> {
         let oscillator_ns = 1e9 / self.plan.board.oscillator_hz as f64;
         format!(
             "{}create_clock -name clk -period {:.6} [get_nets clk]\n\
-             create_clock -name oscillator -period {oscillator_ns:.6} [get_ports i_oscillator]\n",
+             create_clock -name uart_clk -period {oscillator_ns:.6} [get_nets uart_clk]\n",
             self.constraints_header(),
             self.plan.chip.period_ps() / 1e3,
         )

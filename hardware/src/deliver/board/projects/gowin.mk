@@ -20,11 +20,14 @@ board.json: $(CORE) $(BOARD) board.vh
 	$(YOSYS) -q -p 'read_verilog -I. $(CORE) $(BOARD); synth_gowin -top board_top -json $@'
 
 # Place and route holds each clock against its rate, and ends with an error if one is missed. A clock
-# that leaves the clock wires is only a warning to it; the gears want them.
+# that leaves the clock wires is only a warning to it; the gears want them. Nor does it miss a net that
+# a constraint names and synthesis does not.
 placed.json: board.json board.cst board.sdc
 	$(NEXTPNR) @PLACE_AND_ROUTE@ --vopt cst=board.cst --sdc board.sdc --seed $(SEED) \
 	    --json board.json --report report.json --write $@.new --log board.log -q
 	! grep 'using dedicated routing' board.log
+	grep -q "constraining clock net 'clk'" board.log
+	grep -q "constraining clock net 'uart_clk'" board.log
 	mv $@.new $@
 
 load: board.fs
