@@ -1,4 +1,5 @@
 // board_laser: a laser's chip from the register of its pin, on Lattice iCE40
+//
 // In reset the core's chips are 0.
 
 `default_nettype none

@@ -1,4 +1,5 @@
 // board_laser: a laser's chip from the register of its pin, on Xilinx 7-series
+//
 // In reset the core's chips are 0.
 
 `default_nettype none

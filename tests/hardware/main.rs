@@ -3,6 +3,7 @@
 // Tables of cases and models clock by clock are read from top to bottom.
 #![allow(clippy::too_many_lines)]
 
+mod boards;
 mod boards_simulated;
 mod cosim_counts_are_the_verilogs;
 mod cosim_finds_faults;
