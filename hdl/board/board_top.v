@@ -157,6 +157,8 @@ module board_top (
     `BOARD_BRIDGE #(
         .TDATA_BITS     (`BOARD_TDATA_BITS),
         .COUNT_BITS     (`BOARD_COUNT_BITS),
+        .COUNTS         (`BOARD_COUNTS),
+        .COUNT_STRIDE   (`BOARD_COUNT_STRIDE),
         .MORE_FIRST_BIT (`BOARD_MORE_FIRST_BIT),
         .MORE_BITS      (`BOARD_MORE_BITS),
         .BACK_PRESSURE  (`BOARD_BACK_PRESSURE),

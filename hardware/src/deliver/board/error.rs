@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::wire::SlowLine;
+
 /// Why a scene does not fit a board; each says what would.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum BoardError {
@@ -101,17 +103,21 @@ pub enum BoardError {
         pins_alone: u32,
     },
     /// More results than the line to the host carries.
-    #[error(
-        "{line}, which is what {board} has; integrate over {integration_us} us or longer, or over \
-         fewer phase steps at once"
-    )]
+    #[error("{board}: {line}")]
     Line {
         /// The board.
         board: &'static str,
-        /// What the results take.
-        line: String,
-        /// The least integration time, in microseconds.
-        integration_us: f64,
+        /// What the results take, and what would fit.
+        line: Box<SlowLine>,
+    },
+    /// Results that the bridge cannot carry.
+    #[error(
+        "a result of this scene, or its scan, is too large for the bridge to {board} (docs/wire.md); \
+         use a narrower counter_width, or fewer phase steps"
+    )]
+    Bridge {
+        /// The board.
+        board: &'static str,
     },
     /// A pin that cannot be what it was chosen for.
     #[error("--pin {port}={site}: {problem}; {board} has {possible}")]

@@ -5,7 +5,6 @@
 //! checks neither the rates of pins and clock buffers nor the ranges of a PLL.
 
 mod error;
-mod line;
 mod plan;
 mod pll;
 mod project;

@@ -5,11 +5,11 @@ use std::str::FromStr;
 use serde::Serialize;
 
 use super::error::BoardError;
-use super::line;
 use super::pll::{Dividers, Frequency};
 use super::table::{Board, Family, Folder, Gear, GearPads, Pad, Pin, Side};
 use crate::scene::SceneText;
 use crate::sensor::Sensor;
+use crate::wire::{Sent, check_line};
 
 /// By how much a PLL may miss the chip period that the scene asks for.
 const MOST_DEVIATION: f64 = 0.01;
@@ -152,7 +152,9 @@ impl Plan {
         let chip = fast.over(gear.fast_clocks);
         let delay_taps = delay_taps(chip.period_ps(), gear)?;
         let pins = pins_of(sensor, gear, board, choices)?;
-        let load = line::load(sensor, board)?;
+        let load = check_line(sensor.interface(), Sent::Results, board.baud)
+            .map_err(|line| BoardError::Line { board: board.title, line: Box::new(line) })?
+            .ok_or(BoardError::Bridge { board: board.title })?;
         Ok(Plan {
             board,
             gear,

@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::line;
 use super::plan::{Assigned, PinRole, Plan, UartClock};
 use super::pll::{Dividers, Frequency};
 use super::table::Folder;
@@ -13,6 +12,7 @@ use crate::deliver::emission::{Emission, made_by};
 use crate::scene::{Polarity, SceneText};
 use crate::sensor::Sensor;
 use crate::sensor::port::Role;
+use crate::wire::{self, Sent};
 
 /// A board's project, as the manifest has it.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -226,16 +226,9 @@ impl Project<'_> {
         }
         let ports = &self.emission.ports;
         let port = |role: Role| ports.iter().find(|port| port.role == role);
-        if let Some(data) = port(Role::Data) {
-            define("TDATA_BITS", &data.width);
+        for (name, value) in self.bridge() {
+            define(name, &value);
         }
-        let interface = self.sensor.interface();
-        let more = line::more(interface);
-        define("COUNT_BITS", &line::count_bits(interface));
-        define("MORE_FIRST_BIT", &more.first_bit);
-        define("MORE_BITS", &more.bits);
-        define("BACK_PRESSURE", &u8::from(interface.histogram().is_some()));
-        define("IDENTITY", &line::identity(self.sensor).to_verilog());
         let has_registers = port(Role::WriteAddress).is_some();
         define("BRIDGE", if has_registers { &"uart_bridge_axil" } else { &"uart_bridge" });
         if has_registers {
@@ -250,6 +243,20 @@ impl Project<'_> {
         text += "\n`endif\n";
         // A macro without a value has no blank behind it.
         file("board.vh", text.replace(" \n", "\n"))
+    }
+
+    /// Parameters of the bridge. The plan has checked that there are some.
+    fn bridge(&self) -> Vec<(&'static str, String)> {
+        let interface = self.sensor.interface();
+        let scene = self.sensor.scene().reference();
+        let chip_period_fs = (self.plan.chip.period_ps() * 1e3).round() as u32;
+        // A scene that was made in a program has no text, and so no digest.
+        let digest = Some(scene.origin.sha256).filter(|digest| !digest.is_empty());
+        let digest = digest.unwrap_or_else(|| "0".repeat(64));
+        let identity = wire::identity(interface, Sent::Results, chip_period_fs, &digest);
+        identity
+            .and_then(|identity| wire::bridge_parameters(interface, Sent::Results, &identity))
+            .unwrap_or_default()
     }
 
     /// Constraints and what runs the tools.

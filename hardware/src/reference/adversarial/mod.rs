@@ -353,9 +353,10 @@ impl Adversarial {
     fn chips_of(&mut self, plan: &PlannedGroup, origin: u64) -> u64 {
         let whole = self.scout.interface().timing.scan.integration_chips;
         // Scans as a host sets them take their time while it talks.
-        let is_set = self.host.as_ref().is_some_and(|host| {
-            whole < 2 * self.reach.shortest + 16 || !host.is_idle()
-        });
+        let is_set = self
+            .host
+            .as_ref()
+            .is_some_and(|host| whole < 2 * self.reach.shortest + 16 || !host.is_idle());
         if !self.reach.shortens(&self.interface) || is_set {
             return whole;
         }
