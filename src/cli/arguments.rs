@@ -18,6 +18,7 @@ use super::grade::GradeArguments;
 use super::image::ImageArguments;
 use super::merge::MergeArguments;
 use super::new::NewArguments;
+use super::pulses::PulsesArguments;
 use super::replay::ReplayArguments;
 use super::reproduce::ReproduceArguments;
 use super::run::RunArguments;
@@ -89,6 +90,8 @@ pub(super) enum Command {
     Calibrate(CalibrateArguments),
     /// Replay photons that an instrument recorded: histogram, counts, distances
     Replay(ReplayArguments),
+    /// Write the sampled pulses of simulated photons, for a simulated board
+    Pulses(PulsesArguments),
     /// Measure error against run time for every tier of simulation
     Fidelity(FidelityArguments),
     /// Compare sensors: one phase step at a time, sixteen, or a histogram

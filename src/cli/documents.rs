@@ -25,6 +25,7 @@ use crate::plan::overview::Overview;
 use crate::replay::ReplayReport;
 use crate::run::Run;
 use crate::shard::Shard;
+use crate::simulate::pulses::PulsesReport;
 use crate::simulate::repeat::Simulation;
 use crate::study::architectures::Comparison;
 use crate::study::fidelity::FidelityReport;
@@ -51,6 +52,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         schema::<Pages>(),
         schema::<Made>(),
         schema::<Overview>(),
+        schema::<PulsesReport>(),
         schema::<ReplayReport>(),
         schema::<Reproduction>(),
         schema::<Run>(),

@@ -8,10 +8,11 @@ use super::common::SceneArgument;
 use super::ending::Ending;
 use super::output::Output;
 use super::warnings::warn;
+use crate::deliver::board::{BOARD, Board, BoardProject, PinChoice, Plan};
 use crate::deliver::testbenches::{self, BIND, COCOTB};
 use crate::deliver::{self, Emission, EmittedFile};
 use crate::door::{EmitOptions, Jobs as _};
-use crate::printable::printable_path;
+use crate::printable::{printable, printable_path, shell_word};
 use crate::sensor::Sensor;
 
 #[derive(Debug, Args)]
@@ -32,18 +33,48 @@ pub(super) struct EmitArguments {
     /// to the design or to your own, in the folder bind
     #[arg(long)]
     pub bind: bool,
+    /// Also the project of a board up to its bitstream, in the folder board, for example --board ulx3s-12f. The
+    /// manifest's scene then has the chip period that the board's PLL makes
+    #[arg(long, value_name = "BOARD", value_parser = Board::named, conflicts_with = "prefix")]
+    pub board: Option<&'static Board>,
+    /// Another pin for a detector or laser of the board; may be repeated: --pin 'i_detector[0]=H4'
+    #[arg(long = "pin", value_name = "PORT=PIN", requires = "board")]
+    pub pins: Vec<PinChoice>,
+}
+
+impl EmitArguments {
+    /// The board and its pins, as a command line has them.
+    fn board_words(&self) -> Vec<String> {
+        let board = self.board.map(|board| format!("--board {}", board.name));
+        let pins = self.pins.iter().map(|pin| {
+            format!("--pin {}", shell_word(&printable(&format!("{}={}", pin.port, pin.site))))
+        });
+        board.into_iter().chain(pins).collect()
+    }
 }
 
 pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
     // Once: what stands beside the design is of the same scene.
-    let scene = arguments.scene.read()?;
-    let sensor = Sensor::new(&scene.scene()?);
+    let mut scene = arguments.scene.read()?;
+    let mut sensor = Sensor::new(&scene.scene()?);
+    let plan = match arguments.board {
+        Some(board) => Some(Plan::of(&sensor, board, &arguments.pins)?),
+        None => None,
+    };
+    if let Some(plan) = &plan {
+        scene = plan.achieved(scene);
+        sensor = Sensor::new(&scene.scene()?);
+    }
     warn(&sensor, output);
     let mut made_by = command_line(&arguments.scene);
     if let Some(prefix) = &arguments.options.prefix {
         made_by += &format!(" --prefix {prefix}");
     }
-    let emission = sensor.emit(&EmitOptions { made_by, ..arguments.options.clone() })?;
+    for word in arguments.board_words() {
+        made_by += &format!(" {word}");
+    }
+    let mut emission = sensor.emit(&EmitOptions { made_by, ..arguments.options.clone() })?;
+    emission.board = plan.as_ref().map(|plan| plan.project(&sensor, &emission, &scene));
     let folder = output.folder(&arguments.out)?;
     deliver::write_into(&emission, &folder)?;
     let mut text = text(&emission, &arguments.out);
@@ -78,8 +109,29 @@ pub(super) fn text(emission: &Emission, folder: &Path) -> String {
         emission.top,
         emission.clock_hz / 1e6,
     );
+    if let Some(board) = &emission.board {
+        text += &board_text(board, folder);
+    }
     for left_out in &emission.left_out {
         text += &format!("left out: {} ({})\n", left_out.part, left_out.reason);
+    }
+    text
+}
+
+/// A board's project in words.
+fn board_text(board: &BoardProject, folder: &Path) -> String {
+    let mut text = format!(
+        "{} files of {} in {}: chip of {} ns ({} ns asked for), {} Mbaud, {:.0} % of them needed\n",
+        board.files.len(),
+        board.name,
+        printable_path(&folder.join(BOARD)),
+        (board.chip_period_ps * 1e3).round() / 1e6,
+        (board.asked_chip_period_ps * 1e3).round() / 1e6,
+        (board.uart.baud() / 1e4).round() / 1e2,
+        board.line_share * 1e2,
+    );
+    for pin in &board.pins {
+        text += &format!("  {} at {} ({})\n", pin.port, pin.site, pin.label);
     }
     text
 }

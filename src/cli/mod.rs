@@ -35,6 +35,7 @@ mod output;
 mod parquet;
 pub mod plan;
 mod provenance;
+mod pulses;
 mod replay;
 mod reproduce;
 mod run;
@@ -101,6 +102,7 @@ pub fn main() -> ExitCode {
             compare_architectures::run(&arguments, &mut output)
         }
         Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
+        Command::Pulses(arguments) => pulses::run(&arguments, cli.seed, &mut output),
         Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
         Command::Sweep(arguments) => sweep::run(&arguments, cli.seed, &mut output),
         Command::Merge(arguments) => merge::run(&arguments, &mut output),

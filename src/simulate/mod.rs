@@ -19,6 +19,7 @@ pub mod forecast;
 pub mod histograms;
 mod options;
 pub mod path_statistics;
+pub mod pulses;
 pub mod repeat;
 mod run_up;
 pub mod scans;

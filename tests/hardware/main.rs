@@ -3,6 +3,8 @@
 // Tables of cases and models clock by clock are read from top to bottom.
 #![allow(clippy::too_many_lines)]
 
+mod boards;
+mod boards_simulated;
 mod cosim_counts_are_the_verilogs;
 mod cosim_finds_faults;
 mod cosim_random_scenes_match;
@@ -13,7 +15,6 @@ mod flow_fusesoc_and_testbench;
 mod flow_generated_files_are_current;
 mod flow_lint_matrix;
 mod flow_prefixed_designs;
-mod flow_vendor_wrappers;
 mod formal_proofs;
 mod grade_tells_stimuli_apart;
 mod hdl_blocks_agree;

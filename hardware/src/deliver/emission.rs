@@ -3,6 +3,7 @@
 use rust_hdl_core::block::Block;
 use serde::Serialize;
 
+use super::board::BoardProject;
 use super::design::{Design, EmittedFile, TOP};
 use super::error::HdlError;
 use super::flow::Flow;
@@ -53,6 +54,9 @@ pub struct Emission {
     pub flow: Flow,
     /// Proofs, in a folder of their own.
     pub formal: Formal,
+    /// The project of a board, in a folder of its own, if one was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub board: Option<BoardProject>,
 }
 
 impl Emission {
@@ -196,6 +200,7 @@ pub fn emit_prefixed(
         scan_registers: ScanRegisters::of(interface).in_design_of(prefix),
         flow,
         formal,
+        board: None,
     })
 }
 

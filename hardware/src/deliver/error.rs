@@ -62,6 +62,9 @@ pub enum HdlError {
     /// The manifest could not be made.
     #[error("cannot make the manifest: {0}")]
     Manifest(serde_json::Error),
+    /// The scene does not fit the board.
+    #[error(transparent)]
+    Board(#[from] super::board::BoardError),
     /// A file could not be written.
     #[error(transparent)]
     File(#[from] crate::files::FileError),

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::board::BOARD;
 use super::design::EmittedFile;
 use super::emission::Emission;
 use super::error::HdlError;
@@ -35,9 +36,14 @@ const PROOFS: &[&str] = &[
     "/formal/script",
     "/formal/abc",
 ];
-/// Their endings.
-const ENDINGS: &[&str] =
-    &["v", "vh", "vhd", "sv", "f", "hex", "sdc", "lpf", "xdc", "core", "sby", "sh"];
+/// Where it names those of the folder with a board's project.
+const PROJECT: &[&str] = &["/board/files"];
+/// Endings of all of them, and the name of the one that has none.
+const ENDINGS: &[&str] = &[
+    "v", "vh", "vhd", "sv", "f", "hex", "sdc", "lpf", "xdc", "core", "sby", "sh", "cst", "pcf",
+    "tcl", "cpp", "toml",
+];
+const MAKEFILE: &str = "Makefile";
 /// Largest manifest that is read.
 const MOST_MANIFEST_BYTES: u64 = 16 << 20;
 
@@ -72,54 +78,75 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
         .map(|file| stage_text(&file.name, &file.text))
         .collect::<Result<Vec<Staged>, FileError>>()?;
     let manifest = stage_text(MANIFEST, &manifest)?;
-    let formal = folder.subfolder(Formal::FOLDER, |_| ())?;
-    let proofs = emission
-        .formal
-        .files()
-        .map(|file| formal.stage(&file.name, |out| out.write_all(file.text.as_bytes())))
-        .collect::<Result<Vec<Staged>, FileError>>()?;
-    for file in staged.iter().chain(&proofs).chain([&manifest]) {
+    let older = older_manifest(folder);
+    let own = emission.files.iter().chain(emission.flow.files());
+    let own_stale = stale(&older, FILES, own, folder.path());
+    let mut beside = Vec::new();
+    for part in Part::all(emission) {
+        let part_stale =
+            stale(&older, part.places, part.files.iter().copied(), &folder.join(part.folder));
+        if part.files.is_empty() && part_stale.is_empty() {
+            continue;
+        }
+        let subfolder = folder.subfolder(part.folder, |_| ())?;
+        let staged = part
+            .files
+            .iter()
+            .map(|file| subfolder.stage(&file.name, |out| out.write_all(file.text.as_bytes())))
+            .collect::<Result<Vec<Staged>, FileError>>()?;
+        beside.push((subfolder, staged, part_stale));
+    }
+    let staged_beside = beside.iter().flat_map(|(_, staged, _)| staged);
+    for file in staged.iter().chain(staged_beside).chain([&manifest]) {
         file.sync()?;
     }
 
-    let stale = Stale::of(emission, folder);
     // The older manifest must not come back after a power cut, among newer files.
     folder.remove(MANIFEST)?;
     folder.sync()?;
     folder.publish(staged)?;
-    formal.publish(proofs)?;
-    for name in &stale.files {
+    for name in &own_stale {
         folder.remove(name)?;
     }
-    for name in &stale.proofs {
-        formal.remove(name)?;
+    for (subfolder, staged, part_stale) in beside {
+        subfolder.publish(staged)?;
+        for name in &part_stale {
+            subfolder.remove(name)?;
+        }
     }
     Ok(folder.publish(vec![manifest])?)
 }
 
-/// What stands in a folder since an earlier emission, by its manifest, and does not
-/// belong to the new one.
-#[derive(Default)]
-struct Stale {
-    files: Vec<String>,
-    proofs: Vec<String>,
+/// What an emission has in a folder beside the design.
+struct Part<'e> {
+    folder: &'static str,
+    /// Where the manifest names its files.
+    places: &'static [&'static str],
+    files: Vec<&'e EmittedFile>,
 }
 
-impl Stale {
-    fn of(emission: &Emission, folder: &OutputFolder) -> Stale {
-        let path = folder.join(MANIFEST);
-        let Ok(text) = read_regular(&path, MOST_MANIFEST_BYTES) else {
-            return Stale::default();
-        };
-        let Ok(manifest) = serde_json::from_str::<Value>(&text) else {
-            return Stale::default();
-        };
-        let own = emission.files.iter().chain(emission.flow.files());
-        Stale {
-            files: stale(&manifest, FILES, own, folder.path()),
-            proofs: stale(&manifest, PROOFS, emission.formal.files(), &folder.join(Formal::FOLDER)),
-        }
+impl Part<'_> {
+    fn all(emission: &Emission) -> [Part<'_>; 2] {
+        [
+            Part {
+                folder: Formal::FOLDER,
+                places: PROOFS,
+                files: emission.formal.files().collect(),
+            },
+            Part {
+                folder: BOARD,
+                places: PROJECT,
+                files: emission.board.iter().flat_map(|board| &board.files).collect(),
+            },
+        ]
     }
+}
+
+/// The manifest of an earlier emission, which names what may have become stale; nothing if there
+/// is none.
+fn older_manifest(folder: &OutputFolder) -> Value {
+    let text = read_regular(&folder.join(MANIFEST), MOST_MANIFEST_BYTES);
+    text.ok().and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default()
 }
 
 /// The files that a manifest names in its `places`, that are there, and that are none of
@@ -143,10 +170,11 @@ fn stale<'f>(
 }
 
 /// Whether a name is one that an emission may have given: that of a file in the folder
-/// itself, with one of our endings.
+/// itself, with one of our endings or names.
 fn is_ours(name: &str) -> bool {
     let ending = name.rsplit_once('.').map(|(_, ending)| ending);
-    !name.contains(['/', '\\']) && ending.is_some_and(|ending| ENDINGS.contains(&ending))
+    !name.contains(['/', '\\'])
+        && (name == MAKEFILE || ending.is_some_and(|ending| ENDINGS.contains(&ending)))
 }
 
 fn is_file(path: &Path) -> bool {

@@ -1,14 +1,19 @@
-// ice40_sampler: two samples of a pin per clock, on Lattice iCE40
+// board_sampler: the samples of a detector in each chip, on Lattice iCE40
 //
 // S = 2 only: the pin has registers for both edges of one clock and no gear.
 // Latency  one clock after the word's falling edge has passed
 
 `default_nettype none
 
-module ice40_sampler (
-    input  wire       i_clk,
-    input  wire       i_pin,    // the SPAD's comparator
-    output reg  [1:0] o_samples // bit 0 earliest
+module board_sampler #(
+    parameter PINS    = 1,                // 1
+    parameter SAMPLES = 2                 // 2
+) (
+    input  wire               i_fast_clk, // not needed
+    input  wire               i_clk,
+    input  wire               i_rst,      // not needed
+    input  wire [PINS-1:0]    i_pins,     // the comparator
+    output reg  [SAMPLES-1:0] o_samples   // bit 0 earliest
 );
 
     wire at_rise; // sample of the last rising edge
@@ -18,7 +23,7 @@ module ice40_sampler (
         .PIN_TYPE (6'b0000_00), // no output; input registered at both edges
         .PULLUP   (1'b0)
     ) pad (
-        .PACKAGE_PIN       (i_pin),
+        .PACKAGE_PIN       (i_pins[0]),
         .LATCH_INPUT_VALUE (1'b0),
         .CLOCK_ENABLE      (1'b1),
         .INPUT_CLK         (i_clk),

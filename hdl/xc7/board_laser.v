@@ -1,10 +1,11 @@
-// xc7_laser: a laser's chip from the register of its pin, on Xilinx 7-series
+// board_laser: a laser's chip from the register of its pin, on Xilinx 7-series
+//
+// In reset the core's chips are 0.
 
 `default_nettype none
 
-module xc7_laser (
+module board_laser (
     input  wire i_clk,
-    input  wire i_rst,
     input  wire i_chip,
     output wire o_pin
 );
@@ -12,11 +13,7 @@ module xc7_laser (
     (* IOB = "TRUE" *) reg chip_r;
 
     always @(posedge i_clk) begin
-        if (i_rst) begin
-            chip_r <= 1'b0;
-        end else begin
-            chip_r <= i_chip;
-        end
+        chip_r <= i_chip;
     end
 
     OBUF pad (

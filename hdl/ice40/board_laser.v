@@ -1,8 +1,10 @@
-// ice40_laser: a laser's chip from the register of its pin, on Lattice iCE40
+// board_laser: a laser's chip from the register of its pin, on Lattice iCE40
+//
+// In reset the core's chips are 0.
 
 `default_nettype none
 
-module ice40_laser (
+module board_laser (
     input  wire i_clk,
     input  wire i_chip,
     output wire o_pin

@@ -1,35 +1,42 @@
-// xc7_sampler: four or eight samples of a pin per clock, on Xilinx 7-series
+// board_sampler: the samples of a detector in each chip, on AMD 7-series
 //
-// S = 4 or 8. S = 16 is not on one pin: ISERDESE2 reaches 14, by cascading.
+// ISERDESE2 at one pin: S = 4 or 8. S = 16 is not on one pin: ISERDESE2 reaches 14, by cascading.
 // Latency  whole clocks in the pin's gear, the same for every sample
 
 `default_nettype none
 
-module xc7_sampler #(
-    parameter S = 8                 // samples per clock: 4 or 8
+module board_sampler #(
+    parameter PINS    = 1,                // 1
+    parameter SAMPLES = 8                 // 4 or 8
 ) (
-    input  wire         i_bit_clk, // S / 2 times the rate of i_clk, from BUFIO
-    input  wire         i_clk,     // from BUFR, in phase with i_bit_clk
-    input  wire         i_rst,
-    input  wire         i_pin,     // the SPAD's comparator, from its IBUF
-    output wire [S-1:0] o_samples  // bit 0 earliest
+    input  wire               i_fast_clk, // SAMPLES / 2 times the rate of i_clk, from BUFIO
+    input  wire               i_clk,      // from BUFR, in phase with i_fast_clk
+    input  wire               i_rst,
+    input  wire [PINS-1:0]    i_pins,     // the comparator
+    output wire [SAMPLES-1:0] o_samples   // bit 0 earliest
 );
 
+    wire       pin;
     wire [7:0] word; // bit j is Q(j + 1), of which Q1 is the latest sample
+
+    IBUF pad (
+        .I (i_pins[0]),
+        .O (pin)
+    );
 
     ISERDESE2 #(
         .DATA_RATE        ("DDR"),
-        .DATA_WIDTH       (S),
+        .DATA_WIDTH       (SAMPLES),
         .INTERFACE_TYPE   ("NETWORKING"),
         .IOBDELAY         ("NONE"),
         .IS_CLKB_INVERTED (1'b1),
         .NUM_CE           (1),
         .SERDES_MODE      ("MASTER")
     ) gear (
-        .D            (i_pin),
+        .D            (pin),
         .DDLY         (1'b0),
-        .CLK          (i_bit_clk),
-        .CLKB         (i_bit_clk),
+        .CLK          (i_fast_clk),
+        .CLKB         (i_fast_clk),
         .CLKDIV       (i_clk),
         .CLKDIVP      (1'b0),
         .OCLK         (1'b0),
@@ -58,8 +65,8 @@ module xc7_sampler #(
 
     genvar j;
     generate
-        for (j = 0; j < S; j = j + 1) begin : gen_order
-            assign o_samples[j] = word[S - 1 - j];
+        for (j = 0; j < SAMPLES; j = j + 1) begin : gen_order
+            assign o_samples[j] = word[SAMPLES - 1 - j];
         end
     endgenerate
 

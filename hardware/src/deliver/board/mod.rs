@@ -1,0 +1,20 @@
+//! A scene's design on a board: a table of the boards, what a scene needs of one ([`Plan`]), and the
+//! files that make a bitstream of it ([`BoardProject`]).
+//!
+//! What a board cannot do is an error with what it can. Place and route checks routed delays; it
+//! checks neither the rates of pins and clock buffers nor the ranges of a PLL.
+
+mod error;
+mod plan;
+mod pll;
+mod project;
+mod table;
+
+pub use error::BoardError;
+pub use plan::{Assigned, PinChoice, PinRole, Plan, UartClock};
+pub use pll::{Dividers, Feedback, Frequency, Pll};
+pub use project::{BoardPin, BoardProject};
+pub use table::{BOARDS, Board, Device, Family, Folder, Gear, GearPads, Pad, Pin, Side};
+
+/// Folder of a board's files, beside the design.
+pub const BOARD: &str = "board";

@@ -1,0 +1,453 @@
+//! The files of a scene's board, in a folder of their own beside the design.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::plan::{Assigned, PinRole, Plan, UartClock};
+use super::pll::{Dividers, Frequency};
+use super::table::Folder;
+use crate::deliver::design::EmittedFile;
+use crate::deliver::emission::{Emission, made_by};
+use crate::scene::{Polarity, SceneText};
+use crate::sensor::Sensor;
+use crate::sensor::port::Role;
+use crate::wire::{self, Sent};
+
+/// A board's project, as the manifest has it.
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+pub struct BoardProject {
+    /// Name of the board.
+    pub name: String,
+    /// Its device.
+    pub part: String,
+    /// Files in the folder `board`; `make` there ends with a bitstream.
+    pub files: Vec<EmittedFile>,
+    /// The chip period that the scene asks for.
+    pub asked_chip_period_ps: f64,
+    /// The one that the PLL makes, which is the manifest's scene's.
+    pub chip_period_ps: f64,
+    /// The clock of which one cycle is one chip, exactly.
+    pub chip_clock: Frequency,
+    /// Edge or bit clock of the gears, exactly.
+    pub fast_clock: Frequency,
+    /// The board's oscillator.
+    pub oscillator_hz: u64,
+    /// Primitive of the PLL.
+    pub pll: String,
+    /// Its dividers.
+    pub pll_dividers: Dividers,
+    /// The line to the host.
+    pub uart: UartClock,
+    /// Bits per second that the host has to set.
+    pub baud_hz: u32,
+    /// Share of it that results take.
+    pub line_share: f64,
+    /// Pins of each detector.
+    pub pins_per_detector: u32,
+    /// Taps of the delay of a detector's second pin; 0 without one.
+    pub delay_taps: u32,
+    /// Where each port of `board_top` is.
+    pub pins: Vec<BoardPin>,
+}
+
+/// A port's pin.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+pub struct BoardPin {
+    /// Port of `board_top`.
+    pub port: String,
+    /// Ball or number of the device.
+    pub site: String,
+    /// What the board calls it.
+    pub label: String,
+    /// I/O standard.
+    pub io_standard: String,
+}
+
+macro_rules! bridge {
+    ($($name:literal)*) => {
+        [$(($name, include_str!(concat!("../../../../hdl/bridge/", $name)))),*]
+    };
+}
+
+/// Sources that every board takes: the top, and the bridge's files, which hdl/bridge/bridge.f lists.
+const TOP: (&str, &str) = ("board_top.v", include_str!("../../../../hdl/board/board_top.v"));
+const BRIDGE: [(&str, &str); 13] = bridge![
+    "async_fifo.v"
+    "axil_master.v"
+    "bridge_core.v"
+    "bridge_reset.v"
+    "bridge_sync.v"
+    "crc32.v"
+    "framer.v"
+    "request_receiver.v"
+    "result_writer.v"
+    "uart_bridge.v"
+    "uart_bridge_axil.v"
+    "uart_receiver.v"
+    "uart_transmitter.v"
+];
+
+/// Sources of a family.
+fn sources(folder: Folder) -> [(&'static str, &'static str); 4] {
+    macro_rules! of {
+        ($folder:literal, $memory:literal) => {
+            [
+                (
+                    "bridge_memory.v",
+                    include_str!(concat!("../../../../hdl/bridge/", $memory, "/bridge_memory.v")),
+                ),
+                (
+                    "board_clock.v",
+                    include_str!(concat!("../../../../hdl/", $folder, "/board_clock.v")),
+                ),
+                (
+                    "board_sampler.v",
+                    include_str!(concat!("../../../../hdl/", $folder, "/board_sampler.v")),
+                ),
+                (
+                    "board_laser.v",
+                    include_str!(concat!("../../../../hdl/", $folder, "/board_laser.v")),
+                ),
+            ]
+        };
+    }
+    match folder {
+        Folder::Ecp5 => of!("ecp5", "ecp5"),
+        Folder::Gowin => of!("gowin", "inferred"),
+        Folder::Ice40 => of!("ice40", "inferred"),
+        Folder::Xc7 => of!("xc7", "inferred"),
+    }
+}
+
+impl Plan {
+    /// The project of a design on the board. `sensor` and `scene` have the chip period that the PLL
+    /// makes.
+    pub fn project(&self, sensor: &Sensor, emission: &Emission, scene: &SceneText) -> BoardProject {
+        let board = self.board;
+        let verilog: Vec<(&str, &str)> =
+            std::iter::once(TOP).chain(BRIDGE).chain(sources(board.family.folder)).collect();
+        let project = Project { plan: self, sensor, emission, verilog };
+        let mut files = vec![project.header()];
+        files.extend(project.verilog.iter().map(|(name, text)| file(name, (*text).to_owned())));
+        files.extend(project.tool_files());
+        files.extend(project.simulation());
+        files.push(file("scene.toml", scene.text.clone()));
+        BoardProject {
+            name: board.name.to_owned(),
+            part: board.device.part.to_owned(),
+            files,
+            asked_chip_period_ps: self.asked_chip_period_ps,
+            chip_period_ps: self.chip.period_ps(),
+            chip_clock: self.chip,
+            fast_clock: self.fast,
+            oscillator_hz: board.oscillator_hz,
+            pll: board.family.pll.name.to_owned(),
+            pll_dividers: self.dividers,
+            uart: self.uart,
+            baud_hz: board.baud,
+            line_share: self.line_share,
+            pins_per_detector: self.gear.pins,
+            delay_taps: self.delay_taps,
+            pins: self
+                .pins
+                .iter()
+                .map(|assigned| BoardPin {
+                    port: assigned.port(),
+                    site: assigned.pin.site.to_owned(),
+                    label: assigned.pin.label.to_owned(),
+                    io_standard: assigned.pin.standard.to_owned(),
+                })
+                .collect(),
+        }
+    }
+}
+
+fn file(name: &str, text: String) -> EmittedFile {
+    EmittedFile { name: name.to_owned(), text }
+}
+
+/// What the files are made of.
+struct Project<'a> {
+    plan: &'a Plan,
+    sensor: &'a Sensor,
+    emission: &'a Emission,
+    /// Names and texts of the Verilog.
+    verilog: Vec<(&'a str, &'a str)>,
+}
+
+impl Project<'_> {
+    fn made_by(&self) -> String {
+        format!("Made by  {}", made_by(&self.emission.command))
+    }
+
+    /// `board.vh`: every number of the board's Verilog.
+    fn header(&self) -> EmittedFile {
+        let plan = self.plan;
+        let board = plan.board;
+        let scene = self.sensor.scene();
+        let mut text = format!(
+            "// Numbers of {} for this scene\n// {}\n\n`ifndef BOARD_VH\n`define BOARD_VH\n\n",
+            board.title,
+            self.made_by()
+        );
+        let mut define = |name: &str, value: &dyn std::fmt::Display| {
+            let _ = writeln!(text, "`define BOARD_{name} {value}");
+        };
+        let oscillator_mhz = board.oscillator_hz as f64 / 1e6;
+        define("DETECTORS", &scene.detectors.len());
+        define("LASERS", &scene.sources.len());
+        define("SAMPLES_PER_CHIP", &plan.gear.samples);
+        define("PINS_PER_DETECTOR", &plan.gear.pins);
+        define("OSCILLATOR_MHZ", &format!("\"{oscillator_mhz}\""));
+        define("OSCILLATOR_NS", &format!("{:.3}", 1e3 / oscillator_mhz));
+        define("PLL_INPUT_DIVIDER", &plan.dividers.input_divider);
+        define("PLL_FEEDBACK", &plan.dividers.multiplier);
+        define("PLL_OUTPUT_DIVIDER", &plan.dividers.output_divider);
+        if let Some(device) = board.device.pll_device {
+            define("PLL_DEVICE", &format!("\"{device}\""));
+        }
+        if board.family.folder == Folder::Ice40 {
+            let phase_detector_mhz = oscillator_mhz / f64::from(plan.dividers.input_divider);
+            define("PLL_FILTER", &ice40_filter(phase_detector_mhz));
+        }
+        if let Some(bel) = board.device.divider_bel {
+            define("DIVIDER_BEL", &format!("\"{bel}\""));
+        }
+        define("FAST_CLOCKS", &format!("\"{}\"", plan.gear.fast_clocks));
+        if let Some(divider) = plan.uart.pll_divider {
+            define("UART_PLL_DIVIDER", &divider);
+        }
+        define("UART_CLOCKS_PER_BIT", &plan.uart.clocks_per_bit);
+        define("DELAY_TAPS", &plan.delay_taps);
+        define("LED_ON", &format!("1'b{}", u8::from(board.led.1)));
+        if let Some((_, level, _)) = board.held {
+            define("HELD", &format!("1'b{}", u8::from(level)));
+        }
+        let ports = &self.emission.ports;
+        let port = |role: Role| ports.iter().find(|port| port.role == role);
+        for (name, value) in self.bridge() {
+            define(name, &value);
+        }
+        let has_registers = port(Role::WriteAddress).is_some();
+        define("BRIDGE", if has_registers { &"uart_bridge_axil" } else { &"uart_bridge" });
+        if has_registers {
+            define("HAS_REGISTERS", &"");
+        }
+        if port(Role::Saturated).is_some() {
+            define("HAS_SATURATED", &"");
+        }
+        if port(Role::PeakValid).is_some() {
+            define("HAS_PEAK", &"");
+        }
+        text += "\n`endif\n";
+        // A macro without a value has no blank behind it.
+        file("board.vh", text.replace(" \n", "\n"))
+    }
+
+    /// Parameters of the bridge. The plan has checked that there are some.
+    fn bridge(&self) -> Vec<(&'static str, String)> {
+        let interface = self.sensor.interface();
+        let scene = self.sensor.scene().reference();
+        let chip_period_fs = (self.plan.chip.period_ps() * 1e3).round() as u32;
+        // A scene that was made in a program has no text, and so no digest.
+        let digest = Some(scene.origin.sha256).filter(|digest| !digest.is_empty());
+        let digest = digest.unwrap_or_else(|| "0".repeat(64));
+        let identity = wire::identity(interface, Sent::Results, chip_period_fs, &digest);
+        identity
+            .and_then(|identity| wire::bridge_parameters(interface, Sent::Results, &identity))
+            .unwrap_or_default()
+    }
+
+    /// Constraints and what runs the tools.
+    fn tool_files(&self) -> Vec<EmittedFile> {
+        let makefile = |text: &str| file("Makefile", self.filled(text));
+        match self.plan.board.family.folder {
+            Folder::Ecp5 => {
+                vec![file("board.lpf", self.lpf()), makefile(include_str!("projects/ecp5.mk"))]
+            }
+            Folder::Gowin => vec![
+                file("board.cst", self.cst()),
+                file("board.sdc", self.sdc()),
+                makefile(include_str!("projects/gowin.mk")),
+            ],
+            Folder::Ice40 => {
+                vec![file("board.pcf", self.pcf()), makefile(include_str!("projects/ice40.mk"))]
+            }
+            Folder::Xc7 => vec![
+                file("board.xdc", self.xdc()),
+                file("board.tcl", self.filled(include_str!("projects/xc7.tcl"))),
+                makefile(include_str!("projects/xc7.mk")),
+            ],
+        }
+    }
+
+    fn filled(&self, text: &str) -> String {
+        let device = &self.plan.board.device;
+        let core: Vec<String> =
+            self.emission.files.iter().map(|file| format!("../{}", file.name)).collect();
+        let own: Vec<&str> = self.verilog.iter().map(|(name, _)| *name).collect();
+        let delay_bits = match self.plan.delay_taps {
+            0 => String::new(),
+            taps => format!("{taps:07b}"),
+        };
+        text.replace("@TITLE@", self.plan.board.title)
+            .replace("@MADE_BY@", &self.made_by())
+            .replace("@CORE@", &core.join(" "))
+            .replace("@SOURCES@", &own.join(" "))
+            .replace("@DELAY_BITS@", &delay_bits)
+            .replace("@DETECTORS@", &self.sensor.scene().detectors.len().to_string())
+            .replace("@PLACE_AND_ROUTE@", device.place_and_route)
+            .replace("$(PACK) @PACK@ ", &format!("$(PACK) {}", spaced(device.pack)))
+            .replace("@SIMULATION@", include_str!("projects/simulation.mk"))
+            .replace("@CFLAGS@", &self.numbers())
+            .replace("@PART@", device.part)
+            .replace("@LOADER@", device.loader)
+    }
+
+    /// The board in simulation.
+    fn simulation(&self) -> Vec<EmittedFile> {
+        let models = match self.plan.board.family.folder {
+            Folder::Ecp5 => include_str!("../../../../hdl/models/ecp5.v"),
+            Folder::Gowin => include_str!("../../../../hdl/models/gowin.v"),
+            Folder::Ice40 => include_str!("../../../../hdl/models/ice40.v"),
+            Folder::Xc7 => include_str!("../../../../hdl/models/xc7.v"),
+        };
+        let memory = include_str!("../../../../hdl/bridge/inferred/bridge_memory.v");
+        let top = include_str!("../../../../hdl/models/simulated_board.v");
+        let program = include_str!("../../../../hdl/models/simulated_board.cpp");
+        vec![
+            file("cells.v", models.to_owned()),
+            file("simulated_memory.v", memory.to_owned()),
+            file("simulated_board.v", top.to_owned()),
+            file("simulated_board.cpp", program.to_owned()),
+        ]
+    }
+
+    /// The scene's and the board's numbers, for the simulation's program.
+    fn numbers(&self) -> String {
+        let scene = self.sensor.scene();
+        let plan = self.plan;
+        let numbers = [
+            ("OSCILLATOR_HZ", plan.board.oscillator_hz),
+            ("BAUD", u64::from(plan.board.baud)),
+            ("DETECTORS", scene.detectors.len() as u64),
+            ("SAMPLES_PER_CHIP", u64::from(plan.gear.samples)),
+            ("FAST_CLOCKS", u64::from(plan.gear.fast_clocks)),
+            ("REST", u64::from(scene.hardware.polarity == Polarity::Low)),
+        ];
+        let defined = numbers.map(|(name, value)| format!("-D{name}={value}"));
+        format!("-O3 -std=c++17 {}", defined.join(" "))
+    }
+
+    /// Each port with its pin, as a tool names it: a bus of one bit has no number in a netlist of
+    /// Yosys.
+    fn located(&self) -> impl Iterator<Item = (String, &Assigned)> {
+        let widths = |bus: &str| self.plan.pins.iter().filter(|pin| pin.bus == bus).count();
+        self.plan.pins.iter().map(move |assigned| {
+            let is_one = widths(assigned.bus) == 1;
+            (if is_one { assigned.bus.to_owned() } else { assigned.port() }, assigned)
+        })
+    }
+
+    fn lpf(&self) -> String {
+        let mut text = self.constraints_header();
+        for (port, Assigned { pin, role, .. }) in self.located() {
+            let more = match role {
+                PinRole::Detector => "PULLMODE=DOWN",
+                PinRole::Input => "PULLMODE=UP",
+                PinRole::Oscillator => "PULLMODE=NONE",
+                PinRole::Output => "DRIVE=8 SLEWRATE=FAST",
+            };
+            let (site, label, standard) = (pin.site, pin.label, pin.standard);
+            let _ = writeln!(text, "LOCATE COMP \"{port}\" SITE \"{site}\"; # {label}");
+            let _ = writeln!(text, "IOBUF PORT \"{port}\" IO_TYPE={standard} {more};");
+        }
+        let mhz = self.plan.board.oscillator_hz as f64 / 1e6;
+        text += &format!(
+            "\n# The PLL's outputs, edge and chip clock follow from it.\n\
+             FREQUENCY PORT \"i_oscillator\" {mhz} MHZ;\n"
+        );
+        text
+    }
+
+    fn cst(&self) -> String {
+        let mut text = self.constraints_header().replace("# ", "// ");
+        for (port, Assigned { pin, role, .. }) in self.located() {
+            let more = match role {
+                PinRole::Detector => "PULL_MODE=DOWN",
+                PinRole::Input => "PULL_MODE=UP",
+                PinRole::Oscillator => "PULL_MODE=NONE",
+                PinRole::Output => "PULL_MODE=NONE DRIVE=8",
+            };
+            let (site, label, standard) = (pin.site, pin.label, pin.standard);
+            let _ = writeln!(text, "IO_LOC \"{port}\" {site}; // {label}");
+            let _ = writeln!(text, "IO_PORT \"{port}\" IO_TYPE={standard} {more};");
+        }
+        text
+    }
+
+    fn sdc(&self) -> String {
+        let oscillator_ns = 1e9 / self.plan.board.oscillator_hz as f64;
+        format!(
+            "{}create_clock -name clk -period {:.6} [get_nets clk]\n\
+             create_clock -name uart_clk -period {oscillator_ns:.6} [get_nets uart_clk]\n",
+            self.constraints_header(),
+            self.plan.chip.period_ps() / 1e3,
+        )
+    }
+
+    fn pcf(&self) -> String {
+        let mut text = self.constraints_header();
+        for (port, Assigned { pin, .. }) in self.located() {
+            let _ = writeln!(text, "set_io {port} {} # {}", pin.site, pin.label);
+        }
+        let mhz = self.plan.board.oscillator_hz as f64 / 1e6;
+        text +=
+            &format!("\n# The PLL's output follows from it.\nset_frequency i_oscillator {mhz}\n");
+        text
+    }
+
+    fn xdc(&self) -> String {
+        let mut text = self.constraints_header();
+        for assigned in &self.plan.pins {
+            let (port, pin) = (assigned.port(), assigned.pin);
+            let _ = writeln!(
+                text,
+                "set_property -dict {{PACKAGE_PIN {} IOSTANDARD {}}} [get_ports {{{port}}}]",
+                pin.site, pin.standard
+            );
+        }
+        let oscillator_ns = 1e9 / self.plan.board.oscillator_hz as f64;
+        text += &format!(
+            "\n# Vivado follows the clocks from it through the MMCM and BUFR. That of the UART and that of\n\
+             # the chips cross in the bridge's FIFO alone.\n\
+             create_clock -name oscillator -period {oscillator_ns:.3} [get_ports i_oscillator]\n\
+             set_clock_groups -asynchronous -group [get_clocks oscillator] \
+             -group [get_clocks -of_objects [get_pins clocks/chip_clock/O]]\n\
+             set_false_path -from [get_ports i_rx]\n\
+             set_false_path -to [get_ports {{o_tx o_led}}]\n"
+        );
+        text
+    }
+
+    fn constraints_header(&self) -> String {
+        format!(
+            "# Pins and clocks of {} ({})\n# {}\n\n",
+            self.plan.board.title,
+            self.plan.board.device.part,
+            self.made_by()
+        )
+    }
+}
+
+/// Words and a blank, or nothing.
+fn spaced(words: &str) -> String {
+    if words.is_empty() { String::new() } else { format!("{words} ") }
+}
+
+/// The filter of iCE40's PLL by the phase detector's rate (Project IceStorm's icepll).
+fn ice40_filter(phase_detector_mhz: f64) -> usize {
+    let borders = [17.0, 26.0, 44.0, 66.0, 101.0];
+    1 + borders.iter().filter(|&&border| phase_detector_mhz >= border).count()
+}

@@ -1,0 +1,300 @@
+// The whole board in simulation: photons at its pins, its UART at a pseudo-terminal.
+//
+//   simulated_board [--photons FILE] [--link PATH] [--chips N] [--lose N]
+//
+//   --photons FILE  pulses at the detectors, as `goldtof pulses` writes them (default: none; - is
+//                   standard input). After the last one the detectors are dark.
+//   --link PATH     a name for the pseudo-terminal (default: its own name alone, which is printed)
+//   --chips N       end after N chips (default: when the host has gone)
+//   --lose N        lose every Nth byte that the board sends (default: none)
+//
+// Time goes in steps of one sample. The PLL's rates are those of its dividers, as the cells' models give
+// them; the host's bits have the length of its own rate, BAUD.
+
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "Vsimulated_board.h"
+#include "verilated.h"
+
+// The scene's and the board's numbers come from the Makefile: OSCILLATOR_HZ, BAUD, DETECTORS,
+// SAMPLES_PER_CHIP, FAST_CLOCKS (in a chip), and REST, the level of a detector without a pulse.
+
+namespace {
+
+[[noreturn]] void fail(const std::string& what) {
+    std::fprintf(stderr, "simulated_board: %s\n", what.c_str());
+    std::exit(1);
+}
+
+// Pulses of all detectors, in the order of their first samples.
+class Photons {
+public:
+    explicit Photons(const char* path) {
+        if (path == nullptr) return;
+        file_ = std::strcmp(path, "-") == 0 ? stdin : std::fopen(path, "rb");
+        if (file_ == nullptr) fail(std::string("cannot read ") + path + ": " + std::strerror(errno));
+        read();
+    }
+
+    // Levels of the detectors at sample `now` of the scan's; each is asked for once, in order.
+    uint32_t levels(int64_t now) {
+        while (has_next_ && int64_t(next_.first) <= now) {
+            if (next_.detector >= DETECTORS) fail("the pulses are of another scene");
+            uint64_t end = next_.first + next_.samples;
+            if (end > until_[next_.detector]) until_[next_.detector] = end;
+            read();
+        }
+        uint32_t high = 0;
+        for (int d = 0; d < DETECTORS; ++d)
+            if (int64_t(until_[d]) > now) high |= 1u << d;
+        return REST ? ~high : high;
+    }
+
+private:
+    struct Record {
+        uint64_t first;
+        uint32_t samples;
+        uint32_t detector;
+    };
+
+    void read() { has_next_ = std::fread(&next_, sizeof next_, 1, file_) == 1; }
+
+    std::FILE* file_ = nullptr;
+    Record next_ = {};
+    bool has_next_ = false;
+    uint64_t until_[DETECTORS] = {};
+};
+
+// The host's side of the line: bits of its own length, bytes from and to a pseudo-terminal.
+class Host {
+public:
+    Host(const char* link, uint64_t lose) : lose_(lose) {
+        terminal_ = posix_openpt(O_RDWR | O_NOCTTY);
+        if (terminal_ < 0 || grantpt(terminal_) != 0 || unlockpt(terminal_) != 0)
+            fail("no pseudo-terminal is to be had");
+        const char* name = ptsname(terminal_);
+        struct termios raw;
+        // The settings stay with the terminal, whoever opens it.
+        int other = open(name, O_RDWR | O_NOCTTY);
+        if (other < 0 || tcgetattr(other, &raw) != 0) fail("the pseudo-terminal cannot be set up");
+        cfmakeraw(&raw);
+        tcsetattr(other, TCSANOW, &raw);
+        close(other);
+        if (link != nullptr) {
+            unlink(link);
+            if (symlink(name, link) != 0) fail(std::string("cannot make ") + link);
+        }
+        std::printf("%s\n", link != nullptr ? link : name);
+        std::fflush(stdout);
+    }
+
+    // Waits until somebody opens the terminal.
+    void wait() {
+        struct pollfd poll_for = {terminal_, 0, 0};
+        while (poll(&poll_for, 1, 0) == 1 && (poll_for.revents & POLLHUP) != 0) usleep(1000);
+        fcntl(terminal_, F_SETFL, O_NONBLOCK);
+    }
+
+    // Whether the host is still there.
+    bool exchange() {
+        uint8_t bytes[4096];
+        ssize_t count = read(terminal_, bytes, sizeof bytes);
+        if (count > 0) to_board_.insert(to_board_.end(), bytes, bytes + count);
+        bool is_there = count > 0 || (count < 0 && errno == EAGAIN);
+        while (is_there && !to_host_.empty()) {
+            ssize_t written = write(terminal_, to_host_.data(), to_host_.size());
+            if (written > 0) {
+                to_host_.erase(to_host_.begin(), to_host_.begin() + written);
+            } else if (errno == EAGAIN) {
+                // A host that reads slowly: simulated time waits for it.
+                struct pollfd poll_for = {terminal_, POLLOUT, 0};
+                poll(&poll_for, 1, 100);
+                is_there = (poll_for.revents & POLLHUP) == 0;
+            } else {
+                is_there = false;
+            }
+        }
+        return is_there;
+    }
+
+    // The line to the board at a moment, in bits of the host.
+    bool sends(double bit) {
+        if (bit >= sending_until_) {
+            if (to_board_.empty()) return true;
+            frame_ = 0x200u | uint32_t(to_board_.front()) << 1; // start, eight bits, stop
+            to_board_.pop_front();
+            sending_from_ = bit;
+            sending_until_ = bit + 10;
+        }
+        return (frame_ >> int(bit - sending_from_)) & 1;
+    }
+
+    // Takes the level of the line from the board, which has stood up to this moment.
+    void takes(double bit, bool level) {
+        if (!receiving_ && !level) {
+            receiving_ = true;
+            sample_at_ = bit + 1.5; // the middle of the first bit
+            bits_ = 0;
+            received_ = 0;
+        }
+        while (receiving_ && bit >= sample_at_) {
+            if (bits_ < 8) {
+                received_ |= uint8_t(level) << bits_++;
+                sample_at_ += 1;
+            } else {
+                receiving_ = false;
+                // A stop bit that is low is no byte.
+                if (level && (lose_ == 0 || ++count_ % lose_ != 0)) to_host_.push_back(received_);
+            }
+        }
+    }
+
+private:
+    int terminal_;
+    uint64_t lose_;
+    uint64_t count_ = 0;
+    std::deque<uint8_t> to_board_;
+    std::vector<uint8_t> to_host_;
+    uint32_t frame_ = 0;
+    double sending_from_ = 0, sending_until_ = 0;
+    bool receiving_ = false;
+    double sample_at_ = 0;
+    int bits_ = 0;
+    uint8_t received_ = 0;
+};
+
+// The board, its clocks, and simulated time in samples.
+class Board {
+public:
+    Board() : context_(new VerilatedContext), top_(new Vsimulated_board(context_.get())) {
+        top_->i_rx = 1;
+        top_->i_detector = REST ? ALL_DETECTORS : 0u;
+        top_->eval();
+        uint32_t line_multiplier = top_->o_line_divider == 0 ? 1 : top_->o_line_multiplier;
+        uint32_t line_divider = top_->o_line_divider == 0 ? 1 : top_->o_line_divider;
+        double fast_hz = double(OSCILLATOR_HZ) * top_->o_fast_multiplier / top_->o_fast_divider;
+        line_hz_ = double(OSCILLATOR_HZ) * line_multiplier / line_divider;
+        sample_hz_ = fast_hz / FAST_CLOCKS * SAMPLES_PER_CHIP;
+        // Half periods of the line's clock in samples.
+        line_step_ = sample_hz_ / (2 * line_hz_);
+        double delay_ps = 25.0 * top_->o_delay_taps;
+        if (delay_ps != 0 && (delay_ps < 1e12 / sample_hz_ - 12.5 || delay_ps > 1e12 / sample_hz_ + 12.5))
+            fail("the delay of a second pin is not one sample");
+    }
+
+    double sample_hz() const { return sample_hz_; }
+    double now() const { return double(step_); }
+    bool clock() const { return top_->o_clk; }
+    bool reset() const { return top_->o_rst; }
+    uint64_t word() const { return top_->o_samples; }
+
+    void lock() { top_->i_locked = 1; }
+
+    // One sample, with the detectors at these levels and the host at the line.
+    void step(uint32_t levels, Host* host) {
+        // The line's clock between the samples.
+        while (next_line_ < double(step_)) line_edge(host);
+        top_->i_detector = levels & ALL_DETECTORS;
+        top_->i_step = step_ & 1;
+        if (step_ % STEPS_OF_HALF == 0) top_->i_fast_clk = !top_->i_fast_clk;
+        top_->eval();
+        ++step_;
+    }
+
+private:
+    static constexpr uint32_t ALL_DETECTORS = (1ull << DETECTORS) - 1;
+    static constexpr uint64_t STEPS_OF_HALF = SAMPLES_PER_CHIP / (2 * FAST_CLOCKS);
+    static_assert(STEPS_OF_HALF * 2 * FAST_CLOCKS == SAMPLES_PER_CHIP, "whole samples in a half period");
+
+    void line_edge(Host* host) {
+        if (host != nullptr) {
+            double bit = next_line_ / sample_hz_ * BAUD;
+            host->takes(bit, top_->o_tx);
+            top_->i_rx = host->sends(bit);
+        }
+        top_->i_line_clk = !top_->i_line_clk;
+        top_->eval();
+        next_line_ += line_step_;
+    }
+
+    std::unique_ptr<VerilatedContext> context_;
+    std::unique_ptr<Vsimulated_board> top_;
+    uint64_t step_ = 0;
+    double next_line_ = 0.5, line_step_, sample_hz_, line_hz_;
+};
+
+constexpr int64_t LOCKED_AT = 64 * SAMPLES_PER_CHIP;
+
+// The sample at the pins that becomes the first one of the core's first scan: found with a level that
+// rises once, in another model of the same board.
+int64_t first_sample() {
+    Board board;
+    const int64_t rises_at = LOCKED_AT + 256 * SAMPLES_PER_CHIP;
+    const uint64_t all = SAMPLES_PER_CHIP == 64 ? ~0ull : (1ull << SAMPLES_PER_CHIP) - 1;
+    int64_t words = -1; // taken by the core since its reset ended
+    bool was_clock = false, was_reset = true;
+    for (int64_t step = 0; step < rises_at + 256 * SAMPLES_PER_CHIP; ++step) {
+        if (step == LOCKED_AT) board.lock();
+        bool is_high = step >= rises_at;
+        board.step(is_high == !REST ? ~0u : 0u, nullptr);
+        bool rose = board.clock() && !was_clock;
+        was_clock = board.clock();
+        if (!rose) continue;
+        // The word that shows behind an edge without reset is the next chip's.
+        if (!was_reset) ++words;
+        was_reset = board.reset();
+        uint64_t word = (REST ? ~board.word() : board.word()) & all;
+        if (words < 0 || word == 0) continue;
+        return rises_at - (words * SAMPLES_PER_CHIP + __builtin_ctzll(word));
+    }
+    fail("a level at the pins never reaches the core");
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    const char *photons_path = nullptr, *link = nullptr;
+    uint64_t chips = 0, lose = 0;
+    for (int i = 1; i < argc; i += 2) {
+        std::string option = argv[i];
+        if (i + 1 == argc) fail(option + " needs a value");
+        if (option == "--photons") photons_path = argv[i + 1];
+        else if (option == "--link") link = argv[i + 1];
+        else if (option == "--chips") chips = std::strtoull(argv[i + 1], nullptr, 10);
+        else if (option == "--lose") lose = std::strtoull(argv[i + 1], nullptr, 10);
+        else fail("there is no option " + option + "; those that there are stand in its first lines");
+    }
+
+    const int64_t first = first_sample();
+    Photons photons(photons_path);
+    Board board;
+    std::fprintf(stderr, "chip of %.6f ns, gears %.2f chips late\n",
+        1e9 * SAMPLES_PER_CHIP / board.sample_hz(), double(LOCKED_AT - first) / SAMPLES_PER_CHIP);
+    Host host(link, lose);
+    host.wait();
+    // The host is asked as often as its bytes come.
+    const int64_t steps_of_exchange = int64_t(board.sample_hz() / BAUD * 10);
+    bool is_there = true;
+    for (int64_t step = 0; is_there && (chips == 0 || step < int64_t(chips) * SAMPLES_PER_CHIP); ++step) {
+        if (step == LOCKED_AT) board.lock();
+        board.step(photons.levels(step - first), &host);
+        if (step % steps_of_exchange == 0) is_there = host.exchange();
+    }
+    if (is_there) host.exchange();
+    std::fprintf(stderr, "%.0f chips\n", board.now() / SAMPLES_PER_CHIP);
+    if (link != nullptr) unlink(link);
+    return 0;
+}

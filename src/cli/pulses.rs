@@ -1,0 +1,51 @@
+//! `goldtof pulses`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::common::SceneArgument;
+use super::ending::Ending;
+use super::output::Output;
+use crate::files;
+use crate::printable::printable_path;
+use crate::simulate::pulses::pulses;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof pulses build/board/scene.toml --out photons.bin")]
+pub(super) struct PulsesArguments {
+    #[command(flatten)]
+    pub scene: SceneArgument,
+    /// File for the pulses, 16 bytes each; a pipe is written as they come, for example --out photons.bin
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Scans, 1 to 1000000, each with light of its own, for example --scans 10
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub scans: u64,
+}
+
+pub(super) fn run(
+    arguments: &PulsesArguments,
+    seed: u64,
+    output: &mut Output,
+) -> anyhow::Result<Ending> {
+    let sensor = arguments.scene.sensor(output)?;
+    let mut report = None;
+    let staged = files::stage(&arguments.out, |out| {
+        report = Some(pulses(&sensor, seed, arguments.scans, out)?);
+        Ok(())
+    })?;
+    staged.publish()?;
+    if let Some(report) = report {
+        let text = format!(
+            "{} pulses in {}, {} samples of {} scan{}\n",
+            report.pulses.iter().sum::<u64>(),
+            printable_path(&arguments.out),
+            report.samples,
+            report.scans,
+            if report.scans == 1 { "" } else { "s" },
+        );
+        output.answer(Some(sensor.scene().reference()), &report, &text)?;
+    }
+    Ok(Ending::Done)
+}

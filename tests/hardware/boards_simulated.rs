@@ -1,0 +1,257 @@
+//! Boards in simulation: the emitted top with models of the vendors' cells, photons at its pins, and a
+//! host at its UART. What the host reads is what `goldtof run` counts.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use goldtof_wire::{Decoder, Event, Frame, Identity, Layout, REQUEST_IDENTITY, Request, encode};
+use rustix::fs::OFlags;
+
+use crate::hdl_support::{PLAIN_MAKE, goldtof};
+
+/// A board's project, built for simulation, and what `goldtof run` counts of its scene.
+struct Built {
+    folder: tempfile::TempDir,
+    manifest: serde_json::Value,
+    /// Counts of the first scan, in the order of the steps.
+    counts: Vec<i64>,
+}
+
+impl Built {
+    /// Of the scene `quick` with other samples per chip and chip period.
+    fn new(board: &str, settings: &[&str]) -> Built {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let out = folder.path().display().to_string();
+        let project = folder.path().join("board");
+        let mut arguments = vec!["emit", "scenes/quick.toml", "--board", board, "--out", &out];
+        let settings: Vec<&str> = settings.iter().flat_map(|set| ["--set", *set]).collect();
+        arguments.extend(&settings);
+        did(&goldtof(&arguments));
+        let scene = project.join("scene.toml").display().to_string();
+        let photons = project.join("photons.bin").display().to_string();
+        did(&goldtof(&[&["pulses", &scene, "--out", &photons][..], &samples(&settings)].concat()));
+        let counted = folder.path().join("counted").display().to_string();
+        did(&goldtof(&[&["run", &scene, "--out", &counted][..], &samples(&settings)].concat()));
+        let made = Command::new("make")
+            .args(["simulated_board", "OPTIMIZE=-O1"])
+            .current_dir(&project)
+            .env("MAKEFLAGS", PLAIN_MAKE)
+            .output()
+            .expect("make starts");
+        did(&made);
+        let manifest =
+            fs::read(folder.path().join("manifest.json")).expect("the manifest is there");
+        Built {
+            manifest: serde_json::from_slice(&manifest).expect("it is JSON"),
+            counts: counts(&folder.path().join("counted/counts.csv")),
+            folder,
+        }
+    }
+
+    fn project(&self) -> PathBuf {
+        self.folder.path().join("board")
+    }
+
+    /// Starts the board with these options, and opens its line.
+    fn start(&self, options: &[&str]) -> Running {
+        let mut board = Command::new(self.project().join("simulated_board"))
+            .args(["--photons", "photons.bin"])
+            .args(options)
+            .current_dir(self.project())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the board starts");
+        let mut name = String::new();
+        let stdout = board.stdout.take().expect("it is piped");
+        BufReader::new(stdout).read_line(&mut name).expect("it names its terminal");
+        let line = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .custom_flags(OFlags::NOCTTY.bits() as i32)
+            .open(name.trim())
+            .expect("the terminal can be opened");
+        let layout = self.layout();
+        Running { board, line, layout, decoder: Decoder::new(Some(layout)) }
+    }
+
+    /// Bits of its results.
+    fn layout(&self) -> Layout {
+        let count_bits = self.manifest["parameters"]["count_bits"].as_u64().expect("a number");
+        Layout { count_bits: count_bits as u8, counts: 1, more_bits: 0 }
+    }
+
+    /// What the device has to say of itself, by the manifest.
+    fn check_identity(&self, identity: &Identity) {
+        let parameter = |name: &str| &self.manifest["parameters"][name];
+        assert_eq!(u64::from(identity.steps), parameter("phase_steps").as_u64().expect("a number"));
+        assert_eq!(
+            u64::from(identity.layout.count_bits),
+            parameter("count_bits").as_u64().unwrap()
+        );
+        let chip_period_ps = self.manifest["board"]["chip_period_ps"].as_f64().expect("a number");
+        assert_eq!(f64::from(identity.chip_period_fs), (chip_period_ps * 1e3).round());
+        let sha256 = self.manifest["scene"]["sha256"].as_str().expect("a text");
+        let scene: String = identity.scene.iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(scene, sha256[..16]);
+    }
+}
+
+/// Settings but those of the chip period, which the board's scene has in its text.
+fn samples<'s>(settings: &[&'s str]) -> Vec<&'s str> {
+    let pairs = settings.chunks_exact(2);
+    pairs.filter(|pair| !pair[1].starts_with("clock.chip_period")).flatten().copied().collect()
+}
+
+fn did(output: &std::process::Output) {
+    let said = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
+    assert!(output.status.success(), "{}", said.concat());
+}
+
+fn counts(path: &Path) -> Vec<i64> {
+    let text = fs::read_to_string(path).expect("counts.csv is there");
+    let rows = text.lines().skip_while(|line| !line.starts_with("measurement")).skip(1);
+    rows.map(|row| row.split(',').nth(3).and_then(|count| count.parse().ok()).expect("a count"))
+        .collect()
+}
+
+/// A board that runs, and the host's end of its line.
+struct Running {
+    board: Child,
+    line: File,
+    layout: Layout,
+    decoder: Decoder,
+}
+
+impl Running {
+    fn ask(&mut self, bytes: &[u8]) {
+        self.line.write_all(bytes).expect("the line takes them");
+    }
+
+    fn next(&mut self) -> Event {
+        loop {
+            if let Some(event) = self.decoder.next_event() {
+                return event;
+            }
+            let mut bytes = [0; 4096];
+            let count = self.line.read(&mut bytes).expect("the board is there");
+            self.decoder.push(&bytes[..count]);
+        }
+    }
+
+    /// Reads the first scan, and asks the device what it is until it says so.
+    fn first_scan(&mut self, steps: usize) -> Read {
+        let request = Request { kind: REQUEST_IDENTITY, tag: 7, address: 0 };
+        let mut read = Read { counts: vec![None; steps], lost_frames: 0, identity: None };
+        let (mut frames, mut next) = (0, 0);
+        let mut is_first = true;
+        while is_first || read.identity.is_none() {
+            match self.next() {
+                Event::Lost(loss) => read.lost_frames += loss.frames,
+                Event::Frame(Frame::Results(frame)) => {
+                    // A frame never has results of two scans.
+                    let first = frame.index as usize;
+                    is_first &= first >= next;
+                    next = first + frame.results.len();
+                    if is_first {
+                        for (result, place) in frame.results.iter().zip(first..) {
+                            read.counts[place] = Some(self.layout.count(*result, 0));
+                        }
+                    }
+                    is_first &= !frame.last;
+                    // The first one may fall into the board's reset, and others may be torn.
+                    if frames % 8 == 0 && read.identity.is_none() {
+                        let bytes = encode::request(request, 0);
+                        self.ask(if frames % 16 == 0 { &bytes } else { &bytes[..6] });
+                    }
+                    frames += 1;
+                }
+                Event::Frame(Frame::Identity(asked, identity)) => {
+                    assert_eq!(asked, request);
+                    read.identity = Some(identity.expect("the device speaks our protocol"));
+                }
+                Event::Frame(Frame::Answer(answer)) => panic!("{answer:?} was not asked for"),
+            }
+        }
+        read
+    }
+
+    /// Hangs up; what the board said.
+    fn stop(mut self) -> String {
+        drop(self.line);
+        let mut said = String::new();
+        let mut stderr = self.board.stderr.take().expect("it is piped");
+        stderr.read_to_string(&mut said).expect("text");
+        assert!(self.board.wait().expect("it ends").success(), "{said}");
+        said
+    }
+}
+
+/// What a host reads.
+struct Read {
+    /// The first scan, each result in its place, if it came.
+    counts: Vec<Option<i64>>,
+    lost_frames: u32,
+    identity: Option<Identity>,
+}
+
+/// The host reads what `goldtof run` counts, whose scene has the chip period that the PLL makes.
+fn reads_what_run_counts(board: &str, settings: &[&str]) -> Built {
+    let built = Built::new(board, settings);
+    let mut running = built.start(&[]);
+    let read = running.first_scan(built.counts.len());
+    let said = running.stop();
+    built.check_identity(&read.identity.expect("it was read"));
+    let expected: Vec<Option<i64>> = built.counts.iter().copied().map(Some).collect();
+    assert_eq!((read.counts, read.lost_frames), (expected, 0), "{said}");
+    // The chip period that the cells' dividers make.
+    let chip_ns: f64 = said
+        .strip_prefix("chip of ")
+        .and_then(|rest| rest.split_once(" ns"))
+        .and_then(|(number, _)| number.parse().ok())
+        .unwrap_or_else(|| panic!("{said}"));
+    let manifest_ps = built.manifest["board"]["chip_period_ps"].as_f64().expect("a number");
+    assert!((chip_ns - manifest_ps / 1e3).abs() < 1e-6, "{chip_ns} ns, {manifest_ps} ps");
+    built
+}
+
+#[test]
+fn ecp5_with_one_pin() {
+    let _ = reads_what_run_counts("ulx3s-12f", &["clock.samples_per_chip=4"]);
+}
+
+#[test]
+fn gowin_with_a_chip_period_that_the_pll_misses() {
+    let _ = reads_what_run_counts("tang-nano-9k", &[]);
+}
+
+#[test]
+fn ice40() {
+    let _ = reads_what_run_counts(
+        "icebreaker",
+        &["clock.samples_per_chip=2", "clock.chip_period=21 ns"],
+    );
+}
+
+#[test]
+fn xc7() {
+    let _ =
+        reads_what_run_counts("arty-a7", &["clock.samples_per_chip=4", "hardware.polarity=low"]);
+}
+
+#[test]
+fn ecp5_with_two_pins_and_a_line_that_loses_bytes() {
+    let built = reads_what_run_counts("ulx3s-85f", &[]);
+    let mut running = built.start(&["--lose", "97"]);
+    let read = running.first_scan(built.counts.len());
+    running.stop();
+    assert!(read.lost_frames > 0, "nothing was lost");
+    let came = read.counts.iter().zip(&built.counts).filter(|(count, _)| count.is_some());
+    assert!(came.clone().count() > 10, "{:?}", read.counts);
+    for (step, (count, expected)) in came.enumerate() {
+        assert_eq!(*count, Some(*expected), "step {step}");
+    }
+}
