@@ -128,7 +128,7 @@ fn board_text(board: &BoardProject, folder: &Path) -> String {
         (board.chip_period_ps * 1e3).round() / 1e6,
         (board.asked_chip_period_ps * 1e3).round() / 1e6,
         (board.uart.baud() / 1e4).round() / 1e2,
-        board.line_share * 1e2,
+        board.line_use_fraction * 1e2,
     );
     for pin in &board.pins {
         text += &format!("  {} at {} ({})\n", pin.port, pin.site, pin.label);

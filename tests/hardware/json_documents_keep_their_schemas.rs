@@ -267,6 +267,7 @@ fn documents(work: &Path) -> Vec<Value> {
             all.push(document(&[&words[..], &small].concat()));
         }
     }
+    all.push(document(&["pulses", quick, "--out", &at("photons.bin")]));
     all.push(document(&["replay", quick, &recording(work), "--photons", "1", "--epoch", "2"]));
     all
 }

@@ -66,7 +66,7 @@ pub struct Plan {
     /// The chip period of the scene, in picoseconds.
     pub asked_chip_period_ps: f64,
     /// Share of the line to the host that results take.
-    pub line_share: f64,
+    pub line_use_fraction: f64,
     /// All ports of the top.
     pub pins: Vec<Assigned>,
 }
@@ -164,7 +164,7 @@ impl Plan {
             uart: uart_of(board, dividers),
             delay_taps,
             asked_chip_period_ps,
-            line_share: load.share(),
+            line_use_fraction: load.share(),
             pins,
         })
     }

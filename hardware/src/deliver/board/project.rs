@@ -42,7 +42,7 @@ pub struct BoardProject {
     /// Bits per second that the host has to set.
     pub baud_hz: u32,
     /// Share of it that results take.
-    pub line_share: f64,
+    pub line_use_fraction: f64,
     /// Pins of each detector.
     pub pins_per_detector: u32,
     /// Taps of the delay of a detector's second pin; 0 without one.
@@ -146,7 +146,7 @@ impl Plan {
             pll_dividers: self.dividers,
             uart: self.uart,
             baud_hz: board.baud,
-            line_share: self.line_share,
+            line_use_fraction: self.line_use_fraction,
             pins_per_detector: self.gear.pins,
             delay_taps: self.delay_taps,
             pins: self

@@ -14,7 +14,7 @@ board.bit: board.tcl board.xdc board.vh $(CORE) $(BOARD)
 
 # The same sources by Yosys, where there is no Vivado: a netlist of the family's cells.
 board.json: $(CORE) $(BOARD) board.vh
-	$(YOSYS) -q -p 'read_verilog -I. $(CORE) $(BOARD); synth_xilinx -family xc7 -top board_top -json $@'
+	$(YOSYS) -q -p 'read_verilog -I. $(CORE) $(BOARD); synth_xilinx -family xc7 -top board_top; write_json $@'
 
 load: board.bit
 	$(LOADER) @LOADER@ $<
