@@ -1,12 +1,14 @@
 // The whole board in simulation: photons at its pins, its UART at a pseudo-terminal.
 //
-//   simulated_board [--photons FILE] [--link PATH] [--chips N] [--lose N]
+//   simulated_board [--photons FILE] [--link PATH] [--chips N] [--lose N] [--hosts N]
 //
 //   --photons FILE  pulses at the detectors, as `goldtof pulses` writes them (default: none; - is
 //                   standard input). After the last one the detectors are dark.
 //   --link PATH     a name for the pseudo-terminal (default: its own name alone, which is printed)
 //   --chips N       end after N chips (default: when the host has gone)
 //   --lose N        lose every Nth byte that the board sends (default: none)
+//   --hosts N       wait for so many hosts, one after another (default: 1): one that hangs up, and opens
+//                   the line anew, is another
 //
 // Time goes in steps of one sample. The PLL's rates are those of its dividers, as the cells' models give
 // them; the host's bits have the length of its own rate, BAUD.
@@ -106,6 +108,12 @@ public:
         struct pollfd poll_for = {terminal_, 0, 0};
         while (poll(&poll_for, 1, 0) == 1 && (poll_for.revents & POLLHUP) != 0) usleep(1000);
         fcntl(terminal_, F_SETFL, O_NONBLOCK);
+    }
+
+    // Nobody is there: what is on its way to the host is lost.
+    void hang_up() {
+        to_host_.clear();
+        to_board_.clear();
     }
 
     // Whether the host is still there.
@@ -267,13 +275,14 @@ int64_t first_sample() {
 
 int main(int argc, char** argv) {
     const char *photons_path = nullptr, *link = nullptr;
-    uint64_t chips = 0, lose = 0;
+    uint64_t chips = 0, lose = 0, hosts = 1;
     for (int i = 1; i < argc; i += 2) {
         std::string option = argv[i];
         if (i + 1 == argc) fail(option + " needs a value");
         if (option == "--photons") photons_path = argv[i + 1];
         else if (option == "--link") link = argv[i + 1];
         else if (option == "--chips") chips = std::strtoull(argv[i + 1], nullptr, 10);
+        else if (option == "--hosts") hosts = std::strtoull(argv[i + 1], nullptr, 10);
         else if (option == "--lose") lose = std::strtoull(argv[i + 1], nullptr, 10);
         else fail("there is no option " + option + "; those that there are stand in its first lines");
     }
@@ -292,6 +301,12 @@ int main(int argc, char** argv) {
         if (step == LOCKED_AT) board.lock();
         board.step(photons.levels(step - first), &host);
         if (step % steps_of_exchange == 0) is_there = host.exchange();
+        if (!is_there && hosts > 1) {
+            --hosts;
+            host.hang_up();
+            host.wait();
+            is_there = true;
+        }
     }
     if (is_there) host.exchange();
     std::fprintf(stderr, "%.0f chips\n", board.now() / SAMPLES_PER_CHIP);

@@ -9,7 +9,7 @@ use crate::document::Body;
 use crate::photons::{DetectorModel, Pulse};
 use crate::reference::photons::Photons;
 use crate::reference::stimulus::{
-    Drive, RESET_CLOCKS, Stimulus as _, clocks_for_scans, first_sample, scan_start,
+    Drive, RESET_CLOCKS, Stimulus as _, clocks_for_scans, scan_start,
 };
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
@@ -22,7 +22,7 @@ const BLOCK_CLOCKS: u64 = 1 << 16;
 pub struct PulsesReport {
     /// Scans, each with light of its own.
     pub scans: u64,
-    /// Samples from the first one of the first scan to the end of the last.
+    /// Samples from the first one behind reset to the end of the last scan.
     pub samples: u64,
     /// Pulses of each detector, in their order in the scene.
     pub pulses: Vec<u64>,
@@ -33,7 +33,7 @@ impl Body for PulsesReport {
 }
 
 /// Writes the pulses of so many scans, which `cosim` and `run` with this seed take, too: for each
-/// its first sample, from that of the first scan on (8 bytes), its samples (4 bytes) and its
+/// its first sample, from that of the first word behind reset on (8 bytes), its samples (4 bytes) and its
 /// detector (4 bytes), little-endian, in the order of their first samples.
 ///
 /// # Errors
@@ -50,10 +50,12 @@ pub fn pulses(
         .collect();
     let mut photons = Photons::new(&models, interface, seed);
     let mut drive = Drive::new(models.len());
-    let origin = first_sample(interface, RESET_CLOCKS).0;
+    // Of a design with registers the first scan begins later, and so do the pulses.
+    let origin = sensor.timing().sampling().first_sample(RESET_CLOCKS + 1).0;
+    let until_lit = sensor.timing().sampling().samples_of(interface.start_clocks());
     let mut report = PulsesReport {
         scans,
-        samples: sensor.timing().sampling().samples_of(scan_start(interface, scans)),
+        samples: until_lit + sensor.timing().sampling().samples_of(scan_start(interface, scans)),
         pulses: vec![0; models.len()],
     };
     let last_clock = clocks_for_scans(interface, scans);

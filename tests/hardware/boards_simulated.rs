@@ -7,7 +7,10 @@ use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use goldtof_wire::{Decoder, Event, Frame, Identity, Layout, REQUEST_IDENTITY, Request, encode};
+use goldtof_wire::{
+    Decoder, Event, Frame, Identity, Layout, REQUEST_IDENTITY, REQUEST_READ, REQUEST_WRITE,
+    Request, encode,
+};
 use rustix::fs::OFlags;
 
 use crate::hdl_support::{PLAIN_MAKE, goldtof};
@@ -179,6 +182,24 @@ impl Running {
         read
     }
 
+    /// Asks until there is an answer, whose status has to be OKAY: a request may fall among torn ones.
+    fn answer(&mut self, kind: u8, address: u16, data: u32) -> u32 {
+        let request = Request { kind, tag: 9, address };
+        for _ in 0..16 {
+            self.ask(&encode::request(request, data));
+            for _ in 0..64 {
+                match self.next() {
+                    Event::Frame(Frame::Answer(answer)) if answer.request == request => {
+                        assert_eq!(answer.status, 0, "{answer:?}");
+                        return answer.data;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        panic!("no answer to {request:?}");
+    }
+
     /// Hangs up; what the board said.
     fn stop(mut self) -> String {
         drop(self.line);
@@ -226,6 +247,20 @@ fn ecp5_with_one_pin() {
 #[test]
 fn gowin_with_a_chip_period_that_the_pll_misses() {
     let _ = reads_what_run_counts("tang-nano-9k", &[]);
+}
+
+/// The same counts, from where the first scan of a design with registers begins; and its registers through the
+/// bridge.
+#[test]
+fn gowin_with_registers() {
+    let built = reads_what_run_counts("tang-nano-9k", &["hardware.registers=axi4-lite"]);
+    let mut running = built.start(&[]);
+    assert_eq!(running.answer(REQUEST_READ, 0x000, 0), 0x676f_6c64);
+    running.answer(REQUEST_WRITE, 0x018, 64);
+    assert_eq!(running.answer(REQUEST_READ, 0x018, 0), 64);
+    // Scans of 64 chips in place of 2,500, once the present one has ended; then none.
+    running.answer(REQUEST_WRITE, 0x400, 0);
+    running.stop();
 }
 
 #[test]

@@ -193,7 +193,7 @@ mod tests {
         let chip_clock = bit_clock.over(4);
         assert_eq!(chip_clock, Frequency { numerator_hz: 124_875_000, denominator: 1 });
         // 8 ns x 500 / 499.5.
-        assert!((chip_clock.period_ps() - 8008.008_008_008_008).abs() < 1e-9);
+        assert!((chip_clock.period_ps() - 8_008.008_008_008_008).abs() < 1e-9);
     }
 
     #[test]
