@@ -5,15 +5,16 @@
 //! checks neither the rates of pins and clock buffers nor the ranges of a PLL.
 
 mod error;
+mod made;
 mod plan;
 mod pll;
 mod project;
 mod table;
 
 pub use error::BoardError;
+pub use made::{BoardPin, BoardProject};
 pub use plan::{Assigned, PinChoice, PinRole, Plan, UartClock};
 pub use pll::{Dividers, Feedback, Frequency, Pll};
-pub use project::{BoardPin, BoardProject};
 pub use table::{BOARDS, Board, Device, Family, Folder, Gear, GearPads, Pad, Pin, Side};
 
 /// Folder of a board's files, beside the design.
