@@ -215,7 +215,7 @@ const REGISTERS: &[Fault] = &[
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h3c0"),
     ("register_file.v", "writes_setting & (&s_axil_wstrb)", "writes_setting & (|s_axil_wstrb)"),
     ("register_file.v", "write_error_r <= ~(|written_r)", "write_error_r <= ~written_r[0]"),
-    ("register_file.v", "read_error_r <= ~reads_something", "read_error_r <= ~reads_word"),
+    ("register_file.v", "read_error_r <= ~kind_r[2]", "read_error_r <= ~kind_r[0]"),
     ("register_file.v", "s_axil_arready <= read_r & ~i_takes", "s_axil_arready <= read_r"),
     ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
     ("register_file.v", "s_axil_rdata <= state;", "s_axil_rdata <= word_r;"),

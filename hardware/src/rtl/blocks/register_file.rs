@@ -168,6 +168,9 @@ pub struct RegisterFile {
     read: Register<bool>,
     /// it has been
     fetched: Register<bool>,
+    /// a clock ago the address was of a word in the memory, of the state, of any register
+    #[width(3)]
+    kind: Register<Word>,
     /// the word that was read in the memory
     #[width(32)]
     word: Register<Word>,
@@ -349,15 +352,24 @@ impl Logic for RegisterFile {
             & !self.valid.q.val())
             | (self.read.q.val() & self.i_takes.val());
         self.fetched.d.next = self.read.q.val() & !self.i_takes.val();
+        self.kind.d.next = gather(3, |kind| {
+            if kind == 0 {
+                self.reads_word.val()
+            } else if kind == 1 {
+                self.reads_state.val()
+            } else {
+                self.reads_something.val()
+            }
+        });
         if self.fetched.q.val() {
             self.valid.d.next = true;
-            self.read_error.d.next = !self.reads_something.val();
-            if self.reads_word.val() {
+            self.read_error.d.next = !self.kind.q.val().get_bit(2);
+            if self.kind.q.val().get_bit(0) {
                 self.data.d.next = self.word.q.val();
-            } else if self.reads_state.val() {
+            } else if self.kind.q.val().get_bit(1) {
                 self.data.d.next = self.state.val();
             } else if self.has_peaks {
-                self.data.d.next = self.peak.val() & signed_cast(self.reads_something.val());
+                self.data.d.next = self.peak.val() & signed_cast(self.kind.q.val().get_bit(2));
             } else {
                 self.data.d.next = bit_cast(false, 32);
             }

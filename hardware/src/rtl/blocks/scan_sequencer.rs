@@ -178,6 +178,8 @@ pub struct ScanSequencer {
     /// settings are read, one bit for each; then it is seen whether they fit, and acted on that
     #[width(words + 3)]
     take: Register<Word>,
+    /// a take-over is under way
+    taking: Register<bool>,
     /// settings are read
     takes: Register<bool>,
     /// word of the setting that is read
@@ -202,8 +204,12 @@ pub struct ScanSequencer {
     #[width(2)]
     prepared: Register<Word>,
     run: Register<bool>,
-    /// the present chip is at least a scan's second
-    ran: Register<bool>,
+    /// the count that is waited for: a step's end, or before a scan the delay
+    #[width(count_bits)]
+    wanted: Register<Word>,
+    /// a scan ran one and two clocks ago: what is waited for is a step's end
+    #[width(2)]
+    ran: Register<Word>,
     /// chips of a step; before a scan those of the transmitted code
     #[width(count_bits)]
     chip_count: Register<Word>,
@@ -275,7 +281,9 @@ impl Logic for ScanSequencer {
     /// Reads the settings, and sees whether they fit.
     fn take_over(&mut self) {
         let words = self.words;
-        self.asks.next = self.i_go.val() & !self.on.q.val() & !self.take.q.val().any();
+        self.asks.next = self.i_go.val() & !self.on.q.val() & !self.taking.q.val();
+        self.taking.d.next =
+            self.asks.val() | (self.taking.q.val() & !self.take.q.val().get_bit(words + 2));
         self.take.d.next = (self.take.q.val() << 1).replace_bit(0, self.asks.val());
         self.takes.d.next =
             self.asks.val() | (self.takes.q.val() & !self.take.q.val().get_bit(words - 1));
@@ -326,7 +334,7 @@ impl Logic for ScanSequencer {
             self.is_whole.d.next = self.groups.q.val() == self.whole_scan.val();
         }
         self.o_refused.next = self.take.q.val().get_bit(words + 2) & !self.fits.q.val().all();
-        self.o_busy.next = self.on.q.val() | self.take.q.val().any();
+        self.o_busy.next = self.on.q.val() | self.taking.q.val();
         if self.take.q.val().get_bit(words + 2) & self.fits.q.val().all() {
             self.on.d.next = true;
         }
@@ -369,14 +377,15 @@ impl Logic for ScanSequencer {
 
     fn count_chips(&mut self) {
         self.chip_count_match.i_state.next = self.chip_count.q.val();
+        self.chip_count_match.i_wanted.next = self.wanted.q.val();
         if self.run.q.val() {
-            self.chip_count_match.i_wanted.next = bit_cast(self.chips.q.val(), self.count_bits);
+            self.wanted.d.next = bit_cast(self.chips.q.val(), self.count_bits);
         } else {
-            self.chip_count_match.i_wanted.next = bit_cast(self.delay.q.val(), self.count_bits);
+            self.wanted.d.next = bit_cast(self.delay.q.val(), self.count_bits);
         }
-        self.ran.d.next = self.run.q.val();
+        self.ran.d.next = (self.ran.q.val() << 1).replace_bit(0, self.run.q.val());
         self.pre_last_chip.d.next =
-            self.run.q.val() & self.ran.q.val() & self.chip_count_match.o_matched.val();
+            self.run.q.val() & self.ran.q.val().get_bit(1) & self.chip_count_match.o_matched.val();
         self.last_chip.d.next = self.pre_last_chip.q.val();
         self.chip_count.d.next = self.chip_count.q.val() + 1;
         if self.starts.val() | self.last_chip.q.val() {
