@@ -86,7 +86,7 @@ pub struct RegisterPlan {
     pub peaks: u32,
     /// Of the hardware, for a host that has its scene.
     pub identity: [u32; 2],
-    /// Shape of the sensor as a host needs it; see [`shape`].
+    /// Shape of the sensor, as the register SHAPE has it.
     pub shape: u32,
 }
 
