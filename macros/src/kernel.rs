@@ -7,6 +7,7 @@ use syn::{
     ItemImpl, Member, Result, ReturnType, Stmt, UnOp,
 };
 
+use crate::connect::written_out;
 use crate::elaboration::{Time, reads_a_signal, time_of};
 
 /// The `impl Logic` under `#[kernel]`: each function as it is, and one beside it that adds its
@@ -25,7 +26,8 @@ pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> 
         if !is_plain(function) {
             return refuse(function, "no function `fn name(&mut self, ..)` of a kernel");
         }
-        trees.push(tree_of(function)?);
+        let function = ImplItemFn { block: written_out(&function.block)?, ..function.clone() };
+        trees.push(tree_of(&function)?);
         match function.sig.ident == "update" {
             true => update = Some(function),
             false => functions.push(function),
@@ -261,10 +263,18 @@ fn method(call: &ExprMethodCall) -> Result<TokenStream> {
             let (word, place, bit) = (signal(&call.receiver)?, number(place)?, signal(bit)?);
             Ok(quote!(tree::replaced(#word, #place, #bit)))
         }
+        ("shifted_in", [bit]) => {
+            let (word, bit) = (signal(&call.receiver)?, signal(bit)?);
+            Ok(quote!(tree::shifted_in(#word, #bit)))
+        }
+        ("advanced", [width, taps]) => {
+            let (state, width, taps) = (signal(&call.receiver)?, number(width)?, signal(taps)?);
+            Ok(quote!(tree::advanced(#state, #width, #taps)))
+        }
         _ => refuse(
             &call.method,
-            "none of val(), get_bit(n), slice(low, width), replace_bit(n, bit), all(), any(), \
-             xor() and into()",
+            "none of val(), get_bit(n), slice(low, width), replace_bit(n, bit), shifted_in(bit), \
+             advanced(width, taps), all(), any(), xor() and into()",
         ),
     }
 }

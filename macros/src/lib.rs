@@ -24,11 +24,11 @@
 //! #[kernel]
 //! impl Logic for EdgeDetector {
 //!     fn update(&mut self) {
-//!         self.last_sample.d.next = self.i_samples.val().get_bit(self.lanes - 1);
+//!         self.last_sample.next = self.i_samples.val().get_bit(self.lanes - 1);
 //!         if self.early.is_present() {                 // a generate-if
 //!             self.find_early();
 //!         } else if self.i_run.val() {                 // a multiplexer
-//!             self.hits.d.next = self.i_samples.val();
+//!             self.hits.next = self.i_samples.val();
 //!         }
 //!     }
 //!
@@ -44,6 +44,9 @@
 //!   with `C && D` for a D of signals it leaves `if D { A }`, or nothing. Any other `if` is a multiplexer.
 //! - `for`, `let` and numbers (positions, widths, indices) are elaboration: any expression of Rust.
 //! - `self.part(numbers);` does what the kernel's function `part` says.
+//! - `connect! { part from other: i_row, i_go }` drives inputs of a part, those that are there, with what has their names: the
+//!   inputs of the block where `other` is `self` or its ports, outputs `o_row` and `o_go` of another part. From a part to `self` it
+//!   connects outputs. `connect! { self: valid }` shows a signal at `o_valid`.
 //!
 //! Anything else is refused where it stands: a condition that mixes both times otherwise, a number that
 //! reads a signal, and every construct of Rust that is no hardware.
@@ -63,6 +66,7 @@
 use proc_macro::TokenStream;
 
 mod block;
+mod connect;
 mod elaboration;
 mod kernel;
 

@@ -28,7 +28,7 @@ pub fn gathered(kernel: &VerilogBlock, names: &Names) -> Result<HashSet<SignalId
         if let VerilogStatement::Assignment(target, VerilogExpression::Unsigned(_)) = statement
             && let VerilogExpression::Signal(name) = target
         {
-            found.insert(Lowering { names }.find(name)?);
+            found.insert(Lowering { names }.find(name, "d")?);
         }
     }
     Ok(found)
@@ -82,7 +82,7 @@ impl Lowering<'_> {
         let VerilogExpression::Signal(name) = target else {
             return unsupported("an assignment to an expression");
         };
-        let target = self.find(name)?;
+        let target = self.find(name, "d")?;
         let signal = &self.names.signals[target];
         let value = self.expression(value, Some(signal.width))?;
         equal_widths(&format!("`{}`", signal.name), signal.width, value.width())?;
@@ -119,7 +119,7 @@ impl Lowering<'_> {
                 }
             }
             VerilogExpression::Signal(name) => {
-                let id = self.find(name)?;
+                let id = self.find(name, "q")?;
                 let width = self.names.signals[id].width;
                 Ok(Expr::Signal { id, width })
             }
@@ -274,8 +274,9 @@ impl Lowering<'_> {
         }
     }
 
-    fn find(&self, name: &str) -> Result<SignalId, Fault> {
-        let found = self.names.find(name.strip_suffix("$next").unwrap_or(name));
+    /// A signal; of a register the pin that is driven, or read.
+    fn find(&self, name: &str, pin: &str) -> Result<SignalId, Fault> {
+        let found = self.names.find(name).or_else(|| self.names.find(&format!("{name}${pin}")));
         found.ok_or_else(|| Fault::UnknownName { name: name.to_owned() })
     }
 }

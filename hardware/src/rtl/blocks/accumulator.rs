@@ -101,45 +101,43 @@ impl Logic for Accumulator {
         if self.has_higher {
             self.add_and_carry();
         } else {
-            self.total.d.next = self.total.q.val() + signed_cast(self.i_addend.val());
+            self.total.next = self.total.val() + signed_cast(self.i_addend.val());
         }
         let bits = self.difference_bits;
-        self.difference.next =
-            bit_cast(self.total.q.val(), bits) - bit_cast(self.base.q.val(), bits);
+        self.difference.next = bit_cast(self.total.val(), bits) - bit_cast(self.base.val(), bits);
         if self.has_lower {
             self.pay_borrow();
         }
         if self.i_dump.val() {
-            self.base.d.next = self.total.q.val();
+            self.base.next = self.total.val();
             if self.has_lower {
-                self.growth.d.next = self.difference.val();
+                self.growth.next = self.difference.val();
             } else {
-                self.count.d.next = bit_cast(self.difference.val(), self.bits);
+                self.count.next = bit_cast(self.difference.val(), self.bits);
                 if self.has_higher {
-                    self.borrow.d.next = self.difference.val().get_bit(self.bits);
+                    self.borrow.next = self.difference.val().get_bit(self.bits);
                 }
             }
         }
-        self.o_count.next = self.count.q.val();
+        self.o_count.next = self.count.val();
     }
 
     fn add_and_carry(&mut self) {
         let bits = self.bits;
-        self.grown.next = bit_cast(self.total.q.val(), bits + 2) + signed_cast(self.i_addend.val());
-        self.total.d.next = bit_cast(self.grown.val(), bits);
-        self.carry.d.next = bit_cast(false, 2)
+        self.grown.next = bit_cast(self.total.val(), bits + 2) + signed_cast(self.i_addend.val());
+        self.total.next = bit_cast(self.grown.val(), bits);
+        self.carry.next = bit_cast(false, 2)
             .replace_bit(0, self.grown.val().get_bit(bits))
             .replace_bit(1, self.grown.val().get_bit(bits + 1));
-        self.o_carry.next = self.carry.q.val();
-        self.o_borrow.next = self.borrow.q.val();
+        self.o_carry.next = self.carry.val();
+        self.o_borrow.next = self.borrow.val();
     }
 
     fn pay_borrow(&mut self) {
-        self.settled.next =
-            self.growth.q.val() - bit_cast(self.i_borrow.val(), self.difference_bits);
-        self.count.d.next = bit_cast(self.settled.val(), self.bits);
+        self.settled.next = self.growth.val() - bit_cast(self.i_borrow.val(), self.difference_bits);
+        self.count.next = bit_cast(self.settled.val(), self.bits);
         if self.has_higher {
-            self.borrow.d.next = self.settled.val().get_bit(self.bits);
+            self.borrow.next = self.settled.val().get_bit(self.bits);
         }
     }
 }

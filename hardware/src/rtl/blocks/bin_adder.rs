@@ -162,14 +162,14 @@ impl Logic for BinAdder {
     fn update(&mut self) {
         self.find_hit();
         for c in 1..5 {
-            self.hit[c].d.next = self.hit[c - 1].q.val();
+            self.hit[c].next = self.hit[c - 1].val();
         }
         self.run_banks();
         self.choose();
         if self.halves > 1 {
             self.add_halves();
         } else {
-            self.sum.d.next = self.chosen[0].q.val() + 1;
+            self.sum.next = self.chosen[0].val() + 1;
         }
         if self.bits > 1 {
             self.hand_back();
@@ -198,7 +198,7 @@ impl Logic for BinAdder {
                 self.earliest.val().get_bit(s / 2) & !self.i_early.val().get_bit(s / 2)
             }
         });
-        self.hit[0].d.next = self.place.val();
+        self.hit[0].next = self.place.val();
     }
 
     /// The bin with the hit: all others are 0. In a first code period it is 0 as well.
@@ -209,14 +209,14 @@ impl Logic for BinAdder {
             for s in 1..half {
                 self.choice[h].next = self.choice[h].val() | self.bank[half * h + s].o_bin.val();
             }
-            self.chosen[h].d.next = self.choice[h].val();
+            self.chosen[h].next = self.choice[h].val();
         }
         if self.takes_turns {
             self.choose_from_other();
         }
         for h in 0..self.chosen.len() {
             if self.i_held_first.val() {
-                self.chosen[h].d.next = bit_cast(false, self.bin_bits);
+                self.chosen[h].next = bit_cast(false, self.bin_bits);
             }
         }
     }
@@ -225,12 +225,12 @@ impl Logic for BinAdder {
     fn add_halves(&mut self) {
         for h in 0..self.addend.len() {
             self.addend[h].next = gather(self.bin_bits + 1, |b| {
-                if b == 0 { true } else { self.chosen[h].q.val().get_bit(b - 1) }
+                if b == 0 { true } else { self.chosen[h].val().get_bit(b - 1) }
             });
         }
         self.both.next = self.addend[0].val() + self.addend[1].val();
         self.unused.next = self.both.val().get_bit(0);
-        self.sum.d.next = self.both.val().slice(1, self.bin_bits);
+        self.sum.next = self.both.val().slice(1, self.bin_bits);
     }
 
     fn choose_from_other(&mut self) {
@@ -241,7 +241,7 @@ impl Logic for BinAdder {
                 self.other[h].next = self.other[h].val() | self.bank[half * h + s].o_other.val();
             }
             if self.i_held_half.val() {
-                self.chosen[h].d.next = self.other[h].val();
+                self.chosen[h].next = self.other[h].val();
             }
         }
     }
@@ -249,10 +249,10 @@ impl Logic for BinAdder {
     fn run_banks(&mut self) {
         for s in 0..self.samples {
             self.bank[s].i_row.next = self.i_row.val();
-            self.bank[s].i_come_hit.next = self.hit[1].q.val().get_bit(s);
-            self.bank[s].i_hit.next = self.hit[4].q.val().get_bit(s);
+            self.bank[s].i_come_hit.next = self.hit[1].val().get_bit(s);
+            self.bank[s].i_hit.next = self.hit[4].val().get_bit(s);
             self.bank[s].i_first.next = self.i_added_first.val();
-            self.bank[s].i_lowest.next = self.sum.q.val().get_bit(0);
+            self.bank[s].i_lowest.next = self.sum.val().get_bit(0);
             self.bank[s].i_write_row.next = self.i_write_row.val();
         }
         if self.takes_turns {
@@ -285,23 +285,23 @@ impl Logic for BinAdder {
     /// The bits that all banks have in common. In a first code period they are 0: the bin with
     /// the hit is 1.
     fn hand_back(&mut self) {
-        self.above.d.next = self.sum.q.val().slice(1, self.bin_bits - 1);
+        self.above.next = self.sum.val().slice(1, self.bin_bits - 1);
         for s in 0..self.samples {
-            self.bank[s].i_above.next = self.above.q.val();
+            self.bank[s].i_above.next = self.above.val();
         }
     }
 
     fn clamp(&mut self) {
-        self.clamped.d.next = false;
+        self.clamped.next = false;
         if self.halves > 1 {
-            self.found.next = self.chosen[0].q.val() | self.chosen[1].q.val();
+            self.found.next = self.chosen[0].val() | self.chosen[1].val();
         } else {
-            self.found.next = self.chosen[0].q.val();
+            self.found.next = self.chosen[0].val();
         }
         if self.found.val().all() {
-            self.sum.d.next = self.found.val();
-            self.clamped.d.next = self.hit[3].q.val().any();
+            self.sum.next = self.found.val();
+            self.clamped.next = self.hit[3].val().any();
         }
-        self.o_clamped.next = self.clamped.q.val();
+        self.o_clamped.next = self.clamped.val();
     }
 }

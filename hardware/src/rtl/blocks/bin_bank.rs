@@ -159,14 +159,14 @@ pub(super) fn plural(number: u32) -> &'static str {
 #[kernel]
 impl Logic for BinBank {
     fn update(&mut self) {
-        self.writes.d.next = self.i_hit.val() | self.i_first.val();
+        self.writes.next = self.i_hit.val() | self.i_first.val();
         // A bin without a hit is written in a first code period only, in which a hit's is 1.
-        self.lowest.d.next = self.i_hit.val();
+        self.lowest.next = self.i_hit.val();
         if !self.i_lowest.val() {
-            self.lowest.d.next = false;
+            self.lowest.next = false;
         }
         self.written.next = gather(self.bits as usize, |b| {
-            if b == 0 { self.lowest.q.val() } else { self.i_above.val().get_bit(b - 1) }
+            if b == 0 { self.lowest.val() } else { self.i_above.val().get_bit(b - 1) }
         });
         for h in 0..self.memory.len() {
             self.memory[h].i_data.next = self.written.val();
@@ -182,13 +182,13 @@ impl Logic for BinBank {
     /// One memory, whose bins are read where they count.
     fn count(&mut self) {
         self.memory[0].i_read.next = true;
-        self.memory[0].i_write.next = self.writes.q.val();
+        self.memory[0].i_write.next = self.writes.val();
         self.memory[0].i_address.next = self.i_row.val();
-        self.held[0].d.next = self.memory[0].o_word.val();
+        self.held[0].next = self.memory[0].o_word.val();
         if !self.i_come_hit.val() & !self.i_come_first.val() {
-            self.held[0].d.next = bit_cast(false, self.bits as usize);
+            self.held[0].next = bit_cast(false, self.bits as usize);
         }
-        self.o_bin.next = self.held[0].q.val();
+        self.o_bin.next = self.held[0].val();
     }
 
     /// One memory counts, the other is read.
@@ -203,19 +203,19 @@ impl Logic for BinBank {
         for h in 0..2 {
             self.memory[h].i_read.next = self.goes.val().get_bit(h);
             if self.goes.val().get_bit(h) {
-                self.held[h].d.next = self.memory[h].o_word.val();
+                self.held[h].next = self.memory[h].o_word.val();
             }
         }
         // One condition each: of one within another Yosys makes three LUTs for each bit in
         // place of a register's reset.
         if !self.i_come_hit.val() & !self.i_come_half.val() {
-            self.held[0].d.next = bit_cast(false, self.bits as usize);
+            self.held[0].next = bit_cast(false, self.bits as usize);
         }
         if !self.i_come_hit.val() & self.i_come_half.val() {
-            self.held[1].d.next = bit_cast(false, self.bits as usize);
+            self.held[1].next = bit_cast(false, self.bits as usize);
         }
-        self.memory[0].i_write.next = self.writes.q.val() & !self.i_write_half.val();
-        self.memory[1].i_write.next = self.writes.q.val() & self.i_write_half.val();
+        self.memory[0].i_write.next = self.writes.val() & !self.i_write_half.val();
+        self.memory[1].i_write.next = self.writes.val() & self.i_write_half.val();
         if self.i_half.val() {
             self.memory[0].i_address.next = self.i_read_row.val();
             self.memory[1].i_address.next = self.i_row.val();
@@ -223,12 +223,12 @@ impl Logic for BinBank {
             self.memory[0].i_address.next = self.i_row.val();
             self.memory[1].i_address.next = self.i_read_row.val();
         }
-        self.o_bin.next = self.held[0].q.val();
-        self.o_other.next = self.held[1].q.val();
+        self.o_bin.next = self.held[0].val();
+        self.o_other.next = self.held[1].val();
         if self.i_half.val() {
-            self.o_read.next = self.held[0].q.val();
+            self.o_read.next = self.held[0].val();
         } else {
-            self.o_read.next = self.held[1].q.val();
+            self.o_read.next = self.held[1].val();
         }
     }
 }

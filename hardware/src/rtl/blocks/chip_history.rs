@@ -81,32 +81,31 @@ impl Logic for ChipHistory {
         } else {
             self.o_advance.next = !self.i_wrap.val();
             if !self.i_wrap.val() {
-                self.chips.d.next =
-                    (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
+                self.chips.next = (self.chips.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
             }
         }
         if self.i_start.is_present() && self.i_start.val() {
-            self.chips.d.next = self.chips_load.val();
+            self.chips.next = self.chips_load.val();
             if self.has_replays {
-                self.replays.d.next = 0.into();
+                self.replays.next = 0.into();
             }
         }
-        self.o_chips.next = bit_cast(self.chips.q.val(), self.window_chips);
+        self.o_chips.next = bit_cast(self.chips.val(), self.window_chips);
     }
 
     /// When the generator goes on, and the chip that comes next.
     fn advance(&mut self) {
         if self.has_replays {
             let top = self.replayed - 1;
-            self.hold.next = self.i_last_chip.val() | self.replays.q.val().get_bit(top);
-            if self.replays.q.val().get_bit(top) {
-                self.chip.next = self.saved.q.val().get_bit(top);
+            self.hold.next = self.i_last_chip.val() | self.replays.val().get_bit(top);
+            if self.replays.val().get_bit(top) {
+                self.chip.next = self.saved.val().get_bit(top);
             } else {
                 self.chip.next = self.i_chip.val();
             }
             self.o_advance.next = !self.hold.val();
-            self.saved.d.next = self.saved.q.val() << 1;
-            self.replays.d.next = self.replays.q.val() << 1;
+            self.saved.next = self.saved.val() << 1;
+            self.replays.next = self.replays.val() << 1;
         } else {
             self.o_advance.next = !self.i_last_chip.val();
         }
@@ -116,30 +115,30 @@ impl Logic for ChipHistory {
     fn grow(&mut self) {
         let back = self.step_chips;
         if self.i_last_chip.val() {
-            self.chips.d.next = self.chips.q.val() >> back.saturating_sub(1);
+            self.chips.next = self.chips.val() >> back.saturating_sub(1);
             if self.has_replays {
                 self.save();
             }
         } else if self.has_replays {
-            self.chips.d.next = (self.chips.q.val() << 1) | bit_cast(self.chip.val(), self.kept);
+            self.chips.next = (self.chips.val() << 1) | bit_cast(self.chip.val(), self.kept);
         } else {
-            self.chips.d.next = (self.chips.q.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
+            self.chips.next = (self.chips.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
         }
         if self.i_wrap.is_present() && self.i_wrap.val() {
-            self.chips.d.next = self.chips.q.val() >> back;
-            self.saved.d.next = bit_cast(self.chips.q.val(), self.replayed);
-            self.replays.d.next = !bit_cast(false, self.replayed);
+            self.chips.next = self.chips.val() >> back;
+            self.saved.next = bit_cast(self.chips.val(), self.replayed);
+            self.replays.next = !bit_cast(false, self.replayed);
         }
     }
 
     /// The chips by which the reference goes back, to come again.
     fn save(&mut self) {
         if self.i_wrap.is_present() {
-            self.saved.d.next = bit_cast(self.chips.q.val(), self.replayed) << 1;
-            self.replays.d.next = !bit_cast(false, self.replayed) << 1;
+            self.saved.next = bit_cast(self.chips.val(), self.replayed) << 1;
+            self.replays.next = !bit_cast(false, self.replayed) << 1;
         } else {
-            self.saved.d.next = bit_cast(self.chips.q.val(), self.replayed);
-            self.replays.d.next = !bit_cast(false, self.replayed);
+            self.saved.next = bit_cast(self.chips.val(), self.replayed);
+            self.replays.next = !bit_cast(false, self.replayed);
         }
     }
 }

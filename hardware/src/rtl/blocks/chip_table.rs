@@ -47,18 +47,18 @@ pub struct ChipTableGenerator {
 #[kernel]
 impl Logic for ChipTableGenerator {
     fn update(&mut self) {
-        self.chips.address.next = self.index.q.val();
+        self.chips.address.next = self.index.val();
         self.io.o_chip.next = self.chips.data.val();
-        self.io.o_epoch.next = self.index.q.val() == self.index_load.val();
+        self.io.o_epoch.next = self.index.val() == self.index_load.val();
         if self.io.i_advance.val() {
-            if self.index.q.val() == self.last_index.val() {
-                self.index.d.next = 0.into();
+            if self.index.val() == self.last_index.val() {
+                self.index.next = 0.into();
             } else {
-                self.index.d.next = self.index.q.val() + 1;
+                self.index.next = self.index.val() + 1;
             }
         }
         if self.io.i_load.is_present() && self.io.i_load.val() {
-            self.index.d.next = self.index_load.val();
+            self.index.next = self.index_load.val();
         }
     }
 }

@@ -47,7 +47,7 @@ impl Logic for CountChoice {
             self.present.next = self.present.val()
                 | (self.i_count[c].val() & signed_cast(self.i_turn.val().get_bit(c)));
         }
-        self.chosen.d.next = self.present.val();
-        self.o_count.next = self.chosen.q.val();
+        self.chosen.next = self.present.val();
+        self.o_count.next = self.chosen.val();
     }
 }

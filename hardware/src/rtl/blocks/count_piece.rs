@@ -48,7 +48,7 @@ impl Logic for CountPiece {
         self.difference.next = (bit_cast(self.i_other.val(), bits) << 1)
             - (bit_cast(self.i_count.val(), bits) << 1).replace_bit(0, self.i_below.val());
         self.unused.next = self.difference.val().all();
-        self.greater.d.next = self.difference.val().get_bit(self.bits + 1);
-        self.o_greater.next = self.greater.q.val();
+        self.greater.next = self.difference.val().get_bit(self.bits + 1);
+        self.o_greater.next = self.greater.val();
     }
 }

@@ -295,23 +295,23 @@ impl Logic for DetectorChannel {
     fn feed_banks(&mut self) {
         let size = self.bank_steps;
         if self.delays > 0 {
-            self.hits[0].d.next = self.edges.o_hits.val();
-            self.window[0].d.next = bit_cast(self.stepper.o_window.val(), self.later_bits);
-            self.dump[0].d.next = self.i_dump.val();
+            self.hits[0].next = self.edges.o_hits.val();
+            self.window[0].next = bit_cast(self.stepper.o_window.val(), self.later_bits);
+            self.dump[0].next = self.i_dump.val();
         }
         for b in 1..self.window.len() {
-            self.hits[b].d.next = self.hits[b - 1].q.val();
-            self.window[b].d.next = self.window[b - 1].q.val() << size;
-            self.dump[b].d.next = self.dump[b - 1].q.val();
+            self.hits[b].next = self.hits[b - 1].val();
+            self.window[b].next = self.window[b - 1].val() << size;
+            self.dump[b].next = self.dump[b - 1].val();
         }
         if self.unused.is_present() {
-            self.unused.next = self.window[self.delays - 1].q.val().all();
+            self.unused.next = self.window[self.delays - 1].val().all();
         }
         if !self.early.is_empty() {
-            self.early[0].d.next = self.edges.o_early.val();
+            self.early[0].next = self.edges.o_early.val();
         }
         for b in 1..self.early.len() {
-            self.early[b].d.next = self.early[b - 1].q.val();
+            self.early[b].next = self.early[b - 1].val();
         }
         self.correlate_in_banks();
     }
@@ -328,12 +328,12 @@ impl Logic for DetectorChannel {
         }
         self.bank[0].i_dump.next = self.i_dump.val();
         for b in 1..self.bank.len() {
-            self.bank[b].i_window.next = self.window[b - 1].q.val().slice(later_below, bits);
-            self.bank[b].i_hits.next = self.hits[b - 1].q.val();
+            self.bank[b].i_window.next = self.window[b - 1].val().slice(later_below, bits);
+            self.bank[b].i_hits.next = self.hits[b - 1].val();
             if self.edges.o_early.is_present() {
-                self.bank[b].i_early.next = self.early[b - 1].q.val();
+                self.bank[b].i_early.next = self.early[b - 1].val();
             }
-            self.bank[b].i_dump.next = self.dump[b - 1].q.val();
+            self.bank[b].i_dump.next = self.dump[b - 1].val();
         }
         if self.last_bank.is_present() {
             self.correlate_in_last_bank();
@@ -345,12 +345,12 @@ impl Logic for DetectorChannel {
         let last = self.delays - 1;
         let below = self.parallel - self.bank_steps - self.rest_steps;
         let bits = window_bits(self.lanes, self.rest_steps);
-        self.last_bank.i_hits.next = self.hits[last].q.val();
+        self.last_bank.i_hits.next = self.hits[last].val();
         if self.edges.o_early.is_present() {
-            self.last_bank.i_early.next = self.early[last].q.val();
+            self.last_bank.i_early.next = self.early[last].val();
         }
-        self.last_bank.i_window.next = self.window[last].q.val().slice(below, bits);
-        self.last_bank.i_dump.next = self.dump[last].q.val();
+        self.last_bank.i_window.next = self.window[last].val().slice(below, bits);
+        self.last_bank.i_dump.next = self.dump[last].val();
     }
 
     fn gather_counts(&mut self) {

@@ -81,9 +81,9 @@ impl Logic for EdgeDetector {
         } else {
             self.level.next = self.i_samples.val();
         }
-        self.last_sample.d.next = self.level.val().get_bit(self.lanes - 1);
+        self.last_sample.next = self.level.val().get_bit(self.lanes - 1);
         self.rising.next = self.level.val()
-            & !((self.level.val() << 1) | bit_cast(self.last_sample.q.val(), self.lanes))
+            & !((self.level.val() << 1) | bit_cast(self.last_sample.val(), self.lanes))
             & signed_cast(self.i_run.val());
         self.pairs.next = gather(self.pair_count, |pair| {
             if self.has_pairs {
@@ -92,12 +92,12 @@ impl Logic for EdgeDetector {
                 self.rising.val().get_bit(0)
             }
         });
-        self.hits.d.next = self.pairs.val();
-        self.o_hits.next = self.hits.q.val();
+        self.hits.next = self.pairs.val();
+        self.o_hits.next = self.hits.val();
         if self.early.is_present() {
             self.earlier.next = gather(self.pair_count, |pair| self.level.val().get_bit(2 * pair));
-            self.early.d.next = self.earlier.val();
-            self.o_early.next = self.early.q.val();
+            self.early.next = self.earlier.val();
+            self.o_early.next = self.early.val();
         }
     }
 }

@@ -271,22 +271,22 @@ fn describe(takes_turns: bool, histogram: HistogramPlan, detectors: usize) -> Ab
 #[kernel]
 impl Logic for HistogramControl {
     fn update(&mut self) {
-        self.runs.d.next = true;
-        self.o_run.next = self.runs.q.val();
-        self.ahead_is_last.d.next = self.ahead.q.val() == self.last_row_but_one.val();
-        if self.runs.q.val() {
-            self.ahead.d.next = self.ahead.q.val() + 1;
+        self.runs.next = true;
+        self.o_run.next = self.runs.val();
+        self.ahead_is_last.next = self.ahead.val() == self.last_row_but_one.val();
+        if self.runs.val() {
+            self.ahead.next = self.ahead.val() + 1;
         }
-        if self.ahead_is_last.q.val() {
-            self.ahead.d.next = bit_cast(false, self.row_bits as usize);
+        if self.ahead_is_last.val() {
+            self.ahead.next = bit_cast(false, self.row_bits as usize);
         }
-        self.row.d.next = self.ahead.q.val();
-        self.row_is_last.d.next = self.ahead_is_last.q.val();
+        self.row.next = self.ahead.val();
+        self.row_is_last.next = self.ahead_is_last.val();
         if self.has_periods {
             self.count_periods();
         } else {
-            self.ends.next = self.row_is_last.q.val();
-            self.first.d.next = true;
+            self.ends.next = self.row_is_last.val();
+            self.first.next = true;
         }
         self.follow_words();
         if self.takes_turns {
@@ -295,135 +295,132 @@ impl Logic for HistogramControl {
         } else {
             self.send_rows();
         }
-        self.o_valid.next = self.valid.q.val();
-        self.o_last.next = self.last.q.val();
-        self.o_overrun.next = self.overrun.q.val();
+        self.o_valid.next = self.valid.val();
+        self.o_last.next = self.last.val();
+        self.o_overrun.next = self.overrun.val();
     }
 
     fn count_periods(&mut self) {
-        self.ends.next = self.row_is_last.q.val() & self.period_is_last.q.val();
+        self.ends.next = self.row_is_last.val() & self.period_is_last.val();
         let bits = self.period_bits as usize;
-        self.next_period.next = bit_cast(self.period.q.val(), bits + 1) + 1;
-        self.period_is_last.d.next = self.next_period.val().get_bit(bits);
-        if self.row_is_last.q.val() {
-            self.first.d.next = self.period_is_last.q.val();
-            self.period.d.next = bit_cast(self.next_period.val(), bits);
+        self.next_period.next = bit_cast(self.period.val(), bits + 1) + 1;
+        self.period_is_last.next = self.next_period.val().get_bit(bits);
+        if self.row_is_last.val() {
+            self.first.next = self.period_is_last.val();
+            self.period.next = bit_cast(self.next_period.val(), bits);
         }
         if self.ends.val() {
-            self.period.d.next = self.first_period.val();
+            self.period.next = self.first_period.val();
         }
     }
 
     /// Row and first code period of the words on their way to the memories.
     fn follow_words(&mut self) {
-        self.row_before[0].d.next = self.row.q.val();
+        self.row_before[0].next = self.row.val();
         for c in 1..6 {
-            self.row_before[c].d.next = self.row_before[c - 1].q.val();
+            self.row_before[c].next = self.row_before[c - 1].val();
         }
-        self.first_before.d.next =
-            (self.first_before.q.val() << 1) | bit_cast(self.first.q.val(), 5);
-        self.o_row.next = self.row.q.val();
-        self.o_held_first.next = self.first_before.q.val().get_bit(2);
-        self.o_added_first.next = self.first_before.q.val().get_bit(4);
-        self.o_write_row.next = self.row_before[5].q.val();
+        self.first_before.next = (self.first_before.val() << 1) | bit_cast(self.first.val(), 5);
+        self.o_row.next = self.row.val();
+        self.o_held_first.next = self.first_before.val().get_bit(2);
+        self.o_added_first.next = self.first_before.val().get_bit(4);
+        self.o_write_row.next = self.row_before[5].val();
     }
 
     /// Their memory.
     fn follow_memories(&mut self) {
-        self.half_before.d.next = (self.half_before.q.val() << 1) | bit_cast(self.half.q.val(), 6);
-        self.o_half.next = self.half.q.val();
-        self.o_come_half.next = self.half_before.q.val().get_bit(1);
-        self.o_held_half.next = self.half_before.q.val().get_bit(2);
-        self.o_write_half.next = self.half_before.q.val().get_bit(5);
+        self.half_before.next = (self.half_before.val() << 1) | bit_cast(self.half.val(), 6);
+        self.o_half.next = self.half.val();
+        self.o_come_half.next = self.half_before.val().get_bit(1);
+        self.o_held_half.next = self.half_before.val().get_bit(2);
+        self.o_write_half.next = self.half_before.val().get_bit(5);
     }
 
     /// Offers the rows that the next frame's first code period finds.
     fn send_rows(&mut self) {
         if self.ends.val() {
-            self.follows.d.next = true;
+            self.follows.next = true;
         }
-        self.whole_before.d.next = (self.whole_before.q.val() << 1)
-            | bit_cast(self.follows.q.val() & self.first.q.val(), 3);
-        self.last_before.d.next =
-            (self.last_before.q.val() << 1) | bit_cast(self.row_is_last.q.val(), 3);
-        self.o_come_first.next = self.first_before.q.val().get_bit(1);
-        self.comes.next = self.whole_before.q.val().get_bit(2);
+        self.whole_before.next =
+            (self.whole_before.val() << 1) | bit_cast(self.follows.val() & self.first.val(), 3);
+        self.last_before.next = (self.last_before.val() << 1) | bit_cast(self.row_is_last.val(), 3);
+        self.o_come_first.next = self.first_before.val().get_bit(1);
+        self.comes.next = self.whole_before.val().get_bit(2);
         // Two products in place of room or ready, and comes: a single table of three inputs stands
         // before the clock enables of a whole row, and none by the port of ready.
         self.shows.next =
-            (self.room.q.val() & self.comes.val()) | (self.i_ready.val() & self.comes.val());
+            (self.room.val() & self.comes.val()) | (self.i_ready.val() & self.comes.val());
         if self.i_ready.val() {
-            self.valid.d.next = false;
-            self.room.d.next = true;
+            self.valid.next = false;
+            self.room.next = true;
         }
         if self.comes.val() {
-            self.valid.d.next = true;
-            self.room.d.next = false;
+            self.valid.next = true;
+            self.room.next = false;
         }
         if self.shows.val() {
-            self.last.d.next = self.last_before.q.val().get_bit(2);
+            self.last.next = self.last_before.val().get_bit(2);
         }
-        if self.comes.val() & !self.room.q.val() & !self.i_ready.val() {
-            self.overrun.d.next = true;
+        if self.comes.val() & !self.room.val() & !self.i_ready.val() {
+            self.overrun.next = true;
         }
         self.o_shows.next = self.shows.val();
     }
 
     /// Reads the rows of a frame, and offers them.
     fn read_frames(&mut self) {
-        self.goes.next = self.room.q.val() | self.i_ready.val();
-        self.busy.next = self.reads.q.val() | self.out.q.val().any() | !self.goes.val();
+        self.goes.next = self.room.val() | self.i_ready.val();
+        self.busy.next = self.reads.val() | self.out.val().any() | !self.goes.val();
         if self.detectors > 1 {
             self.name_detectors();
         } else {
-            self.read_ends.next = self.read_is_last.q.val();
+            self.read_ends.next = self.read_is_last.val();
         }
         if self.goes.val() {
-            self.out.d.next = (self.out.q.val() << 1) | bit_cast(self.reads.q.val(), 3);
-            self.last_out.d.next = (self.last_out.q.val() << 1) | bit_cast(self.read_ends.val(), 3);
-            self.valid.d.next = self.out.q.val().get_bit(2);
-            self.room.d.next = !self.out.q.val().get_bit(2);
-            if self.out.q.val().get_bit(2) {
-                self.last.d.next = self.last_out.q.val().get_bit(2);
+            self.out.next = (self.out.val() << 1) | bit_cast(self.reads.val(), 3);
+            self.last_out.next = (self.last_out.val() << 1) | bit_cast(self.read_ends.val(), 3);
+            self.valid.next = self.out.val().get_bit(2);
+            self.room.next = !self.out.val().get_bit(2);
+            if self.out.val().get_bit(2) {
+                self.last.next = self.last_out.val().get_bit(2);
             }
-            if self.reads.q.val() {
-                self.read_is_last.d.next = self.read_row.q.val() == self.last_row_but_one.val();
-                self.read_row.d.next = self.read_row.q.val() + 1;
-                if self.read_is_last.q.val() {
-                    self.read_row.d.next = bit_cast(false, self.row_bits as usize);
+            if self.reads.val() {
+                self.read_is_last.next = self.read_row.val() == self.last_row_but_one.val();
+                self.read_row.next = self.read_row.val() + 1;
+                if self.read_is_last.val() {
+                    self.read_row.next = bit_cast(false, self.row_bits as usize);
                 }
-                self.reads.d.next = !self.read_ends.val();
+                self.reads.next = !self.read_ends.val();
             }
         }
         if self.ends.val() & !self.busy.val() {
-            self.half.d.next = !self.half.q.val();
-            self.reads.d.next = true;
+            self.half.next = !self.half.val();
+            self.reads.next = true;
         }
         if self.ends.val() & self.busy.val() {
-            self.overrun.d.next = true;
+            self.overrun.next = true;
         }
-        self.o_read_row.next = self.read_row.q.val();
+        self.o_read_row.next = self.read_row.val();
         self.o_go.next = self.goes.val();
-        self.o_shows.next = self.goes.val() & self.out.q.val().get_bit(2);
+        self.o_shows.next = self.goes.val() & self.out.val().get_bit(2);
     }
 
     /// The detectors take turns, and each row has its detector beside it.
     fn name_detectors(&mut self) {
         let detectors = self.detectors;
-        self.read_ends.next =
-            self.read_is_last.q.val() & self.detector.q.val().get_bit(detectors - 1);
+        self.read_ends.next = self.read_is_last.val() & self.detector.val().get_bit(detectors - 1);
         if self.goes.val() {
-            self.detector_out[0].d.next = self.detector.q.val();
+            self.detector_out[0].next = self.detector.val();
             for c in 1..3 {
-                self.detector_out[c].d.next = self.detector_out[c - 1].q.val();
+                self.detector_out[c].next = self.detector_out[c - 1].val();
             }
-            if self.read_is_last.q.val() {
-                self.detector.d.next = self.detector.q.val() << 1;
+            if self.read_is_last.val() {
+                self.detector.next = self.detector.val() << 1;
             }
             if self.read_ends.val() {
-                self.detector.d.next = bit_cast(true, detectors);
+                self.detector.next = bit_cast(true, detectors);
             }
         }
-        self.o_read_detector.next = self.detector_out[2].q.val();
+        self.o_read_detector.next = self.detector_out[2].val();
     }
 }

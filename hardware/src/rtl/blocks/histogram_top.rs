@@ -149,10 +149,10 @@ impl Logic for HistogramTop {
         self.chips.next = gather(self.codes.of_sources.len(), |source| {
             self.transmit[self.codes.of_sources[source]].o_chip.val()
         });
-        self.laser.d.next = self.chips.val();
-        self.epoch.d.next = self.transmit[0].o_epoch.val();
-        self.io.o_laser.next = self.laser.q.val();
-        self.io.o_epoch.next = self.epoch.q.val();
+        self.laser.next = self.chips.val();
+        self.epoch.next = self.transmit[0].o_epoch.val();
+        self.io.o_laser.next = self.laser.val();
+        self.io.o_epoch.next = self.epoch.val();
     }
 
     fn run_channels(&mut self) {
@@ -196,12 +196,12 @@ impl Logic for HistogramTop {
                         & signed_cast(self.control.o_read_detector.val().get_bit(d)));
             }
             if self.control.o_shows.val() {
-                self.row.d.next = self.choice[detectors - 1].val();
+                self.row.next = self.choice[detectors - 1].val();
             }
         } else if self.control.o_shows.val() {
-            self.row.d.next = self.channel[0].o_bins.val();
+            self.row.next = self.channel[0].o_bins.val();
         }
-        self.io.m_axis_tdata.next = self.row.q.val();
+        self.io.m_axis_tdata.next = self.row.val();
         self.io.m_axis_tvalid.next = self.control.o_valid.val();
         self.io.m_axis_tlast.next = self.control.o_last.val();
         self.io.o_overrun.next = self.control.o_overrun.val();
@@ -210,8 +210,8 @@ impl Logic for HistogramTop {
     fn flag_clamped(&mut self) {
         self.clamped.next = gather(self.detectors, |d| self.channel[d].o_clamped.val());
         if self.clamped.val().any() {
-            self.saturated.d.next = true;
+            self.saturated.next = true;
         }
-        self.io.o_saturated.next = self.saturated.q.val();
+        self.io.o_saturated.next = self.saturated.val();
     }
 }

@@ -86,7 +86,7 @@ pub struct HitCounter {
 #[kernel]
 impl Logic for HitCounter {
     fn update(&mut self) {
-        self.hit.d.next = self.i_hits.val();
+        self.hit.next = self.i_hits.val();
         self.count_word();
         if self.total.is_present() {
             self.total.i_addend.next = self.addend.val();
@@ -112,22 +112,22 @@ impl Logic for HitCounter {
     /// The hits of a word.
     fn count_word(&mut self) {
         for q in 0..self.quads {
-            self.quad[q].i_hit.next = self.hit.q.val().slice(4 * q, 4);
+            self.quad[q].i_hit.next = self.hit.val().slice(4 * q, 4);
             self.quad[q].i_down.next = bit_cast(false, 4);
         }
         if self.quads == 1 {
             self.addend.next = self.quad[0].o_sum.val();
         } else if self.quads == 2 {
-            self.sum.d.next = (signed_cast(self.quad[0].o_sum.val())
+            self.sum.next = (signed_cast(self.quad[0].o_sum.val())
                 + signed_cast(self.quad[1].o_sum.val()))
             .into();
-            self.addend.next = self.sum.q.val();
+            self.addend.next = self.sum.val();
         } else if self.pairs == 2 {
-            self.sum.d.next = bit_cast(self.hit.q.val().get_bit(0), self.addend_bits)
-                + bit_cast(self.hit.q.val().get_bit(1), self.addend_bits);
-            self.addend.next = self.sum.q.val();
+            self.sum.next = bit_cast(self.hit.val().get_bit(0), self.addend_bits)
+                + bit_cast(self.hit.val().get_bit(1), self.addend_bits);
+            self.addend.next = self.sum.val();
         } else {
-            self.addend.next = bit_cast(self.hit.q.val(), self.addend_bits);
+            self.addend.next = bit_cast(self.hit.val(), self.addend_bits);
         }
     }
 }

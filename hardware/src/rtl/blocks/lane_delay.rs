@@ -122,9 +122,9 @@ impl Logic for LaneDelay {
             self.grow();
             self.o_wrap.next = self.wrap.val();
         } else {
-            self.window.d.next = self.present.val();
+            self.window.next = self.present.val();
         }
-        self.o_window.next = self.window.q.val();
+        self.o_window.next = self.window.val();
     }
 
     /// Each lane's chip: the present one, or the one before it.
@@ -134,12 +134,12 @@ impl Logic for LaneDelay {
         });
         self.takes_previous.next = gather(self.window_bits, |sample| {
             if self.geometry.place(sample) + 1 < self.lanes {
-                self.delayed.q.val().get_bit(self.geometry.place(sample))
+                self.delayed.val().get_bit(self.geometry.place(sample))
             } else {
                 false
             }
         });
-        self.window.d.next = (self.takes_previous.val() & self.previous.val())
+        self.window.next = (self.takes_previous.val() & self.previous.val())
             | (!self.takes_previous.val() & self.present.val());
     }
 
@@ -150,25 +150,25 @@ impl Logic for LaneDelay {
             if lane < self.step_samples {
                 true
             } else {
-                self.delayed.q.val().get_bit(lane - self.step_samples)
+                self.delayed.val().get_bit(lane - self.step_samples)
             }
         });
         if self.wraps.is_present() {
-            self.wraps.d.next = self.i_pre_last_chip.val() & self.delayed.q.val().get_bit(full);
-            self.wrap.next = self.wraps.q.val();
+            self.wraps.next = self.i_pre_last_chip.val() & self.delayed.val().get_bit(full);
+            self.wrap.next = self.wraps.val();
         } else {
-            self.wrap.next = self.i_last_chip.val() & self.delayed.q.val().get_bit(full);
+            self.wrap.next = self.i_last_chip.val() & self.delayed.val().get_bit(full);
         }
         if self.wrap.val() {
-            self.delayed.d.next = self.delayed.q.val() >> (self.lanes - self.step_samples);
+            self.delayed.next = self.delayed.val() >> (self.lanes - self.step_samples);
         } else if self.i_last_chip.val() {
-            self.delayed.d.next = self.longer.val();
+            self.delayed.next = self.longer.val();
         }
         if self.i_start.is_present() && self.i_start.val() {
             if self.i_delayed.is_present() {
-                self.delayed.d.next = self.i_delayed.val();
+                self.delayed.next = self.i_delayed.val();
             } else {
-                self.delayed.d.next = self.delayed_load.val();
+                self.delayed.next = self.delayed_load.val();
             }
         }
     }

@@ -108,19 +108,19 @@ fn load_about(width: u32) -> String {
 impl Logic for LfsrGenerator {
     fn update(&mut self) {
         if self.v.is_present() {
-            self.io.o_chip.next = self.u.q.val().get_bit(0) ^ self.v.q.val().get_bit(0);
+            self.io.o_chip.next = self.u.val().get_bit(0) ^ self.v.val().get_bit(0);
         } else {
-            self.io.o_chip.next = self.u.q.val().get_bit(0);
+            self.io.o_chip.next = self.u.val().get_bit(0);
         }
-        self.io.o_epoch.next = self.epoch.q.val();
+        self.io.o_epoch.next = self.epoch.val();
         self.advance();
         if self.io.i_load.is_present() && self.io.i_load.val() {
-            self.epoch.d.next = true;
-            self.u.d.next = self.u_load.val();
+            self.epoch.next = true;
+            self.u.next = self.u_load.val();
             if self.io.i_seed.is_present() {
-                self.v.d.next = self.io.i_seed.val();
+                self.v.next = self.io.i_seed.val();
             } else if self.v.is_present() {
-                self.v.d.next = self.v_load.val();
+                self.v.next = self.v_load.val();
             }
         }
     }
@@ -128,12 +128,12 @@ impl Logic for LfsrGenerator {
     fn advance(&mut self) {
         let top = self.width as usize - 1;
         if self.io.i_advance.val() {
-            self.epoch.d.next = self.u.q.val() == self.u_last.val();
-            self.u.d.next =
-                (self.u.q.val() >> 1).replace_bit(top, (self.u.q.val() & self.u_taps.val()).xor());
+            self.epoch.next = self.u.val() == self.u_last.val();
+            self.u.next =
+                (self.u.val() >> 1).replace_bit(top, (self.u.val() & self.u_taps.val()).xor());
             if self.v.is_present() {
-                self.v.d.next = (self.v.q.val() >> 1)
-                    .replace_bit(top, (self.v.q.val() & self.v_taps.val()).xor());
+                self.v.next =
+                    (self.v.val() >> 1).replace_bit(top, (self.v.val() & self.v_taps.val()).xor());
             }
         }
     }

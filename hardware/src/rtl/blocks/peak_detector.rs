@@ -138,21 +138,20 @@ pub struct PeakDetector {
 impl Logic for PeakDetector {
     fn update(&mut self) {
         if self.i_counted.val() {
-            self.last_group.d.next = self.i_last.val();
+            self.last_group.next = self.i_last.val();
         }
-        self.kept.d.next = self.compares.q.val().get_bit(self.last_compared);
+        self.kept.next = self.compares.val().get_bit(self.last_compared);
         if self.has_turns {
             self.take_turns();
         } else {
-            self.compares.d.next =
-                (self.compares.q.val() << 1).replace_bit(0, self.i_counted.val());
-            self.ends.d.next =
-                self.compares.q.val().get_bit(self.last_compared) & self.last_group.q.val();
+            self.compares.next = (self.compares.val() << 1).replace_bit(0, self.i_counted.val());
+            self.ends.next =
+                self.compares.val().get_bit(self.last_compared) & self.last_group.val();
         }
         self.count_steps();
-        self.done.d.next = self.ends.q.val();
-        self.valid.d.next = self.done.q.val();
-        self.o_valid.next = self.valid.q.val();
+        self.done.next = self.ends.val();
+        self.valid.next = self.done.val();
+        self.o_valid.next = self.valid.val();
         self.compare();
         self.show();
     }
@@ -160,48 +159,47 @@ impl Logic for PeakDetector {
     /// The counts of a group, one after another.
     fn take_turns(&mut self) {
         self.next_turn.next =
-            self.compares.q.val().get_bit(self.clocks_per_count - 1) & !self.group_ends.q.val();
-        self.compares.d.next = (self.compares.q.val() << 1)
-            .replace_bit(0, self.i_counted.val() | self.next_turn.val());
+            self.compares.val().get_bit(self.clocks_per_count - 1) & !self.group_ends.val();
+        self.compares.next =
+            (self.compares.val() << 1).replace_bit(0, self.i_counted.val() | self.next_turn.val());
         if self.i_counted.val() {
-            self.turn.d.next = self.first_turn.val();
+            self.turn.next = self.first_turn.val();
         } else if self.next_turn.val() {
-            self.turn.d.next = self.turn.q.val() << 1;
+            self.turn.next = self.turn.val() << 1;
         }
         let whole = self.parallel - 1;
         let short = self.last_steps - 1;
         if whole == short {
-            self.last_turn.next = self.turn.q.val().get_bit(whole);
-        } else if self.last_group.q.val() {
-            self.last_turn.next = self.turn.q.val().get_bit(short);
+            self.last_turn.next = self.turn.val().get_bit(whole);
+        } else if self.last_group.val() {
+            self.last_turn.next = self.turn.val().get_bit(short);
         } else {
-            self.last_turn.next = self.turn.q.val().get_bit(whole);
+            self.last_turn.next = self.turn.val().get_bit(whole);
         }
-        self.group_ends.d.next = self.last_turn.val();
-        self.scan_ends.d.next = self.last_turn.val() & self.last_group.q.val();
-        self.ends.d.next =
-            self.compares.q.val().get_bit(self.last_compared) & self.scan_ends.q.val();
+        self.group_ends.next = self.last_turn.val();
+        self.scan_ends.next = self.last_turn.val() & self.last_group.val();
+        self.ends.next = self.compares.val().get_bit(self.last_compared) & self.scan_ends.val();
     }
 
     /// The phase step of the count that was compared.
     fn count_steps(&mut self) {
-        if self.kept.q.val() {
-            self.first.d.next = self.ends.q.val();
-            self.step.d.next = self.step.q.val() + 1;
+        if self.kept.val() {
+            self.first.next = self.ends.val();
+            self.step.next = self.step.val() + 1;
         }
         if self.at_top.is_present() {
-            if self.kept.q.val() {
-                self.at_top.d.next = self.step.q.val() == self.one_before_top.val();
-                if self.at_top.q.val() {
-                    self.step.d.next = 0.into();
+            if self.kept.val() {
+                self.at_top.next = self.step.val() == self.one_before_top.val();
+                if self.at_top.val() {
+                    self.step.next = 0.into();
                 }
             }
-            if self.ends.q.val() {
-                self.at_top.d.next = self.starts_at_top;
+            if self.ends.val() {
+                self.at_top.next = self.starts_at_top;
             }
         }
-        if self.ends.q.val() {
-            self.step.d.next = self.first_step.val();
+        if self.ends.val() {
+            self.step.next = self.first_step.val();
         }
     }
 
@@ -212,12 +210,12 @@ impl Logic for PeakDetector {
                 self.maximum[d].i_count[p].next = self.i_count[d * parallel + p].val();
             }
             if self.has_turns {
-                self.maximum[d].i_turn.next = self.turn.q.val();
+                self.maximum[d].i_turn.next = self.turn.val();
             }
-            self.maximum[d].i_compared.next = self.compares.q.val().get_bit(self.last_compared);
-            self.maximum[d].i_first.next = self.first.q.val();
-            self.maximum[d].i_step.next = self.step.q.val();
-            self.maximum[d].i_done.next = self.done.q.val();
+            self.maximum[d].i_compared.next = self.compares.val().get_bit(self.last_compared);
+            self.maximum[d].i_first.next = self.first.val();
+            self.maximum[d].i_step.next = self.step.val();
+            self.maximum[d].i_done.next = self.done.val();
         }
     }
 

@@ -52,13 +52,13 @@ impl Logic for QuadCounter {
             ^ (self.i_down.val().get_bit(2) & self.i_down.val().get_bit(3))
             ^ ((self.i_down.val().get_bit(0) ^ self.i_down.val().get_bit(1))
                 & (self.i_down.val().get_bit(2) ^ self.i_down.val().get_bit(3)));
-        self.hits.d.next = bit_cast(self.i_hit.val().xor(), 3)
+        self.hits.next = bit_cast(self.i_hit.val().xor(), 3)
             .replace_bit(1, self.two_hits.val())
             .replace_bit(2, self.i_hit.val().all());
-        self.downs.d.next = bit_cast(self.i_down.val().xor(), 3)
+        self.downs.next = bit_cast(self.i_down.val().xor(), 3)
             .replace_bit(1, self.two_downs.val())
             .replace_bit(2, self.i_down.val().all());
-        self.sum.d.next = bit_cast(self.hits.q.val(), 4) - (bit_cast(self.downs.q.val(), 4) << 1);
-        self.o_sum.next = self.sum.q.val();
+        self.sum.next = bit_cast(self.hits.val(), 4) - (bit_cast(self.downs.val(), 4) << 1);
+        self.o_sum.next = self.sum.val();
     }
 }

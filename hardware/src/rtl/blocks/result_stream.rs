@@ -268,62 +268,62 @@ fn describe(groups: Groups, has_totals: bool, saturates: bool) -> About {
 #[kernel]
 impl Logic for ResultStream {
     fn update(&mut self) {
-        self.o_valid.next = self.valid.q.val();
-        self.o_overrun.next = self.overrun.q.val();
+        self.o_valid.next = self.valid.val();
+        self.o_overrun.next = self.overrun.val();
         if self.queues {
             self.queue();
         } else {
-            self.o_last.next = self.last.q.val();
-            self.blocked.next = self.valid.q.val() & !self.i_ready.val();
+            self.o_last.next = self.last.val();
+            self.blocked.next = self.valid.val() & !self.i_ready.val();
             self.load.next = self.i_counted.val() & !self.blocked.val();
         }
         if self.load.val() {
             if !self.queues {
-                self.count[0].d.next = self.i_count[0].val();
+                self.count[0].next = self.i_count[0].val();
                 if self.total.is_present() {
-                    self.total.d.next = self.i_total[0].val();
+                    self.total.next = self.i_total[0].val();
                 }
             }
-            self.last.d.next = self.i_last.val();
+            self.last.next = self.i_last.val();
         }
         if self.o_saturated.is_present() {
             self.flag_clamped();
         }
-        self.valid.d.next = self.i_counted.val() | self.blocked.val();
+        self.valid.next = self.i_counted.val() | self.blocked.val();
         if self.i_counted.val() & self.blocked.val() {
-            self.overrun.d.next = true;
+            self.overrun.next = true;
         }
         if self.lost.is_present() {
-            self.lost.d.next = self.i_counted.val() & self.blocked.val();
-            self.o_lost.next = self.lost.q.val();
+            self.lost.next = self.i_counted.val() & self.blocked.val();
+            self.o_lost.next = self.lost.val();
         }
         self.offer();
     }
 
     /// Several counts: the first is offered, the others wait behind it.
     fn queue(&mut self) {
-        self.o_last.next = self.last.q.val() & self.ends.q.val();
-        self.blocked.next = self.more.q.val() | (self.valid.q.val() & !self.i_ready.val());
+        self.o_last.next = self.last.val() & self.ends.val();
+        self.blocked.next = self.more.val() | (self.valid.val() & !self.i_ready.val());
         self.load.next = self.i_counted.val() & !self.blocked.val();
-        self.more.d.next = if self.is_short_at_once {
+        self.more.next = if self.is_short_at_once {
             self.load.val() & !self.i_last.val()
         } else {
             self.load.val()
         };
-        self.changes.d.next = if self.back_to_back {
+        self.changes.next = if self.back_to_back {
             self.i_pre_counted.val() & !self.load.val()
         } else {
             self.i_pre_counted.val()
         };
-        if self.more.q.val() {
-            self.more.d.next = !(self.i_ready.val() & self.next_ends[0].q.val());
-            self.changes.d.next = self.i_ready.val();
+        if self.more.val() {
+            self.more.next = !(self.i_ready.val() & self.next_ends[0].val());
+            self.changes.next = self.i_ready.val();
         }
         self.find_next();
-        if self.i_ready.val() | !self.valid.q.val() {
+        if self.i_ready.val() | !self.valid.val() {
             self.fill_first();
         }
-        if self.changes.q.val() {
+        if self.changes.val() {
             self.fill_behind();
         }
     }
@@ -331,8 +331,8 @@ impl Logic for ResultStream {
     /// What comes next: the second result, or the third if they have yet to move up.
     fn find_next(&mut self) {
         if self.moves_up.is_present() {
-            self.moves_up.d.next = self.more.q.val() & self.i_ready.val();
-            if self.moves_up.q.val() {
+            self.moves_up.next = self.more.val() & self.i_ready.val();
+            if self.moves_up.val() {
                 self.take_next_from(2);
             } else {
                 self.take_next_from(1);
@@ -343,31 +343,31 @@ impl Logic for ResultStream {
     }
 
     fn take_next_from(&mut self, place: usize) {
-        self.next.next = self.count[place].q.val();
-        self.later_ends.next = self.next_ends[place].q.val();
+        self.next.next = self.count[place].val();
+        self.later_ends.next = self.next_ends[place].val();
         if self.next_detector.is_present() {
-            self.next_detector.next = self.detector[place - 1].q.val();
+            self.next_detector.next = self.detector[place - 1].val();
         }
     }
 
     /// The result that is offered, when it is taken or there is none.
     fn fill_first(&mut self) {
-        if self.more.q.val() {
-            self.count[0].d.next = self.next.val();
-            self.ends.d.next = self.next_ends[0].q.val();
-            self.next_ends[0].d.next = self.later_ends.val();
+        if self.more.val() {
+            self.count[0].next = self.next.val();
+            self.ends.next = self.next_ends[0].val();
+            self.next_ends[0].next = self.later_ends.val();
             for d in 0..self.further {
                 if self.next_detector.val().get_bit(d) {
-                    self.total.d.next = self.waiting_total[d].q.val();
+                    self.total.next = self.waiting_total[d].val();
                 }
             }
         } else if self.i_counted.val() {
-            self.count[0].d.next = self.i_count[0].val();
+            self.count[0].next = self.i_count[0].val();
             if self.total.is_present() {
-                self.total.d.next = self.i_total[0].val();
+                self.total.next = self.i_total[0].val();
             }
-            self.ends.d.next = if self.is_short_at_once { self.i_last.val() } else { false };
-            self.next_ends[0].d.next = if self.is_deep && self.short_end > 0 {
+            self.ends.next = if self.is_short_at_once { self.i_last.val() } else { false };
+            self.next_ends[0].next = if self.is_deep && self.short_end > 0 {
                 false
             } else if self.is_deep {
                 self.i_last.val()
@@ -382,7 +382,7 @@ impl Logic for ResultStream {
     /// The results behind it: those that move up, or a new group.
     fn fill_behind(&mut self) {
         if self.is_deep {
-            if self.more.q.val() {
+            if self.more.val() {
                 self.move_up();
             } else {
                 self.take_group();
@@ -394,26 +394,26 @@ impl Logic for ResultStream {
 
     fn take_group(&mut self) {
         for c in 1..self.count.len() {
-            self.count[c].d.next = self.i_count[c].val();
+            self.count[c].next = self.i_count[c].val();
         }
         for d in 0..self.further {
-            self.waiting_total[d].d.next = self.i_total[d + 1].val();
+            self.waiting_total[d].next = self.i_total[d + 1].val();
         }
         if self.next_detector.is_present() {
             self.mark();
         }
         for c in 1..self.next_ends.len() {
-            self.next_ends[c].d.next = false;
+            self.next_ends[c].next = false;
         }
         let whole = self.whole_end;
         let short = self.short_end;
         if self.is_deep && self.is_short {
-            self.next_ends[whole].d.next = !self.i_last.val();
+            self.next_ends[whole].next = !self.i_last.val();
         } else if self.is_deep {
-            self.next_ends[whole].d.next = true;
+            self.next_ends[whole].next = true;
         }
         if short > 0 && short < whole {
-            self.next_ends[short].d.next = self.i_last.val();
+            self.next_ends[short].next = self.i_last.val();
         }
         if self.is_short && self.detectors > 1 {
             self.compact();
@@ -425,11 +425,11 @@ impl Logic for ResultStream {
         let steps = self.steps;
         let further = self.further;
         for step in 1..steps {
-            self.detector[step - 1].d.next = bit_cast(false, further);
+            self.detector[step - 1].next = bit_cast(false, further);
         }
         for d in 1..(further + 1) {
             for step in 0..steps {
-                self.detector[steps * d + step - 1].d.next =
+                self.detector[steps * d + step - 1].next =
                     bit_cast(false, further).replace_bit(d - 1, true);
             }
         }
@@ -443,9 +443,9 @@ impl Logic for ResultStream {
         if self.i_last.val() {
             for d in 1..self.detectors {
                 for step in 0..last_steps {
-                    self.count[last_steps * d + step].d.next = self.i_count[steps * d + step].val();
+                    self.count[last_steps * d + step].next = self.i_count[steps * d + step].val();
                     if self.next_detector.is_present() {
-                        self.detector[last_steps * d + step - 1].d.next =
+                        self.detector[last_steps * d + step - 1].next =
                             bit_cast(false, further).replace_bit(d - 1, true);
                     }
                 }
@@ -457,26 +457,25 @@ impl Logic for ResultStream {
     fn move_up(&mut self) {
         let last = self.counts - 1;
         for c in 1..last {
-            self.count[c].d.next = self.count[c + 1].q.val();
-            self.next_ends[c].d.next = self.next_ends[c + 1].q.val();
+            self.count[c].next = self.count[c + 1].val();
+            self.next_ends[c].next = self.next_ends[c + 1].val();
         }
-        self.count[last].d.next = self.i_count[last].val();
-        self.next_ends[last].d.next = false;
+        self.count[last].next = self.i_count[last].val();
+        self.next_ends[last].next = false;
         for c in 1..self.detector.len() {
-            self.detector[c - 1].d.next = self.detector[c].q.val();
+            self.detector[c - 1].next = self.detector[c].val();
         }
         if self.next_detector.is_present() {
             let further = self.further;
-            self.detector[last - 1].d.next =
-                bit_cast(false, further).replace_bit(further - 1, true);
+            self.detector[last - 1].next = bit_cast(false, further).replace_bit(further - 1, true);
         }
     }
 
     fn flag_clamped(&mut self) {
         self.clamped.next = gather(self.count.len(), |c| self.i_clamped[c].val());
         if self.clamps.is_present() {
-            self.clamps.d.next = false;
-            self.o_clamps.next = self.clamps.q.val();
+            self.clamps.next = false;
+            self.o_clamps.next = self.clamps.val();
         }
         if self.clamped_last.is_present() {
             let (steps, last_steps) = (self.steps, self.last_steps);
@@ -486,18 +485,18 @@ impl Logic for ResultStream {
             if self.i_counted.val()
                 & ((!self.i_last.val() & self.clamped.val().any()) | self.clamped_last.val().any())
             {
-                self.saturated.d.next = true;
+                self.saturated.next = true;
                 if self.clamps.is_present() {
-                    self.clamps.d.next = true;
+                    self.clamps.next = true;
                 }
             }
         } else if self.i_counted.val() & self.clamped.val().any() {
-            self.saturated.d.next = true;
+            self.saturated.next = true;
             if self.clamps.is_present() {
-                self.clamps.d.next = true;
+                self.clamps.next = true;
             }
         }
-        self.o_saturated.next = self.saturated.q.val();
+        self.o_saturated.next = self.saturated.val();
     }
 
     /// The word of the stream.
@@ -505,11 +504,11 @@ impl Logic for ResultStream {
         let bits = self.data_bits;
         let below = self.signed_bits;
         if self.total.is_present() {
-            self.signed_count.next = bit_cast(signed_cast(self.count[0].q.val()), below);
+            self.signed_count.next = bit_cast(signed_cast(self.count[0].val()), below);
             self.o_data.next = bit_cast(self.signed_count.val(), bits)
-                | (bit_cast(self.total.q.val(), bits) << below);
+                | (bit_cast(self.total.val(), bits) << below);
         } else {
-            self.o_data.next = bit_cast(signed_cast(self.count[0].q.val()), bits);
+            self.o_data.next = bit_cast(signed_cast(self.count[0].val()), bits);
         }
     }
 }

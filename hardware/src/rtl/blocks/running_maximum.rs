@@ -120,19 +120,19 @@ impl Logic for RunningMaximum {
         }
         self.take_present();
         self.comparison.i_count.next = self.present.val();
-        self.comparison.i_other.next = self.largest.q.val();
-        self.replaces.d.next =
+        self.comparison.i_other.next = self.largest.val();
+        self.replaces.next =
             self.i_compared.val() & (self.i_first.val() | self.comparison.o_greater.val());
-        if self.replaces.q.val() {
-            self.largest.d.next = self.present.val();
-            self.best_step.d.next = self.i_step.val();
+        if self.replaces.val() {
+            self.largest.next = self.present.val();
+            self.best_step.next = self.i_step.val();
         }
         if self.i_done.val() {
-            self.step.d.next = self.best_step.q.val();
-            self.count.d.next = self.largest.q.val();
+            self.step.next = self.best_step.val();
+            self.count.next = self.largest.val();
         }
-        self.o_step.next = self.step.q.val();
-        self.o_count.next = self.count.q.val();
+        self.o_step.next = self.step.val();
+        self.o_count.next = self.count.val();
     }
 
     /// The count whose turn it is, out of some counts at a time.
@@ -166,11 +166,11 @@ impl Logic for RunningMaximum {
     fn take_present(&mut self) {
         if self.keeps {
             if self.waits {
-                self.kept.d.next = self.i_count[0].val();
+                self.kept.next = self.i_count[0].val();
             } else {
-                self.kept.d.next = self.chosen.val();
+                self.kept.next = self.chosen.val();
             }
-            self.present.next = self.kept.q.val();
+            self.present.next = self.kept.val();
         } else if self.has_turns {
             self.present.next = self.choice[0].o_count.val();
         } else {

@@ -253,14 +253,14 @@ fn describe(chips: u64, steps: u64, realigns: bool, clocks_to_dump: u32) -> Abou
 #[kernel]
 impl Logic for ScanController {
     fn update(&mut self) {
-        self.o_run.next = self.run.q.val();
+        self.o_run.next = self.run.val();
         self.find_ends();
         if self.realigns {
             self.wait_for_epoch();
         } else {
-            self.run.d.next = true;
+            self.run.next = true;
             if self.toggles {
-                self.pre_last_chip.d.next = !self.pre_last_chip.q.val();
+                self.pre_last_chip.next = !self.pre_last_chip.val();
             }
         }
         if self.counts_chips {
@@ -275,17 +275,17 @@ impl Logic for ScanController {
     /// The last chip of a step, and of a scan.
     fn find_ends(&mut self) {
         if self.looks_ahead {
-            self.last_chip.d.next = self.pre_last_chip.q.val();
-            self.o_pre_last_chip.next = self.pre_last_chip.q.val();
-            self.o_last_chip.next = self.last_chip.q.val();
+            self.last_chip.next = self.pre_last_chip.val();
+            self.o_pre_last_chip.next = self.pre_last_chip.val();
+            self.o_last_chip.next = self.last_chip.val();
         } else {
-            self.o_last_chip.next = self.run.q.val();
+            self.o_last_chip.next = self.run.val();
         }
         if self.last_chip_of_scan.is_present() {
-            self.last_chip_of_scan.d.next = self.pre_last_chip.q.val() & self.last_step.q.val();
-            self.scan_last_chip.next = self.last_chip_of_scan.q.val();
+            self.last_chip_of_scan.next = self.pre_last_chip.val() & self.last_step.val();
+            self.scan_last_chip.next = self.last_chip_of_scan.val();
         } else if self.counts_steps {
-            self.scan_last_chip.next = self.run.q.val() & self.last_step.q.val();
+            self.scan_last_chip.next = self.run.val() & self.last_step.val();
         } else {
             self.scan_last_chip.next = self.o_last_chip.val();
         }
@@ -294,45 +294,44 @@ impl Logic for ScanController {
     /// A scan begins with an epoch.
     fn wait_for_epoch(&mut self) {
         if self.may_start.is_present() {
-            self.o_start.next = self.i_epoch.val() & self.may_start.q.val();
+            self.o_start.next = self.i_epoch.val() & self.may_start.val();
         } else {
-            self.o_start.next =
-                self.i_epoch.val() & (!self.run.q.val() | self.scan_last_chip.val());
+            self.o_start.next = self.i_epoch.val() & (!self.run.val() | self.scan_last_chip.val());
         }
         if self.o_start.val() {
-            self.run.d.next = true;
+            self.run.next = true;
         } else if self.scan_last_chip.val() {
-            self.run.d.next = false;
+            self.run.next = false;
         }
         if self.may_start.is_present() {
             if self.counts_steps {
-                self.may_start.d.next = (self.pre_last_chip.q.val() & self.last_step.q.val())
-                    | !(self.o_start.val() | (self.run.q.val() & !self.scan_last_chip.val()));
+                self.may_start.next = (self.pre_last_chip.val() & self.last_step.val())
+                    | !(self.o_start.val() | (self.run.val() & !self.scan_last_chip.val()));
             } else {
-                self.may_start.d.next = self.pre_last_chip.q.val()
-                    | !(self.o_start.val() | (self.run.q.val() & !self.scan_last_chip.val()));
+                self.may_start.next = self.pre_last_chip.val()
+                    | !(self.o_start.val() | (self.run.val() & !self.scan_last_chip.val()));
             }
         }
         if self.toggles {
-            self.pre_last_chip.d.next =
+            self.pre_last_chip.next =
                 self.o_start.val() | (self.o_last_chip.val() & !self.scan_last_chip.val());
         }
     }
 
     fn count_chips(&mut self) {
         if self.chip_count_in_pieces {
-            self.chip_count_match.i_state.next = self.chip_count.q.val();
+            self.chip_count_match.i_state.next = self.chip_count.val();
             self.chip_count_match.i_wanted.next = self.chip_count_end.val();
             self.chip_count_matched.next = self.chip_count_match.o_matched.val();
-            self.pre_last_chip.d.next = self.run.q.val() & self.chip_count_matched.val();
+            self.pre_last_chip.next = self.run.val() & self.chip_count_matched.val();
         } else {
-            self.pre_last_chip.d.next =
-                self.run.q.val() & (self.chip_count.q.val() == self.chip_count_end.val());
+            self.pre_last_chip.next =
+                self.run.val() & (self.chip_count.val() == self.chip_count_end.val());
         }
         if self.o_last_chip.val() {
-            self.chip_count.d.next = self.chip_count_first.val();
+            self.chip_count.next = self.chip_count_first.val();
         } else if self.realigns {
-            if self.run.q.val() {
+            if self.run.val() {
                 self.shift_chip_count();
             }
         } else {
@@ -341,46 +340,44 @@ impl Logic for ScanController {
     }
 
     fn shift_chip_count(&mut self) {
-        self.chip_count.d.next = (self.chip_count.q.val() >> 1).replace_bit(
+        self.chip_count.next = (self.chip_count.val() >> 1).replace_bit(
             self.chip_counter.width() as usize - 1,
-            (self.chip_count.q.val() & self.chip_count_taps.val()).xor(),
+            (self.chip_count.val() & self.chip_count_taps.val()).xor(),
         );
     }
 
     fn count_steps(&mut self) {
         if self.step_count_in_pieces {
-            self.step_count_match.i_state.next = self.step_count.q.val();
+            self.step_count_match.i_state.next = self.step_count.val();
             self.step_count_match.i_wanted.next = self.step_count_end.val();
             self.step_count_matched.next = self.step_count_match.o_matched.val();
             if self.o_last_chip.val() {
-                self.last_step.d.next = self.step_count_matched.val();
+                self.last_step.next = self.step_count_matched.val();
             }
         } else if self.o_last_chip.val() {
-            self.last_step.d.next = self.step_count.q.val() == self.step_count_end.val();
+            self.last_step.next = self.step_count.val() == self.step_count_end.val();
         }
         if self.scan_last_chip.val() {
-            self.step_count.d.next = self.step_count_first.val();
+            self.step_count.next = self.step_count_first.val();
         } else if self.o_last_chip.val() {
-            self.step_count.d.next = (self.step_count.q.val() >> 1).replace_bit(
+            self.step_count.next = (self.step_count.val() >> 1).replace_bit(
                 self.step_counter.width() as usize - 1,
-                (self.step_count.q.val() & self.step_count_taps.val()).xor(),
+                (self.step_count.val() & self.step_count_taps.val()).xor(),
             );
         }
     }
 
     /// Tells the rest when a step's hits, and its count, are there.
     fn report(&mut self) {
-        self.step_done.d.next =
-            (self.step_done.q.val() << 1).replace_bit(0, self.o_last_chip.val());
-        self.scan_done.d.next =
-            (self.scan_done.q.val() << 1).replace_bit(0, self.scan_last_chip.val());
+        self.step_done.next = (self.step_done.val() << 1).replace_bit(0, self.o_last_chip.val());
+        self.scan_done.next = (self.scan_done.val() << 1).replace_bit(0, self.scan_last_chip.val());
         let dump = self.clocks_to_dump as usize - 1;
         let counted = self.to_counted - 1;
         if self.counts_early {
-            self.o_pre_counted.next = self.step_done.q.val().get_bit(counted - 1);
+            self.o_pre_counted.next = self.step_done.val().get_bit(counted - 1);
         }
-        self.o_counted.next = self.step_done.q.val().get_bit(counted);
-        self.o_scan_counted.next = self.scan_done.q.val().get_bit(counted);
-        self.o_dump.next = self.step_done.q.val().slice(dump, self.segments as usize);
+        self.o_counted.next = self.step_done.val().get_bit(counted);
+        self.o_scan_counted.next = self.scan_done.val().get_bit(counted);
+        self.o_dump.next = self.step_done.val().slice(dump, self.segments as usize);
     }
 }

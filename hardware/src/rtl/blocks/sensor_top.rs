@@ -236,11 +236,11 @@ impl Logic for SensorTop {
         if self.is_set {
             self.run_ahead();
         } else {
-            self.laser.d.next = self.chips.val();
-            self.epoch.d.next = self.transmit[0].o_epoch.val();
+            self.laser.next = self.chips.val();
+            self.epoch.next = self.transmit[0].o_epoch.val();
         }
-        self.io.o_laser.next = self.laser.q.val();
-        self.io.o_epoch.next = self.epoch.q.val();
+        self.io.o_laser.next = self.laser.val();
+        self.io.o_epoch.next = self.epoch.val();
     }
 
     /// The generators run ahead of the lasers, which are dark while no scan is wanted.
@@ -253,21 +253,21 @@ impl Logic for SensorTop {
             }
         }
         let last = self.ahead.len() - 1;
-        self.ahead[0].d.next = self.chips.val() & signed_cast(self.sequencer[0].o_on.val());
+        self.ahead[0].next = self.chips.val() & signed_cast(self.sequencer[0].o_on.val());
         for stage in 1..self.ahead.len() {
-            self.ahead[stage].d.next = self.ahead[stage - 1].q.val();
+            self.ahead[stage].next = self.ahead[stage - 1].val();
         }
-        self.laser.d.next = self.ahead[last].q.val();
-        self.epoch_ahead.d.next = (self.epoch_ahead.q.val() << 1)
+        self.laser.next = self.ahead[last].val();
+        self.epoch_ahead.next = (self.epoch_ahead.val() << 1)
             .replace_bit(0, self.transmit[0].o_epoch.val() & self.sequencer[0].o_on.val());
-        self.epoch.d.next = self.epoch_ahead.q.val().get_bit(last);
+        self.epoch.next = self.epoch_ahead.val().get_bit(last);
     }
 
     /// Steps and scans as the host's settings say.
     fn set_scans(&mut self) {
         let last = self.ahead.len() - 1;
         self.sequencer[0].i_epoch.next = self.transmit[0].o_epoch.val();
-        self.sequencer[0].i_laser_epoch.next = self.epoch_ahead.q.val().get_bit(last);
+        self.sequencer[0].i_laser_epoch.next = self.epoch_ahead.val().get_bit(last);
         self.sequencer[0].i_go.next = self.registers[0].o_go.val();
         self.sequencer[0].i_changed.next = self.registers[0].o_changed.val();
         self.sequencer[0].i_word.next = self.registers[0].o_word.val();

@@ -37,13 +37,13 @@ pub struct SquareGenerator {
 #[kernel]
 impl Logic for SquareGenerator {
     fn update(&mut self) {
-        self.io.o_chip.next = self.chip.q.val().get_bit(0);
-        self.io.o_epoch.next = self.chip.q.val() == self.chip_load.val();
+        self.io.o_chip.next = self.chip.val().get_bit(0);
+        self.io.o_epoch.next = self.chip.val() == self.chip_load.val();
         if self.io.i_advance.val() {
-            self.chip.d.next = !self.chip.q.val();
+            self.chip.next = !self.chip.val();
         }
         if self.io.i_load.is_present() && self.io.i_load.val() {
-            self.chip.d.next = self.chip_load.val();
+            self.chip.next = self.chip_load.val();
         }
     }
 }

@@ -60,7 +60,7 @@ impl Logic for StateMatch {
                 .slice(PIECE_BITS * piece, PIECE_BITS.min(self.width - PIECE_BITS * piece))
                 .all()
         });
-        self.matched.d.next = self.all_equal.val();
-        self.o_matched.next = self.matched.q.val().all();
+        self.matched.next = self.all_equal.val();
+        self.o_matched.next = self.matched.val().all();
     }
 }

@@ -98,13 +98,13 @@ impl Logic for UpdownCorrelator {
                 gather(self.pairs, |pair| self.i_reference.val().get_bit(2 * pair));
             self.late_reference.next =
                 gather(self.pairs, |pair| self.i_reference.val().get_bit(2 * pair + 1));
-            self.down.d.next = self.i_hits.val()
+            self.down.next = self.i_hits.val()
                 & !((self.i_early.val() & self.early_reference.val())
                     | (!self.i_early.val() & self.late_reference.val()));
         } else {
-            self.down.d.next = self.i_hits.val() & !self.i_reference.val();
+            self.down.next = self.i_hits.val() & !self.i_reference.val();
         }
-        self.hit.d.next = self.i_hits.val();
+        self.hit.next = self.i_hits.val();
         self.count_word();
         if self.total.is_present() {
             self.total.i_addend.next = self.addend.val();
@@ -121,30 +121,30 @@ impl Logic for UpdownCorrelator {
     /// The signed count of a word: hits that count up less hits that count down.
     fn count_word(&mut self) {
         for q in 0..self.quads {
-            self.quad[q].i_hit.next = self.hit.q.val().slice(4 * q, 4);
-            self.quad[q].i_down.next = self.down.q.val().slice(4 * q, 4);
+            self.quad[q].i_hit.next = self.hit.val().slice(4 * q, 4);
+            self.quad[q].i_down.next = self.down.val().slice(4 * q, 4);
         }
         if self.quads == 1 {
             self.addend.next = self.quad[0].o_sum.val();
         } else if self.quads == 2 {
-            self.sum.d.next = (signed_cast(self.quad[0].o_sum.val())
+            self.sum.next = (signed_cast(self.quad[0].o_sum.val())
                 + signed_cast(self.quad[1].o_sum.val()))
             .into();
-            self.addend.next = self.sum.q.val();
+            self.addend.next = self.sum.val();
         } else if self.pairs == 2 {
-            self.sum.d.next = bit_cast(false, 3)
-                .replace_bit(0, self.hit.q.val().get_bit(0))
-                .replace_bit(1, self.down.q.val().get_bit(0))
-                .replace_bit(2, self.down.q.val().get_bit(0))
+            self.sum.next = bit_cast(false, 3)
+                .replace_bit(0, self.hit.val().get_bit(0))
+                .replace_bit(1, self.down.val().get_bit(0))
+                .replace_bit(2, self.down.val().get_bit(0))
                 + bit_cast(false, 3)
-                    .replace_bit(0, self.hit.q.val().get_bit(1))
-                    .replace_bit(1, self.down.q.val().get_bit(1))
-                    .replace_bit(2, self.down.q.val().get_bit(1));
-            self.addend.next = self.sum.q.val();
+                    .replace_bit(0, self.hit.val().get_bit(1))
+                    .replace_bit(1, self.down.val().get_bit(1))
+                    .replace_bit(2, self.down.val().get_bit(1));
+            self.addend.next = self.sum.val();
         } else {
             self.addend.next = bit_cast(false, 2)
-                .replace_bit(0, self.hit.q.val().get_bit(0))
-                .replace_bit(1, self.down.q.val().get_bit(0));
+                .replace_bit(0, self.hit.val().get_bit(0))
+                .replace_bit(1, self.down.val().get_bit(0));
         }
     }
 }

@@ -98,6 +98,11 @@ impl<D: Direction, V: Value> Net<D, V> {
         }
     }
 
+    /// Whether the hardware has it, as an [`Optional`](super::Optional) says.
+    pub fn is_present(&self) -> bool {
+        true
+    }
+
     /// Starts with `value` in place of zero.
     pub(super) fn initially(mut self, value: V) -> Self {
         self.next = value;

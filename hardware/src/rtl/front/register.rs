@@ -1,5 +1,7 @@
 //! Registers on the rising clock edge with synchronous reset.
 
+use std::ops::{Deref, DerefMut};
+
 use rust_hdl_core::ast::Verilog;
 use rust_hdl_core::block::Block;
 use rust_hdl_core::logic::Logic;
@@ -11,10 +13,10 @@ use super::net::{Input, Net, Output, Value};
 use super::word::Word;
 
 /// A register. The back end writes it into the clocked `always` of the module
-/// that holds it.
+/// that holds it. Kernels drive `next`, and read `val()`.
 #[derive(Debug, Clone)]
 pub struct Register<V: Value> {
-    /// What the kernel drives, and `q` takes at a rising edge; without that it holds.
+    /// What `q` takes at a rising edge; without being driven it holds.
     pub d: Input<V>,
     /// What the register holds.
     pub q: Output<V>,
@@ -34,6 +36,11 @@ impl<V: Value> Register<V> {
             reset_constant: None,
             about,
         }
+    }
+
+    /// What it holds.
+    pub fn val(&self) -> V {
+        self.q.val()
     }
 
     /// Its name in the Verilog, without the `_r`, in place of the field's.
@@ -65,6 +72,19 @@ impl Register<Word> {
             Word::new(reset_value, width),
             about.into(),
         )
+    }
+}
+
+impl<V: Value> Deref for Register<V> {
+    type Target = Input<V>;
+    fn deref(&self) -> &Input<V> {
+        &self.d
+    }
+}
+
+impl<V: Value> DerefMut for Register<V> {
+    fn deref_mut(&mut self) -> &mut Input<V> {
+        &mut self.d
     }
 }
 

@@ -64,6 +64,21 @@ pub fn replaced(
     VerilogExpression::IndexReplace(Box::new(word), Box::new(number(place)), Box::new(bit))
 }
 
+/// `word.shifted_in(bit)`.
+pub fn shifted_in(word: VerilogExpression, bit: VerilogExpression) -> VerilogExpression {
+    replaced(binary(word, VerilogOp::Shl, number(1)), 0, bit)
+}
+
+/// `state.advanced(width, taps)`.
+pub fn advanced(
+    state: VerilogExpression,
+    width: usize,
+    taps: VerilogExpression,
+) -> VerilogExpression {
+    let feedback = unary(VerilogOpUnary::Xor, binary(state.clone(), VerilogOp::BitAnd, taps));
+    replaced(binary(state, VerilogOp::Shr, number(1)), width - 1, feedback)
+}
+
 /// `signed_cast(word)`.
 pub fn signed(word: VerilogExpression) -> VerilogExpression {
     VerilogExpression::Signed(Box::new(word))

@@ -52,6 +52,16 @@ impl Word {
         Word::new(cleared | (u128::from(bit) << index), self.width)
     }
 
+    /// The word moved up by one bit, with `bit` below.
+    pub fn shifted_in(self, bit: bool) -> Word {
+        (self << 1).replace_bit(0, bit)
+    }
+
+    /// The next state of an LFSR of `width` bits that shifts down, with the parity of `taps` on top.
+    pub fn advanced(self, width: usize, taps: Word) -> Word {
+        (self >> 1).replace_bit(width - 1, (self & taps).xor())
+    }
+
     /// Whether any bit is 1.
     pub fn any(self) -> bool {
         self.value != 0

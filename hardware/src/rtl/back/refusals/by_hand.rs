@@ -46,7 +46,7 @@ fn a_partial_drive_is_refused() {
 #[test]
 fn an_unknown_name_is_refused() {
     let statement = ast::VerilogStatement::Assignment(
-        ast::VerilogExpression::Signal(named("o_y$next")),
+        ast::VerilogExpression::Signal(named("o_y")),
         ast::VerilogExpression::Signal(named("nowhere")),
     );
     assert_eq!(fault_of(&by_hand(statement)), Fault::UnknownName { name: named("nowhere") });
@@ -56,7 +56,7 @@ fn an_unknown_name_is_refused() {
 fn a_literal_without_a_width_is_refused() {
     let one = || Box::new(ast::VerilogExpression::Literal(1.into()));
     let statement = ast::VerilogStatement::Assignment(
-        ast::VerilogExpression::Signal(named("o_y$next")),
+        ast::VerilogExpression::Signal(named("o_y")),
         ast::VerilogExpression::Cast(
             Box::new(ast::VerilogExpression::Binary(one(), ast::VerilogOp::Eq, one())),
             4,

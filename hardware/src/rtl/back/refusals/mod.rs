@@ -49,10 +49,10 @@ block!(Sound);
 impl Logic for Sound {
     fn update(&mut self) {
         if self.i_go.val() {
-            self.count.d.next = self.count.q.val() + self.limit.val();
+            self.count.next = self.count.val() + self.limit.val();
         }
         self.middle.next = self.i_a.val() ^ self.i_b.val();
-        self.o_y.next = self.middle.val() & self.count.q.val();
+        self.o_y.next = self.middle.val() & self.count.val();
     }
 }
 
@@ -69,10 +69,10 @@ block!(Latch);
 #[kernel]
 impl Logic for Latch {
     fn update(&mut self) {
-        self.count.d.next = self.i_b.val() + self.limit.val();
+        self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
         if self.i_go.val() {
-            self.o_y.next = self.middle.val() ^ self.count.q.val();
+            self.o_y.next = self.middle.val() ^ self.count.val();
         }
     }
 }
@@ -99,12 +99,12 @@ block!(Oversize);
 #[kernel]
 impl Logic for Oversize {
     fn update(&mut self) {
-        self.count.d.next = self.i_b.val() + self.limit.val();
+        self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val() + 17;
         if self.i_go.val() {
             self.o_y.next = self.middle.val();
         } else {
-            self.o_y.next = self.count.q.val();
+            self.o_y.next = self.count.val();
         }
     }
 }
@@ -121,9 +121,9 @@ block!(Undriven);
 impl Logic for Undriven {
     fn update(&mut self) {
         if self.i_go.val() {
-            self.count.d.next = self.i_b.val() + self.limit.val();
+            self.count.next = self.i_b.val() + self.limit.val();
         }
-        self.o_y.next = self.middle.val() ^ self.i_a.val() ^ self.count.q.val();
+        self.o_y.next = self.middle.val() ^ self.i_a.val() ^ self.count.val();
     }
 }
 
@@ -137,9 +137,9 @@ block!(TwoDrivers);
 #[kernel]
 impl Logic for TwoDrivers {
     fn update(&mut self) {
-        self.count.d.next = self.i_b.val() + self.limit.val();
+        self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
-        self.middle.next = self.count.q.val();
+        self.middle.next = self.count.val();
         if self.i_go.val() {
             self.o_y.next = self.middle.val();
         } else {
@@ -164,7 +164,7 @@ impl Logic for DrivesQ {
         self.middle.next = self.i_a.val() ^ self.i_b.val() ^ self.limit.val();
         self.count.q.next = self.middle.val();
         if self.i_go.val() {
-            self.o_y.next = self.count.q.val();
+            self.o_y.next = self.count.val();
         } else {
             self.o_y.next = 0.into();
         }
@@ -184,8 +184,8 @@ block!(DrivesInput);
 #[kernel]
 impl Logic for DrivesInput {
     fn update(&mut self) {
-        self.count.d.next = self.i_b.val() + self.limit.val();
-        self.middle.next = self.count.q.val();
+        self.count.next = self.i_b.val() + self.limit.val();
+        self.middle.next = self.count.val();
         self.i_go.next = false;
         self.i_a.next = self.middle.val();
         self.o_y.next = self.middle.val();
@@ -207,9 +207,9 @@ impl Logic for Unread {
     fn update(&mut self) {
         self.middle.next = self.i_a.val();
         if self.i_go.val() {
-            self.count.d.next = self.i_b.val() + self.limit.val();
+            self.count.next = self.i_b.val() + self.limit.val();
         }
-        self.o_y.next = self.count.q.val();
+        self.o_y.next = self.count.val();
     }
 }
 
@@ -223,11 +223,11 @@ block!(Reassigned);
 #[kernel]
 impl Logic for Reassigned {
     fn update(&mut self) {
-        self.count.d.next = self.i_b.val() + self.limit.val();
+        self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
-        self.o_y.next = self.middle.val() ^ self.count.q.val();
+        self.o_y.next = self.middle.val() ^ self.count.val();
         if self.i_go.val() {
-            self.middle.next = self.count.q.val();
+            self.middle.next = self.count.val();
         }
     }
 }
@@ -245,8 +245,8 @@ block!(Loops);
 #[kernel]
 impl Logic for Loops {
     fn update(&mut self) {
-        self.count.d.next = self.i_b.val() + self.limit.val();
-        self.o_y.next = self.middle.val() ^ self.count.q.val() ^ signed_cast(self.i_go.val());
+        self.count.next = self.i_b.val() + self.limit.val();
+        self.o_y.next = self.middle.val() ^ self.count.val() ^ signed_cast(self.i_go.val());
         self.middle.next = self.o_y.val() + self.i_a.val();
     }
 }
@@ -264,8 +264,8 @@ block!(OutOfRange);
 #[kernel]
 impl Logic for OutOfRange {
     fn update(&mut self) {
-        self.count.d.next = self.i_b.val() + self.limit.val();
-        self.middle.next = self.i_a.val() ^ self.count.q.val();
+        self.count.next = self.i_b.val() + self.limit.val();
+        self.middle.next = self.i_a.val() ^ self.count.val();
         if self.i_go.val() & self.middle.val().get_bit(4) {
             self.o_y.next = self.middle.val();
         } else {

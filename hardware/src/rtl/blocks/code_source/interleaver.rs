@@ -46,12 +46,12 @@ pub struct Interleaver {
 #[kernel]
 impl Logic for Interleaver {
     fn update(&mut self) {
-        self.generator.i_advance.next = self.io.i_advance.val() & self.subchip.q.val().all();
-        self.io.o_chip.next = self.generator.o_chip.val() ^ self.subchip.q.val().get_bit(0);
+        self.generator.i_advance.next = self.io.i_advance.val() & self.subchip.val().all();
+        self.io.o_chip.next = self.generator.o_chip.val() ^ self.subchip.val().get_bit(0);
         self.io.o_epoch.next =
-            self.generator.o_epoch.val() & (self.subchip.q.val() == self.subchip_load.val());
+            self.generator.o_epoch.val() & (self.subchip.val() == self.subchip_load.val());
         if self.io.i_advance.val() {
-            self.subchip.d.next = self.subchip.q.val() + 1;
+            self.subchip.next = self.subchip.val() + 1;
         }
         if self.io.i_seed.is_present() {
             self.generator.i_seed.next = self.io.i_seed.val();
@@ -59,7 +59,7 @@ impl Logic for Interleaver {
         if self.io.i_load.is_present() {
             self.generator.i_load.next = self.io.i_load.val();
             if self.io.i_load.val() {
-                self.subchip.d.next = self.subchip_load.val();
+                self.subchip.next = self.subchip_load.val();
             }
         }
     }
