@@ -1,9 +1,8 @@
 //! `connect!`: parts of a block connected by the names of their ports.
 
-use quote::ToTokens;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
-use syn::{Block, Expr, Ident, Result, Stmt, Token, parse_quote};
+use syn::{Block, Expr, Ident, Member, Result, Stmt, Token, parse_quote};
 
 /// `target from source: names`, or `shown: names`.
 struct Connections {
@@ -38,7 +37,7 @@ impl Connections {
     /// An assignment for each name, where the hardware has what is driven.
     fn statements(&self) -> Vec<Stmt> {
         let (target, source) = (&self.target, &self.source);
-        let is_own = source.to_token_stream().to_string().split(" . ").take(2).all(is_block_itself);
+        let is_own = is_block_itself(source);
         let connected = |name: &Ident| -> Stmt {
             let text = name.to_string();
             let (to, from) = match (self.are_shown, text.strip_prefix("i_")) {
@@ -58,9 +57,16 @@ impl Connections {
     }
 }
 
-/// Whether a place's first names are those of the block, or of its ports.
-fn is_block_itself(name: &str) -> bool {
-    matches!(name, "self" | "io")
+/// Whether a place is the block, or among its ports `self.io`.
+fn is_block_itself(place: &Expr) -> bool {
+    match place {
+        Expr::Path(path) => path.path.is_ident("self"),
+        Expr::Field(field) => match &field.member {
+            Member::Named(name) if name == "io" => is_block_itself(&field.base),
+            _ => matches!(&*field.base, Expr::Field(_)) && is_block_itself(&field.base),
+        },
+        _ => false,
+    }
 }
 
 /// The statements with every `connect!` written out.
@@ -100,7 +106,7 @@ fn in_branches(expression: &Expr) -> Result<Expr> {
 
 #[cfg(test)]
 mod tests {
-    use quote::quote;
+    use quote::{ToTokens, quote};
 
     use super::*;
 

@@ -129,8 +129,7 @@ impl Logic for Accumulator {
         self.carry.next = bit_cast(false, 2)
             .replace_bit(0, self.grown.val().get_bit(bits))
             .replace_bit(1, self.grown.val().get_bit(bits + 1));
-        self.o_carry.next = self.carry.val();
-        self.o_borrow.next = self.borrow.val();
+        connect! { self: carry, borrow }
     }
 
     fn pay_borrow(&mut self) {

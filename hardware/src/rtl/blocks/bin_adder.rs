@@ -274,11 +274,7 @@ impl Logic for BinAdder {
 
     fn read_other_memory(&mut self) {
         for s in 0..self.samples {
-            self.bank[s].i_half.next = self.i_half.val();
-            self.bank[s].i_read_row.next = self.i_read_row.val();
-            self.bank[s].i_go.next = self.i_go.val();
-            self.bank[s].i_come_half.next = self.i_come_half.val();
-            self.bank[s].i_write_half.next = self.i_write_half.val();
+            connect! { self.bank[s] from self: i_half, i_read_row, i_go, i_come_half, i_write_half }
         }
     }
 

@@ -55,10 +55,7 @@ impl Logic for CorrelatorBank {
     fn update(&mut self) {
         let last = self.steps - 1;
         for q in 0..self.steps {
-            self.correlator[q].i_hits.next = self.i_hits.val();
-            if self.i_early.is_present() {
-                self.correlator[q].i_early.next = self.i_early.val();
-            }
+            connect! { self.correlator[q] from self: i_hits, i_early }
             self.correlator[q].i_reference.next = self.i_window.val().slice(last - q, self.lanes);
             self.correlator[q].i_dump.next = self.i_dump.val();
             self.o_count[q].next = self.correlator[q].o_count.val();

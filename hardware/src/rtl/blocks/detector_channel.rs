@@ -247,24 +247,14 @@ impl Logic for DetectorChannel {
     fn update(&mut self) {
         self.reference.i_advance.next = self.stepper.o_advance.val();
         self.stepper.i_chip.next = self.reference.o_chip.val();
-        self.stepper.i_last_chip.next = self.i_last_chip.val();
-        if self.i_pre_last_chip.is_present() {
-            self.stepper.i_pre_last_chip.next = self.i_pre_last_chip.val();
-        }
+        connect! { self.stepper from self: i_last_chip, i_pre_last_chip }
         if self.i_start.is_present() {
             self.reference.i_load.next = self.i_start.val();
-            if self.stepper.i_start.is_present() {
-                self.stepper.i_start.next = self.i_start.val();
-            }
+            connect! { self.stepper from self: i_start }
         }
-        if self.i_seed.is_present() {
-            self.reference.i_seed.next = self.i_seed.val();
-        }
-        if self.i_delayed.is_present() {
-            self.stepper.i_delayed.next = self.i_delayed.val();
-        }
-        self.edges.i_samples.next = self.i_samples.val();
-        self.edges.i_run.next = self.i_run.val();
+        connect! { self.reference from self: i_seed }
+        connect! { self.stepper from self: i_delayed }
+        connect! { self.edges from self: i_samples, i_run }
         if self.correlator.is_present() {
             self.correlate();
         } else {

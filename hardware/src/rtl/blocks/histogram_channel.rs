@@ -93,14 +93,10 @@ pub struct HistogramChannel {
 #[kernel]
 impl Logic for HistogramChannel {
     fn update(&mut self) {
-        self.edges.i_samples.next = self.i_samples.val();
-        self.edges.i_run.next = self.i_run.val();
+        connect! { self.edges from self: i_samples, i_run }
         self.hand_hits();
         for a in 0..self.adder.len() {
-            self.adder[a].i_row.next = self.i_row.val();
-            self.adder[a].i_held_first.next = self.i_held_first.val();
-            self.adder[a].i_added_first.next = self.i_added_first.val();
-            self.adder[a].i_write_row.next = self.i_write_row.val();
+            connect! { self.adder[a] from self: i_row, i_held_first, i_added_first, i_write_row }
         }
         if self.plan.takes_turns() {
             self.name_memories();
@@ -118,12 +114,10 @@ impl Logic for HistogramChannel {
 
     fn name_memories(&mut self) {
         for a in 0..self.adder.len() {
-            self.adder[a].i_half.next = self.i_half.val();
-            self.adder[a].i_read_row.next = self.i_read_row.val();
-            self.adder[a].i_go.next = self.i_go.val();
-            self.adder[a].i_come_half.next = self.i_come_half.val();
-            self.adder[a].i_held_half.next = self.i_held_half.val();
-            self.adder[a].i_write_half.next = self.i_write_half.val();
+            connect! {
+                self.adder[a] from self: i_half, i_read_row, i_go, i_come_half, i_held_half,
+                    i_write_half
+            }
         }
     }
 

@@ -295,9 +295,7 @@ impl Logic for HistogramControl {
         } else {
             self.send_rows();
         }
-        self.o_valid.next = self.valid.val();
-        self.o_last.next = self.last.val();
-        self.o_overrun.next = self.overrun.val();
+        connect! { self: valid, last, overrun }
     }
 
     fn count_periods(&mut self) {

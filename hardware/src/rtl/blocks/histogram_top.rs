@@ -159,11 +159,10 @@ impl Logic for HistogramTop {
         let lanes = self.histogram.row_bins as usize;
         for d in 0..self.channel.len() {
             self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
-            self.channel[d].i_run.next = self.control.o_run.val();
-            self.channel[d].i_row.next = self.control.o_row.val();
-            self.channel[d].i_held_first.next = self.control.o_held_first.val();
-            self.channel[d].i_added_first.next = self.control.o_added_first.val();
-            self.channel[d].i_write_row.next = self.control.o_write_row.val();
+            connect! {
+                self.channel[d] from self.control: i_run, i_row, i_held_first, i_added_first,
+                    i_write_row
+            }
         }
         if self.histogram.takes_turns() {
             self.name_memories();
@@ -176,12 +175,10 @@ impl Logic for HistogramTop {
 
     fn name_memories(&mut self) {
         for d in 0..self.channel.len() {
-            self.channel[d].i_half.next = self.control.o_half.val();
-            self.channel[d].i_read_row.next = self.control.o_read_row.val();
-            self.channel[d].i_go.next = self.control.o_go.val();
-            self.channel[d].i_come_half.next = self.control.o_come_half.val();
-            self.channel[d].i_held_half.next = self.control.o_held_half.val();
-            self.channel[d].i_write_half.next = self.control.o_write_half.val();
+            connect! {
+                self.channel[d] from self.control: i_half, i_read_row, i_go, i_come_half,
+                    i_held_half, i_write_half
+            }
         }
     }
 

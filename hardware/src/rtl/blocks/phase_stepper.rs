@@ -72,29 +72,18 @@ fn describe(geometry: PhaseGeometry) -> About {
 #[kernel]
 impl Logic for PhaseStepper {
     fn update(&mut self) {
-        self.chips.i_chip.next = self.i_chip.val();
-        if self.chips.i_last_chip.is_present() {
-            self.chips.i_last_chip.next = self.i_last_chip.val();
-        }
+        connect! { self.chips from self: i_chip, i_last_chip }
         self.lanes.i_chips.next = self.chips.o_chips.val();
         if self.lanes.i_last_chip.is_present() {
             self.lanes.i_last_chip.next = self.i_last_chip.val();
             self.chips.i_wrap.next = self.lanes.o_wrap.val();
         }
-        if self.i_pre_last_chip.is_present() {
-            self.lanes.i_pre_last_chip.next = self.i_pre_last_chip.val();
-        }
+        connect! { self.lanes from self: i_pre_last_chip }
         if self.i_start.is_present() {
-            if self.chips.i_start.is_present() {
-                self.chips.i_start.next = self.i_start.val();
-            }
-            if self.lanes.i_start.is_present() {
-                self.lanes.i_start.next = self.i_start.val();
-            }
+            connect! { self.chips from self: i_start }
+            connect! { self.lanes from self: i_start }
         }
-        if self.i_delayed.is_present() {
-            self.lanes.i_delayed.next = self.i_delayed.val();
-        }
+        connect! { self.lanes from self: i_delayed }
         self.o_advance.next = self.chips.o_advance.val();
         self.o_window.next = self.lanes.o_window.val();
     }

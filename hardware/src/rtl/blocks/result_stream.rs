@@ -268,8 +268,7 @@ fn describe(groups: Groups, has_totals: bool, saturates: bool) -> About {
 #[kernel]
 impl Logic for ResultStream {
     fn update(&mut self) {
-        self.o_valid.next = self.valid.val();
-        self.o_overrun.next = self.overrun.val();
+        connect! { self: valid, overrun }
         if self.queues {
             self.queue();
         } else {

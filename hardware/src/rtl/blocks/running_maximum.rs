@@ -131,8 +131,7 @@ impl Logic for RunningMaximum {
             self.step.next = self.best_step.val();
             self.count.next = self.largest.val();
         }
-        self.o_step.next = self.step.val();
-        self.o_count.next = self.count.val();
+        connect! { self: step, count }
     }
 
     /// The count whose turn it is, out of some counts at a time.

@@ -276,8 +276,7 @@ impl Logic for ScanController {
     fn find_ends(&mut self) {
         if self.looks_ahead {
             self.last_chip.next = self.pre_last_chip.val();
-            self.o_pre_last_chip.next = self.pre_last_chip.val();
-            self.o_last_chip.next = self.last_chip.val();
+            connect! { self: pre_last_chip, last_chip }
         } else {
             self.o_last_chip.next = self.run.val();
         }

@@ -268,14 +268,10 @@ impl Logic for SensorTop {
         let last = self.ahead.len() - 1;
         self.sequencer[0].i_epoch.next = self.transmit[0].o_epoch.val();
         self.sequencer[0].i_laser_epoch.next = self.epoch_ahead.val().get_bit(last);
-        self.sequencer[0].i_go.next = self.registers[0].o_go.val();
-        self.sequencer[0].i_changed.next = self.registers[0].o_changed.val();
-        self.sequencer[0].i_word.next = self.registers[0].o_word.val();
+        connect! { self.sequencer[0] from self.registers[0]: i_go, i_changed, i_word }
         for d in 0..self.channel.len() {
             self.channel[d].i_start.next = self.sequencer[0].o_load.val();
-            if self.channel[0].i_delayed.is_present() {
-                self.channel[d].i_delayed.next = self.sequencer[0].o_delayed.val();
-            }
+            connect! { self.channel[d] from self.sequencer[0]: i_delayed }
             if self.channel[d].i_seed.is_present() {
                 self.channel[d].i_seed.next = self.sequencer[0]
                     .o_seed
@@ -287,12 +283,10 @@ impl Logic for SensorTop {
 
     /// The registers, and what they tell.
     fn serve_host(&mut self) {
-        self.registers[0].i_takes.next = self.sequencer[0].o_takes.val();
-        self.registers[0].i_taken_first.next = self.sequencer[0].o_taken_first.val();
-        self.registers[0].i_address.next = self.sequencer[0].o_address.val();
-        self.registers[0].i_refused.next = self.sequencer[0].o_refused.val();
-        self.registers[0].i_busy.next = self.sequencer[0].o_busy.val();
-        self.registers[0].i_scan_counted.next = self.sequencer[0].o_scan_counted.val();
+        connect! {
+            self.registers[0] from self.sequencer[0]: i_takes, i_taken_first, i_address, i_refused,
+                i_busy, i_scan_counted
+        }
         self.registers[0].i_lost.next = self.results.o_lost.val();
         if self.io.o_saturated.is_present() {
             self.registers[0].i_clamps.next = self.results.o_clamps.val();
@@ -301,22 +295,17 @@ impl Logic for SensorTop {
             self.registers[0].i_peak_step.next = self.peak[0].o_step.val();
             self.registers[0].i_peak_count.next = self.peak[0].o_count.val();
         }
-        self.registers[0].s_axil_awaddr.next = self.io.registers.s_axil_awaddr.val();
-        self.registers[0].s_axil_awvalid.next = self.io.registers.s_axil_awvalid.val();
+        connect! { self.registers[0] from self.io.registers: s_axil_awaddr, s_axil_awvalid }
         self.io.registers.s_axil_awready.next = self.registers[0].s_axil_awready.val();
         self.registers[0].s_axil_wdata.next = self.io.registers.s_axil_wdata.val();
-        self.registers[0].s_axil_wstrb.next = self.io.registers.s_axil_wstrb.val();
-        self.registers[0].s_axil_wvalid.next = self.io.registers.s_axil_wvalid.val();
+        connect! { self.registers[0] from self.io.registers: s_axil_wstrb, s_axil_wvalid }
         self.io.registers.s_axil_wready.next = self.registers[0].s_axil_wready.val();
-        self.io.registers.s_axil_bresp.next = self.registers[0].s_axil_bresp.val();
-        self.io.registers.s_axil_bvalid.next = self.registers[0].s_axil_bvalid.val();
+        connect! { self.io.registers from self.registers[0]: s_axil_bresp, s_axil_bvalid }
         self.registers[0].s_axil_bready.next = self.io.registers.s_axil_bready.val();
-        self.registers[0].s_axil_araddr.next = self.io.registers.s_axil_araddr.val();
-        self.registers[0].s_axil_arvalid.next = self.io.registers.s_axil_arvalid.val();
+        connect! { self.registers[0] from self.io.registers: s_axil_araddr, s_axil_arvalid }
         self.io.registers.s_axil_arready.next = self.registers[0].s_axil_arready.val();
         self.io.registers.s_axil_rdata.next = self.registers[0].s_axil_rdata.val();
-        self.io.registers.s_axil_rresp.next = self.registers[0].s_axil_rresp.val();
-        self.io.registers.s_axil_rvalid.next = self.registers[0].s_axil_rvalid.val();
+        connect! { self.io.registers from self.registers[0]: s_axil_rresp, s_axil_rvalid }
         self.registers[0].s_axil_rready.next = self.io.registers.s_axil_rready.val();
     }
 
@@ -324,19 +313,15 @@ impl Logic for SensorTop {
         let lanes = self.lanes;
         for d in 0..self.channel.len() {
             if self.is_set {
-                self.channel[d].i_run.next = self.sequencer[0].o_run.val();
-                if self.channel[0].i_pre_last_chip.is_present() {
-                    self.channel[d].i_pre_last_chip.next = self.sequencer[0].o_pre_last_chip.val();
+                connect! {
+                    self.channel[d] from self.sequencer[0]: i_run, i_pre_last_chip, i_last_chip,
+                        i_dump
                 }
-                self.channel[d].i_last_chip.next = self.sequencer[0].o_last_chip.val();
-                self.channel[d].i_dump.next = self.sequencer[0].o_dump.val();
             } else {
-                self.channel[d].i_run.next = self.controller.o_run.val();
-                if self.channel[0].i_pre_last_chip.is_present() {
-                    self.channel[d].i_pre_last_chip.next = self.controller.o_pre_last_chip.val();
+                connect! {
+                    self.channel[d] from self.controller: i_run, i_pre_last_chip, i_last_chip,
+                        i_dump
                 }
-                self.channel[d].i_last_chip.next = self.controller.o_last_chip.val();
-                self.channel[d].i_dump.next = self.controller.o_dump.val();
             }
         }
         for d in 0..self.channel.len() {
@@ -376,26 +361,17 @@ impl Logic for SensorTop {
 
     fn stream_results(&mut self) {
         if self.is_set {
-            if self.results.i_pre_counted.is_present() {
-                self.results.i_pre_counted.next = self.sequencer[0].o_pre_counted.val();
-            }
-            self.results.i_counted.next = self.sequencer[0].o_counted.val();
+            connect! { self.results from self.sequencer[0]: i_pre_counted, i_counted }
             self.results.i_last.next = self.sequencer[0].o_scan_counted.val();
         } else {
-            if self.results.i_pre_counted.is_present() {
-                self.results.i_pre_counted.next = self.controller.o_pre_counted.val();
-            }
-            self.results.i_counted.next = self.controller.o_counted.val();
+            connect! { self.results from self.controller: i_pre_counted, i_counted }
             self.results.i_last.next = self.controller.o_scan_counted.val();
         }
         self.results.i_ready.next = self.io.m_axis_tready.val();
         self.io.m_axis_tdata.next = self.results.o_data.val();
         self.io.m_axis_tvalid.next = self.results.o_valid.val();
         self.io.m_axis_tlast.next = self.results.o_last.val();
-        self.io.o_overrun.next = self.results.o_overrun.val();
-        if self.io.o_saturated.is_present() {
-            self.io.o_saturated.next = self.results.o_saturated.val();
-        }
+        connect! { self.io from self.results: o_overrun, o_saturated }
     }
 
     fn find_peaks(&mut self) {

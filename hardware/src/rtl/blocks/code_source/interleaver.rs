@@ -53,9 +53,7 @@ impl Logic for Interleaver {
         if self.io.i_advance.val() {
             self.subchip.next = self.subchip.val() + 1;
         }
-        if self.io.i_seed.is_present() {
-            self.generator.i_seed.next = self.io.i_seed.val();
-        }
+        connect! { self.generator from self.io: i_seed }
         if self.io.i_load.is_present() {
             self.generator.i_load.next = self.io.i_load.val();
             if self.io.i_load.val() {
