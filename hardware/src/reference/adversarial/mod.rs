@@ -186,8 +186,10 @@ impl Adversarial {
         }
         let mut plan = self.next_plan();
         let is_asking = self.host.as_ref().is_some_and(|host| !host.is_idle());
-        if plan.reset.is_some() && is_asking && self.aims.over_at.is_none() {
-            // A conversation is held to its end.
+        let ends_talks = plan.reset.is_some() && self.aims.over_at.is_none();
+        if is_asking && (ends_talks || plan.cut.is_some()) {
+            // A conversation is held to its end. So is it before a group that the next plan's reset
+            // cuts short, which would else go on without one.
             self.plans.push_front(plan);
             plan = PlannedGroup::random().received(Receiver::Random);
         }

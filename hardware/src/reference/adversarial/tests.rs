@@ -51,6 +51,32 @@ fn totals_come_round_each_bit_beyond_what_is_sent() {
     }
 }
 
+/// Of so short a code a host still writes settings when the scan begins of which a reset is to cut the
+/// first group.
+#[test]
+fn a_group_that_is_to_be_cut_waits_for_the_hosts_last_word() {
+    let text = r#"
+        clock = { chip_period = "8 ns", samples_per_chip = 4 }
+        source = [{ name = "laser", code = { family = "chips", chips = "101101010" }, mean_power = "40 pW" }]
+        detector = [{ name = "spad", reference = "laser", dead_time = "14 ns" }]
+        path = [{ source = "laser", detector = "spad", distance = "3.2 m" }]
+        scan = { integration = "4800 ns" }
+        hardware = { parallel = 3, registers = "axi4-lite" }
+    "#;
+    let scene = scene::parse("short.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    let means = Means {
+        skips: true,
+        most_clocks_of_recipe: 24_000,
+        calm_clocks: 2_000,
+        clocks_of_large_counts: 40_000,
+        clocks_of_close_counts: 0,
+    };
+    for seed in 1..4 {
+        let adversary = Adversarial::with_means(&Interface::of(&scene), seed, means).unwrap();
+        assert!(adversary.clocks_to_cover(100_000) > 10_000);
+    }
+}
+
 /// The results of all steps that an adversary drives.
 fn results(file: &str, seed: u64) -> Vec<StepResult> {
     let scene = scene::load(Path::new(file)).unwrap_or_else(|error| panic!("{error}"));
