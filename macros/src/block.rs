@@ -18,10 +18,12 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
     };
     let (mut parameters, mut values, mut parts) = (Vec::new(), Vec::new(), Vec::new());
     let mut inputs = Vec::new();
+    let mut section = Section::default();
     for field in &mut fields.named {
         let name = field.ident.clone().expect("named fields");
         let ty = &field.ty.clone();
-        let words = Words::taken_from(field)?;
+        let mut words = Words::taken_from(field)?;
+        section.holds_for(ty, &mut words.under);
         if words.given {
             parameters.push(quote!(#name: #ty));
             parts.push(name);
@@ -98,6 +100,47 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
             }
         }
     })
+}
+
+/// The heading over ports, or over constants, that follow one another.
+#[derive(Default)]
+struct Section {
+    kind: Option<Listed>,
+    heading: Option<Expr>,
+}
+
+/// What is listed under headings.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Listed {
+    Port,
+    Constant,
+}
+
+impl Section {
+    /// Gives the present heading to a field that has none of its own; an empty one ends a section.
+    fn holds_for(&mut self, ty: &Type, under: &mut Option<Expr>) {
+        let kind = listed(ty);
+        if under.is_some() || kind != self.kind {
+            *self = Section { kind, heading: under.take().filter(|heading| !is_empty(heading)) };
+        }
+        under.clone_from(&self.heading);
+    }
+}
+
+/// Whether a part is a port or a constant, or some of them.
+fn listed(ty: &Type) -> Option<Listed> {
+    let segment = last_segment(ty).ok()?;
+    match segment.ident.to_string().as_str() {
+        "Input" | "Output" => Some(Listed::Port),
+        "Constant" => Some(Listed::Constant),
+        "Optional" | "Vec" => argument(segment).ok().and_then(listed),
+        _ => None,
+    }
+}
+
+fn is_empty(heading: &Expr) -> bool {
+    let Expr::Lit(literal) = heading else { return false };
+    matches!(&literal.lit, Lit::Str(text) if text.value().is_empty())
 }
 
 /// What stands beside a field.

@@ -60,7 +60,7 @@
 //! in the Verilog. Beside it:
 //! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
 //! of the block; `#[value(number)]` of a constant, and `#[number]` if it is no pattern of bits; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
-//! `#[under("heading")]` among the ports or constants; `#[about(text)]` for a comment that depends on
+//! `#[under("heading")]` over ports or constants, up to another heading, an empty one, or another kind of field; `#[about(text)]` for a comment that depends on
 //! parameters; `#[is(expression)]` for any other part.
 
 use proc_macro::TokenStream;

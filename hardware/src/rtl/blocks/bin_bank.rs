@@ -44,51 +44,41 @@ pub struct BinBank {
     #[width(row_bits)]
     pub i_row: Input<Word>,
     /// memory that counts the present word
-    #[under(ROWS)]
     #[when(takes_turns)]
     pub i_half: Optional<Input<bool>>,
     /// row to be read from the other memory
-    #[under(ROWS)]
     #[when(takes_turns)]
     #[width(row_bits)]
     pub i_read_row: Optional<Input<Word>>,
     /// the reader goes on
-    #[under(ROWS)]
     #[when(takes_turns)]
     pub i_go: Optional<Input<bool>>,
     /// the word two clocks ago has its hit here
-    #[under(ROWS)]
     pub i_come_hit: Input<bool>,
     /// it is one of a frame's first code period
-    #[under(ROWS)]
     #[when(!takes_turns)]
     pub i_come_first: Optional<Input<bool>>,
     /// its memory
-    #[under(ROWS)]
     #[when(takes_turns)]
     pub i_come_half: Optional<Input<bool>>,
     /// the word has its hit here
     #[under(BACK)]
     pub i_hit: Input<bool>,
     /// it is one of a frame's first code period
-    #[under(BACK)]
     pub i_first: Input<bool>,
     /// lowest bit of the bin with its hit
-    #[under(BACK)]
     pub i_lowest: Input<bool>,
     /// the bits above it, a clock later
-    #[under(BACK)]
     #[when(bits > 1)]
     #[width(bits - 1)]
     pub i_above: Optional<Input<Word>>,
     /// its row, a clock later
-    #[under(BACK)]
     #[width(row_bits)]
     pub i_write_row: Input<Word>,
     /// its memory, a clock later
-    #[under(BACK)]
     #[when(takes_turns)]
     pub i_write_half: Optional<Input<bool>>,
+    #[under("")]
     #[about(match takes_turns {
         true => "bin out of memory 0; 0 if it counts and has no hit",
         false => "bin out of the memory; 0 without a hit, but for a first code period",

@@ -62,33 +62,25 @@ pub struct HistogramControl {
     #[width(row_bits)]
     pub o_row: Output<Word>,
     /// memory that counts it
-    #[under(WORD)]
     #[when(takes_turns)]
     pub o_half: Optional<Output<bool>>,
     /// the word two clocks ago is one of a frame's first code period
-    #[under(WORD)]
     #[when(!takes_turns)]
     pub o_come_first: Optional<Output<bool>>,
     /// memory of the word two clocks ago
-    #[under(WORD)]
     #[when(takes_turns)]
     pub o_come_half: Optional<Output<bool>>,
     /// the word three clocks ago is one of a frame's first code period
-    #[under(WORD)]
     pub o_held_first: Output<bool>,
     /// memory of the word three clocks ago
-    #[under(WORD)]
     #[when(takes_turns)]
     pub o_held_half: Optional<Output<bool>>,
     /// the word five clocks ago is one of a frame's first code period
-    #[under(WORD)]
     pub o_added_first: Output<bool>,
     /// row of the word six clocks ago
-    #[under(WORD)]
     #[width(row_bits)]
     pub o_write_row: Output<Word>,
     /// its memory
-    #[under(WORD)]
     #[when(takes_turns)]
     pub o_write_half: Optional<Output<bool>>,
     /// row to be read
@@ -97,18 +89,16 @@ pub struct HistogramControl {
     #[width(row_bits)]
     pub o_read_row: Optional<Output<Word>>,
     /// detector of the row that comes to the stream, one bit for each
-    #[under(READER)]
     #[when(detectors > 1)]
     #[width(detectors)]
     pub o_read_detector: Optional<Output<Word>>,
     /// it goes on
-    #[under(READER)]
     #[when(takes_turns)]
     pub o_go: Optional<Output<bool>>,
     /// a row comes to the stream
-    #[under(READER)]
     pub o_shows: Output<bool>,
     /// a row waits
+    #[under("")]
     pub o_valid: Output<bool>,
     /// it is the frame's last
     pub o_last: Output<bool>,

@@ -32,28 +32,23 @@ pub struct LfsrGenerator {
     #[is(CodePorts::new(reloads, if seeded { width } else { 0 }))]
     pub io: CodePorts,
     #[under(lfsr_heading("u", &first))]
-    #[about("")]
     #[width(width)]
     #[value(tap_mask(&first))]
     u_taps: Constant,
-    #[under(lfsr_heading("u", &first))]
     #[about(load_about(width))]
     #[width(width)]
     #[value(state_at(&first, start))]
     u_load: Constant,
-    #[under(lfsr_heading("u", &first))]
     #[about(format!("{} shifts on, one chip before the first comes again", first.period() - 1))]
     #[width(width)]
     #[value(state_at(&first, start + first.period() - 1))]
     u_last: Constant,
     #[when(second.is_some())]
     #[under(lfsr_heading("v", &other))]
-    #[about("")]
     #[width(width)]
     #[value(tap_mask(&other))]
     v_taps: Optional<Constant>,
     #[when(second.is_some())]
-    #[under(lfsr_heading("v", &other))]
     #[about(load_about(width))]
     #[width(width)]
     #[value(state_at(&other, start))]

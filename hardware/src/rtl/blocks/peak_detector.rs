@@ -85,7 +85,6 @@ pub struct PeakDetector {
     #[number]
     one_before_top: Optional<Constant>,
     #[when(has_turns)]
-    #[about("")]
     #[width(plan.parallel)]
     #[value(1)]
     first_turn: Optional<Constant>,

@@ -94,24 +94,20 @@ pub struct ScanController {
     pub o_scan_counted: Output<bool>,
     #[when(counts_chips)]
     #[under(chip_counter.heading("Chip counter"))]
-    #[about("")]
     #[width(chip_counter.width())]
     #[value(chip_counter.taps())]
     chip_count_taps: Optional<Constant>,
     /// one shift before a step's first chip
     #[when(counts_chips && !realigns)]
-    #[under(chip_counter.heading("Chip counter"))]
     #[width(chip_counter.width())]
     #[value(chip_counter.state_before_the_first())]
     chip_count_reset: Optional<Constant>,
     /// at a step's first chip
     #[when(counts_chips)]
-    #[under(chip_counter.heading("Chip counter"))]
     #[width(chip_counter.width())]
     #[value(chip_counter.state(0))]
     chip_count_first: Optional<Constant>,
     #[when(counts_chips)]
-    #[under(chip_counter.heading("Chip counter"))]
     #[about(format!(
         "{}, {} chips before a step's last",
         shifts_on(chips_at_end),
@@ -122,18 +118,15 @@ pub struct ScanController {
     chip_count_end: Optional<Constant>,
     #[when(counts_steps)]
     #[under(step_counter.heading("Step counter"))]
-    #[about("")]
     #[width(step_counter.width())]
     #[value(step_counter.taps())]
     step_count_taps: Optional<Constant>,
     /// at a scan's first step
     #[when(counts_steps)]
-    #[under(step_counter.heading("Step counter"))]
     #[width(step_counter.width())]
     #[value(step_counter.state(0))]
     step_count_first: Optional<Constant>,
     #[when(counts_steps)]
-    #[under(step_counter.heading("Step counter"))]
     #[about(format!("{}, one step before a scan's last", shifts_on(steps_at_end)))]
     #[width(step_counter.width())]
     #[value(step_counter.state(steps_at_end))]

@@ -34,7 +34,6 @@ pub struct SensorPorts {
     #[width(interface.source_codes.len())]
     pub o_laser: Output<Word>,
     /// o_laser shows the first chip of the reference's code
-    #[under("Lasers")]
     pub o_epoch: Output<bool>,
     /// Sampled levels of the detectors.
     #[under("Detector")]
@@ -46,13 +45,10 @@ pub struct SensorPorts {
     #[about(data_about(&interface))]
     #[width(width(&interface, "m_axis_tdata"))]
     pub m_axis_tdata: Output<Word>,
-    #[under(stream)]
     #[about(beat[0])]
     pub m_axis_tvalid: Output<bool>,
     /// the receiver takes it
-    #[under(stream)]
     pub m_axis_tready: Input<bool>,
-    #[under(stream)]
     #[about(beat[1])]
     pub m_axis_tlast: Output<bool>,
     /// What is lost when the receiver is too slow.
@@ -64,7 +60,6 @@ pub struct SensorPorts {
     })]
     pub o_overrun: Output<bool>,
     /// A count was clamped since reset.
-    #[under(FLAGS)]
     #[when(interface.saturates())]
     #[about(match interface.counting {
         Counting::Correlator(Correlator { total: None, .. }) => "a count was clamped since reset",
@@ -79,13 +74,11 @@ pub struct SensorPorts {
     #[width(width(&interface, "o_peak_step"))]
     pub o_peak_step: Optional<Output<Word>>,
     /// Its count.
-    #[under(PEAK)]
     #[when(has_peak)]
     #[about(peak_about(detectors, "the count, signed"))]
     #[width(width(&interface, "o_peak_count"))]
     pub o_peak_count: Optional<Output<Word>>,
     /// high for one clock when they have changed
-    #[under(PEAK)]
     #[when(has_peak)]
     pub o_peak_valid: Optional<Output<bool>>,
     /// by which a host sets the scan
