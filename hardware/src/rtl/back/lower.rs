@@ -102,7 +102,14 @@ impl Lowering<'_> {
             }
             VerilogBlockOrConditional::None => {}
         }
-        Ok(Statement::If { test, yes, no })
+        Ok(match (yes.is_empty(), test) {
+            // What is left of it is its `else`.
+            (true, Expr::Unary(UnaryOp::Not, test)) => {
+                Statement::If { test: *test, yes: no, no: Vec::new() }
+            }
+            (true, test) => Statement::If { test: not(test), yes: no, no: Vec::new() },
+            (false, test) => Statement::If { test, yes, no },
+        })
     }
 
     /// `want` is the width of the context, which bare literals and

@@ -115,7 +115,9 @@ impl Logic for ChipHistory {
     fn grow(&mut self) {
         let back = self.step_chips;
         if self.i_last_chip.val() {
-            self.chips.next = self.chips.val() >> back.saturating_sub(1);
+            if back > 1 {
+                self.chips.next = self.chips.val() >> (back - 1);
+            }
             if self.has_replays {
                 self.save();
             }

@@ -43,7 +43,9 @@ impl StateMatch {
 }
 
 fn describe(pieces: usize, width: usize) -> About {
-    let widths = PIECE_BITS * (pieces - 1) + 1..=PIECE_BITS * pieces;
+    // A single bit is compared by its gate alone, without an AND of all.
+    let least = (PIECE_BITS * (pieces - 1) + 1).max(2);
+    let widths = least..=PIECE_BITS * pieces;
     About::new("state_match", "recognises a state of a counter")
         .size(("WIDTH", "bits of a state"), width, widths, StateMatch::new)
         .note("The pieces of a wide comparison have a register each.")
