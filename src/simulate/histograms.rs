@@ -39,6 +39,20 @@ pub enum HistogramsError {
     /// What was counted is not a histogram.
     #[error(transparent)]
     Histogram(#[from] HistogramError),
+    /// Detections come closer together than samples.
+    #[error(
+        "the tier events counts every detection: {count} in bin {bin} of {periods} code periods, \
+         where the hardware sees one rising edge per sample at most, since the dead time is \
+         shorter than a sample; take --fidelity sampled"
+    )]
+    SharedSample {
+        /// The first bin with more detections than samples.
+        bin: usize,
+        /// Its detections.
+        count: u64,
+        /// Its samples.
+        periods: u64,
+    },
 }
 
 /// Samples of a code period, and of a histogram.
@@ -96,7 +110,12 @@ pub(super) fn events(
             // bin as what came before this histogram's first sample.
             bins[(sample % period) as usize] += 1;
         }
-        histogram(model, bins)
+        histogram(model, bins).map_err(|error| match error {
+            HistogramError::TooMany { bin, count, periods } => {
+                HistogramsError::SharedSample { bin, count, periods }
+            }
+            other => HistogramsError::Histogram(other),
+        })
     };
     let recorder = Recorder::new(model);
     let Some(at_once) = recorder.groups_at_once() else {
@@ -113,10 +132,10 @@ pub(super) fn events(
 
 /// Makes histograms on all cores, `at_once` of them with a call of `some`; `on_histogram` gets
 /// them in order.
-fn in_batches(
+fn in_batches<E: Into<HistogramsError> + Send>(
     numbers: Range<u64>,
     at_once: u64,
-    some: impl Fn(Range<u64>) -> Vec<Result<Histogram, HistogramError>> + Sync,
+    some: impl Fn(Range<u64>) -> Vec<Result<Histogram, E>> + Sync,
     on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
     let calls = (AT_ONCE / at_once).max(rayon::current_num_threads() as u64);
@@ -129,7 +148,7 @@ fn in_batches(
             .collect();
         first = start_of(calls);
         for histogram in made {
-            on_histogram(histogram?);
+            on_histogram(histogram.map_err(Into::into)?);
         }
     }
     Ok(())

@@ -42,6 +42,57 @@ fn scatter_of_a_coarse_stage_that_wavers_is_expected() {
     }
 }
 
+/// A window whose last step with a phase is the peak's neighbour: where a later step counts most
+/// the estimate is as coarse as a step, and adds to the scatter. One step more on either side, and
+/// what is expected holds.
+#[test]
+fn nothing_is_expected_of_a_peak_too_near_the_rim_for_the_phase() {
+    for (halfwidth, parallel, power) in [(9, 1, "1 pW"), (9, 5, "4 pW"), (9, 1, "20 pW")] {
+        let of_window = |halfwidth: u32| {
+            let settings = [
+                format!("scan.steps={{ around = \"3.2 m\", halfwidth = {halfwidth} }}"),
+                format!("hardware.parallel={parallel}"),
+                format!("source.mean_power={power}"),
+            ]
+            .map(|text| text.parse().expect("a setting"));
+            let scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
+            of_first_path(&scene, Tier::Events, 400)
+        };
+        let found = of_window(halfwidth);
+        assert_eq!(found.expected_std_m, None, "{power}: {found:?}");
+        let remark = found.remark.expect("a remark");
+        assert!(remark.contains("too near the rim"), "{power}: {remark}");
+        let wider = of_window(2 * halfwidth);
+        assert_eq!(wider.expectation_holds, Some(true), "{power}: {wider:?}");
+    }
+}
+
+/// Another sensor's light whose code slips by a chip within a histogram is anywhere beside the
+/// reference when it begins: each histogram holds other correlations with it. The phase of
+/// histograms scatters by twice what constant light makes of it, and has no number.
+#[test]
+fn light_that_slips_past_a_histogram_is_not_constant() {
+    let settings = [
+        "source[0].code.degree=5",
+        "source[1].code.degree=5",
+        "source[1].clock_offset=2 ppm",
+        "hardware.architecture=histogram",
+        "scan.integration=6 ms",
+    ]
+    .map(|text| text.parse().expect("a setting"));
+    let mut scene = load_with(Path::new("scenes/dual-view.toml"), &settings).expect("it is sound");
+    let found = of_first_path(&scene, Tier::Events, 100);
+    assert_eq!(found.expected_std_m, None, "{found:?}");
+    let remark = found.remark.expect("a remark");
+    assert!(remark.contains("that light of other clocks is constant"), "{remark}");
+    // So weak that the photons scatter by more.
+    let scatter_m = found.std_m.expect("a number");
+    scene.paths[1].transmission = 0.01;
+    let found = of_first_path(&scene, Tier::Events, 100);
+    assert_eq!(found.expectation_holds, Some(true), "{found:?}");
+    assert!(scatter_m > 2.0 * found.expected_std_m.expect("a number"), "{scatter_m} {found:?}");
+}
+
 /// Light at 3.2 m in a scan round 25 m.
 #[test]
 fn nothing_is_expected_of_a_path_that_the_scan_does_not_come_by() {

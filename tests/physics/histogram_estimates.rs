@@ -300,3 +300,17 @@ fn a_report_says_what_the_bins_say() {
     assert_eq!(report.distance_m, None);
     assert!(report.remark.expect("one").contains("bins of the histogram do not follow"));
 }
+
+/// A dead time shorter than a sample lets two detections into one, of which the hardware sees one
+/// rising edge: the tier that counts detections says so, and the tier of sampled pulses counts on.
+#[test]
+fn detections_that_share_a_sample_are_refused_where_each_counts() {
+    let mut scene = scene(400e6, 1);
+    scene.detectors[0].dead_time_ps = 300.0;
+    scene.detectors[0].pulse_width_ps = 150.0;
+    let of = |tier: Tier| histograms(&Sensor::new(&scene), FIRST, tier, 1, 4, |_| ());
+    let error = of(Tier::Events).expect_err("two in a sample of 1 ns").to_string();
+    assert!(error.contains("of 1 code periods"), "{error}");
+    assert!(error.contains("take --fidelity sampled"), "{error}");
+    of(Tier::Sampled).expect("one rising edge a sample");
+}

@@ -129,6 +129,8 @@ impl<'e, 'm> ExpectedHistogram<'e, 'm> {
         let answer = Answer::to_path(values, asked, model)?;
         let variance_ps2 = self.variance_of_sum(&answer.slopes_ps)?;
         let peak_variance = self.variance_of_sum(&[(Step::at(answer.peak), 1.0)])?;
+        let per_count = self.value_per_count();
+        coverage::check_slipping(model, asked.tier, peak_variance / (per_count * per_count))?;
         let rate_hz = self.response.detection_rate_hz();
         let predicted = answer.prediction(asked, [variance_ps2, peak_variance], rate_hz);
         let failures = predicted.coarse_failure_bound_fraction;
@@ -140,6 +142,12 @@ impl<'e, 'm> ExpectedHistogram<'e, 'm> {
             },
             ..predicted
         })
+    }
+
+    /// What a count adds to the values, on average over all bins.
+    fn value_per_count(&self) -> f64 {
+        let Some(light) = &self.light else { return 1.0 };
+        light.per_period.iter().sum::<f64>() / self.response.mean_bins().iter().sum::<f64>()
     }
 
     /// Variance of the sum of weight x value over phase steps.

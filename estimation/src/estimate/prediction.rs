@@ -44,6 +44,9 @@ pub struct Prediction {
     /// give round those steps within a chip which may count most, weighted with the
     /// chance to count more than the peak. The standard deviation leaves it out.
     pub coarse_spread_m: f64,
+    /// Share of scans whose largest count is at a step within a chip that is too near the scan's
+    /// rim for the phase: their estimates are as coarse as a phase step.
+    pub coarse_only_fraction: f64,
     /// Whether bias and standard deviation are those of drawn scans: then they hold both.
     pub is_drawn: bool,
 }
@@ -175,6 +178,7 @@ impl<'v> Answer<'v> {
         let sensor = asked.sensor;
         let (timing, values, peak) = (sensor.timing(), self.values, self.peak);
         let true_ps = sensor.scene().paths[asked.path].delay_ps;
+        let leaders = Leaders::new(values, peak, peak_variance, timing);
         let error_ps = delay_error_ps(self.estimate.delay_ps, true_ps, timing.code_period_ps());
         Prediction {
             bias_m: distance_m(error_ps),
@@ -189,7 +193,8 @@ impl<'v> Answer<'v> {
                 sensor,
             ),
             missed_fraction: None,
-            coarse_spread_m: coarse_spread_m(values, peak, peak_variance, timing),
+            coarse_spread_m: leaders.spread_m,
+            coarse_only_fraction: leaders.coarse_only_fraction,
             is_drawn: false,
         }
     }
@@ -235,33 +240,49 @@ fn failures(
         .map(move |step| normal_cdf((expected[step] - expected[peak]) / (2.0 * variance).sqrt()))
 }
 
-/// [`Prediction::coarse_spread_m`], for normal counts that all scatter as the
-/// peak's does.
-fn coarse_spread_m(expected: &[f64], peak: usize, variance: f64, timing: &Timing) -> f64 {
-    let code_period_ps = timing.code_period_ps();
-    let at_peak = estimate_at(expected, peak, timing, 0.0);
-    // Sums of weights, of weighted distances from the peak's, and of their squares.
-    let mut sums = [0.0; 3];
-    for (step, count) in expected.iter().enumerate() {
-        if !within_a_chip(timing, step, peak) {
-            continue;
-        }
-        let weight = normal_cdf((count - expected[peak]) / (2.0 * variance).sqrt());
-        let there = estimate_at(expected, step, timing, 0.0);
-        if there.is_fine() && weight > 1e-6 {
+/// The steps within a chip of the peak that may have the largest count, each weighted with the
+/// chance to count more than the peak, for normal counts that all scatter as the peak's does.
+struct Leaders {
+    /// [`Prediction::coarse_spread_m`].
+    spread_m: f64,
+    /// [`Prediction::coarse_only_fraction`].
+    coarse_only_fraction: f64,
+}
+
+impl Leaders {
+    fn new(expected: &[f64], peak: usize, variance: f64, timing: &Timing) -> Leaders {
+        let code_period_ps = timing.code_period_ps();
+        let at_peak = estimate_at(expected, peak, timing, 0.0);
+        // Sums of weights, of weighted distances from the peak's, and of their squares.
+        let mut sums = [0.0; 3];
+        let mut coarse_only = 0.0;
+        for (step, count) in expected.iter().enumerate() {
+            let weight = normal_cdf((count - expected[peak]) / (2.0 * variance).sqrt());
+            if !within_a_chip(timing, step, peak) || weight <= 1e-6 {
+                continue;
+            }
+            let there = estimate_at(expected, step, timing, 0.0);
+            if !there.is_fine() {
+                coarse_only += weight;
+                continue;
+            }
             let error_ps = delay_error_ps(there.delay_ps, at_peak.delay_ps, code_period_ps);
             let from_peak_m = distance_m(error_ps);
             sums[0] += weight;
             sums[1] += weight * from_peak_m;
             sums[2] += weight * from_peak_m * from_peak_m;
         }
+        let [weights, distances, squares] = sums;
+        let mean = if weights > 0.0 { distances / weights } else { 0.0 };
+        Leaders {
+            spread_m: if weights > 0.0 {
+                (squares / weights - mean * mean).max(0.0).sqrt()
+            } else {
+                0.0
+            },
+            coarse_only_fraction: coarse_only / (weights + coarse_only).max(f64::MIN_POSITIVE),
+        }
     }
-    let [weights, distances, squares] = sums;
-    if weights <= 0.0 {
-        return 0.0;
-    }
-    let mean = distances / weights;
-    (squares / weights - mean * mean).max(0.0).sqrt()
 }
 
 /// Whether two steps of a scan are at most a chip apart.

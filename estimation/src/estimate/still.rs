@@ -26,7 +26,7 @@ pub(super) fn predict_from(
     let answer = Answer::to_path(&expected, asked, counts.model())?;
     let variance_ps2 = variance_of_sum(counts, &answer.slopes_ps);
     let peak_variance = counts.signed_variance(answer.peak);
-    coverage::check_slipping(counts, asked.tier, peak_variance)?;
+    coverage::check_slipping(counts.model(), asked.tier, peak_variance)?;
     let rate_hz = counts.response.detection_rate_hz();
     let linear = Prediction {
         missed_fraction: missed_from(counts, asked),
