@@ -58,8 +58,11 @@ fn a_histogram_is_four_times_as_precise_as_sixteen_steps() {
             // Of a few hundred photons estimates see more than one bin: a twentieth less.
             assert!((3.4..4.5).contains(&ratio), "{detected_mcps}: {ratio}");
         }
-        for ratio in ratios(EstimatorKind::Fft) {
-            assert!((1.6..2.2).contains(&ratio), "{detected_mcps}: {ratio}");
+        let of_phase = ratios(EstimatorKind::Fft);
+        for (time, ratio) in of_phase.iter().enumerate() {
+            // Of a few hundred photons independent steps take turns to have the largest count.
+            let most = if detected_mcps < 1.0 && time < 2 { 2.8 } else { 2.2 };
+            assert!((1.6..most).contains(ratio), "{detected_mcps}: {of_phase:?}");
         }
         // Walk stays in the phase of counts, and goes with the histogram's correction.
         let last = |name| *points(compared, name, EstimatorKind::Fft).last().expect("some");

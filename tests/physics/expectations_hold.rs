@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use goldtof::Jobs as _;
-use goldtof::scene::{Scene, load_with};
+use goldtof::scene::{Architecture, Scene, load_with};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
@@ -19,26 +19,50 @@ fn of_first_path(scene: &Scene, tier: Tier, scans: u64) -> PathStatistics {
     simulated(scene, tier, scans).estimates.into_iter().next().expect("its path")
 }
 
-/// Two samples a chip, and light half-way between two phase steps: either may count most, and
-/// the phase round it is another. Its linearisation says half of the scatter.
+/// A chip of two samples.
+fn of_two_samples_a_chip(rate_cps: f64, integration_chips: u64) -> Scene {
+    let mut scene = table_i_scene(gold_5(), rate_cps, integration_chips);
+    scene.samples_per_chip = 2;
+    scene.scan.steps = 62;
+    scene.scan.steps_per_period = 62;
+    scene
+}
+
+/// Light between two phase steps: either may count most, and the phase round it is another.
+fn assert_scatter_between_steps_is_expected(scene: &mut Scene) {
+    for steps in [20.25, 20.5, 20.9] {
+        scene.paths[0].delay_ps = steps * 4000.0 - 1750.0 - 4000.0;
+        let found = of_first_path(scene, Tier::Sampled, 400);
+        let told = format!("{steps}: {found:?}");
+        assert_eq!(found.expectation_holds, Some(true), "{told}");
+        let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
+        // Standard error of 400 scans: 3.5 %.
+        assert!((std_m / expected_m - 1.0).abs() < 0.2, "{told}");
+        let bias_m = found.bias_m.unwrap() - found.expected_bias_m.unwrap();
+        assert!(bias_m.abs() < 5.0 * std_m / 20.0 + 1e-3, "{told}");
+    }
+}
+
+/// The linearisation says half of the scatter.
 #[test]
 fn scatter_of_a_coarse_stage_that_wavers_is_expected() {
     for (parallel, rate_cps) in [(1, 4e6), (31, 4e6), (1, 1e6)] {
-        let mut scene = table_i_scene(gold_5(), rate_cps, 31 * 60);
-        scene.samples_per_chip = 2;
-        scene.scan.steps = 62;
+        let mut scene = of_two_samples_a_chip(rate_cps, 31 * 60);
         scene.hardware.parallel = parallel;
-        for steps in [20.25, 20.5, 20.9] {
-            scene.paths[0].delay_ps = steps * 4000.0 - 1750.0 - 4000.0;
-            let found = of_first_path(&scene, Tier::Sampled, 400);
-            let told = format!("{parallel} {rate_cps} {steps}: {found:?}");
-            assert_eq!(found.expectation_holds, Some(true), "{told}");
-            let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
-            // Standard error of 400 scans: 3.5 %.
-            assert!((std_m / expected_m - 1.0).abs() < 0.2, "{told}");
-            let bias_m = found.bias_m.unwrap() - found.expected_bias_m.unwrap();
-            assert!(bias_m.abs() < 5.0 * std_m / 20.0 + 1e-3, "{told}");
-        }
+        assert_scatter_between_steps_is_expected(&mut scene);
+    }
+}
+
+/// The same of a histogram, whose phase steps go together: counts of its bins as they are, where
+/// pulses fall between samples, or light with the dead time taken out. The linearisation says down
+/// to two fifths of the scatter.
+#[test]
+fn scatter_of_a_histogram_whose_coarse_stage_wavers_is_expected() {
+    for (periods, pulse_width_ps) in [(200, 7e3), (1600, 7e3), (600, 3e3)] {
+        let mut scene = of_two_samples_a_chip(4e6, 31 * periods);
+        scene.hardware.architecture = Architecture::Histogram;
+        scene.detectors[0].pulse_width_ps = pulse_width_ps;
+        assert_scatter_between_steps_is_expected(&mut scene);
     }
 }
 

@@ -11,6 +11,7 @@ use super::prediction::{Answer, is_never_largest};
 use super::truth::Asked;
 use super::{
     CountingTier, Prediction, PredictionError, TheoryEffort, Work, calibration_offset_ps, coverage,
+    missed,
 };
 use crate::histogram::Histogram;
 use crate::histogram::correction::{CorrectionError, DeadTime, PrimaryLight};
@@ -135,13 +136,19 @@ impl<'e, 'm> ExpectedHistogram<'e, 'm> {
         let predicted = answer.prediction(asked, [variance_ps2, peak_variance], rate_hz);
         let failures = predicted.coarse_failure_bound_fraction;
         let (_, counted) = predicted.counted(asked);
-        Ok(Prediction {
+        let predicted = Prediction {
             missed_fraction: match is_never_largest(values, answer.peak, peak_variance, sensor) {
                 true => Some(1.0),
                 false => (failures < SURELY_FOUND).then_some(1.0 - counted + failures),
             },
             ..predicted
-        })
+        };
+        if predicted.is_linear() || missed::errors_wrap(sensor, asked.path) {
+            return Ok(predicted);
+        }
+        let covariance = |steps: &[Step]| self.covariance(steps);
+        let errors = missed::drawn_errors_of_values_ps(values, covariance, asked, answer.peak)?;
+        Ok(predicted.with_drawn_errors_ps(errors))
     }
 
     /// What a count adds to the values, on average over all bins.
@@ -152,23 +159,42 @@ impl<'e, 'm> ExpectedHistogram<'e, 'm> {
 
     /// Variance of the sum of weight x value over phase steps.
     fn variance_of_sum(&self, weighted: &[(Step, f64)]) -> Result<f64, PredictionError> {
-        let Some(PrimaryLight { variance, .. }) = &self.light else {
+        let Some(light) = &self.light else {
             return Ok(SecondMoments::new(self.response)?.variance_of_sum(weighted));
         };
-        let model = self.response.model();
-        let chips = &model.reference.chips;
-        let samples = model.timing.clock.samples_per_chip as usize;
-        let bins = variance.len();
-        let of_bin = |(bin, variance): (usize, &f64)| {
-            let sign = |step: Step| {
-                let shifted = bin + bins - model.timing.scan.phase_step(step) as usize;
-                2.0 * f64::from(chips[shifted / samples % chips.len()]) - 1.0
-            };
-            let weight: f64 = weighted.iter().map(|&(step, w)| w * sign(step)).sum();
-            weight * weight * variance
-        };
-        Ok(variance.iter().enumerate().map(of_bin).sum())
+        let mut weights = vec![0.0; light.variance.len()];
+        for &(step, weight) in weighted {
+            weights.iter_mut().zip(self.signs(step)).for_each(|(sum, sign)| *sum += weight * sign);
+        }
+        Ok(covariance(&light.variance, &weights, &weights))
     }
+
+    /// Covariances of the values of some phase steps.
+    fn covariance(&self, steps: &[Step]) -> Result<Vec<Vec<f64>>, PredictionError> {
+        let Some(light) = &self.light else {
+            return Ok(SecondMoments::new(self.response)?.of_steps_together(steps).covariance);
+        };
+        let signs: Vec<Vec<f64>> = steps.iter().map(|&step| self.signs(step).collect()).collect();
+        let of_step =
+            |a: &Vec<f64>| signs.iter().map(|b| covariance(&light.variance, a, b)).collect();
+        Ok(signs.iter().map(of_step).collect())
+    }
+
+    /// How a phase step counts the hits of each bin: +1 or -1.
+    fn signs(&self, step: Step) -> impl Iterator<Item = f64> {
+        let model = self.response.model();
+        let samples = model.timing.clock.samples_per_chip as usize;
+        let chips = &model.reference.chips;
+        let bins = chips.len() * samples;
+        let first = bins - model.timing.scan.phase_step(step) as usize % bins;
+        (first..first + bins)
+            .map(move |shifted| 2.0 * f64::from(chips[shifted / samples % chips.len()]) - 1.0)
+    }
+}
+
+/// Covariance of two weighted sums of independent numbers with some variances.
+fn covariance(variance: &[f64], a: &[f64], b: &[f64]) -> f64 {
+    variance.iter().zip(a.iter().zip(b)).map(|(variance, (a, b))| a * b * variance).sum()
 }
 
 /// What the phase of a histogram is expected to say of some paths, from one solution of the

@@ -68,6 +68,13 @@ impl Prediction {
         self.phase_std_rad <= LINEAR_PHASE_RAD && self.coarse_spread_in_std() <= COARSE_SPREAD
     }
 
+    /// With bias and standard deviation of the delay, in ps, from drawn scans, if there are any.
+    pub(super) fn with_drawn_errors_ps(self, errors: Option<(f64, f64)>) -> Prediction {
+        let Some((mean_ps, std_ps)) = errors else { return self };
+        let [bias_m, std_m] = [mean_ps, std_ps].map(distance_m);
+        Prediction { bias_m, std_m, is_drawn: true, ..self }
+    }
+
     /// The path's errors, as normal ones, of which those count for it that are not nearer to
     /// another path, or too large: bias and standard deviation of these, and their share.
     pub(super) fn counted(self, asked: &Asked) -> (Prediction, f64) {

@@ -8,7 +8,7 @@ use super::prediction::{
     Answer, Prediction, PredictionError, coarse_failure_bound_fraction, peak_of_path,
 };
 use super::truth::Asked;
-use super::{coverage, distance_m, missed};
+use super::{coverage, missed};
 use crate::scan::{Group, Step};
 
 /// [`predict`](super::predict) of paths that stand still.
@@ -35,15 +35,7 @@ pub(super) fn predict_from(
     if linear.is_linear() || missed::errors_wrap(asked.sensor, asked.path) {
         return Ok(linear);
     }
-    Ok(match missed::drawn_errors_ps(counts, asked, answer.peak) {
-        None => linear,
-        Some((mean_ps, std_ps)) => Prediction {
-            bias_m: distance_m(mean_ps),
-            std_m: distance_m(std_ps),
-            is_drawn: true,
-            ..linear
-        },
-    })
+    Ok(linear.with_drawn_errors_ps(missed::drawn_errors_ps(counts, asked, answer.peak)))
 }
 
 /// [`Prediction::missed_fraction`], also where there is only a coarse estimate.

@@ -63,8 +63,11 @@ pub fn points(
             continue;
         }
         let sensor = Sensor::new(&at);
-        // The fit starts where the phase finds the peak: of both how often that is.
-        let phase = predict(&sensor, DetectorIndex(0), path, CountingTier::Sampled);
+        // The fit starts where the phase finds the peak: of both how often that is. A step beside
+        // the peak may have the largest count, which needs steps outside of the window: the phase
+        // is that of a scan that has them.
+        let whole = sensor.with(|scene| scene.scan.steps = scene.scan.steps_per_period);
+        let phase = predict(&whole, DetectorIndex(0), path, CountingTier::Sampled);
         let phase = phase.map_err(|reason| reason.to_string());
         let of_phase = phase.as_ref().map_err(String::clone);
         phases.add(plan, &sensor, of_phase.map(|p| (p, (p.bias_m, p.std_m))));

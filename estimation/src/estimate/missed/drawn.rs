@@ -18,7 +18,7 @@ use crate::estimate::fit::start::PeakShape;
 use crate::estimate::phase::{estimate_at, first_maximum};
 use crate::estimate::truth::Asked;
 use crate::math::correlating;
-use crate::scan::{self, Scan, Step};
+use crate::scan::{self, Scan, Step, Timing};
 use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
@@ -44,17 +44,22 @@ struct DrawnTogether {
     factor: Vec<Vec<f64>>,
 }
 
-/// mean + std (c0 + c1 z + c2 z^2 + c3 z^3).
+/// mean + std (c0 + c1 z + c2 z^2 + c3 z^3), of counts the nearest whole number.
 struct Bent {
     mean: f64,
     std: f64,
     deviation: [f64; 4],
+    is_count: bool,
 }
 
 impl DrawnTogether {
     /// Counts with some laws that go together as `covariance` says; none where that has no finite
     /// numbers.
     fn of(laws: &[CountLaw], covariance: &[Vec<f64>]) -> Option<DrawnTogether> {
+        DrawnTogether::bent(laws.iter().map(Bent::of).collect(), covariance)
+    }
+
+    fn bent(laws: Vec<Bent>, covariance: &[Vec<f64>]) -> Option<DrawnTogether> {
         let correlation = |a: usize, b: usize| {
             let variances = covariance[a][a] * covariance[b][b];
             if variances > 0.0 { covariance[a][b] / variances.sqrt() } else { 0.0 }
@@ -62,7 +67,7 @@ impl DrawnTogether {
         let row = |a: usize| (0..laws.len()).map(|b| correlation(a, b)).collect();
         let correlations: Vec<Vec<f64>> = (0..laws.len()).map(row).collect();
         let factor = correlating(&correlations, 0.0)?;
-        Some(DrawnTogether { laws: laws.iter().map(Bent::of).collect(), factor })
+        Some(DrawnTogether { laws, factor })
     }
 
     /// A count that goes with no other.
@@ -76,7 +81,8 @@ impl DrawnTogether {
             let z: f64 = row.iter().zip(&normal).map(|(f, z)| f * z).sum();
             let [c0, c1, c2, c3] = law.deviation;
             let deviation = c0 + z * (c1 + z * (c2 + z * c3));
-            (law.mean + law.std * deviation).round()
+            let value = law.mean + law.std * deviation;
+            if law.is_count { value.round() } else { value }
         })
     }
 }
@@ -84,7 +90,12 @@ impl DrawnTogether {
 impl Bent {
     fn of(law: &CountLaw) -> Bent {
         let std = law.variance.max(0.0).sqrt();
-        Bent { mean: law.mean, std, deviation: law.deviation_of_normal() }
+        Bent { mean: law.mean, std, deviation: law.deviation_of_normal(), is_count: true }
+    }
+
+    fn normal(mean: f64, variance: f64) -> Bent {
+        let std = variance.max(0.0).sqrt();
+        Bent { mean, std, deviation: [0.0, 1.0, 0.0, 0.0], is_count: false }
     }
 }
 
@@ -178,15 +189,47 @@ pub(super) fn errors_ps(
     target: &Target,
     peak: usize,
 ) -> Option<(f64, f64)> {
-    let timing = target.asked.sensor.timing();
-    let chip = i64::from(timing.clock.samples_per_chip);
-    let near = around(&timing.scan, peak, 2 * chip);
-    let leading = around(&timing.scan, peak, chip);
+    let near = near(target.asked.sensor.timing(), peak);
     let groups = groups_of_steps(counts, target, &near, peak)?;
+    errors_of_groups_ps(&counts.signed(), &groups, target, peak)
+}
+
+/// The same of normal values of all phase steps, of which those near the peak have the covariance
+/// that `covariance` gives for them.
+pub(super) fn errors_of_values_ps<E>(
+    values: &[f64],
+    covariance: impl FnOnce(&[Step]) -> Result<Vec<Vec<f64>>, E>,
+    target: &Target,
+    peak: usize,
+) -> Result<Option<(f64, f64)>, E> {
+    let near = near(target.asked.sensor.timing(), peak);
+    let steps: Vec<Step> = near.iter().map(|&step| Step::at(step)).collect();
+    let covariance = covariance(&steps)?;
+    let laws =
+        near.iter().enumerate().map(|(i, &step)| Bent::normal(values[step], covariance[i][i]));
+    let group = DrawnTogether::bent(laws.collect(), &covariance);
+    Ok(group.and_then(|group| errors_of_groups_ps(values, &[group], target, peak)))
+}
+
+/// Steps whose values decide the estimate of scans that have their largest within a chip of the
+/// peak, in the scan's order.
+fn near(timing: &Timing, peak: usize) -> Vec<usize> {
+    around(&timing.scan, peak, 2 * i64::from(timing.clock.samples_per_chip))
+}
+
+fn errors_of_groups_ps(
+    expected: &[f64],
+    groups: &[DrawnTogether],
+    target: &Target,
+    peak: usize,
+) -> Option<(f64, f64)> {
+    let timing = target.asked.sensor.timing();
+    let leading = around(&timing.scan, peak, i64::from(timing.clock.samples_per_chip));
+    let near = near(timing, peak);
     let error_ps = |values: &mut Vec<f64>, scan: u64| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED_FOR_ERRORS + scan);
         let mut steps = near.iter();
-        for group in &groups {
+        for group in groups {
             group
                 .draw(&mut rng)
                 .zip(steps.by_ref())
@@ -201,9 +244,8 @@ pub(super) fn errors_ps(
         let is_found = target.accepted.low_ps <= error_ps && error_ps <= target.accepted.high_ps;
         (estimate.is_fine() && is_found).then_some(error_ps)
     };
-    let expected = counts.signed();
     let scans = (0..SCANS_FOR_ERRORS).into_par_iter();
-    let errors_ps: Vec<Option<f64>> = scans.map_init(|| expected.clone(), error_ps).collect();
+    let errors_ps: Vec<Option<f64>> = scans.map_init(|| expected.to_vec(), error_ps).collect();
     let errors_ps: Vec<f64> = errors_ps.into_iter().flatten().collect();
     let count = errors_ps.len() as f64;
     let mean = errors_ps.iter().sum::<f64>() / count;

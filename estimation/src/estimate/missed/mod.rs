@@ -16,6 +16,7 @@ pub use self::target::tolerance_ps;
 pub(super) use self::target::{counted_errors_ps, errors_wrap};
 use super::expected_counts::ExpectedCounts;
 use super::truth::Asked;
+use crate::scan::Step;
 use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
@@ -77,6 +78,20 @@ pub(super) fn drawn_errors_ps(
     peak: usize,
 ) -> Option<(f64, f64)> {
     drawn::errors_ps(counts, &Target::new(asked), peak)
+}
+
+/// The same of the values of a histogram's phase steps, taken as normal numbers: `covariance` gives
+/// those of some steps.
+///
+/// # Errors
+/// As `covariance`.
+pub(super) fn drawn_errors_of_values_ps<E>(
+    values: &[f64],
+    covariance: impl FnOnce(&[Step]) -> Result<Vec<Vec<f64>>, E>,
+    asked: &Asked,
+    peak: usize,
+) -> Result<Option<(f64, f64)>, E> {
+    drawn::errors_of_values_ps(values, covariance, &Target::new(asked), peak)
 }
 
 /// Whether the share is counted in drawn scans.
