@@ -11,9 +11,9 @@ use super::error::FitError;
 use super::known_moments::KnownMoments;
 use super::model_estimate::{Goodness, ModelEstimate, Untold};
 use super::normal::Normal;
-use super::pairs::{self, Close, Split, TOLD_APART};
+use super::pairs::{self, TOLD_APART};
 use super::problem::Problem;
-use super::ridge;
+use super::rivals;
 use super::search::Search;
 use crate::estimate::distance_m;
 use crate::math::bisected;
@@ -30,8 +30,7 @@ const SURE: f64 = 2.0;
 pub struct AllLight<'m> {
     pub hypothesis: Hypothesis<'m>,
     pub normal: Normal,
-    /// To be added to the variances of each path's delay (chips^2) and ln(strength): for other
-    /// hypotheses that fit nearly as well, and for what no covariance shows.
+    /// To be added to the variances of each path's delay (chips^2) and ln(strength).
     pub beyond_normal: Vec<[f64; 2]>,
     /// Standard deviation of a signed count, and signed counts of a step for a unit
     /// of a template's value and of light.
@@ -50,158 +49,77 @@ pub fn all_light<'m>(
 ) -> Result<AllLight<'m>, FitError> {
     let [light, own] = air.thresholds();
     let (mut search, mut here) = Search::new(air, problem, known, measured)?;
-    let mut ambiguous: Vec<Split> = Vec::new();
     while here.parameters.paths.len() < MOST_PATHS {
         let place = search.strongest(&here, light);
         // Where other light is still missing, that makes one path look like two.
         let least_gain = place.as_ref().map_or(0.0, |place| place.sigmas.powi(2));
-        if let Some(split) = split(&search, &here, least_gain) {
-            let pair = split.is_pair.then(|| split.hypothesis.clone());
-            ambiguous.push(split);
-            if let Some(pair) = pair {
-                here = pair;
-                continue;
-            }
-        }
-        let Some(place) = place else {
-            break;
+        here = match (told_pair(&search, &here, least_gain), place) {
+            (Some(pair), _) => pair,
+            (None, Some(place)) => search.with(&here, place.path(search.unit(&here)))?,
+            (None, None) => break,
         };
-        here = search.with(&here, place.path(search.unit(&here)))?;
     }
-    if !has_own(air, &here) {
+    if !here.parameters.paths.iter().any(|path| path.has(&air.known[0].code)) {
         let place = search.strongest_own(&here);
         if place.sigmas < own {
             return Err(FitError::OwnNotSeen { sigmas: place.sigmas, needed: own });
         }
         here = search.with(&here, place.path(search.unit(&here)))?;
     }
-    let splits = ambiguous.into_iter();
-    let mut doubts: Vec<Split> = splits.filter_map(|s| beside_all(&search, &here, s)).collect();
     loop {
-        let found = finish(&mut search, here, &doubts, known)?;
-        let Some((path, rest)) = find_in_doubt(&search, &found, light)? else {
-            return Ok(found);
-        };
-        doubts = doubts.into_iter().filter_map(|split| split.without(path)).collect();
-        here = rest;
-    }
-}
-
-/// The path of another source that the counts need least, by number, and all light without it,
-/// if that fits nearly as well: light that stood out before all was fitted may be what that
-/// lacked then. A find must lower chi-square as much as it had to stand out.
-fn find_in_doubt<'m>(
-    search: &Search<'_, 'm>,
-    found: &AllLight<'m>,
-    threshold: f64,
-) -> Result<Option<(usize, Hypothesis<'m>)>, FitError> {
-    let own = &search.air.known[0].code;
-    let here = &found.hypothesis;
-    let std = found.normal.standard_deviations();
-    let is_sure = |path: usize| std[2 * path + 1] * SURE * threshold < 1.0;
-    let mut least: Option<(f64, usize, Hypothesis<'m>)> = None;
-    for path in 0..here.parameters.paths.len() {
-        if here.parameters.paths[path].has(own) || is_sure(path) {
+        let (hypothesis, normal) = search.descent.exactly_weighed(here, known)?;
+        if let Some(rest) = without_least_needed(&search, &hypothesis, &normal, light)? {
+            here = rest;
             continue;
         }
-        let rest = search.without(here, path)?;
-        let gain = rest.chi_square - here.chi_square;
-        if gain < threshold * threshold && least.as_ref().is_none_or(|(least, ..)| gain < *least) {
-            least = Some((gain, path, rest));
-        }
+        return Ok(AllLight {
+            beyond_normal: rivals::beyond_normal(&search, &hypothesis, &normal),
+            sigma: search.sigma(),
+            unit: search.unit(&hypothesis),
+            values: search.descent.weights.values(),
+            hypothesis,
+            normal,
+        });
     }
-    Ok(least.map(|(_, path, rest)| (path, rest)))
 }
 
-/// What a split says now that all light is found: that may leave no room for what was likely
-/// without it. `None` for one path that was not taken for two, since that was tried anew.
-fn beside_all<'m>(
+/// The best pair in place of any path, if the counts tell it from one. It must gain more than
+/// `least_gain`.
+fn told_pair<'m>(
     search: &Search<'_, 'm>,
     here: &Hypothesis<'m>,
-    split: Split<'m>,
-) -> Option<Split<'m>> {
-    if split.paths_when_taken() == here.parameters.paths.len() {
-        return Some(split);
-    }
-    let &[first, second] = &split.paths[..] else {
-        return None;
-    };
-    // One path in their place that leads nowhere is none.
-    let one = search.fitted(here, |light| light.merge_paths([first, second])).ok()?;
-    let close = Close::of(search, &one, first, 0.0)?;
-    Some(split.beside(&close, here.chi_square))
-}
-
-/// The last fit, with exact derivatives and weights of the light that was found.
-fn finish<'m>(
-    search: &mut Search<'_, 'm>,
-    here: Hypothesis<'m>,
-    doubts: &[Split],
-    known: &KnownMoments,
-) -> Result<AllLight<'m>, FitError> {
-    let (hypothesis, normal) = search.descent.exactly_weighed(here, known)?;
-    let sigma = search.sigma();
-    let values = search.descent.weights.values();
-    Ok(AllLight {
-        beyond_normal: beyond_normal(search, &hypothesis, &normal, doubts),
-        unit: search.unit(&hypothesis),
-        hypothesis,
-        normal,
-        sigma,
-        values,
-    })
-}
-
-/// Whether some path has the detector's own code.
-fn has_own(air: &Air, here: &Hypothesis) -> bool {
-    here.parameters.paths.iter().any(|path| path.has(&air.known[0].code))
-}
-
-/// The best way to take a path for two that are close together, with a say on
-/// whether the counts tell.
-/// Pairs must gain more than `least_gain`.
-fn split<'m>(search: &Search<'_, 'm>, here: &Hypothesis<'m>, least_gain: f64) -> Option<Split<'m>> {
+    least_gain: f64,
+) -> Option<Hypothesis<'m>> {
     let paths = 0..here.parameters.paths.len();
-    let close = paths.filter_map(|path| Close::of(search, here, path, least_gain));
-    let pairs = close.filter(|close| search.air.room(close.candidate, here) > 0);
-    let splits = pairs.filter_map(|close| pairs::split(&close));
-    splits.min_by(|a, b| a.hypothesis.chi_square.total_cmp(&b.hypothesis.chi_square))
+    let best = paths.filter_map(|path| {
+        let best = pairs::pairs(search, here, path, least_gain).into_iter().next()?;
+        Some((path, best))
+    });
+    let best = best.min_by(|(_, a), (_, b)| a.chi_square.total_cmp(&b.chi_square));
+    best.filter(|(path, pair)| pairs::is_told_apart(here, pair, *path)).map(|(_, pair)| pair)
 }
 
-/// What the normal equations do not say of each path's delay (chips^2) and ln(strength): to be
-/// added to their variances.
-fn beyond_normal<'m>(
+/// All light without the path of another source that the counts need least, if that fits nearly as
+/// well: light that stood out before all was fitted may be what that lacked then. A find must lower
+/// chi-square as much as it had to stand out.
+fn without_least_needed<'m>(
     search: &Search<'_, 'm>,
-    hypothesis: &Hypothesis<'m>,
+    here: &Hypothesis<'m>,
     normal: &Normal,
-    doubts: &[Split],
-) -> Vec<[f64; 2]> {
-    let paths = &hypothesis.parameters.paths;
-    let mut spread = vec![0.0; paths.len()];
-    // Each says all there is of a path's variance, so that the largest holds.
-    let mut bent: Vec<Option<[f64; 2]>> = vec![None; paths.len()];
-    // Other paths nearby are in either hypothesis.
-    for split in doubts {
-        for &path in &split.paths {
-            spread[path] += split.spread_of(paths[path].delay_chips);
-        }
-        let &[first, second] = &split.paths[..] else {
-            continue;
-        };
-        let valley = ridge::beyond_normal(search, hypothesis, normal, [first, second]);
-        for (path, added) in [first, second].into_iter().zip(valley.into_iter().flatten()) {
-            bent[path] = Some(match bent[path] {
-                Some(known) => [known[0].max(added[0]), known[1].max(added[1])],
-                None => added,
-            });
+    threshold: f64,
+) -> Result<Option<Hypothesis<'m>>, FitError> {
+    let own = &search.air.known[0].code;
+    let std = normal.standard_deviations();
+    let is_sure = |path: usize| std[2 * path + 1] * SURE * threshold < 1.0;
+    let mut best: Option<Hypothesis<'m>> = None;
+    for (path, lit) in here.parameters.paths.iter().enumerate() {
+        if !lit.has(own) && !is_sure(path) {
+            let rest = search.without(here, path)?;
+            let least = best.as_ref().map_or(f64::INFINITY, |best| best.chi_square);
+            best = if rest.chi_square < least { Some(rest) } else { best };
         }
     }
-    let both = spread.into_iter().zip(bent);
-    both.map(|(spread, bent)| {
-        let [delay, ln_rate] = bent.unwrap_or_default();
-        [spread + delay, ln_rate]
-    })
-    .collect()
+    Ok(best.filter(|rest| rest.chi_square - here.chi_square < threshold * threshold))
 }
 
 /// Deviations that a pair must have on average to be told apart in 95 % of scans.

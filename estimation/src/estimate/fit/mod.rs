@@ -33,7 +33,7 @@ mod pairs;
 pub(super) mod parameters;
 mod places;
 pub(super) mod problem;
-mod ridge;
+mod rivals;
 pub(crate) mod scoring;
 mod search;
 pub(in crate::estimate) mod slipping;
