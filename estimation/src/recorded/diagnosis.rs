@@ -14,8 +14,9 @@ use serde::Serialize;
 use super::Cause;
 use super::codes::{self, Candidate};
 use super::hypothesis::{Change, Fitted, Unknown, fit};
-use super::observed::{NoFit, Observed, differences};
+use super::observed::{Observed, differences};
 use crate::estimate::evidence::Family;
+use crate::estimate::fit::FitError;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
 use crate::scene::{Scene, SourceIndex};
@@ -73,7 +74,7 @@ pub(super) fn diagnose(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
-) -> Result<(Diagnosis, Fitted), NoFit> {
+) -> Result<(Diagnosis, Fitted), FitError> {
     let mut search = Search {
         sensor,
         scene: sensor.scene(),
@@ -105,14 +106,14 @@ pub(super) fn fit_of_scene(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
-) -> Result<Fitted, NoFit> {
+) -> Result<Fitted, FitError> {
     let start = best_delay(sensor, observed, delays_ps)?;
     let fitted = fit(sensor, observed, &[Unknown::Delay], start);
     fitted.or_else(|_| fit(sensor, observed, &[], start))
 }
 
 /// Where, of some delays, the scene agrees best with what was recorded.
-fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Change, NoFit> {
+fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Change, FitError> {
     let values = observed.values();
     let mut best = (f64::INFINITY, Change::default());
     for &delay_ps in delays_ps {
@@ -307,9 +308,9 @@ impl Search<'_> {
             // What a wrong code made of the light is of no use here.
             let delay_ps = at_ps + sensor.clock().ps(chips);
             let means = self.observed.means(&sensor, delay_ps).ok()?;
-            let weights = self.fitted.expected.weights(&means).ok()?;
+            let whitening = self.fitted.expected.whitening(&means).ok()?;
             let residuals = differences(&self.observed.values(), &means);
-            let squares = weights.whitened(&residuals).ok()?.into_iter().map(|z| z * z);
+            let squares = whitening.whitened(&residuals).ok()?.into_iter().map(|z| z * z);
             Some((squares.sum::<f64>(), Change::later(delay_ps)))
         };
         let places = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];

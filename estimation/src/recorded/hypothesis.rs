@@ -2,7 +2,8 @@
 //! counts that were recorded.
 
 use super::Cause;
-use super::observed::{Agreement, Expected, NoFit, Observed, Weights, differences};
+use super::observed::{Agreement, Expected, Observed, Whitening, differences};
+use crate::estimate::fit::FitError;
 use crate::estimate::fit::normal::Normal;
 use crate::estimate::fit::scoring::{Counts, Settling, Slopes, settle};
 use crate::photons::DetectorModel;
@@ -141,12 +142,12 @@ impl Change {
         })
     }
 
-    fn means(&self, sensor: &Sensor, observed: Observed) -> Result<Vec<f64>, NoFit> {
+    fn means(&self, sensor: &Sensor, observed: Observed) -> Result<Vec<f64>, FitError> {
         let applied = self.applied(sensor, observed.detector());
         observed.means(&applied, self.value(Unknown::Delay))
     }
 
-    pub fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, NoFit> {
+    pub fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, FitError> {
         let applied = self.applied(sensor, observed.detector());
         observed.expected(&applied, self.value(Unknown::Delay))
     }
@@ -178,7 +179,7 @@ pub(super) fn fit(
     observed: Observed,
     unknowns: &[Unknown],
     start: Change,
-) -> Result<Fitted, NoFit> {
+) -> Result<Fitted, FitError> {
     let values = observed.values();
     let mut change = start;
     let mut expected = change.expected(sensor, observed)?;
@@ -188,7 +189,7 @@ pub(super) fn fit(
         for _ in 0..2 {
             let start = Trial { change, means: expected.means.clone() };
             let mut scene = SceneCounts {
-                weights: expected.weights(&start.means)?,
+                whitening: expected.whitening(&start.means)?,
                 weighed_at: change,
                 reach: unknowns.iter().map(|u| u.reach(sensor, observed.detector())).collect(),
                 known: &expected,
@@ -217,9 +218,9 @@ struct SceneCounts<'p> {
     unknowns: &'p [Unknown],
     /// Of each unknown.
     reach: Vec<[f64; 2]>,
-    /// What weights are scaled from, to the light as it changes.
+    /// What covariances are scaled from, to the light as it changes.
     known: &'p Expected,
-    weights: Weights,
+    whitening: Whitening,
     weighed_at: Change,
 }
 
@@ -238,20 +239,20 @@ impl SceneCounts<'_> {
 
 impl Counts for SceneCounts<'_> {
     type Point = Trial;
-    type Error = NoFit;
+    type Error = FitError;
 
-    fn residuals(&self, place: &Trial) -> Result<Vec<f64>, NoFit> {
-        self.weights.whitened(&differences(self.values, &place.means))
+    fn residuals(&self, place: &Trial) -> Result<Vec<f64>, FitError> {
+        self.whitening.whitened(&differences(self.values, &place.means))
     }
 
-    fn slopes(&mut self, place: &Trial, _anew: bool) -> Result<Slopes, NoFit> {
+    fn slopes(&mut self, place: &Trial, _anew: bool) -> Result<Slopes, FitError> {
         let of_unknown = |(unknown, &[step, _]): (&Unknown, &[f64; 2])| {
             let at = |by: f64| place.change.by(*unknown, by).means(self.sensor, self.observed);
             // A rate cannot be less than none.
             let down = if *unknown == Unknown::Constant { 0.0 } else { step };
             let mut slopes = differences(&at(step)?, &at(-down)?);
             slopes.iter_mut().for_each(|difference| *difference /= step + down);
-            self.weights.whitened(&slopes)
+            self.whitening.whitened(&slopes)
         };
         let columns = self.unknowns.iter().zip(&self.reach).map(of_unknown);
         Ok(Slopes { columns: columns.collect::<Result<_, _>>()?, are_best: true })
@@ -262,21 +263,24 @@ impl Counts for SceneCounts<'_> {
         normal.solution_within(&limits.collect::<Vec<_>>())
     }
 
-    fn moved(&self, place: &Trial, step: &[f64]) -> Result<Trial, NoFit> {
+    fn moved(&self, place: &Trial, step: &[f64]) -> Result<Trial, FitError> {
         let change = self.changed(&place.change, step);
         Ok(Trial { means: change.means(self.sensor, self.observed)?, change })
     }
 
-    fn weigh(&mut self, place: &Trial, _fall: f64) -> Result<bool, NoFit> {
+    fn weigh(&mut self, place: &Trial, _fall: f64) -> Result<bool, FitError> {
         if self.weighed_at == place.change {
             return Ok(false);
         }
-        self.weights = self.known.weights(&place.means)?;
+        self.whitening = self.known.whitening(&place.means)?;
         self.weighed_at = place.change;
         Ok(true)
     }
 
-    fn undetermined(&self, _place: &Trial) -> NoFit {
-        NoFit::Undetermined
+    fn undetermined(&self, _place: &Trial) -> FitError {
+        {
+            let steps = self.observed.phase_steps();
+            FitError::Undetermined { steps, unknowns: self.unknowns.len() }
+        }
     }
 }

@@ -6,32 +6,22 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::expected::with_std;
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::CountingTier;
-use crate::estimate::histogram::{Uncorrected, dead_time};
+use crate::estimate::fit::FitError;
+use crate::estimate::fit::moments::PerDetection;
+use crate::estimate::fit::weights::Weights;
+use crate::estimate::histogram::dead_time;
 use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
-use crate::histogram::correction::{CorrectionError, DeadTime};
+use crate::histogram::correction::DeadTime;
 use crate::histogram::correlation::Correlator;
 use crate::histogram::innovations::{Innovations, deviance};
 use crate::photons::{DetectorModel, StepCount};
-use crate::response::{CountMoments, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
+use crate::response::{CountMoments, MeanCount, MeanResponse, SecondMoments};
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
 /// Neighbouring bins are summed for the chi-square until this many hits are expected in
 /// each sum: its distribution is known well where sums are not small.
 pub const HITS_OF_A_SUM: f64 = 5.0;
-
-/// Why a scene cannot be fitted.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum NoFit {
-    #[error(transparent)]
-    Response(#[from] MeanResponseError),
-    #[error(transparent)]
-    Correction(#[from] CorrectionError),
-    #[error(transparent)]
-    Uncorrected(#[from] Uncorrected),
-    #[error("the counts do not determine what is unknown")]
-    Undetermined,
-}
 
 /// What was recorded of one detector.
 #[derive(Debug, Clone, Copy)]
@@ -106,12 +96,12 @@ impl Observed<'_> {
     }
 
     /// What a detector answers to light that comes later by a delay.
-    fn delayed(model: &DetectorModel, delay_ps: f64) -> Result<MeanResponse<'_>, NoFit> {
+    fn delayed(model: &DetectorModel, delay_ps: f64) -> Result<MeanResponse<'_>, FitError> {
         Ok(MeanResponse::of_tier(model, CountingTier::Sampled)?.delayed(delay_ps)?)
     }
 
     /// Means of all numbers, of light that comes later by a delay.
-    pub fn means(self, sensor: &Sensor, delay_ps: f64) -> Result<Vec<f64>, NoFit> {
+    pub fn means(self, sensor: &Sensor, delay_ps: f64) -> Result<Vec<f64>, FitError> {
         let model = DetectorModel::new(sensor, self.detector());
         let delayed = Observed::delayed(&model, delay_ps)?;
         Ok(match self {
@@ -124,7 +114,7 @@ impl Observed<'_> {
     }
 
     /// What a sensor lets one expect of light that comes later by a delay.
-    pub fn expected(self, sensor: &Sensor, delay_ps: f64) -> Result<Expected, NoFit> {
+    pub fn expected(self, sensor: &Sensor, delay_ps: f64) -> Result<Expected, FitError> {
         let model = DetectorModel::new(sensor, self.detector());
         let delayed = Observed::delayed(&model, delay_ps)?;
         Ok(match self {
@@ -183,36 +173,40 @@ impl Expected {
         }
     }
 
-    /// Weights for other means: second moments that are known, of which those per detection
-    /// change little.
-    pub fn weights(&self, means: &[f64]) -> Result<Weights, NoFit> {
+    /// What whitens deviations from other means: second moments per detection change little.
+    pub fn whitening(&self, means: &[f64]) -> Result<Whitening, FitError> {
         Ok(match &self.scatter {
             Scatter::Steps { moments, has_totals } => {
-                Weights::Steps(Whitening::of(&scaled(moments, means), *has_totals))
+                Whitening::Steps(weights(moments, *has_totals, means))
             }
             Scatter::Bins { dead_time, periods } => {
-                Weights::Bins(Innovations::new(*dead_time, means, *periods)?)
+                Whitening::Bins(Innovations::new(*dead_time, means, *periods)?)
             }
         })
     }
 
     /// How well numbers agree with what is expected.
-    pub fn judge(&self, values: &[f64]) -> Result<Agreement, NoFit> {
+    pub fn judge(&self, values: &[f64]) -> Result<Agreement, FitError> {
         let deviations = differences(values, &self.means);
-        Ok(match self.weights(&self.means)? {
-            Weights::Steps(whitening) => {
-                let whitened = whitening.whitened(pairs(&deviations));
+        match &self.scatter {
+            Scatter::Steps { moments, has_totals } => {
+                let weights = weights(moments, *has_totals, &self.means);
+                let whitened = weights.whitened(&pairs(&deviations).collect());
                 let chi_square = whitened.iter().map(|z| z * z).sum();
-                Agreement {
+                let fourth = moments.iter().map(|moment| fourth_cumulants(moment, *has_totals));
+                Ok(Agreement {
                     chi_square,
                     numbers: whitened.len(),
-                    excess_variance: whitening.excess_variance,
-                    deviance: chi_square + whitening.ln_determinant,
+                    excess_variance: fourth.sum(),
+                    deviance: chi_square + weights.ln_determinant(),
                     whitened,
-                }
+                })
             }
-            Weights::Bins(innovations) => of_bins(values, &deviations, &innovations)?,
-        })
+            Scatter::Bins { dead_time, periods } => {
+                let innovations = Innovations::new(*dead_time, &self.means, *periods)?;
+                of_bins(values, &deviations, &innovations)
+            }
+        }
     }
 }
 
@@ -243,7 +237,7 @@ fn of_bins(
     values: &[f64],
     deviations: &[f64],
     innovations: &Innovations,
-) -> Result<Agreement, NoFit> {
+) -> Result<Agreement, FitError> {
     let expected = innovations.expected(values, deviations)?;
     let mut agreement = Agreement {
         whitened: innovations.whitened(deviations)?,
@@ -268,17 +262,28 @@ fn of_bins(
 }
 
 /// What makes deviations independent, of unit variance.
-pub(super) enum Weights {
-    Steps(Whitening),
+pub(super) enum Whitening {
+    Steps(Weights),
     Bins(Innovations),
 }
 
-impl Weights {
-    pub fn whitened(&self, deviations: &[f64]) -> Result<Vec<f64>, NoFit> {
+impl Whitening {
+    pub fn whitened(&self, deviations: &[f64]) -> Result<Vec<f64>, FitError> {
         Ok(match self {
-            Weights::Steps(whitening) => whitening.whitened(pairs(deviations)),
-            Weights::Bins(innovations) => innovations.whitened(deviations)?,
+            Whitening::Steps(weights) => weights.whitened(&pairs(deviations).collect()),
+            Whitening::Bins(innovations) => innovations.whitened(deviations)?,
         })
+    }
+}
+
+/// Weights of steps that expect some means, from second moments at other means.
+fn weights(moments: &[CountMoments], has_totals: bool, means: &[f64]) -> Weights {
+    let scaled = moments.iter().zip(pairs(means));
+    let scaled = scaled.map(|(known, mean)| PerDetection::from_moments(known).expecting(&mean));
+    let scaled: Vec<CountMoments> = scaled.collect();
+    match has_totals {
+        true => Weights::of(&scaled),
+        false => Weights::of_signed(&scaled),
     }
 }
 
@@ -290,67 +295,6 @@ fn pairs(values: &[f64]) -> impl Iterator<Item = MeanCount> {
 
 pub(super) fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
-/// Second moments that are known, for other means.
-fn scaled(known: &[CountMoments], means: &[f64]) -> Vec<CountMoments> {
-    let scaled = known.iter().zip(pairs(means)).map(|(known, mean)| {
-        let more = mean.total / known.total_mean.max(f64::MIN_POSITIVE);
-        CountMoments {
-            signed_mean: mean.signed,
-            total_mean: mean.total,
-            signed_variance: known.signed_variance * more,
-            total_variance: known.total_variance * more,
-            covariance: (known.covariance - known.signed_mean) * more + mean.signed,
-        }
-    });
-    scaled.collect()
-}
-
-/// Whitens the counts of every step: the signed ones alone, or with the totals.
-pub(super) struct Whitening {
-    /// Of each step: the signed count's factor, and the total's two.
-    factors: Vec<[f64; 3]>,
-    /// Number of counts of a step: 1, or 2 with totals.
-    per_step: usize,
-    /// Logarithm of the determinant of all covariances.
-    ln_determinant: f64,
-    /// What the counts' fourth cumulants add to the variance of chi-square.
-    excess_variance: f64,
-}
-
-impl Whitening {
-    fn of(moments: &[CountMoments], has_totals: bool) -> Whitening {
-        let mut whitening = Whitening {
-            factors: Vec::with_capacity(moments.len()),
-            per_step: if has_totals { 2 } else { 1 },
-            ln_determinant: 0.0,
-            excess_variance: 0.0,
-        };
-        for moment in moments {
-            let factor = match moment.whitening() {
-                [of_signed, ..] if !has_totals => [of_signed, 0.0, 0.0],
-                of_both => of_both,
-            };
-            whitening.factors.push(factor);
-            let determinant = factor[0] * if has_totals { factor[2] } else { 1.0 };
-            whitening.ln_determinant -= 2.0 * determinant.ln();
-            whitening.excess_variance += fourth_cumulants(moment, factor);
-        }
-        whitening
-    }
-
-    /// All whitened values, step by step.
-    fn whitened(&self, counts: impl Iterator<Item = MeanCount>) -> Vec<f64> {
-        let mut values = Vec::with_capacity(self.factors.len() * self.per_step);
-        for ([a, b, c], count) in self.factors.iter().zip(counts) {
-            values.push(a * count.signed);
-            if self.per_step == 2 {
-                values.push(b * count.signed + c * count.total);
-            }
-        }
-        values
-    }
 }
 
 /// Chance of a chi-square at least this large, by a scaled chi-square distribution
@@ -368,7 +312,11 @@ fn tail(chi_square: f64, degrees: usize, excess_variance: f64) -> Option<f64> {
 
 /// Sum of the fourth cumulants of a step's whitened counts that chi-square's variance
 /// has beyond that of normal ones, as if hits up and hits down were Poisson numbers.
-fn fourth_cumulants(moment: &CountMoments, [a, b, c]: [f64; 3]) -> f64 {
+fn fourth_cumulants(moment: &CountMoments, has_totals: bool) -> f64 {
+    let [a, b, c] = match moment.whitening() {
+        [of_signed, ..] if !has_totals => [of_signed, 0.0, 0.0],
+        of_both => of_both,
+    };
     let up = 0.5 * (moment.total_mean + moment.signed_mean);
     let down = 0.5 * (moment.total_mean - moment.signed_mean);
     let of_hit = |sign: f64| (a * a + (b * sign + c) * (b * sign + c)).powi(2);
@@ -390,30 +338,12 @@ mod tests {
     }
 
     #[test]
-    fn whitened_counts_have_unit_covariance_and_the_determinant_is_theirs() {
-        let moment = CountMoments {
-            signed_variance: 5.0,
-            total_variance: 3.0,
-            covariance: 2.0,
-            ..poisson(1.0, 1.0)
-        };
-        let whitening = Whitening::of(&[moment], true);
-        let [a, b, c] = whitening.factors[0];
-        assert!((a * a * 5.0 - 1.0).abs() < 1e-12);
-        assert!((b * b * 5.0 + 4.0 * b * c + c * c * 3.0 - 1.0).abs() < 1e-12);
-        assert!((a * (b * 5.0 + c * 2.0)).abs() < 1e-12);
-        // 5 x 3 - 2 x 2.
-        assert!((whitening.ln_determinant - 11.0_f64.ln()).abs() < 1e-12);
-    }
-
-    #[test]
     fn chi_square_has_its_tabulated_quantiles_where_counts_are_large() {
         // Abramowitz and Stegun, table 26.8: 18.307 for 10 degrees at 5 %.
-        let moments = [poisson(1e9, 1e9); 10];
-        let whitening = Whitening::of(&moments, false);
-        let p = tail(18.307, 10, whitening.excess_variance).unwrap();
+        let excess_variance = 10.0 * fourth_cumulants(&poisson(1e9, 1e9), false);
+        let p = tail(18.307, 10, excess_variance).unwrap();
         assert!((p - 0.05).abs() < 1e-5, "{p}");
-        assert_eq!(tail(1.0, 0, whitening.excess_variance), None);
+        assert_eq!(tail(1.0, 0, excess_variance), None);
     }
 
     /// A Poisson number's squared deviation in variances has the variance 2 + 1/mean.
@@ -421,11 +351,11 @@ mod tests {
     fn small_counts_widen_chi_square_as_their_fourth_moment_says() {
         let mean = 0.7;
         // Only hits up, so that the signed count is the Poisson number.
-        let whitening = Whitening::of(&[poisson(mean, 0.0)], false);
-        assert!((whitening.excess_variance - 1.0 / mean).abs() < 1e-12);
+        let signed = fourth_cumulants(&poisson(mean, 0.0), false);
+        assert!((signed - 1.0 / mean).abs() < 1e-12);
         // Hits up and down apart: U and W each have theirs.
-        let both = Whitening::of(&[poisson(3.0, 3.0)], true);
+        let both = fourth_cumulants(&poisson(3.0, 3.0), true);
         // r and N with variance 6 each, uncorrelated; each hit has both squares 1/6.
-        assert!((both.excess_variance - 6.0 * (2.0 / 6.0_f64).powi(2)).abs() < 1e-12);
+        assert!((both - 6.0 * (2.0 / 6.0_f64).powi(2)).abs() < 1e-12);
     }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::diagnosis::{Diagnosis, diagnose, fit_of_scene};
 use super::hypothesis::{Fitted, Unknown};
-use super::observed::{Agreement, Expected, NoFit, Observed};
+use super::observed::{Agreement, Expected, Observed};
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::report::EstimateReport;
 use crate::estimate::{CountingTier, TheoryEffort, Work, calibration_offset_ps, distance_m};
@@ -192,7 +192,7 @@ fn check_testable(sensor: &Sensor, observed: Observed) -> Result<(), String> {
     }
     TheoryEffort::of(sensor, observed.detector())
         .and_then(|effort| effort.check(Work::Fit))
-        .map_err(|reason| NoFit::from(reason).to_string())
+        .map_err(|reason| reason.to_string())
 }
 
 /// How much later than the scene's nearest own path the peak stands.

@@ -1,4 +1,4 @@
-//! What light may be in the air.
+//! The light that may reach a detector: known codes, and sets of unknown ones.
 
 use std::sync::Arc;
 
@@ -67,7 +67,7 @@ impl UnknownCodes {
     }
 }
 
-/// What may be in the air, prepared for all scans of a detector.
+/// The light that may be there, prepared for all scans of a detector.
 #[derive(Debug)]
 pub struct Air {
     pub axis: Axis,
@@ -147,10 +147,10 @@ fn known(sensor: &Sensor, model: &DetectorModel, other: OtherLight) -> Vec<(Arc<
     }
 }
 
-/// What may be in the air of a scan.
+/// The light that may be in a scan.
 ///
 /// # Errors
-/// When a search is asked for without a set of codes, or the scan is too short for
+/// If a search is asked for without a set of codes, or the scan is too short for
 /// light of other codes.
 pub fn look_for(
     sensor: &Sensor,

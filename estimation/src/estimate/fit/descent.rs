@@ -1,9 +1,9 @@
-//! From a start to the unknowns that the counts of a scan's steps fit best.
+//! Fits of paths to the steps of a scan.
 //!
-//! Rough derivatives, of the light's first order, cost nothing beside an expected
-//! response, and a fit with the exact response and rough derivatives goes to nearly
-//! the same place: they serve while hypotheses are compared. The end is found, and
-//! its covariance told, with exact ones, or with those of a node nearby.
+//! Rough derivatives, of first order in the light, cost nothing beside an expected
+//! response, and a fit with the exact response and rough derivatives ends nearly at
+//! the same point: they are used while hypotheses are compared. The last steps and the covariance
+//! take exact derivatives, or those of a node nearby.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -18,24 +18,23 @@ use super::template::{Axis, Template};
 use super::weights::Weights;
 use crate::response::{MeanCount, MeanResponse};
 
-/// Light that counts may come from, and how well it fits.
+/// Light that may have caused the counts, and how well it fits.
 #[derive(Debug, Clone)]
 pub struct Hypothesis<'m> {
     pub parameters: Parameters,
     pub expected: Vec<MeanCount>,
     response: Arc<MeanResponse<'m>>,
-    /// What is expected beyond that on average over where steps begin in the code
-    /// period; kept while light changes little, for it costs the most.
+    /// Expected counts less their average over where steps begin in the code period; kept while the
+    /// light changes little, since it costs the most.
     beyond_average: Arc<Vec<MeanCount>>,
-    /// Once a fit has settled there.
+    /// Of a fit that has settled.
     pub chi_square: f64,
     /// Steps taken so far.
     pub iterations: usize,
 }
 
 impl<'m> Hypothesis<'m> {
-    /// That the light of a problem is such. What is expected beside the average may be that of
-    /// light nearby.
+    /// Some light of a problem. Expected counts less their average may be those of light nearby.
     pub fn of(
         problem: &Problem<'m>,
         parameters: Parameters,
@@ -87,7 +86,7 @@ impl<'m> Hypothesis<'m> {
 }
 
 impl<'m> Settled<Hypothesis<'m>> {
-    /// The end, to which the last step leads, and the normal equations there.
+    /// The end of the last step, and the normal equations there.
     pub fn at_end(self) -> (Hypothesis<'m>, Normal) {
         let parameters = self.place.parameters.moved(&self.step);
         (Hypothesis { parameters, chi_square: self.misfit, ..self.place }, self.normal)
@@ -100,7 +99,7 @@ pub struct Descent<'a, 'm> {
     pub measured: &'a [MeanCount],
     pub axis: &'a Axis,
     pub weights: Weights,
-    /// How expected counts are read where light has moved by a step.
+    /// How expected counts are read off the response.
     pub reading: Reading,
 }
 
@@ -110,28 +109,29 @@ pub enum Derivatives<'a> {
     Templates(&'a [Arc<Template>]),
     /// Nodes nearby, which are kept from scan to scan, and the last of them.
     Nodes(&'a KnownMoments, Option<Arc<Linear>>),
-    /// Where the fit stands.
+    /// Differences at the current light.
     Differences,
 }
 
-/// A fit that is under way.
-pub struct Descending<'a, 'd, 'm> {
+/// A fit in progress.
+struct Descending<'a, 'd, 'm> {
     descent: &'d Descent<'a, 'm>,
     source: Derivatives<'d>,
-    /// Whence weights of this detector are taken near the end; `None` if they are kept.
+    /// Where weights of this detector come from within a standard deviation of the end, as often as
+    /// such a problem needs; `None` if they stay as they are.
     known: Option<&'d KnownMoments>,
-    /// A combination of the unknowns that stays as it is.
+    /// A combination of the unknowns that is held constant.
     held: Option<&'d [f64]>,
     pub weights: Cow<'d, Weights>,
-    /// Where they are of, if they are this detector's.
+    /// The light that they belong to, if they are this detector's.
     weighed_at: Option<Parameters>,
     weighings: usize,
-    /// Exact derivatives, and where they are of.
+    /// Exact derivatives, and the light that they belong to.
     linearised: Option<(Vec<Column>, Parameters)>,
 }
 
 impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
-    /// One that keeps its weights.
+    /// One with constant weights.
     pub fn new(descent: &'d Descent<'a, 'm>, source: Derivatives<'d>) -> Descending<'a, 'd, 'm> {
         Descending {
             weights: Cow::Borrowed(&descent.weights),
@@ -143,16 +143,6 @@ impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
             weighings: 0,
             linearised: None,
         }
-    }
-
-    /// One that takes weights of this detector within a standard deviation of the end, as
-    /// often as such a problem needs. Those at the start may be `weighed_at` some light.
-    pub fn weighing(
-        self,
-        known: &'d KnownMoments,
-        weighed_at: Option<Parameters>,
-    ) -> Descending<'a, 'd, 'm> {
-        Descending { known: Some(known), weighings: weighed_at.iter().len(), weighed_at, ..self }
     }
 
     /// Derivatives of a node near a hypothesis, where they come from nodes.
@@ -167,7 +157,7 @@ impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
         Some(last.as_ref()?.columns_at(&here.parameters))
     }
 
-    /// Whitened derivatives where the fit stands, or so near that they are good enough.
+    /// Whitened derivatives at the current light, or so near that they are good enough.
     fn differences(&mut self, here: &Hypothesis<'m>, anew: bool) -> Result<Slopes, FitError> {
         let is_good = |(_, of): &(Vec<Column>, Parameters)| match anew {
             true => &here.parameters == of,
@@ -263,7 +253,7 @@ impl<'m> Counts for Descending<'_, '_, 'm> {
 }
 
 impl<'m> Descent<'_, 'm> {
-    /// What is expected of some light; it may be little different from that of `near`.
+    /// Expected counts of some light, which may be close to `near`.
     pub fn hypothesis(
         &self,
         parameters: Parameters,
@@ -272,12 +262,12 @@ impl<'m> Descent<'_, 'm> {
         Hypothesis::of(self.problem, parameters, self.reading, near)
     }
 
-    /// The same light, with all that is expected of it worked out.
+    /// The same light, with nothing taken from light nearby.
     fn refreshed(&self, here: Hypothesis<'m>) -> Result<Hypothesis<'m>, FitError> {
         Ok(Hypothesis { iterations: here.iterations, ..self.hypothesis(here.parameters, None)? })
     }
 
-    /// Goes down with rough derivatives. `templates` are those of the codes.
+    /// Descends with rough derivatives. `templates` are those of the codes.
     pub fn roughly(
         &self,
         start: Hypothesis<'m>,
@@ -289,7 +279,7 @@ impl<'m> Descent<'_, 'm> {
     }
 
     /// The same for light that changes little on the way. A combination of the unknowns may
-    /// be `held` as it is.
+    /// be `held` constant.
     pub fn downwards(
         &self,
         start: Hypothesis<'m>,
@@ -302,30 +292,35 @@ impl<'m> Descent<'_, 'm> {
         Ok(Hypothesis { chi_square: settled.misfit, ..settled.place })
     }
 
-    /// Goes down with exact derivatives, to where it settles.
+    /// Descends with exact derivatives until it settles.
     pub fn exactly(&self, start: Hypothesis<'m>) -> Result<(Hypothesis<'m>, Normal), FitError> {
         let mut descending = Descending::new(self, Derivatives::Differences);
         Ok(settle(&mut descending, start, Settling::FINE)?.at_end())
     }
 
-    /// The same with weights of the light there, which are kept.
-    pub fn exactly_weighed(
+    /// Descends with derivatives from `source`, and weights of this detector as soon as it is near
+    /// the end, which are kept; those of the start may be `weighed_at` some light.
+    pub fn weighed(
         &mut self,
         start: Hypothesis<'m>,
+        source: Derivatives,
         known: &KnownMoments,
-    ) -> Result<(Hypothesis<'m>, Normal), FitError> {
-        self.weights = start.weights(self.problem, known, self.axis)?;
-        let at = Some(start.parameters.clone());
-        let mut descending = Descending::new(self, Derivatives::Differences).weighing(known, at);
+        weighed_at: Option<Parameters>,
+    ) -> Result<Settled<Hypothesis<'m>>, FitError> {
+        let mut descending = Descending {
+            known: Some(known),
+            weighings: weighed_at.iter().len(),
+            weighed_at,
+            ..Descending::new(self, source)
+        };
         let settled = settle(&mut descending, start, Settling::FINE)?;
         if let Cow::Owned(weights) = descending.weights {
             self.weights = weights;
         }
-        Ok(settled.at_end())
+        Ok(settled)
     }
 
-    /// What a detection more or less of the light's rate makes of the signed counts'
-    /// pattern, and of the totals.
+    /// Gains from the light's rate to the signed counts' pattern, and to the total counts.
     pub fn gains(&self, Hypothesis { parameters, expected, .. }: &Hypothesis) -> [f64; 2] {
         let detected = expected.iter().map(|mean| mean.total).sum::<f64>()
             / (expected.len() as f64 * self.axis.chips);

@@ -1,4 +1,4 @@
-//! Why there is no fit.
+//! Errors of fits.
 
 use crate::estimate::NoEstimate;
 use crate::estimate::approximation::Approximation;
@@ -7,13 +7,13 @@ use crate::histogram::correction::CorrectionError;
 use crate::response::MeanResponseError;
 use crate::scene::PathIndex;
 
-/// Why there is no fit.
+/// Why a fit failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// The mean response cannot be had.
     #[error(transparent)]
     MeanResponse(#[from] MeanResponseError),
-    /// The counts have no peak to start from.
+    /// The counts do not have a peak to start from.
     #[error(transparent)]
     NoPeak(#[from] NoEstimate),
     /// An approximation behind what is expected of fits does not hold.
@@ -39,23 +39,25 @@ pub enum FitError {
         /// Steps of the code period.
         steps_per_period: u64,
     },
-    /// The reference is no code of a Gold set.
-    #[error("the reference's code is of no Gold set in which an interferer could be looked for")]
-    NoGoldSet,
-    /// A path moves in a way that a fit does not follow.
+    /// The reference's code does not belong to a Gold set.
     #[error(
-        "path {path} moves; the model estimator follows the only path of a detector, at a constant \
-         speed, without a fluctuation (estimator = \"fft\" takes any)"
+        "the reference's code does not belong to a Gold set in which an interferer could be searched for"
+    )]
+    NoGoldSet,
+    /// A path moves in a way that the fit does not model.
+    #[error(
+        "path {path} moves; the model estimator follows a detector's only path, at a constant \
+         speed, without a fluctuation (estimator = \"fft\" accepts any)"
     )]
     Moves {
         /// Index of the path.
         path: PathIndex,
     },
-    /// A path moves faster than a fit follows, or nobody can say how fast.
+    /// A path moves faster than a fit follows, or its speed is unknown.
     #[error(
         "the counts are best explained by a path that moves by {limit_m_per_s:.1} m/s or more, a \
-         quarter of a phase step within one: integrate for a shorter time if it is so fast, or for a \
-         longer one if the light does not tell its speed"
+         quarter of a phase step within one: integrate for a shorter time if it is that fast, or for a \
+         longer one if the light does not determine its speed"
     )]
     TooFast {
         /// The fastest that is followed.
@@ -63,23 +65,23 @@ pub enum FitError {
     },
     /// It would take too long.
     #[error(
-        "to fit this light would take about {seconds:.0} s of one core, and no more than {limit_s:.0} s \
-         is spent on a scan: attenuate the light, or take fewer paths, a shorter dead time or a \
-         shorter code; estimator = \"fft\" takes any"
+        "a fit to this light would take about {seconds:.0} s of one core, and no more than {limit_s:.0} s \
+         is spent on a scan: attenuate the light, or use fewer paths, a shorter dead time or a \
+         shorter code; estimator = \"fft\" accepts any"
     )]
     TooLong {
         /// How long.
         seconds: f64,
-        /// The longest that is done.
+        /// The limit.
         limit_s: f64,
     },
-    /// There is nothing to range.
+    /// No modulated light.
     #[error("nothing modulated reaches the detector")]
     Dark,
     /// The detector's own light does not stand out.
     #[error(
-        "no light of the detector's own code stands out: its likeliest place is {sigmas:.1} standard \
-         deviations above what is expected without it, and {needed:.1} are asked for, which noise \
+        "the light of the detector's own code does not stand out: its strongest correlation is {sigmas:.1} \
+         standard deviations above the expectation without it, and {needed:.1} are required, which noise \
          alone exceeds in 0.3 % of scans; integrate longer"
     )]
     OwnNotSeen {
@@ -89,27 +91,27 @@ pub enum FitError {
         needed: f64,
     },
     /// The counts do not determine the unknowns.
-    #[error("the counts of {steps} phase steps do not determine {unknowns} unknowns")]
+    #[error("{steps} phase steps or bins do not determine {unknowns} unknowns")]
     Undetermined {
-        /// Steps that took part.
+        /// Phase steps, or bins, that took part.
         steps: usize,
         /// Number of unknowns.
         unknowns: usize,
     },
-    /// The counts tell much more of the distance at some places than at others.
+    /// The counts are much more sensitive to the distance in some places than in others.
     #[error(
-        "pulses are shorter than a sample, so that the counts hardly tell where between two samples \
-         light comes: their slope here stands for a standard deviation of {std_mm:.1} mm, but it \
+        "pulses are shorter than a sample, so that the counts hardly depend on where between two samples \
+         the light arrives: their slope here corresponds to a standard deviation of {std_mm:.1} mm, but it \
          changes by more than half within that or half a sample, so that no estimate is unbiased"
     )]
     Uneven {
-        /// Standard deviation by the counts' slope at the scene's own delay.
+        /// Standard deviation from the counts' slope at the scene's delay.
         std_mm: f64,
     },
-    /// Light that a fit to a histogram does not take.
+    /// Light that a fit to a histogram does not model.
     #[error(
-        "{paths} paths carry modulated light to the detector, {own} of them of its own source; the \
-         model estimator takes histograms of one path, of the own source (estimator = \"fft\" takes \
+        "{paths} paths carry modulated light to the detector, {own} of them from its own source; the \
+         model estimator fits histograms of one path, from the own source (estimator = \"fft\" accepts \
          any)"
     )]
     NotOnePath {
@@ -118,13 +120,13 @@ pub enum FitError {
         /// Those of the detector's own source.
         own: usize,
     },
-    /// How a histogram's bins go together is not known.
-    #[error("the model estimator cannot weigh a histogram's bins: {0}")]
+    /// The correlation of a histogram's bins is not known.
+    #[error("the model estimator cannot weight a histogram's bins: {0}")]
     Uncorrected(#[from] Uncorrected),
-    /// A histogram is of no such detector.
+    /// The histogram cannot be of this detector.
     #[error(transparent)]
     Correction(#[from] CorrectionError),
-    /// Gauss-Newton does not settle.
+    /// The fit does not converge.
     #[error("the fit does not settle within {steps} steps")]
     NotConverged {
         /// Gauss-Newton steps that were taken.

@@ -1,9 +1,9 @@
-//! Finding all light of a scan: one source of light after another, where what the
-//! light so far leaves over stands out, and all of it fitted anew each time.
+//! Finding all light of a scan: one path after another, each where the residual of those found so
+//! far stands out most, with a new fit of all of them each time.
 //!
-//! What is left over is taken from the exact expected counts. Against a linear model
-//! dead time would make ghosts: it multiplies the light with itself, and a product of
-//! shifted Gold codes is a Gold code of the same set.
+//! Residuals are relative to the exact expected counts. Relative to a linear model, dead time would
+//! make ghosts: it multiplies the light with itself, and a product of shifted Gold codes is a Gold
+//! code of the same set.
 
 use super::air::{Air, Candidate};
 use super::descent::Hypothesis;
@@ -22,7 +22,7 @@ use crate::response::MeanCount;
 /// Most paths of one fit: bounds its time.
 const MOST_PATHS: usize = 12;
 
-/// Light that is above none by so many thresholds is there.
+/// A path whose significance is this many thresholds is not questioned again.
 const SURE: f64 = 2.0;
 
 /// All light that a scan shows.
@@ -67,7 +67,7 @@ pub fn all_light<'m>(
         here = search.with(&here, place.path(search.unit(&here)))?;
     }
     loop {
-        let (hypothesis, normal) = search.descent.exactly_weighed(here, known)?;
+        let (hypothesis, normal) = search.finished(here, known)?;
         if let Some(rest) = without_least_needed(&search, &hypothesis, &normal, light)? {
             here = rest;
             continue;
@@ -99,9 +99,9 @@ fn told_pair<'m>(
     best.filter(|(path, pair)| pairs::is_told_apart(here, pair, *path)).map(|(_, pair)| pair)
 }
 
-/// All light without the path of another source that the counts need least, if that fits nearly as
-/// well: light that stood out before all was fitted may be what that lacked then. A find must lower
-/// chi-square as much as it had to stand out.
+/// All light without the least significant path of another source, if that fits nearly as well: it may
+/// have stood out only because other light was not fitted yet. Each path must lower chi-square by
+/// the square of the threshold that it had to exceed.
 fn without_least_needed<'m>(
     search: &Search<'_, 'm>,
     here: &Hypothesis<'m>,
@@ -131,7 +131,7 @@ impl AllLight<'_> {
         let fitted = &self.hypothesis;
         let mut parameters = fitted.parameters.clone();
         let own = &air.known[0];
-        // Whoever searches does not know how many there are.
+        // A search does not know how many there are.
         let is_given = air.sets.is_empty();
         let room = |candidate: &Candidate| if is_given { air.room(candidate, fitted) } else { 0 };
         let missing = room(own);
@@ -181,14 +181,14 @@ impl AllLight<'_> {
             air.axis.centred(&values.collect::<Vec<_>>())
         };
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        // What a single path in their middle leaves over of two.
-        let left_over = |apart: f64| {
+        // Squared residual of one path in the middle of two.
+        let residual = |apart: f64| {
             let middle = 0.37 / air.axis.samples_per_chip;
             let [early, between, late] = [-0.5, 0.0, 0.5].map(|side| values(middle + side * apart));
             let both: Vec<f64> = early.iter().zip(&late).map(|(a, b)| 0.5 * (a + b)).collect();
             let shared = dot(&both, &between).powi(2) / dot(&between, &between);
             (dot(&both, &both) - shared).max(0.0) * (height / self.sigma).powi(2)
         };
-        bisected([0.0, 2.0], 8, |apart| left_over(apart) < needed)
+        bisected([0.0, 2.0], 8, |apart| residual(apart) < needed)
     }
 }

@@ -1,9 +1,8 @@
-//! Second moments for fits, worked out once for neighbouring light.
+//! Second moments for fits, computed once for similar light.
 //!
-//! They cost more than all else in a fit, and hardly change with the light beside
-//! what Poisson counts would have: variances N, and the mean of r as covariance. So
-//! what is different from that, per detection, is taken from the nearest node of a
-//! grid of the unknowns: the same, whatever was fitted before.
+//! They cost more than the rest of a fit, and per detection they hardly change with the light. So
+//! they are taken per detection from the nearest node of a grid of the unknowns, which does not
+//! depend on what was fitted before.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -86,7 +85,7 @@ impl Key {
     }
 }
 
-/// What is expected of a node's light, and its derivatives.
+/// Expected counts of a node's light, and their derivatives.
 pub struct Linear {
     pub parameters: Parameters,
     pub means: Vec<MeanCount>,
@@ -125,7 +124,7 @@ impl Linear {
     }
 }
 
-/// What was worked out at nodes that were needed so far.
+/// Results at the nodes that were needed so far.
 type Nodes<T> = Mutex<HashMap<Key, Arc<T>>>;
 
 /// Second moments at nodes that were needed so far, and expectations with their
@@ -180,7 +179,7 @@ impl KnownMoments {
     }
 }
 
-/// What is known of the node nearest to some parameters, or is worked out by `of_node`.
+/// The entry of the node nearest to some parameters, computed by `of_node` if it is missing.
 fn nearest_known<T>(
     nodes: &Nodes<T>,
     problem: &Problem,
@@ -190,7 +189,7 @@ fn nearest_known<T>(
 ) -> Result<Arc<T>, MeanResponseError> {
     let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips);
     let key = Key::new(problem, parameters, place);
-    // Whoever panicked meanwhile left the map whole.
+    // A thread that panicked has left the map whole.
     let nodes = || nodes.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = nodes().get(&key) {
         return Ok(Arc::clone(known));

@@ -1,7 +1,7 @@
-//! How the likeliest delay scatters where what counts tell of a delay changes with it.
+//! How the maximum-likelihood delay scatters where the information about a delay changes with it.
 //!
-//! The inverse of the Fisher information is the variance of the likeliest delay as long as the
-//! information is that of the true delay wherever the estimate may fall. An edge of the light at a
+//! The inverse of the Fisher information is the variance of the maximum-likelihood delay as long as
+//! the information is the same wherever the estimate may fall. An edge of the light at a
 //! bin's end breaks this: a little earlier it moves photons between other bins than a little later.
 //! Then the likelihood itself is needed. Counts with normal errors of unit variance, e_i off their
 //! means, make a delay h likelier than the true one by d(h) e - d(h)^2 / 2, where d(h) is how far

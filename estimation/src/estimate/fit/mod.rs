@@ -1,19 +1,18 @@
 //! The model estimator: delay and strength of every path, and the constant
 //! light, fitted to the counts.
 //!
-//! The mean response of this very detector to this very light can be worked out
-//! ([`MeanResponse`](crate::response::MeanResponse)), so nothing need be read off a phase: weighted least
+//! The expected counts of this detector under any light can be computed
+//! ([`MeanResponse`](crate::response::MeanResponse)), so the fit does not need a phase: it is weighted least
 //! squares of (r\[k\], N\[k\]) with the full 2 x 2 covariance of each step, by
-//! Fisher scoring ([`scoring`]). Range walk, circular error and interference are in the model
-//! and do not bias the fit. The background is always unknown, which makes
-//! extinction ratio and background harmless at the price of under 2 % of
-//! precision.
+//! Fisher scoring ([`scoring`]). Range walk, circular error and interference are part of the model
+//! and do not bias it. The background is always an unknown, so that extinction ratio and ambient
+//! light do not have to be known; this costs less than 2 % of the precision.
 //!
-//! All steps of the scan take part: the side lobes of a Gold code tell as much of the delay
-//! as its peak. A path that moves, and one under light of another clock, are fitted to 3 S
-//! steps round the peak. More light is looked for one source after another ([`joint`]).
-//! Light of other codes needs a scan over the whole code period: it hardly shows in a
-//! window, but over a scan its cross-correlation is as distinct as the peak.
+//! All steps of the scan are used: the side lobes of a Gold code carry as much information about the
+//! delay as its peak. A moving path, and one under light of another clock, is fitted to the 3 S
+//! steps round the peak. Several sources are found one after another ([`joint`]); light of other codes
+//! needs a scan over the whole code period, where its cross-correlation is as distinct as the
+//! peak; in a window it hardly shows.
 
 mod air;
 pub(super) mod bins;
@@ -25,7 +24,7 @@ mod joint;
 mod known_moments;
 pub(super) mod likeliest;
 mod model_estimate;
-pub(super) mod moments;
+pub(crate) mod moments;
 pub(super) mod moving;
 pub(crate) mod normal;
 mod one_path;
@@ -39,7 +38,7 @@ mod search;
 pub(in crate::estimate) mod slipping;
 pub(super) mod start;
 pub(super) mod template;
-pub(super) mod weights;
+pub(crate) mod weights;
 
 pub(super) use self::air::own_threshold;
 pub use self::bins::BinFitter;
@@ -90,14 +89,14 @@ pub fn fit_means(
     Fitter::new(sensor, detector, tier, other).fit_means(counts)
 }
 
-/// Steps that count the same light and differ by fewer detections than this differ by no normal
-/// number.
+/// Below this many detections the difference of two steps that count the same light is not
+/// normally distributed.
 const FEW_BETWEEN_STEPS: f64 = 50.0;
 
-/// Whether a fit to steps that share their light scatters as it says.
+/// Whether a fit to steps that share their light has the standard deviation that it reports.
 ///
 /// # Errors
-/// Why not: of one path up to 1.5 times as much, of several up to 3 times.
+/// Why not: it may be up to 1.5 times as large for one path, up to 3 times for several.
 pub fn check_shared_light(sensor: &Sensor, detector: DetectorIndex) -> Result<(), Approximation> {
     let parallel = sensor.timing().parallel;
     if parallel <= 1 {
@@ -124,7 +123,7 @@ pub fn check_shared_light(sensor: &Sensor, detector: DetectorIndex) -> Result<()
     }
 }
 
-/// What to say of fits to steps that share their light.
+/// The warning for fits to steps that share their light.
 pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> {
     let parallel = sensor.timing().parallel;
     let size = check_shared_light(sensor, detector).err()?.size;

@@ -1,4 +1,4 @@
-//! What a fit says.
+//! The result of a fit.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::scan::Clock;
 /// by chance less than one fit in 10,000 has it.
 pub const ALARM_SIGMAS: f64 = 5.0;
 
-/// What a fit says of the light.
+/// The result of a fit.
 #[derive(Debug, Clone)]
 pub struct ModelEstimate {
     /// Time of flight of the strongest path of the reference, folded into
@@ -21,8 +21,7 @@ pub struct ModelEstimate {
     pub distance_m: f64,
     /// Standard deviation of the distance, from the counts' covariances.
     pub std_m: f64,
-    /// Speed of the path, and the moment at which it is where it says; `None` of paths
-    /// that stand still.
+    /// Speed of the path, and the moment that the distance refers to; `None` for paths at rest.
     pub velocity: Option<Velocity>,
     /// Every path of the fit, the strongest of the reference first.
     pub paths: Vec<FittedPath>,
@@ -68,7 +67,7 @@ pub struct FittedPath {
     pub rate_relative_std: f64,
 }
 
-/// Paths that a scene has and the counts do not show.
+/// Paths of the scene that the counts do not show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Untold {
     /// How many of the detector's own source were not told apart.

@@ -1,8 +1,8 @@
-//! Second moments of the counts of a problem's steps, and what the counts weigh by them.
+//! Second moments of the counts of a problem's steps, and the weights that follow from them.
 //!
-//! Steps that share their light have one total count, and signed counts that know of each other:
-//! every step's signs differ from its neighbour's near the edges of the reference only. So a
-//! group's counts are weighed together, with their covariances.
+//! Steps that share their light have one total count, and correlated signed counts:
+//! a step's signs differ from its neighbour's only near the edges of the reference. So a
+//! group's counts are weighted together, with their covariances.
 //!
 //! Of a long scan the moments of few steps stand for all. At the own code's peaks they are
 //! taken step by step, or group by group. Elsewhere the reference's signs are as good as random
@@ -57,7 +57,7 @@ pub struct PerDetection {
 
 impl PerDetection {
     /// Those of a step with some moments.
-    fn from_moments(moments: &CountMoments) -> PerDetection {
+    pub fn from_moments(moments: &CountMoments) -> PerDetection {
         let detections = moments.total_mean.max(f64::MIN_POSITIVE);
         PerDetection {
             signed_mean: moments.signed_mean / detections,
@@ -69,7 +69,7 @@ impl PerDetection {
 
     /// Moments of a step that expects `mean`: what r shares with N goes with r as N's
     /// variance goes with N.
-    fn expecting(&self, mean: &MeanCount) -> CountMoments {
+    pub fn expecting(&self, mean: &MeanCount) -> CountMoments {
         let more = mean.signed - self.signed_mean * mean.total;
         CountMoments {
             signed_mean: mean.signed,

@@ -1,9 +1,8 @@
 //! One path that moves at a constant speed, with that speed unknown.
 //!
-//! A step expects what it would of a path that stands still, averaged over where the path
-//! is during the step: at two places, which is exact for a cubic. Delay and speed are told
-//! of one moment, that at which the scan comes by the path ([`true_delay`]); there they
-//! hardly know of each other.
+//! The expected count of a step is that of a path at rest, averaged over the positions of the path
+//! during the step: over two of them, which is exact for a cubic. Delay and speed refer to the moment
+//! at which the scan passes the path ([`true_delay`]); there they are nearly uncorrelated.
 
 use rayon::prelude::*;
 
@@ -19,15 +18,15 @@ use crate::scan::Step;
 use crate::scene::{DetectorIndex, OtherLight, PathIndex};
 use crate::sensor::Sensor;
 
-/// Most phase steps by which a path may move within one: beyond, a step's average
-/// over its places is not that of two.
+/// Most phase steps by which a path may move within one: beyond, two positions do not stand for a
+/// step's average.
 const MOST_STEPS_MOVED: f64 = 0.25;
 
-/// The moment that a moving path's distance is told of, from the start of a scan, if a
+/// The moment that a moving path's distance refers to, from the start of a scan, if a
 /// detector's only path moves enough to matter.
 ///
 /// # Errors
-/// Where paths move otherwise than at a constant speed, or several do.
+/// If a path fluctuates, or several paths move.
 pub fn moment_ps(
     sensor: &Sensor,
     detector: DetectorIndex,

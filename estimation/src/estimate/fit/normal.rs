@@ -1,4 +1,4 @@
-//! Normal equations of least squares, whose unknowns may have any scale.
+//! Normal equations of least squares, for unknowns of any scale.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -19,13 +19,12 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// From derivatives and residuals of unit covariance; `None` if they are singular, or
-    /// say nothing finite.
+    /// From whitened derivatives and residuals; `None` if they are singular, or not finite.
     pub fn of_whitened(columns: &[Vec<f64>], residuals: &[f64]) -> Option<Normal> {
         Normal::of_damped(columns, residuals, 0.0)
     }
 
-    /// The same where unknowns may be alike: a little is added to the information of each.
+    /// The same where unknowns may be indistinguishable: a little is added to the information of each.
     pub fn damped(columns: &[Vec<f64>], residuals: &[f64]) -> Option<Normal> {
         Normal::of_damped(columns, residuals, DAMPING)
     }

@@ -1,19 +1,18 @@
-//! The fit of the only path.
+//! The fit of a single path.
 //!
-//! Near a node of known light means are as good as linear in the unknowns, and their derivatives
+//! Near a node of known light the means are nearly linear in the unknowns, and their derivatives
 //! are kept from scan to scan: steps from node to node cost nothing beside an expected response.
-//! Only from the node that is nearest to the fit on are means exact.
+//! Only the last steps, from the node nearest to the fit, take exact means.
 
 use std::sync::Arc;
 
-use super::descent::{Derivatives, Descending, Descent, Hypothesis};
+use super::descent::{Derivatives, Descent, Hypothesis};
 use super::error::FitError;
 use super::known_moments::{KnownMoments, Linear};
 use super::model_estimate::{Goodness, ModelEstimate, Velocity};
 use super::normal::Normal;
 use super::parameters::Parameters;
 use super::problem::{Problem, Reading};
-use super::scoring::{Settling, settle};
 use super::template::Axis;
 use super::weights::Weights;
 use crate::response::MeanCount;
@@ -26,8 +25,7 @@ pub struct Fitted<'m> {
 }
 
 impl<'m> Fitted<'m> {
-    /// From derivatives of nodes near the start, if these lead to an end; else from the start
-    /// itself.
+    /// With derivatives of nodes near the start, if that fit settles; else from the start itself.
     pub fn new(
         problem: &Problem<'m>,
         axis: &Axis,
@@ -54,8 +52,7 @@ impl<'m> Fitted<'m> {
         )
     }
 
-    /// From a start, with weights of a Poisson process until the fit is near its end, unless
-    /// it is so already.
+    /// From a start, with the weights of Poisson counts until the fit is near its end.
     fn from(
         problem: &Problem<'m>,
         axis: &Axis,
@@ -70,19 +67,17 @@ impl<'m> Fitted<'m> {
             }
             _ => (Weights::of_poisson(&start.expected), None),
         };
-        let descent = Descent { problem, measured, axis, weights, reading: Reading::Exact };
-        let mut descending = Descending::new(&descent, source).weighing(known, weighed_at);
-        let settled = settle(&mut descending, start, Settling::FINE)?;
+        let mut descent = Descent { problem, measured, axis, weights, reading: Reading::Exact };
+        let settled = descent.weighed(start, source, known, weighed_at)?;
         if !settled.has_settled {
             return Err(FitError::NotConverged { steps: settled.steps });
         }
-        let weights = descending.weights.into_owned();
         let (end, normal) = settled.at_end();
-        Ok(Fitted { end, normal, weights })
+        Ok(Fitted { end, normal, weights: descent.weights })
     }
 
-    /// How unlikely the counts are, in -2 ln(likelihood): chi-square alone would favour
-    /// places at which counts are taken to scatter more.
+    /// -2 ln(likelihood), less a constant: chi-square alone would favour points at which the counts
+    /// are expected to scatter more.
     pub fn unlikelihood(&self) -> f64 {
         self.end.chi_square + self.weights.ln_determinant()
     }
@@ -106,8 +101,8 @@ impl<'m> Fitted<'m> {
 /// Most nodes on the way.
 const MOST_NODES: usize = 4;
 
-/// Where a fit to first order ends, and the node nearby; `None` where it leads nowhere: a start
-/// from few counts may be light that has no response.
+/// The end of a fit to first order, and the node nearby; `None` if it fails: a start from few counts
+/// may be light that has no response.
 pub fn nearby(
     problem: &Problem,
     axis: &Axis,

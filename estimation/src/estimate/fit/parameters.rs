@@ -87,8 +87,8 @@ impl Parameters {
         2 * self.paths.len() + usize::from(self.walk.is_some()) + 1
     }
 
-    /// The step that normal equations ask for, with every unknown within reach, no less than no
-    /// background, and a walk of `most_walk` at most.
+    /// The solution of the normal equations, with every unknown within reach, a background that is
+    /// not negative, and a walk of `most_walk` at most.
     pub fn step(&self, normal: &Normal, most_walk: f64) -> Vec<f64> {
         let reach = [MOST_DELAY_STEP, MOST_LN_RATE_STEP].map(|most| [-most, most]);
         let mut limits: Vec<[f64; 2]> = self.paths.iter().flat_map(|_| reach).collect();
@@ -160,8 +160,7 @@ impl Parameters {
         kept.ln_rate = all.ln();
     }
 
-    /// Moves the logarithm of two paths' ratio; their middle, all their light, and how wide they
-    /// spread stay.
+    /// Changes the logarithm of two paths' ratio; their centroid, total light and second moment stay.
     pub fn share_anew(&mut self, [first, second]: [usize; 2], by: f64) {
         let [rate_a, rate_b] = [first, second].map(|path| self.paths[path].rate());
         let [early, late] = [first, second].map(|path| self.paths[path].delay_chips);
@@ -196,7 +195,7 @@ impl Parameters {
         self.walk.map(|_| 2 * self.paths.len())
     }
 
-    /// Everything that shines, per chip.
+    /// All light together, per chip.
     pub fn brightest(&self) -> f64 {
         self.constant + self.paths.iter().map(PathParameters::rate).sum::<f64>()
     }

@@ -1,4 +1,4 @@
-//! Places, a code and a delay each, where what is left over of a scan stands out.
+//! Where the residual of a scan stands out: a code and a delay.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use super::search::Search;
 use super::template::{real, spectrum};
 use crate::code::Code;
 
-/// Further light of a code is looked for this far from its fitted paths; nearer paths
-/// are a matter of [`super::pairs`].
+/// Further light of a code is searched for at least this far from its fitted paths; nearer paths
+/// are left to [`super::pairs`].
 const APART_CHIPS: f64 = 1.25;
 
 /// A place where light stands out.
@@ -126,8 +126,8 @@ impl Search<'_, '_> {
     }
 }
 
-/// What a scan is an image of, at one sub-chip phase: its values, gathered by the
-/// shape of a peak and convolved with the reference.
+/// The values of a scan at one sub-chip phase, weighted with the shape of a peak and convolved with
+/// the reference: a code in the light shows in it as its chips.
 fn image(values: &[f64], samples: usize, phase: usize, reference: &Code) -> Vec<f64> {
     let length = reference.chips.len();
     let steps = values.len();

@@ -1,4 +1,4 @@
-//! What the unknowns of a fit let one expect.
+//! Expected counts as functions of the unknowns of a fit.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ pub struct Problem<'m> {
     pub tier: CountingTier,
     /// Numbers of the steps in the scan, ascending.
     pub steps: Vec<Step>,
-    /// The moment that the delay of a path that moves is told of, from the start of the scan.
+    /// The moment that the delay of a moving path refers to, from the start of the scan.
     pub moment_ps: f64,
 }
 
@@ -193,7 +193,7 @@ impl<'m> Problem<'m> {
         Ok(columns)
     }
 
-    /// Responses on both sides of an unknown that is no walk; `response` is that at `parameters`.
+    /// Responses on both sides of an unknown other than the walk; `response` is that at `parameters`.
     pub fn beside(
         &self,
         parameters: &Parameters,

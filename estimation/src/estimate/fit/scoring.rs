@@ -1,30 +1,30 @@
 //! The loop of every fit: Fisher scoring of a quasi-likelihood.
 //!
-//! Unknowns let one expect the means of counts, and these the covariances. A step solves the
-//! normal equations of the counts' deviations from the means, with covariances of where the
-//! fit stands; a shorter one is taken where the whole makes matters worse. Steps of a scan,
-//! alone or in groups, bins of a histogram, and scenes that may be otherwise are
-//! [`Counts`] each.
+//! The unknowns determine the expected counts, and these the covariances. A step solves the
+//! normal equations of the counts' deviations from their means, with the covariances of the current
+//! point; where the whole step does not improve the fit, a shorter one is taken. Steps of a scan,
+//! alone or in groups, bins of a histogram, and scenes with changed keys each implement
+//! [`Counts`].
 
 use super::normal::Normal;
 
-/// Shares of a step that are tried where the whole makes matters worse.
+/// Shares of a step that are tried where the whole one does not improve the fit.
 const SHARES: [f64; 5] = [1.0, 0.4, 0.16, 0.064, 0.0256];
 
-/// Counts that were measured, and what unknowns let one expect of them.
+/// Measured counts, and their expectation as a function of unknowns.
 pub trait Counts {
-    /// Where a fit stands: the unknowns, and the means that they let one expect.
+    /// Values of the unknowns, with the means that follow from them.
     type Point;
-    /// Why nothing is expected somewhere.
+    /// Why there is no expectation at some values.
     type Error;
 
-    /// Deviations of the counts from the means of a place, with unit covariance.
+    /// Deviations of the counts from the means at a point, whitened to unit covariance.
     ///
     /// # Errors
-    /// When the covariances do not allow it.
+    /// If the covariances do not allow it.
     fn residuals(&self, place: &Self::Point) -> Result<Vec<f64>, Self::Error>;
 
-    /// What a fit makes as small as it can: -2 ln(likelihood), less a constant.
+    /// What a fit minimises: -2 ln(likelihood), less a constant.
     ///
     /// # Errors
     /// As for the deviations.
@@ -32,48 +32,48 @@ pub trait Counts {
         Ok(squares(&self.residuals(place)?))
     }
 
-    /// Derivatives of the means by every unknown, in the deviations' units. They may be those of some place nearby, unless
-    /// they are asked for `anew`.
+    /// Derivatives of the means by every unknown, whitened as the deviations are. They may be those of a
+    /// point nearby, unless they are asked for `anew`.
     ///
     /// # Errors
-    /// When nothing is expected nearby.
+    /// If there is no expectation nearby.
     fn slopes(&mut self, place: &Self::Point, anew: bool) -> Result<Slopes, Self::Error>;
 
-    /// The normal equations; `None` if they are singular, or say nothing finite.
+    /// The normal equations; `None` if they are singular, or not finite.
     fn normal(&self, columns: &[Vec<f64>], residuals: &[f64]) -> Option<Normal> {
         Normal::of_whitened(columns, residuals)
     }
 
-    /// The step that normal equations ask for, with every unknown within reach.
+    /// The solution of the normal equations, with every unknown within its limits.
     fn step(&self, place: &Self::Point, normal: &Normal) -> Vec<f64>;
 
-    /// The place a step further.
+    /// The point one step further.
     ///
     /// # Errors
-    /// When nothing is expected there.
+    /// If there is no expectation there.
     fn moved(&self, place: &Self::Point, step: &[f64]) -> Result<Self::Point, Self::Error>;
 
-    /// Takes covariances of a place, to which a step has led that promised to lower the squares
-    /// by some `fall`; says whether it did, for those in use may be of there, or good enough.
+    /// Adopts the covariances of a point, reached by a step that promised to lower the sum of squares
+    /// by `fall`; returns whether it did: those in use may be of that point, or good enough.
     ///
     /// # Errors
-    /// When there are none.
+    /// If there are none.
     fn weigh(&mut self, place: &Self::Point, fall: f64) -> Result<bool, Self::Error>;
 
-    /// What to say where the counts do not determine the unknowns.
+    /// The error for counts that do not determine the unknowns.
     fn undetermined(&self, place: &Self::Point) -> Self::Error;
 }
 
 /// Derivatives of means by unknowns, with unit covariance of the counts.
 pub struct Slopes {
     pub columns: Vec<Vec<f64>>,
-    /// Whether none better can be had.
+    /// Whether they are as good as they get.
     pub are_best: bool,
 }
 
-/// When a fit has settled: where a step lowers the misfit by less than the square of so many
-/// standard deviations, as promised by the normal equations or as found. Corners of a
-/// correlation let no gradient vanish.
+/// The rule of convergence: a fit has settled when a step lowers the misfit by less than the square of
+/// so many standard deviations, by the normal equations or in fact. (A gradient need not vanish: a
+/// correlation has corners.)
 #[derive(Debug, Clone, Copy)]
 pub struct Settling {
     sigmas: f64,
@@ -90,10 +90,10 @@ impl Settling {
 /// Where a fit has ended.
 pub struct Settled<P> {
     pub place: P,
-    /// From there to where the squares are least: too short to make a difference.
+    /// From there to the least squares: too short to make a difference.
     pub step: Vec<f64>,
     pub normal: Normal,
-    /// Least that was found.
+    /// The least misfit found.
     pub misfit: f64,
     /// Steps taken.
     pub steps: usize,
@@ -101,10 +101,10 @@ pub struct Settled<P> {
     pub has_settled: bool,
 }
 
-/// From `start` to where counts fit best.
+/// Descends from `start` to the best fit.
 ///
 /// # Errors
-/// When nothing is expected of the start, or the counts do not determine the unknowns.
+/// If there is no expectation at the start, or the counts do not determine the unknowns.
 pub fn settle<C: Counts>(
     counts: &mut C,
     start: C::Point,
@@ -128,7 +128,7 @@ pub fn settle<C: Counts>(
         };
         let Some((place, lower)) = next else {
             if promised >= enough && !slopes.are_best {
-                // No way leads down, perhaps for derivatives from elsewhere.
+                // No share of the step lowers the misfit, perhaps for derivatives from elsewhere.
                 anew = true;
                 continue;
             }
@@ -152,8 +152,8 @@ pub fn settle<C: Counts>(
     }
 }
 
-/// The place a step further, or a share of it, and the misfit there; `None` where all make matters
-/// worse.
+/// The point one step further, or a share of it, and the misfit there; `None` if none lowers the
+/// misfit.
 fn downhill<C: Counts>(
     counts: &C,
     here: &C::Point,
@@ -169,7 +169,7 @@ fn downhill<C: Counts>(
     })
 }
 
-/// The fit of the least misfit, of a first one and others; one that does not settle is no better.
+/// The fit with the least misfit, of a first one and others; failed ones are passed over.
 pub fn likeliest_of<F, E>(
     first: Result<F, E>,
     others: impl IntoIterator<Item = Result<F, E>>,

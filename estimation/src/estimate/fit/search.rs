@@ -1,17 +1,18 @@
-//! A scan in which light is looked for, and what it would be with more light.
+//! A scan in which light is searched for, and fits of more or less light to it.
 
 use std::sync::Arc;
 
 use super::air::Air;
-use super::descent::{Descent, Hypothesis};
+use super::descent::{Derivatives, Descent, Hypothesis};
 use super::error::FitError;
 use super::known_moments::KnownMoments;
+use super::normal::Normal;
 use super::parameters::{Parameters, PathParameters};
 use super::problem::{Problem, Reading};
 use super::template::Template;
 use crate::response::MeanCount;
 
-/// A scan, and what may be in it.
+/// A scan, and the light that may be in it.
 pub struct Search<'a, 'm> {
     pub air: &'a Air,
     pub descent: Descent<'a, 'm>,
@@ -39,13 +40,13 @@ impl<'a, 'm> Search<'a, 'm> {
         Ok((search, start))
     }
 
-    /// What some light leaves over of the signed counts.
+    /// Residuals of the signed counts.
     pub fn residual(&self, here: &Hypothesis) -> Vec<f64> {
         let pairs = self.descent.measured.iter().zip(&here.expected);
         pairs.map(|(count, mean)| count.signed - mean.signed).collect()
     }
 
-    /// Signed counts of a step for a unit of a template's value and of light.
+    /// Signed counts of a step per unit of a template's value and of light.
     pub fn unit(&self, here: &Hypothesis) -> f64 {
         let [pattern, _] = self.descent.gains(here);
         pattern * self.air.axis.periods
@@ -86,6 +87,19 @@ impl<'a, 'm> Search<'a, 'm> {
     pub fn without(&self, here: &Hypothesis<'m>, path: usize) -> Result<Hypothesis<'m>, FitError> {
         let rest = self.fitted(here, |light| light.remove_path(path))?;
         Ok(self.descent.exactly(rest)?.0)
+    }
+
+    /// The light that fits best near `here`, with exact derivatives and weights of that light, which
+    /// are kept.
+    pub fn finished(
+        &mut self,
+        here: Hypothesis<'m>,
+        known: &KnownMoments,
+    ) -> Result<(Hypothesis<'m>, Normal), FitError> {
+        let descent = &mut self.descent;
+        descent.weights = here.weights(descent.problem, known, descent.axis)?;
+        let at = Some(here.parameters.clone());
+        Ok(descent.weighed(here, Derivatives::Differences, known, at)?.at_end())
     }
 
     /// The same light with the logarithm of two paths' ratio moved by `by` and held there, all

@@ -1,9 +1,9 @@
-//! What light of clocks of their own does to counts.
+//! The scatter that light with a clock of its own adds to counts.
 //!
-//! Its code is at a delay that nobody knows, and that moves on from step to step. A step's
-//! signed count holds the correlation of the reference with that code at the delays that
-//! pass by within the step. Over all delays its mean is that of constant light; what is
-//! beside it scatters, and goes together in steps that see nearly the same delays.
+//! Its code has an unknown delay, which moves on from step to step. A step's
+//! signed count contains the correlation of the reference with that code at the delays that
+//! pass within the step. Averaged over all delays it is that of constant light; the deviation from
+//! that is scatter, correlated between steps that see nearly the same delays.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::photons::light::ExcessLight;
 use crate::response::{CountingTier, Light, LightPath, MeanResponse, MeanResponseError};
 use crate::scan::{Step, Timing};
 
-/// All light of clocks of their own at a detector.
+/// All light at a detector whose clock is not the sensor's.
 #[derive(Debug)]
 pub struct SlippingLight {
     sources: Vec<Slipping>,
@@ -32,9 +32,9 @@ struct Slipping {
 }
 
 impl SlippingLight {
-    /// Of the light that the scene says slips. Codes of another length than the
-    /// reference's correlate with it over many of its periods, and are left out; so is
-    /// that a clock which drifts is off by more in later scans.
+    /// That of the scene. Left out are codes of another length than the reference's, whose correlation
+    /// with it averages over many periods, and that a drifting clock is off by more in later
+    /// scans.
     ///
     /// # Errors
     /// As for the mean response.

@@ -19,19 +19,19 @@ pub struct Start {
     pub peak: Step,
 }
 
-/// Least share of the light that a fit starts to take for the path's.
+/// Least share of the light that a start attributes to the path.
 const LEAST_SHARE: f64 = 0.02;
 
-/// Most of the light that a fit starts to take for the path's: with none but that, a
-/// count against it would be impossible.
+/// Largest share of the light that a start attributes to the path: with all of it, a count of the
+/// other sign would be impossible.
 const MOST_SHARE: f64 = 0.999;
 
 /// The phase estimate for the delay. For the light, with q the code's share of
 /// ones and e the excess on-light: detections per chip give the mean light
 /// m = q e + constant, corrected for the dead time, and without dead time the peak
 /// would be r / N = (q (e + constant) - (1 - q) constant) / m, that is
-/// e / m = (r / N + 1 - 2 q) / (2 q (1 - q)). So few counts that this is no positive
-/// number, or more than there is, start from a little light, or nearly all.
+/// e / m = (r / N + 1 - 2 q) / (2 q (1 - q)). Where few counts make this negative, or larger than
+/// possible, the fit starts from a little light, or nearly all.
 pub fn start(
     sensor: &Sensor,
     detector: DetectorIndex,

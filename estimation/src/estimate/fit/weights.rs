@@ -1,5 +1,5 @@
-//! What counts weigh in least squares: a 2 x 2 covariance per step, or one of each group of
-//! steps that count the same light.
+//! Weights of counts in least squares: from a 2 x 2 covariance per step, or one covariance per group
+//! of steps that count the same light.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -12,6 +12,8 @@ use crate::response::{CountMoments, GroupMoments, MeanCount, ROUNDING};
 pub struct Weights {
     /// Of each step that goes with no other: a r and b r + c N have unit covariance.
     factors: Vec<[f64; 3]>,
+    /// Numbers of such a step that count: both, or the first alone.
+    numbers_of_step: usize,
     /// In place of these, of numbers that go together.
     together: Vec<Together>,
     /// Covariance of a signed count with that of the step so many behind it, on average.
@@ -34,9 +36,17 @@ impl Weights {
         let variance = variances.sum::<f64>() / moments.len() as f64;
         Weights {
             factors: moments.iter().map(CountMoments::whitening).collect(),
+            numbers_of_step: 2,
             together: Vec::new(),
             beside: vec![variance],
         }
+    }
+
+    /// The same of signed counts alone.
+    pub fn of_signed(moments: &[CountMoments]) -> Weights {
+        let mut weights = Weights::of(moments);
+        weights.factors.iter_mut().for_each(|[_, b, c]| (*b, *c) = (0.0, 1.0));
+        Weights { numbers_of_step: 1, ..weights }
     }
 
     /// Of steps that count light of their own, and whose signed counts have a
@@ -70,7 +80,12 @@ impl Weights {
     fn of_blocks<'b>(
         blocks: impl Iterator<Item = (&'b [usize], &'b [usize], &'b Vec<Vec<f64>>)>,
     ) -> Weights {
-        let mut weights = Weights { factors: Vec::new(), together: Vec::new(), beside: Vec::new() };
+        let mut weights = Weights {
+            factors: Vec::new(),
+            numbers_of_step: 2,
+            together: Vec::new(),
+            beside: Vec::new(),
+        };
         let mut steps = 0;
         for (signed, totals, covariance) in blocks {
             let lanes = signed.len();
@@ -90,7 +105,7 @@ impl Weights {
     /// How many numbers the counts are, those that are one and the same taken once.
     pub fn values(&self) -> usize {
         let together = self.together.iter().map(|together| together.numbers.len());
-        2 * self.factors.len() + together.sum::<usize>()
+        self.numbers_of_step * self.factors.len() + together.sum::<usize>()
     }
 
     /// Logarithm of the determinant of the counts' covariance.
@@ -155,10 +170,13 @@ impl Weights {
         Normal::of_whitened(&self.whitened_columns(jacobian), &vec![0.0; self.values()])
     }
 
-    fn whitened(&self, column: &Column) -> Vec<f64> {
+    /// Numbers of unit covariance that counts stand for.
+    pub fn whitened(&self, column: &Column) -> Vec<f64> {
         let alone = column.iter().zip(&self.factors);
-        let alone = alone
-            .flat_map(|(count, &[a, b, c])| [a * count.signed, b * count.signed + c * count.total]);
+        let alone = alone.flat_map(|(count, &[a, b, c])| {
+            let both = [a * count.signed, b * count.signed + c * count.total];
+            both.into_iter().take(self.numbers_of_step)
+        });
         alone.chain(self.together.iter().flat_map(|together| together.whitened(column))).collect()
     }
 }
@@ -287,10 +305,18 @@ mod tests {
             total_variance: 3.0,
             covariance: 2.0,
         };
-        let [a, b, c] = Weights::of(&[moments]).factors[0];
+        let weights = Weights::of(&[moments]);
+        let [a, b, c] = weights.factors[0];
         let (v, s, n) = (5.0, 2.0, 3.0);
         assert!((a * a * v - 1.0).abs() < 1e-12);
         assert!((b * b * v + 2.0 * b * c * s + c * c * n - 1.0).abs() < 1e-12);
         assert!((a * (b * v + c * s)).abs() < 1e-12);
+        // 5 x 3 - 2 x 2.
+        assert!((weights.ln_determinant() - 11.0_f64.ln()).abs() < 1e-12);
+        let signed = Weights::of_signed(&[moments]);
+        assert!((signed.ln_determinant() - 5.0_f64.ln()).abs() < 1e-12);
+        let count = MeanCount { signed: 3.0, total: 7.0 };
+        assert_eq!(signed.whitened(&vec![count]), [3.0 * a]);
+        assert_eq!((weights.values(), signed.values()), (2, 1));
     }
 }
