@@ -1,19 +1,19 @@
-//! What is taken to be so where something is expected, and how far from it a scene is.
+//! Assumptions behind expectations, and how far a scene is from them.
 
 use std::fmt;
 
 /// An approximation, and its size in a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approximation {
-    /// What is taken to be so.
+    /// The assumption.
     pub name: &'static str,
     /// What its size is.
     pub measure: &'static str,
     /// Its size here.
     pub size: f64,
-    /// The size up to which there is a number.
+    /// The size up to which expectations are given.
     pub bound: f64,
-    /// Whether the share of missed peaks rests on it, too.
+    /// Whether the share of missed peaks depends on it, too.
     pub concerns_misses: bool,
 }
 

@@ -19,14 +19,14 @@ use crate::scan::Step;
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
-/// Standard deviations a standard deviation apart that differ by more than this factor
-/// are no measure of an estimate's scatter.
+/// If the standard deviation changes by more than this factor within itself, it is not a measure of an
+/// estimate's scatter.
 const MOST_UNEVEN: f64 = 1.5;
 
 /// The bound for all light of a detector from all steps of the scan: from derivatives of the
-/// means, and the covariance of r and N at each step, in [long scans](super::fit::moments)
-/// that of few steps for all. What the variances alone would tell of the delay is left out.
-/// That of a path that moves is of the 3 S steps round its peak.
+/// means, and the covariance of r and N at each step; in [long scans](super::fit::moments)
+/// a few steps stand for all. Information in the variances is left out.
+/// The bound of a moving path is of the 3 S steps round its peak.
 ///
 /// # Errors
 /// When the mean response cannot be had, or the scan does not determine all
@@ -51,7 +51,7 @@ pub fn bound(
 }
 
 /// Responses on both sides of each unknown of a detector's light, to tell bounds at several
-/// integration times from. None where there is no bound.
+/// integration times from. `None` without a bound.
 pub(super) fn beside<'m>(
     response: &MeanResponse<'m>,
     tier: CountingTier,
@@ -132,10 +132,10 @@ fn bound_of_problem<'m>(
     Ok(Bound { paths: paths.map(bound).collect(), steps })
 }
 
-/// Whether the counts tell nearly as much of each delay a standard deviation away from
-/// the scene's: only then is there such a thing as an unbiased estimate, and does the
-/// bound mean anything. Where light comes between two samples, pulses that are shorter
-/// leave the counts nearly as they are whatever its delay.
+/// Whether the counts carry nearly the same information a standard deviation away from
+/// the scene's delay: without that an estimate cannot be unbiased, and the bound is
+/// meaningless. Pulses shorter than a sample leave stretches of delay between two samples in which
+/// the counts hardly change.
 fn check_even(
     problem: &Problem,
     parameters: &Parameters,

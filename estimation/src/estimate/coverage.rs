@@ -1,9 +1,9 @@
-//! What an expectation covers: the one place that decides where there is a number.
+//! The range of validity of expectations, decided in one place.
 //!
 //! Each approximation behind an expected bias, standard deviation and share of missed peaks
-//! has a name, a measure of its size in the scene at hand, and a bound beyond which there is
-//! no number. Every way to an expectation asks here, whatever the tier and the command; what
-//! was forgotten shows when scans are held against expectations ([`super::evidence`]).
+//! has a name, a measure of its size in the scene at hand, and a bound beyond which no number is
+//! given. Every expectation is checked here, whatever the tier and the command; a missing check
+//! shows when scans are compared with expectations ([`super::evidence`]).
 
 use super::CountingTier;
 use super::approximation::Approximation;
@@ -28,7 +28,7 @@ use crate::sensor::Sensor;
 pub(super) fn check_scene(asked: &Asked) -> Result<(), Approximation> {
     outside_scan(asked).check()?;
     match clamped(asked) {
-        // Without a response there is no expectation either, for that reason.
+        // Without a response the expectation fails for that reason.
         Err(_) | Ok(None) => Ok(()),
         Ok(Some(clamped)) => clamped.check(),
     }
@@ -80,8 +80,8 @@ pub fn check_fit(
     .check()
 }
 
-/// The Cramer-Rao bound of a path, in metres; none where nothing can be expected of its
-/// estimates, since counts that do not show it, or are clamped, have another.
+/// The Cramer-Rao bound of a path, in metres. It does not hold for counts that do not show the path, or
+/// are clamped.
 ///
 /// # Errors
 /// Why there is none, in words.
@@ -101,7 +101,7 @@ pub fn bound_m(
     bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
 }
 
-/// The same as a report has it: beside the bound, or in its place, what there is to say of it.
+/// The same for a report: the bound with its remark, or the reason why there is none.
 ///
 /// # Panics
 /// If the scene has no such path.
@@ -186,7 +186,7 @@ pub fn most_counts(sensor: &Sensor, model: &DetectorModel) -> f64 {
 
 /// Largest relative error of the share of periods in which a bin finds the detector ready: where
 /// the phase divides by it, and where a fit takes the roots of bins for normal numbers. Estimates
-/// of a fit scatter by an eighth more than these let one expect at 1.2, and as expected at 0.8.
+/// of a fit scatter by an eighth more than expected at 1.2, and as expected at 0.8.
 const PHASE_READY_ERROR: f64 = 0.25;
 const FIT_READY_ERROR: f64 = 1.0;
 

@@ -1,4 +1,4 @@
-//! What theory may take: refused before the work, and not after hours of it.
+//! The effort of theory: what would take too long is refused before the work.
 
 use super::fit::likeliest::DELAYS as LIKELIEST_DELAYS;
 use super::fit::moments::few_steps;
@@ -23,7 +23,7 @@ const TURNS: f64 = 6.0;
 /// One product of two derivatives.
 const DERIVATIVES_S: f64 = 4e-9;
 
-/// What theory may be asked for.
+/// A piece of work.
 #[derive(Debug, Clone, Copy)]
 pub enum Work {
     /// The phase's predictions for so many paths.
@@ -38,7 +38,7 @@ pub enum Work {
     Draws,
 }
 
-/// What theory takes for one detector.
+/// The effort of theory for one detector.
 #[derive(Debug, Clone, Copy)]
 pub struct TheoryEffort {
     effort: Effort,

@@ -1,18 +1,17 @@
-//! Whether measured scans bear out what is expected of them.
+//! Tests of scans against their expectation.
 //!
-//! Bias, scatter and share of missed peaks are held against the expectation with exact
+//! Bias, scatter and share of missed peaks are compared with the expectation by exact
 //! intervals: of a binomial share, of the mean and of the variance of normal errors (of the
-//! variance also by its fourth moment, where errors have long tails). What an expectation
-//! does not claim to say more precisely is let pass: [`STD_SHARE`], [`BIAS_IN_STD`] and
-//! [`BIAS_M`], [`MISSED_SHARE`]. All comparisons of a family, of all paths of a simulation or of
-//! all points of a sweep, together accuse an expectation that holds with a chance of
-//! [`FAMILY_WISE`] at most.
+//! variance also by its fourth moment, where errors have long tails). Deviations within the accuracy
+//! that an expectation claims pass: [`STD_SHARE`], [`BIAS_IN_STD`] and
+//! [`BIAS_M`], [`MISSED_SHARE`]. The family-wise error rate of all comparisons, of all paths of a
+//! simulation or of all points of a sweep, is [`FAMILY_WISE`] at most.
 
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, Normal};
 
 use super::unwrap::fold;
 
-/// Chance that any of a family's comparisons accuses an expectation that holds.
+/// Probability that any of a family's comparisons rejects an expectation that holds.
 const FAMILY_WISE: f64 = 1e-4;
 /// A standard deviation is expected to within this share of it.
 const STD_SHARE: f64 = 0.05;
@@ -25,7 +24,7 @@ const BIAS_M: f64 = 0.3e-3;
 const MISSED_SHARE: f64 = 0.1;
 const FEW_MISSED: f64 = 1e-3;
 const SMALL_MISSED: f64 = 1e-7;
-/// So many scans, and none of them finds a path: no share of misses has to be expected.
+/// From this many scans on, none of which finds the path, this is reported without an expected share.
 const NEVER_FOUND: u64 = 5;
 
 /// What is expected of a path's estimates.
@@ -47,7 +46,7 @@ pub struct ExpectedErrors {
     pub std_m: f64,
 }
 
-/// What scans say of a path.
+/// Results of scans for a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence<'a> {
     /// Errors of the estimates that count for the path.
@@ -60,16 +59,15 @@ pub struct Evidence<'a> {
     pub range_m: f64,
 }
 
-/// What a family of comparisons has of scans against an expectation: one for each of its
-/// members.
+/// A family of comparisons of scans with expectations, as one of its members sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Family {
-    /// Chance of an accusation that one comparison may have.
+    /// Significance level of one comparison.
     level: f64,
 }
 
 impl Family {
-    /// Of so many comparisons, with a chance that any of them accuses what holds.
+    /// Of so many comparisons, with the probability that any of them rejects what holds.
     pub(crate) fn of(chance: f64, comparisons: usize) -> Family {
         Family { level: chance / comparisons.max(1) as f64 }
     }
@@ -79,7 +77,7 @@ impl Family {
         Family::of(FAMILY_WISE, 3 * paths.max(1))
     }
 
-    /// The chance of one comparison.
+    /// Significance level of one comparison.
     pub(crate) fn level(&self) -> f64 {
         self.level
     }
@@ -89,8 +87,8 @@ impl Family {
         Family { level: self.level / simulations.max(1) as f64 }
     }
 
-    /// How scans contradict an expectation, in words; empty where they bear it out. None
-    /// where there is nothing to compare.
+    /// How scans contradict an expectation, in words; empty where they agree with it. `None`
+    /// without anything to compare.
     pub fn contradictions(
         &self,
         evidence: &Evidence,

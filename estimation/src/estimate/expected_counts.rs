@@ -1,4 +1,4 @@
-//! What a scan is expected to count.
+//! The expected counts of a scan.
 
 use super::CountingTier;
 use super::fit::problem::Beside;
@@ -18,7 +18,7 @@ pub(super) struct ExpectedCounts<'r, 'm> {
     pub beside: Option<Vec<Beside<'m>>>,
 }
 
-/// What `then` makes of the counts that a scene lets one expect of a detector.
+/// The result of `then` for the expected counts of a scene's detector.
 pub(super) fn with_counts<T, E: From<MeanResponseError>>(
     sensor: &Sensor,
     detector: DetectorIndex,

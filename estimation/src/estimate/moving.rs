@@ -1,5 +1,4 @@
-//! What the phase estimator says of paths that move, on average, and how much it
-//! scatters.
+//! Mean and scatter of the phase estimator for moving paths.
 
 use std::f64::consts::PI;
 

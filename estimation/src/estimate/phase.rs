@@ -17,7 +17,7 @@ pub struct Estimate {
     pub distance_m: f64,
     /// The phase step k of the largest count.
     pub coarse_step: u64,
-    /// Why there is no fine estimate; `None` if there is one.
+    /// Why the estimate is only coarse; `None` for a fine one.
     pub coarse_only: Option<CoarseOnly>,
 }
 
@@ -63,7 +63,7 @@ pub enum CoarseOnly {
     NoFundamental,
 }
 
-/// Why there is no estimate at all.
+/// Why there is not even a coarse estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NoEstimate {
     /// Nothing that reaches the detector has its reference's code.
@@ -110,7 +110,7 @@ pub fn estimate(
     {
         return Err(NoEstimate::Flat { count: first });
     }
-    // With so little light the first of many zeros is no peak.
+    // With so little light the first of many zeros is not a peak.
     let zeros = counts.iter().filter(|&&count| count == 0).count();
     if counts.iter().all(|&count| count <= 0) && 2 * zeros > counts.len() {
         return Err(NoEstimate::NothingCountedUp { zeros, steps: counts.len() });
@@ -127,7 +127,7 @@ pub fn estimate(
 /// corrected for dead time.
 ///
 /// # Errors
-/// Where there is no peak; values that differ by rounding alone are equal.
+/// If there is no peak; values that differ only by rounding are equal.
 ///
 /// # Panics
 /// If there are not `scan.steps` values.

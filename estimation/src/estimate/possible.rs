@@ -1,5 +1,5 @@
-//! What counts can be of a scene: those that its hardware can have counted, which is held against
-//! every count that comes from outside, wherever it comes in; and more than chance.
+//! Plausibility of counts: whether a scene's hardware can have produced them, which is checked for
+//! every count that comes from outside, and whether they can have a peak that is not chance.
 
 use super::NoEstimate;
 use crate::photons::{DetectorModel, StepCount};
@@ -11,7 +11,7 @@ use crate::sensor::Sensor;
 /// can have counted them.
 ///
 /// # Errors
-/// With what is wrong and what would be right, if it cannot.
+/// What is wrong and what would be right.
 pub fn possible_count(
     scene: &Scene,
     signed: i128,
@@ -38,8 +38,8 @@ pub fn possible_count(
     let saturates = scene.hardware.counter_width.is_some();
     if !saturates && (total - signed) % 2 != 0 {
         return Err(format!(
-            "total_count {total} and count {signed} do not belong together: hits up and down, both \
-             together and one less the other, are both even or both odd"
+            "total_count {total} and count {signed} do not belong together: the sum of hits up and hits \
+             down, and their difference, are both even or both odd"
         ));
     }
     Ok(StepCount { signed: signed as i64, total: total as u64 })
@@ -49,7 +49,7 @@ pub fn possible_count(
 /// phase step, in their order.
 ///
 /// # Errors
-/// If there are more or fewer than steps, or one is impossible.
+/// If there is not one per step, or one is impossible.
 pub fn possible_scan(
     scene: &Scene,
     counts: &[(i64, Option<u64>)],

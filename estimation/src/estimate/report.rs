@@ -30,7 +30,7 @@ use crate::sensor::Sensor;
 const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends the signed ones \
      alone; total_counts = true, or estimator = \"model\", adds them";
 
-/// Why counts of a histogram sensor's phase steps say less than its bins.
+/// Why counts of phase steps are not enough for a histogram sensor.
 const NO_BINS: &str = "the bins of the histogram do not follow from the counts of phase steps";
 
 /// What a scan's counts say about the distance.
@@ -262,7 +262,7 @@ impl EstimateReport {
         self.compare(&ranging, measured_ps.ok(), of_steps);
     }
 
-    /// The answer of the scene's estimator: the delay, in ps, or why there is none.
+    /// The estimate of the scene's estimator: the delay, in ps, or why it failed.
     fn answer(&mut self, ranging: &Ranging, counted: Counted) -> Result<f64, String> {
         let Ranging { sensor, detector, .. } = *ranging;
         let scene = sensor.scene();
@@ -368,7 +368,7 @@ impl EstimateReport {
         let chip_ps = sensor.clock().chip_period_ps;
         let tolerance_m = distance_m(tolerance_ps(chip_ps, sensor.timing().code_period_ps()));
         let is_missed = error_m.abs() > tolerance_m;
-        // An estimate elsewhere counts for no path, and is no error of this one's.
+        // An estimate elsewhere does not belong to any path, and is not an error of this one.
         let found = [error_m];
         let evidence = Evidence {
             errors_m: if is_missed { &[] } else { &found },
@@ -385,7 +385,7 @@ impl EstimateReport {
             }
             // A single scan that misses what is seldom missed bears nothing out.
             _ if is_missed => self.add_remark(
-                "the estimate counts for none of the scene's paths, and is not held against the \
+                "the estimate does not belong to any of the scene's paths, and is not compared with the \
                  expectation",
             ),
             Some(_) => self.expectation_holds = Some(true),

@@ -1,4 +1,4 @@
-//! What theory says of a detector's scans, from one solution of its state.
+//! Predictions and bound for a detector's scans, from one solution of its state.
 
 use rayon::prelude::*;
 
@@ -17,10 +17,10 @@ use crate::sensor::Sensor;
 /// Predictions and bound of one detector.
 #[derive(Debug, Clone)]
 pub struct Theory {
-    /// What the phase estimator will say of each path that was asked for.
+    /// Prediction of the phase estimator for each path that was asked for.
     pub predictions: Vec<Result<Prediction, PredictionError>>,
-    /// Share of scans that miss each of them: those of the predictions, and of paths
-    /// that there is only a coarse estimate of.
+    /// Share of scans that miss each of them: those of the predictions, and of paths with only a coarse
+    /// estimate.
     pub missed: Vec<Option<f64>>,
     /// How precise any estimator can be.
     pub bound: Result<Bound, FitError>,
@@ -229,7 +229,7 @@ fn of_histograms(
 fn missed(predicted: &Result<Prediction, PredictionError>) -> Option<f64> {
     match predicted {
         Ok(predicted) => predicted.missed_fraction,
-        // A peak that is not there is not found.
+        // A missing peak is not found.
         Err(PredictionError::Flat) => Some(1.0),
         Err(_) => None,
     }

@@ -1,12 +1,12 @@
-//! Which delay an estimate is held against, and the constant part of a measured one that is not
-//! light.
+//! The true delay that an estimate is compared with, and the constant part of a measured delay that is
+//! not time of flight.
 
 use crate::response::CountingTier;
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
-/// The delay of a path that a scan should find.
+/// The delay that a scan should find.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrueDelay {
     /// Time of flight, without a fluctuation.
@@ -16,14 +16,14 @@ pub struct TrueDelay {
     pub at_ps: Option<f64>,
 }
 
-/// The delay of path `path` when the scan comes by it.
+/// The delay of path `path` when the scan passes it.
 ///
 /// Phase steps follow one another, so the delay of a path that moves is measured
 /// at the moment at which the reference is as late as the light: k T_s grows by
 /// T_s per step, the delay by its walk w = 2 v D T_c / c, and the phase stage, which
 /// sees the peak where the two meet, returns the delay of that moment. With
 /// several steps at once it is the middle of the peak's group. A path that the
-/// scan does not come by is taken at the step nearest to it.
+/// scan does not pass has its delay at the step nearest to it.
 ///
 /// # Panics
 /// If the scene has no such path.
@@ -53,8 +53,8 @@ pub fn true_delay(sensor: &Sensor, path: PathIndex, tier: CountingTier) -> TrueD
     TrueDelay { delay_ps: path.delay_ps_at(at_ps), at_ps: Some(at_ps) }
 }
 
-/// What the correlation's peak stands later than the light's delay, in ps. The mean of
-/// the jitter's tail is part of the delay.
+/// How much later than the light's delay the correlation's peak is, in ps. The mean of
+/// the jitter's tail is part of it.
 ///
 /// `Events`: the detection comes `delay` late, and the reference's edges come
 /// (rising + falling) / 2 late on average, which makes the detection look that
@@ -92,12 +92,12 @@ pub(super) struct Asked<'s> {
 }
 
 impl Asked<'_> {
-    /// The delay that its estimates are held against.
+    /// The delay that its estimates are compared with.
     pub fn truth(&self) -> TrueDelay {
         true_delay(self.sensor, self.path, self.tier)
     }
 
-    /// What is constant in its measured delay and is not light.
+    /// The constant part of its measured delay that is not time of flight.
     pub fn offset_ps(&self) -> f64 {
         calibration_offset_ps(self.sensor, self.detector, self.tier)
     }

@@ -1,4 +1,4 @@
-//! Errors of a quantity that repeats, as errors on a line.
+//! Unwrapping of errors of a periodic quantity.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -9,10 +9,10 @@ const LEAST_RESULTANT: f64 = 0.5;
 /// -ln of the level at which Rayleigh's test must refuse uniform errors: n R^2 beyond
 /// it has a chance of 5 %.
 const RAYLEIGH: f64 = 3.0;
-/// What few errors must reach at most, however few: those of one are always equal.
+/// The most that is asked of few errors: a single one has 1 in any case.
 const MOST_ASKED: f64 = 0.9;
 
-/// Errors that are spread too widely over the range to have a mean.
+/// Errors are spread too widely over the range to have a mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// Length of the mean of the errors as directions, 0 to 1.
@@ -47,7 +47,7 @@ fn least_resultant(count: usize) -> f64 {
 /// are, bit for bit.
 ///
 /// # Errors
-/// When they are spread so widely that a mean has no meaning.
+/// If they are spread so widely that a mean is meaningless.
 pub fn unwrap(errors_m: &[f64], range_m: f64) -> Result<Vec<f64>, Spread> {
     let (mut sin, mut cos) = (0.0, 0.0);
     for error_m in errors_m {
@@ -72,7 +72,7 @@ pub fn unwrap(errors_m: &[f64], range_m: f64) -> Result<Vec<f64>, Spread> {
 /// a sample is refused of its distribution.
 ///
 /// # Errors
-/// When it is spread so widely that a mean has no meaning.
+/// If it is spread so widely that a mean is meaningless.
 pub fn check_normal(std_m: f64, range_m: f64) -> Result<(), Spread> {
     // Of a wrapped normal error.
     let resultant = (-0.5 * (2.0 * PI * std_m / range_m).powi(2)).exp();

@@ -28,7 +28,7 @@ use crate::sensor::Sensor;
 const LEAST_COUNTS_OF_A_SAMPLE: f64 = 400.0;
 /// The precision that is told how long it takes.
 const PRECISE: f64 = 0.01;
-/// A narrower bin, in sample periods, is none that a scene takes.
+/// Scenes do not accept narrower bins, in sample periods.
 const NARROWEST: f64 = 0.01;
 /// Standard deviations by which parts of the counts may differ, and a code show in them: 3 in 100,000
 /// recordings that are sound are refused for the one, and fewer than 1 in 1,000 for the other, which is
@@ -82,7 +82,7 @@ pub enum DensityError {
     /// A bin is hardly there.
     #[error(
         "sample {sample} has {count} of {counts} dark counts: a bin of {width:.4} sample periods is \
-         none that a sampler is made with; see whether its pin is connected, and the order of the pins"
+         too narrow for a real sampler; check that its pin is connected, and the order of the pins"
     )]
     NoWidth {
         /// The sample.
@@ -97,7 +97,7 @@ pub enum DensityError {
     /// Some pulses are between two samples.
     #[error(
         "pulses of {pulse_ps} ps fall between two samples that are {widest_ps:.0} ps apart and leave \
-         no trace, so that shares of rising edges are no widths; make detector.pulse_width longer than \
+         no trace, so that shares of rising edges are not widths; make detector.pulse_width longer than \
          the widest bin"
     )]
     PulsesMissed {
@@ -109,7 +109,7 @@ pub enum DensityError {
     /// Some rising edges are those of two avalanches.
     #[error(
         "up to {share:.4} of the avalanches without light follow so soon that the level is not low \
-         again at a sample, so that shares of rising edges are no widths; make detector.pulse_width \
+         again at a sample, so that shares of rising edges are not widths; make detector.pulse_width \
          shorter than the dead time by more than a sample"
     )]
     PulsesMerge {
@@ -119,9 +119,9 @@ pub enum DensityError {
     /// Chips, or recordings, differ.
     #[error(
         "the {parts} do not agree: their counts by sample differ by chi-square {chi_square:.1} for \
-         {degrees} degrees of freedom, {z:.1} standard deviations; these are no dark counts alone, but \
+         {degrees} degrees of freedom, {z:.1} standard deviations; these are not dark counts alone, but \
          light that is correlated with the clock, or a sampler that changed: cover the detector and turn \
-         all lasers off"
+         off all lasers"
     )]
     PartsDiffer {
         /// What differs.
@@ -136,8 +136,8 @@ pub enum DensityError {
     /// The reference's code is in the counts.
     #[error(
         "the code of \"{source_name}\" is in the counts: at phase step {step} they follow it by {z:.1} \
-         standard deviations; this is light that is correlated with the clock and no dark counts: cover \
-         the detector and turn all lasers off"
+         standard deviations; this is light that is correlated with the clock, not dark counts: cover \
+         the detector and turn off all lasers"
     )]
     CodeShows {
         /// The source of the reference.

@@ -44,7 +44,7 @@ pub(super) struct Candidate {
 /// The best variations of the scene's own code, the best first, and how many there were.
 ///
 /// # Errors
-/// Why there is no search.
+/// Why codes cannot be searched.
 pub(super) fn search(
     scene: &Scene,
     observed: Observed,

@@ -169,7 +169,7 @@ impl CountsFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// If it cannot be read, or is no text in columns.
+    /// If it cannot be read, or is not text in columns.
     pub fn read(path: &Path) -> Result<CountsFile, CountsError> {
         let file = printable_path(path);
         match read_bytes(path, MOST_BYTES).and_then(decoded) {
@@ -333,7 +333,7 @@ fn runs(file: &CountsFile) -> Result<u64, Wrong> {
     let mut record = StringRecord::new();
     while reader.read_record(&mut record).map_err(|error| unreadable(&file.text, &error))? {
         let run = record.get(place).and_then(|run| file.dialect.whole(run));
-        // What is none is told where its row is read.
+        // A wrong number is reported when its row is read.
         last = last.max(run.filter(|run| (0..MOST_RUNS).contains(run)).unwrap_or(0));
     }
     Ok(last as u64 + 1)
@@ -416,7 +416,7 @@ fn is_blank(record: &StringRecord) -> bool {
     record.iter().all(str::is_empty)
 }
 
-/// What the reader says of a record that is none.
+/// The reader's error for a malformed record.
 fn unreadable(text: &str, error: &csv::Error) -> Wrong {
     let line = line_at(text, error.position());
     match error.kind() {

@@ -386,7 +386,7 @@ impl Search<'_> {
         })
     }
 
-    /// Whether what is left over scatters as photons do.
+    /// Whether the residuals scatter as photons do.
     fn scatter(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
         let p = self.fitted.p_value?;
         let rejects = p.min(1.0 - p) < 0.5 * family().level();

@@ -1,5 +1,4 @@
-//! What counts a scene lets one expect if something about it is otherwise, fitted to
-//! counts that were recorded.
+//! Fits of a scene with some of its values unknown to recorded counts.
 
 use super::Cause;
 use super::observed::{Agreement, Expected, Observed, Whitening, differences};
@@ -10,16 +9,16 @@ use crate::photons::DetectorModel;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
-/// Declares what may be otherwise: each with the cause that it is, its name, and the unit in which
-/// its values are told.
+/// Declares the values of a scene that may be wrong: each with its cause, its name, and the unit of its
+/// values.
 macro_rules! unknowns {
     ($($(#[$about:meta])* $Unknown:ident = $Cause:ident, $name:literal, $unit:literal;)*) => {
-        /// Something about a scene that may be otherwise than it says.
+        /// A value of a scene that may be wrong.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub(super) enum Unknown { $($(#[$about])* $Unknown,)* }
 
         impl Unknown {
-            /// What is wrong where it is otherwise.
+            /// The cause that it stands for.
             pub fn cause(self) -> Cause {
                 match self { $(Unknown::$Unknown => Cause::$Cause,)* }
             }
@@ -50,7 +49,7 @@ unknowns! {
     ChipPeriod = ChipPeriod, "chip period", "ns";
 }
 
-/// By how much each is otherwise: delay in ps, logarithm of the brightness, further constant
+/// The difference of each from the scene's: delay in ps, logarithm of the brightness, further constant
 /// rate in counts per second, dead time in ps, logarithm of the chip period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Change([f64; 5]);
@@ -99,7 +98,7 @@ impl Change {
         Change::default().by(Unknown::Delay, delay_ps)
     }
 
-    /// By how much an unknown is otherwise.
+    /// The difference of an unknown from the scene's.
     pub fn value(self, unknown: Unknown) -> f64 {
         self.0[unknown as usize]
     }
@@ -210,7 +209,7 @@ pub(super) fn fit(
     Ok(Fitted { change, errors, expected, p_value: agreement.p_value(degrees), agreement, degrees })
 }
 
-/// Counts that were recorded, and what of the scene may be otherwise.
+/// Recorded counts, and the unknowns of the scene.
 struct SceneCounts<'p> {
     sensor: &'p Sensor,
     observed: Observed<'p>,
@@ -224,7 +223,7 @@ struct SceneCounts<'p> {
     weighed_at: Change,
 }
 
-/// A change of the scene, and what it lets one expect.
+/// A change of the scene, and the means that follow from it.
 struct Trial {
     change: Change,
     means: Vec<f64>,

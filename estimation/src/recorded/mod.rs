@@ -1,5 +1,5 @@
-//! Counts of a sensor that was built: read from a file, held against what its scene
-//! lets one expect, and what seems wrong where they differ.
+//! Counts of a real sensor: read from a file, compared with the expectation of its scene, and
+//! diagnosed where they differ.
 //!
 //! `docs/recorded-counts.md` has the file's format and the tests with their measured
 //! power.

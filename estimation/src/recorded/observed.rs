@@ -1,4 +1,4 @@
-//! What was recorded of one detector, and what a scene lets one expect of it: counts of
+//! The recorded counts of one detector, and their expectation by a scene: counts of
 //! phase steps, or bins of a histogram.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -113,7 +113,7 @@ impl Observed<'_> {
         })
     }
 
-    /// What a sensor lets one expect of light that comes later by a delay.
+    /// The expectation of a sensor, for light that comes later by a delay.
     pub fn expected(self, sensor: &Sensor, delay_ps: f64) -> Result<Expected, FitError> {
         let model = DetectorModel::new(sensor, self.detector());
         let delayed = Observed::delayed(&model, delay_ps)?;
@@ -231,8 +231,8 @@ impl Agreement {
     }
 }
 
-/// Bins are Poisson numbers of the means that those before let one expect: their likelihood
-/// holds where hardly any bin counts at all. The chi-square is of sums of neighbours.
+/// Bins are Poisson numbers whose means follow from the bins before: this likelihood holds even if
+/// hardly any bin counts at all. The chi-square is of sums of neighbours.
 fn of_bins(
     values: &[f64],
     deviations: &[f64],

@@ -77,8 +77,8 @@ pub struct BinResidual {
     pub residual_in_std: f64,
 }
 
-/// Ranges a recorded scan with the scene's estimator, and holds it against what the
-/// scene lets one expect.
+/// Ranges a recorded scan with the scene's estimator, and compares it with the scene's
+/// expectation.
 ///
 /// The model estimator needs total counts: a scan without them is ranged by the phase,
 /// with a remark.

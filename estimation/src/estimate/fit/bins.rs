@@ -1,9 +1,9 @@
 //! The model estimator on a histogram: delay and strength of the path, and the constant
 //! light, fitted to its bins.
 //!
-//! A bin is a Poisson number of the mean that the bins before it let one expect
-//! ([`Innovations`]): the likelihood of 16,376 bins in as much time as they take to read, which
-//! holds where hardly any bin counts at all.
+//! A bin is a Poisson number whose mean follows from the bins before it
+//! ([`Innovations`]): this gives the likelihood of 16,376 bins in the time that it takes to read them,
+//! and holds even if hardly any bin counts at all.
 
 use super::error::FitError;
 use super::likeliest::likeliest;
@@ -324,9 +324,9 @@ impl<'s> BinFitter<'s> {
         Ok(fitted)
     }
 
-    /// How precise the likeliest delay is: by the Cramer-Rao bound where the bins tell as much of
-    /// every delay that comes into question. Where they do not, no number is a bound for all
-    /// estimates, and this is the standard deviation of the likeliest.
+    /// How precise the likeliest delay is: the Cramer-Rao bound where the bins tell as much of
+    /// every plausible delay. Elsewhere there is not one bound for all estimates, and this is the
+    /// standard deviation of the maximum-likelihood estimate.
     ///
     /// # Errors
     /// When the mean response cannot be had, or the bins do not determine all unknowns, or few

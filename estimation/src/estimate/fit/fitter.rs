@@ -36,9 +36,9 @@ pub struct Fitter<'s> {
     other: OtherLight,
     /// Of a path that moves, one that stands still as it does at the moment.
     model: DetectorModel,
-    /// The moment that a moving path's distance is told of.
+    /// The moment that a moving path's distance refers to.
     moment_ps: Result<Option<f64>, FitError>,
-    /// Seconds that a fit takes and the longest that is done, if it takes longer.
+    /// Seconds that a fit takes, and the limit, if it takes longer.
     too_long: OnceLock<Option<(f64, f64)>>,
     moments: KnownMoments,
     air: OnceLock<Result<Air, FitError>>,
@@ -72,11 +72,11 @@ impl<'s> Fitter<'s> {
         }
     }
 
-    /// The moment that a moving path's distance is told of, from the start of the scan;
-    /// `None` of light that stands still.
+    /// The moment that a moving path's distance refers to, from the start of the scan;
+    /// `None` for light at rest.
     ///
     /// # Errors
-    /// Where it moves in a way that no fit follows.
+    /// If it moves in a way that the fit does not model.
     pub fn moment_ps(&self) -> Result<Option<f64>, FitError> {
         self.moment_ps.clone()
     }
@@ -98,7 +98,7 @@ impl<'s> Fitter<'s> {
         self.fit_means(&counts)
     }
 
-    /// Fits the scene's expected counts: the fit's average answer, to first order in the noise.
+    /// Fits the scene's expected counts: the mean of fits to scans, to first order in the noise.
     ///
     /// # Errors
     /// As [`Fitter::fit`].
@@ -130,7 +130,7 @@ impl<'s> Fitter<'s> {
                 steps: sensor.timing().scan.steps,
             });
         }
-        // A path that moves in a way that no fit follows.
+        // A path that moves in a way that the fit does not model.
         self.moment_ps()?;
         self.check_time()?;
         if air::is_one_path(sensor, &self.model, self.other) {
@@ -171,8 +171,8 @@ impl Fitter<'_> {
         Ok(estimate)
     }
 
-    /// Refuses own light that does not stand out of what light of other clocks makes of
-    /// the counts: wherever that is largest looks like a path.
+    /// Refuses own light that does not exceed the scatter that light of other clocks adds to
+    /// the counts: its largest correlation looks like a path.
     fn check_stands_out(
         &self,
         problem: &Problem,
@@ -186,8 +186,8 @@ impl Fitter<'_> {
         }
     }
 
-    /// Refuses what would take too long. Light whose time cannot be told has no response,
-    /// either, and the fit says why.
+    /// Refuses what would take too long. Light whose time cannot be estimated does not have a response
+    /// either, and the fit reports why.
     fn check_time(&self) -> Result<(), FitError> {
         let too_long = |sensor| TheoryEffort::of(sensor, self.detector).ok()?.too_long_fit();
         match *self.too_long.get_or_init(|| too_long(self.sensor)) {
@@ -236,7 +236,7 @@ impl Fitter<'_> {
     }
 }
 
-/// Refuses counts that are all alike: they have no peak.
+/// Refuses counts that are all equal: they do not have a peak.
 fn check_not_flat(counts: &[MeanCount]) -> Result<(), NoEstimate> {
     let first = counts.first().map_or(0.0, |count| count.signed);
     let is_dark = counts.iter().all(|count| count.total <= 0.0);
@@ -246,8 +246,8 @@ fn check_not_flat(counts: &[MeanCount]) -> Result<(), NoEstimate> {
     }
 }
 
-/// What the fit says of a scene's expected counts, told of other light what the
-/// scene says: its average answer, to first order in the noise.
+/// The fit to a scene's expected counts, with the scene's setting for other light: the mean of fits to
+/// scans, to first order in the noise.
 ///
 /// # Errors
 /// As [`Fitter::fit`].

@@ -1,7 +1,7 @@
 //! All codes of a Gold set at all delays: one Hadamard transform for each delay.
 //!
 //! A chip of v, some chips on, is a linear function of the state of v's register. So
-//! with what a scan leaves over times u's chips, written down by that state, a
+//! with the residual of a scan times u's chips, ordered by that state, a
 //! Walsh-Hadamard transform has the correlation with u XOR v for every advance of v
 //! at once.
 

@@ -1,4 +1,4 @@
-//! What light of a code adds to the signed counts of a scan, to first order.
+//! Signed counts of a scan that light of a code adds, to first order.
 
 use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
@@ -184,7 +184,7 @@ impl Axis {
     }
 }
 
-/// A code's template over a scan, ready to be correlated with what a fit leaves over.
+/// A code's template over a scan, ready to be correlated with residuals.
 #[derive(Debug, Clone)]
 pub struct Matched {
     pub template: Template,
