@@ -3,7 +3,7 @@
 use super::chart::{Axis, Mark, Panel, Role};
 use super::figure::Figure;
 use crate::cosim;
-use crate::estimate::coverage::bound_m;
+use crate::estimate::bound::bound_m;
 use crate::estimate::{CountingTier, TheoryEffort, Work, theory_of_integrations};
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;

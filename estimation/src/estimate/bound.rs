@@ -11,9 +11,9 @@ use super::fit::parameters::Parameters;
 use super::fit::problem::{Beside, Problem, Reading, Sides, window};
 use super::fit::template::Axis;
 use super::fit::weights::Weights;
-pub use super::path_bound::{Bound, PathBound};
 use super::phase::first_maximum;
-use super::{CountingTier, TheoryEffort, Work, distance_m};
+use super::truth::Asked;
+use super::{CountingTier, TheoryEffort, Work, coverage, distance_m};
 use crate::response::{Light, MeanResponse};
 use crate::scan::Step;
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
@@ -23,6 +23,54 @@ use crate::sensor::Sensor;
 /// estimate's scatter.
 const MOST_UNEVEN: f64 = 1.5;
 
+/// How precise estimates from the counts of one scan can be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bound {
+    /// One entry per path that carries modulated light, in the scene's order.
+    pub paths: Vec<PathBound>,
+    /// Phase steps that take part: the whole scan, of a path that moves 3 S round its peak.
+    pub steps: usize,
+}
+
+/// How precise the estimate of one path can be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathBound {
+    /// Index of the path in the scene.
+    pub path: PathIndex,
+    /// Least standard deviation of its distance, with delay and strength of
+    /// every path and the background unknown.
+    pub bound_m: f64,
+    /// Least standard deviation of the speed of a moving path, which is then unknown, too; the distance
+    /// is that at the moment at which the scan passes the path.
+    pub velocity_bound_m_per_s: Option<f64>,
+}
+
+impl Bound {
+    /// Expected standard deviation of a fit that reports `std_m` for path `path`: its derivatives and
+    /// second moments are those of light nearby, so that it may be off by 1 %, but it is not better than
+    /// the bound.
+    pub fn at_least(&self, path: PathIndex, std_m: f64) -> f64 {
+        self.of_path(path).map_or(std_m, |bound_m| bound_m.max(std_m))
+    }
+
+    /// A remark for a bound that is not of all steps.
+    pub fn remark(&self) -> Option<String> {
+        let moves = |path: &PathBound| path.velocity_bound_m_per_s.is_some();
+        self.paths.iter().any(moves).then(|| {
+            format!(
+                "the bound is of the {} phase steps round the peak, as the fit of a path that moves",
+                self.steps
+            )
+        })
+    }
+
+    /// The bound of path `path` of the scene, if it carries modulated light.
+    pub fn of_path(&self, path: PathIndex) -> Option<f64> {
+        let entry = self.paths.iter().find(|entry| entry.path == path)?;
+        Some(entry.bound_m)
+    }
+}
+
 /// The bound for all light of a detector from all steps of the scan: from derivatives of the
 /// means, and the covariance of r and N at each step; in [long scans](super::fit::moments)
 /// a few steps stand for all. Information in the variances is left out.
@@ -31,16 +79,13 @@ const MOST_UNEVEN: f64 = 1.5;
 /// # Errors
 /// When the mean response cannot be had, or the scan does not determine all
 /// unknowns.
-///
-/// # Panics
-/// If the scene has no such detector.
 pub fn bound(
     sensor: &Sensor,
     detector: DetectorIndex,
     tier: CountingTier,
 ) -> Result<Bound, FitError> {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return BinFitter::new(sensor, detector)?.bound();
+        return bound_of_bins(sensor, detector);
     }
     TheoryEffort::of(sensor, detector)?.check(Work::Bound)?;
     let moment_ps = moving::moment_ps(sensor, detector, tier, sensor.scene().other_light)?;
@@ -48,6 +93,22 @@ pub fn bound(
         return bound_of_moving(sensor, detector, tier, moment_ps);
     }
     with_counts(sensor, detector, tier, |counts| bound_of(sensor, detector, tier, counts))
+}
+
+/// The bound for a histogram: the Cramer-Rao bound where the bins carry the same information at
+/// every plausible delay. Elsewhere there is not one bound for all estimates, and this is the standard
+/// deviation of the maximum-likelihood estimate.
+fn bound_of_bins(sensor: &Sensor, detector: DetectorIndex) -> Result<Bound, FitError> {
+    let fitter = BinFitter::new(sensor, detector)?;
+    let (clock, std_chips) = (sensor.clock(), fitter.scatter_chips()?.std);
+    Ok(Bound {
+        paths: vec![PathBound {
+            path: fitter.path,
+            bound_m: distance_m(clock.ps(std_chips)),
+            velocity_bound_m_per_s: None,
+        }],
+        steps: (sensor.timing().code_chips() * u64::from(clock.samples_per_chip)) as usize,
+    })
 }
 
 /// Responses on both sides of each unknown of a detector's light, to tell bounds at several
@@ -161,6 +222,37 @@ fn check_even(
         }
     }
     Ok(())
+}
+
+/// The Cramer-Rao bound of a path, in metres. It does not hold for counts that do not show the path, or
+/// are clamped.
+///
+/// # Errors
+/// Why there is none, in words.
+pub fn bound_m(
+    sensor: &Sensor,
+    path: PathIndex,
+    counting: CountingTier,
+    bound: &Result<Bound, FitError>,
+) -> Result<f64, String> {
+    let bound = bound.as_ref().map_err(ToString::to_string)?;
+    let detector = sensor.scene().paths[path].detector;
+    let asked = Asked { sensor, detector, path, tier: counting };
+    coverage::check_scene(&asked).map_err(|reason| reason.to_string())?;
+    bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
+}
+
+/// The same for a report: the bound with its remark, or the reason why there is none.
+pub fn bound_and_remark(
+    sensor: &Sensor,
+    path: PathIndex,
+    counting: CountingTier,
+    bound: &Result<Bound, FitError>,
+) -> (Option<f64>, Option<String>) {
+    match bound_m(sensor, path, counting, bound) {
+        Ok(bound_m) => (Some(bound_m), bound.as_ref().ok().and_then(Bound::remark)),
+        Err(reason) => (None, Some(format!("no bound: {reason}"))),
+    }
 }
 
 #[cfg(test)]

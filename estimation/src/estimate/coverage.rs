@@ -7,11 +7,9 @@
 
 use super::CountingTier;
 use super::approximation::Approximation;
-use super::fit::error::FitError;
 use super::fit::slipping::SlippingLight;
 use super::fit::{FittedPath, ModelEstimate, check_shared_light, own_threshold};
 use super::missed::errors_wrap;
-use super::path_bound::Bound;
 use super::prediction::Prediction;
 use super::truth::Asked;
 use crate::math::normal_cdf;
@@ -40,9 +38,6 @@ pub(super) fn check_scene(asked: &Asked) -> Result<(), Approximation> {
 ///
 /// # Errors
 /// What does not hold.
-///
-/// # Panics
-/// If the scene has no such path.
 pub fn check_fit(
     sensor: &Sensor,
     detector: DetectorIndex,
@@ -78,43 +73,6 @@ pub fn check_fit(
         concerns_misses: true,
     }
     .check()
-}
-
-/// The Cramer-Rao bound of a path, in metres. It does not hold for counts that do not show the path, or
-/// are clamped.
-///
-/// # Errors
-/// Why there is none, in words.
-///
-/// # Panics
-/// If the scene has no such path.
-pub fn bound_m(
-    sensor: &Sensor,
-    path: PathIndex,
-    counting: CountingTier,
-    bound: &Result<Bound, FitError>,
-) -> Result<f64, String> {
-    let bound = bound.as_ref().map_err(ToString::to_string)?;
-    let detector = sensor.scene().paths[path].detector;
-    let asked = Asked { sensor, detector, path, tier: counting };
-    check_scene(&asked).map_err(|reason| reason.to_string())?;
-    bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
-}
-
-/// The same for a report: the bound with its remark, or the reason why there is none.
-///
-/// # Panics
-/// If the scene has no such path.
-pub fn bound_and_remark(
-    sensor: &Sensor,
-    path: PathIndex,
-    counting: CountingTier,
-    bound: &Result<Bound, FitError>,
-) -> (Option<f64>, Option<String>) {
-    match bound_m(sensor, path, counting, bound) {
-        Ok(bound_m) => (Some(bound_m), bound.as_ref().ok().and_then(Bound::remark)),
-        Err(reason) => (None, Some(format!("no bound: {reason}"))),
-    }
 }
 
 /// How far a path's delay is outside of the scan.
@@ -356,7 +314,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::estimate::{PredictionError, predict, theory};
+    use crate::estimate::{PredictionError, bound, predict, theory};
     use crate::scene::load_with;
 
     fn sensor(scene: &str, settings: &[&str]) -> Sensor {
@@ -384,7 +342,7 @@ mod tests {
         assert!((why.size - beyond).abs() < 0.6, "{why}");
         let told = theory(&far, FIRST.0, &[FIRST.1], CountingTier::Sampled);
         assert_eq!((told.predictions[0].is_err(), told.missed[0]), (true, None));
-        let bound = bound_m(&far, FIRST.1, CountingTier::Sampled, &told.bound);
+        let bound = bound::bound_m(&far, FIRST.1, CountingTier::Sampled, &told.bound);
         assert_eq!(bound, Err(why.to_string()));
         for inside in ["path.distance=24 m", "path.distance=26.5 m"] {
             assert_eq!(refused(&sensor("../scenes/quick.toml", &[window, inside])), None);

@@ -75,9 +75,6 @@ pub enum Uncorrected {
 ///
 /// # Errors
 /// Why it does not.
-///
-/// # Panics
-/// If the scene has no such detector.
 pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, Uncorrected> {
     let spad = &sensor.scene().detectors[detector];
     let sample_ps = sensor.clock().sample_period_ps();

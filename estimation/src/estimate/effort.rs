@@ -59,9 +59,6 @@ impl TheoryEffort {
     ///
     /// # Errors
     /// As for the mean response.
-    ///
-    /// # Panics
-    /// If the scene has no such detector.
     pub fn of(sensor: &Sensor, detector: DetectorIndex) -> Result<TheoryEffort, MeanResponseError> {
         let still = sensor.still_at(0.0);
         let model = DetectorModel::new(&still, detector);

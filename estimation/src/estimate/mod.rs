@@ -31,7 +31,6 @@ pub mod fit;
 pub mod histogram;
 mod missed;
 mod moving;
-mod path_bound;
 mod phase;
 mod possible;
 mod prediction;

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::fit::moving::MOST_STEPS_MOVED;
 use super::phase::window_indices;
 use super::prediction::{Answer, Prediction, PredictionError};
 use super::truth::Asked;
@@ -12,8 +13,6 @@ use crate::scan::Step;
 use crate::scene::{DetectorIndex, Fluctuation, PathIndex};
 use crate::sensor::Sensor;
 
-/// Within a phase step delays may move by at most this share of it.
-const MOST_STEPS_MOVED: f64 = 0.25;
 /// Paths are nudged by this share of a phase step to see what it does.
 const NUDGE_STEPS: f64 = 0.02;
 

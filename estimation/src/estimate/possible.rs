@@ -96,9 +96,6 @@ pub enum ImpossibleScan {
 ///
 /// # Errors
 /// [`NoEstimate::NotModulated`].
-///
-/// # Panics
-/// If the scene has no such detector.
 pub fn check_modulated(sensor: &Sensor, detector: DetectorIndex) -> Result<(), NoEstimate> {
     let own = sensor.scene().detectors[detector].reference;
     let model = DetectorModel::new(sensor, detector);

@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use serde::Serialize;
 
-use super::bound::bound;
+use super::bound::{bound, bound_and_remark};
 use super::coverage;
 use super::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use super::histogram::{self, PhaseOfHistogram};
@@ -34,7 +34,7 @@ const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends 
 const NO_BINS: &str = "the bins of the histogram do not follow from the counts of phase steps";
 
 /// What a scan's counts say about the distance.
-#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct EstimateReport {
     /// The detector's name.
     pub detector: String,
@@ -225,24 +225,9 @@ impl EstimateReport {
             detector: spad.name.clone(),
             source: source.name.clone(),
             estimator: sensor.scene().estimator,
-            path: None,
-            distance_m: None,
-            true_distance_m: None,
-            true_distance_at_s: None,
-            error_m: None,
-            expected_bias_m: None,
-            expected_std_m: None,
-            deviation_in_std: None,
-            expectation_holds: None,
-            bound_m: None,
-            std_over_bound: None,
-            bound_remark: None,
-            fit: None,
-            coarse_phase_step: None,
             calibration_offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
             unambiguous_range_m: distance_m(sensor.timing().code_period_ps()),
-            remark: None,
-            folded: None,
+            ..EstimateReport::default()
         }
     }
 
@@ -338,7 +323,7 @@ impl EstimateReport {
         self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
         let bound = bound(sensor, detector, CountingTier::Sampled);
         (self.bound_m, self.bound_remark) =
-            coverage::bound_and_remark(sensor, path, CountingTier::Sampled, &bound);
+            bound_and_remark(sensor, path, CountingTier::Sampled, &bound);
         match expectation(ranging, path, of_steps) {
             Ok((ExpectedErrors { bias_m, std_m }, missed)) => {
                 let std_m = match (self.estimator, &bound) {

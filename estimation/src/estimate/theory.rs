@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::bound::{Bound, beside, bound, bound_of};
 use super::expected_counts::ExpectedCounts;
-use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
 use super::prediction::{Prediction, PredictionError, moves};
 use super::truth::Asked;
@@ -35,9 +34,6 @@ pub struct Theory {
 /// see the same detections, so their counts go together; groups are independent.
 /// Paths may move, slowly beside the phase steps; the bias is against their
 /// [`true_delay`](super::true_delay).
-///
-/// # Panics
-/// If the scene has no such detector or path.
 pub fn predict(
     sensor: &Sensor,
     detector: DetectorIndex,
@@ -78,9 +74,6 @@ pub(super) fn covered(
 
 /// [`predict`] for some paths and [`bound`](super::bound::bound) together, which
 /// share nearly all of their work.
-///
-/// # Panics
-/// If the scene has no such detector or paths.
 pub fn theory(
     sensor: &Sensor,
     detector: DetectorIndex,
@@ -95,9 +88,6 @@ pub fn theory(
 
 /// [`theory`] at other integration times, in chips, from one solution of the detector's state;
 /// with the sensor that has each of them.
-///
-/// # Panics
-/// As [`theory`].
 pub fn theory_of_integrations(
     sensor: &Sensor,
     detector: DetectorIndex,
@@ -221,7 +211,7 @@ fn of_histograms(
         (covered(&asked, predicted), missed)
     };
     let (predictions, missed) = told(predictions.into_iter().zip(paths).map(predict));
-    let bound = BinFitter::new(sensor, detector).and_then(|fitter| fitter.bound());
+    let bound = bound(sensor, detector, CountingTier::Sampled);
     Ok(Theory { predictions, missed, bound })
 }
 

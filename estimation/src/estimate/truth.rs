@@ -24,9 +24,6 @@ pub struct TrueDelay {
 /// sees the peak where the two meet, returns the delay of that moment. With
 /// several steps at once it is the middle of the peak's group. A path that the
 /// scan does not pass has its delay at the step nearest to it.
-///
-/// # Panics
-/// If the scene has no such path.
 pub fn true_delay(sensor: &Sensor, path: PathIndex, tier: CountingTier) -> TrueDelay {
     let path = &sensor.scene().paths[path];
     if path.movement.is_none() {

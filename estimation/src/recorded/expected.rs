@@ -14,9 +14,6 @@ use crate::sensor::Sensor;
 ///
 /// # Errors
 /// When the mean response cannot be had.
-///
-/// # Panics
-/// If the scene has no such detector.
 pub fn expected_bins(
     sensor: &Sensor,
     detector: DetectorIndex,

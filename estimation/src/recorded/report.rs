@@ -17,7 +17,7 @@ use crate::scene::EstimatorKind;
 use crate::sensor::Sensor;
 
 /// What one detector's recorded scan says.
-#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, schemars::JsonSchema)]
 pub struct Assessment {
     /// The detector's name.
     pub detector: String,
@@ -155,15 +155,7 @@ fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
     let mut assessment = Assessment {
         detector: sensor.scene().detectors[observed.detector()].name.clone(),
         estimate,
-        fitted_distance_m: None,
-        fitted_distance_std_m: None,
-        chi_square: None,
-        degrees_of_freedom: None,
-        p_value: None,
-        diagnosis: None,
-        remark: None,
-        phase_steps: Vec::new(),
-        bins: Vec::new(),
+        ..Assessment::default()
     };
     match found {
         Ok((diagnosis, fitted)) => assessment.take(sensor, observed, diagnosis, &fitted),

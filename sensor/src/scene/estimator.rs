@@ -14,12 +14,13 @@ tables! {
 choices! {
     /// Turns counts into distance.
     #[derive(
-        Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize,
+        Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize,
         schemars::JsonSchema, clap::ValueEnum,
     )]
     #[serde(rename_all = "lowercase")]
     pub enum EstimatorKind {
         /// Coarse argmax, then the phase of the fundamental
+        #[default]
         Fft = "fft",
         /// Weighted least squares against the exact mean response
         Model = "model",

@@ -3,6 +3,7 @@
 use super::answers::Ranging;
 use super::moments::Moments;
 use super::tally::Tally;
+use crate::estimate::bound::bound_and_remark;
 use crate::estimate::coverage;
 use crate::estimate::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use crate::estimate::fit::{FitError, expected_fit};
@@ -39,7 +40,7 @@ pub fn statistics(
         let missed_scans = tally.scans - tally.found[place];
         let of_scans = |count: u64| (tally.scans > 0).then(|| count as f64 / tally.scans as f64);
         let (bound_m, bound_remark) =
-            coverage::bound_and_remark(ranging.sensor, path, ranging.counting, &theory.bound);
+            bound_and_remark(ranging.sensor, path, ranging.counting, &theory.bound);
         let with_error = |share| (share, share_error(ranging.sensor, ranging.detector, share));
         let expectation = Expectation {
             errors: expected[place].as_ref().ok().copied(),

@@ -14,7 +14,6 @@ use super::problem::Problem;
 use super::scoring::{Counts, Settling, Slopes, likeliest_of, settle};
 use super::start;
 use crate::estimate::dead_time::{dead_time, periods};
-use crate::estimate::path_bound::{Bound, PathBound};
 use crate::estimate::phase::estimate_at;
 use crate::estimate::{CountingTier, calibration_offset_ps, coverage, distance_m};
 use crate::histogram::Histogram;
@@ -47,7 +46,8 @@ struct BinFit {
 pub struct BinFitter<'s> {
     sensor: &'s Sensor,
     detector: DetectorIndex,
-    path: PathIndex,
+    /// The path that carries modulated light.
+    pub(in crate::estimate) path: PathIndex,
     model: DetectorModel,
     correlator: Correlator,
     dead_time: DeadTime,
@@ -172,9 +172,6 @@ impl<'s> BinFitter<'s> {
     /// # Errors
     /// When other modulated light reaches the detector, or a histogram does not show when
     /// it was blind.
-    ///
-    /// # Panics
-    /// If the scene has no such detector.
     pub fn new(sensor: &'s Sensor, detector: DetectorIndex) -> Result<BinFitter<'s>, FitError> {
         let model = DetectorModel::new(sensor, detector);
         let own = sensor.scene().detectors[detector].reference;
@@ -324,27 +321,9 @@ impl<'s> BinFitter<'s> {
         Ok(fitted)
     }
 
-    /// How precise the likeliest delay is: the Cramer-Rao bound where the bins tell as much of
-    /// every plausible delay. Elsewhere there is not one bound for all estimates, and this is the
-    /// standard deviation of the maximum-likelihood estimate.
-    ///
-    /// # Errors
-    /// When the mean response cannot be had, or the bins do not determine all unknowns, or few
-    /// photons do.
-    pub fn bound(&self) -> Result<Bound, FitError> {
-        Ok(Bound {
-            paths: vec![PathBound {
-                path: self.path,
-                bound_m: distance_m(self.sensor.clock().ps(self.scatter_chips()?.std)),
-                velocity_bound_m_per_s: None,
-            }],
-            steps: self.correlator.bins(),
-        })
-    }
-
     /// How the likeliest delays scatter round the true one, from bins whose roots have normal
     /// errors ([`likeliest`]), where these approximations hold.
-    fn scatter_chips(&self) -> Result<NormalLaw, FitError> {
+    pub(in crate::estimate) fn scatter_chips(&self) -> Result<NormalLaw, FitError> {
         let truth = Parameters::of(&Light::of(&self.model));
         let counts = self.counts(&[]);
         let means = counts.problem.response(&truth)?.mean_bins();

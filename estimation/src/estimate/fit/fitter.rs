@@ -46,9 +46,6 @@ pub struct Fitter<'s> {
 
 impl<'s> Fitter<'s> {
     /// A fitter for scans of detector `detector`.
-    ///
-    /// # Panics
-    /// If the scene has no such detector.
     pub fn new(
         sensor: &'s Sensor,
         detector: DetectorIndex,
@@ -251,9 +248,6 @@ fn check_not_flat(counts: &[MeanCount]) -> Result<(), NoEstimate> {
 ///
 /// # Errors
 /// As [`Fitter::fit`].
-///
-/// # Panics
-/// If the scene has no such detector.
 pub fn expected_fit(
     sensor: &Sensor,
     detector: DetectorIndex,

@@ -59,9 +59,6 @@ use crate::sensor::Sensor;
 ///
 /// # Errors
 /// As there.
-///
-/// # Panics
-/// If the scene has no such detector.
 pub fn fit(
     sensor: &Sensor,
     detector: DetectorIndex,
@@ -76,9 +73,6 @@ pub fn fit(
 ///
 /// # Errors
 /// As [`fit`].
-///
-/// # Panics
-/// If the scene has no such detector.
 pub fn fit_means(
     sensor: &Sensor,
     detector: DetectorIndex,

@@ -20,7 +20,7 @@ use crate::sensor::Sensor;
 
 /// Most phase steps by which a path may move within one: beyond, two positions do not stand for a
 /// step's average.
-const MOST_STEPS_MOVED: f64 = 0.25;
+pub const MOST_STEPS_MOVED: f64 = 0.25;
 
 /// The moment that a moving path's distance refers to, from the start of a scan, if a
 /// detector's only path moves enough to matter.
