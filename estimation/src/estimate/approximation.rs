@@ -20,7 +20,10 @@ pub struct Approximation {
 impl fmt::Display for Approximation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Approximation { name, measure, size, bound, .. } = self;
-        write!(f, "{name} does not hold here: {measure} {size:.3}, at most {bound} is covered")
+        write!(
+            f,
+            "expectations assume {name}, which does not hold here: {measure} {size:.3}, limit {bound}"
+        )
     }
 }
 

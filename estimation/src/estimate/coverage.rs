@@ -50,7 +50,7 @@ pub fn check_fit(
     let untold = fitted.untold.as_ref();
     Approximation {
         name: "that the fit tells all paths apart",
-        measure: "paths of the scene that the expected counts do not show",
+        measure: "paths that the expected counts do not show:",
         size: untold.map_or(0, |untold| untold.missing + untold.missing_of_others) as f64,
         bound: 0.0,
         concerns_misses: true,
@@ -66,8 +66,8 @@ pub fn check_fit(
     let chips = sensor.timing().scan.steps as f64 / f64::from(sensor.clock().samples_per_chip);
     let weakest = fitted.paths.iter().map(FittedPath::significance).fold(f64::INFINITY, f64::min);
     Approximation {
-        name: "that each path stands out of other light in every scan",
-        measure: "chance of the weakest not to",
+        name: "that each path stands out from other light in every scan",
+        measure: "probability that the weakest one does not:",
         size: normal_cdf(own_threshold(chips) - weakest),
         bound: 0.02,
         concerns_misses: true,
@@ -85,7 +85,7 @@ fn outside_scan(asked: &Asked) -> Approximation {
     let beyond_last = after_first - (scan.steps - 1) as f64;
     Approximation {
         name: "that the true delay is in the scan",
-        measure: "phase steps outside of it",
+        measure: "it is outside by this many phase steps:",
         size: if scan.is_full() { 0.0 } else { beyond_last.min(period - after_first).max(0.0) },
         bound: 0.5,
         concerns_misses: true,
@@ -116,7 +116,7 @@ fn clamped(asked: &Asked) -> Result<Option<Approximation>, MeanResponseError> {
     };
     Ok(Some(Approximation {
         name: "that counts are not clamped",
-        measure: "share of scans whose largest count is",
+        measure: "share of scans whose largest count is clamped:",
         // Counts scatter no more than without dead time.
         size: normal_cdf((largest - limit - 0.5) / total.max(1.0).sqrt()),
         bound: 1e-3,
@@ -160,7 +160,7 @@ pub(super) fn check_ready(ready: &[f64], periods: f64) -> Result<(), Approximati
     ready_shown(ready, periods, PHASE_READY_ERROR).check()?;
     Approximation {
         name: "that the detector is ready in each bin at least once",
-        measure: "chance that it never is, in the bin of the least",
+        measure: "probability that it never is, in the worst bin:",
         size: (1.0 - least(ready)).powf(periods),
         bound: 0.01,
         concerns_misses: true,
@@ -177,7 +177,7 @@ fn ready_shown(ready: &[f64], periods: f64, most: f64) -> Approximation {
     let least = least(ready);
     Approximation {
         name: "that a histogram shows how often the detector was ready",
-        measure: "relative error of that share, in the bin of the least",
+        measure: "relative error of that share in the worst bin:",
         size: ((1.0 - least) / (least * periods)).sqrt(),
         bound: most,
         concerns_misses: true,
@@ -197,8 +197,8 @@ pub(super) fn enough_photons(slopes: &[f64], means: &[f64]) -> Approximation {
     let told: f64 = slopes.iter().map(|slope| slope * slope).sum();
     let variance: f64 = slopes.iter().zip(means).map(|(slope, mean)| slope.powi(4) / mean).sum();
     Approximation {
-        name: "that enough photons tell the delay",
-        measure: "relative scatter of what a scan tells of it",
+        name: "that enough photons determine the delay",
+        measure: "relative scatter of a scan's information about it:",
         size: variance.sqrt() / told,
         bound: 0.5,
         concerns_misses: true,
@@ -210,7 +210,7 @@ pub(super) fn enough_photons(slopes: &[f64], means: &[f64]) -> Approximation {
 pub(super) fn of_one_peak(std_chips: f64) -> Approximation {
     Approximation {
         name: "that the likeliest delay is on the path's peak",
-        measure: "its scatter in chips",
+        measure: "its standard deviation in chips:",
         size: std_chips,
         bound: 0.25,
         concerns_misses: true,
@@ -233,7 +233,7 @@ pub(super) fn check_slipping(
     let Ok(slipping) = SlippingLight::new(model, counting) else { return Ok(()) };
     Approximation {
         name: "that light of other clocks is constant",
-        measure: "share of the counts' variance that it adds",
+        measure: "share of the counts' variance that it adds:",
         size: slipping.variance() / (slipping.variance() + peak_variance).max(f64::MIN_POSITIVE),
         bound: 0.1,
         concerns_misses: true,
@@ -255,7 +255,7 @@ pub(super) fn check_phase(asked: &Asked, prediction: &Prediction) -> Result<(), 
     }
     Approximation {
         name: "that the phase reports the path",
-        measure: "share of scans that miss it",
+        measure: "share of scans that miss it:",
         size: prediction.missed_fraction.unwrap_or(0.0),
         bound: 0.999,
         concerns_misses: false,
@@ -277,7 +277,7 @@ pub(super) fn check_phase(asked: &Asked, prediction: &Prediction) -> Result<(), 
     }
     Approximation {
         name: "that the estimate is linear in the counts",
-        measure: "scatter of the phase in rad",
+        measure: "standard deviation of the phase in rad:",
         size: prediction.phase_std_rad,
         bound: 0.7,
         concerns_misses: false,
@@ -285,7 +285,7 @@ pub(super) fn check_phase(asked: &Asked, prediction: &Prediction) -> Result<(), 
     .check()?;
     Approximation {
         name: "that one phase step has the largest count",
-        measure: "scatter of the estimates round those that may have it, in standard deviations",
+        measure: "scatter of the estimates round all that may have it, in standard deviations:",
         size: prediction.coarse_spread_in_std(),
         bound: 0.5,
         concerns_misses: false,
@@ -300,8 +300,8 @@ pub(super) fn check_phase(asked: &Asked, prediction: &Prediction) -> Result<(), 
 /// What does not hold.
 pub(super) fn check_counted(share: f64) -> Result<(), Approximation> {
     Approximation {
-        name: "that the path's errors count for it",
-        measure: "share of them that are nearer to another path, or too large",
+        name: "that the path's estimates are attributed to it",
+        measure: "share of them that are nearer to another path, or too far off:",
         size: 1.0 - share,
         bound: 0.95,
         concerns_misses: false,

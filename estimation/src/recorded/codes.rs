@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use goldtof_fft::Fft;
-use goldtof_fft::double_pair;
 use goldtof_fft::num_complex::Complex64;
 
 use super::Cause;
 use super::observed::Observed;
 use crate::code::{Code, Generator, GoldSet};
+use crate::estimate::fit::template::{real, spectrum};
 use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::MeanResponse;
@@ -83,14 +82,19 @@ struct Spectra {
     reference: Vec<Complex64>,
 }
 
-/// Counts, and the codes that they are held against.
+/// Spectrum of values less their mean.
+fn centred_spectrum(values: Vec<f64>) -> Vec<Complex64> {
+    let mut spectrum = spectrum(values.into_iter());
+    spectrum[0] = Complex64::ZERO;
+    spectrum
+}
+
+/// Counts, and the codes that they are compared with.
 struct Comparison<'c> {
     scene: &'c Scene,
     observed: Observed<'c>,
     /// Whether what detections hide of later light is taken into account.
     is_exact: bool,
-    forward: Arc<dyn Fft<f64>>,
-    inverse: Arc<dyn Fft<f64>>,
     /// Transform of the scan's signed counts in the order of their phase steps.
     spectrum: Vec<Complex64>,
 }
@@ -106,19 +110,7 @@ impl<'c> Comparison<'c> {
         for (j, count) in counts.iter().enumerate() {
             by_phase_step[scene.scan.phase_step(Step::at(j)) as usize] = count.signed as f64;
         }
-        let [forward, inverse] = double_pair(counts.len());
-        let mut new =
-            Comparison { scene, observed, is_exact, forward, inverse, spectrum: Vec::new() };
-        new.spectrum = new.transform(&by_phase_step);
-        new
-    }
-
-    /// Transform of values less their mean.
-    fn transform(&self, values: &[f64]) -> Vec<Complex64> {
-        let mut spectrum: Vec<Complex64> = values.iter().map(|&v| v.into()).collect();
-        self.forward.process(&mut spectrum);
-        spectrum[0] = Complex64::ZERO;
-        spectrum
+        Comparison { scene, observed, is_exact, spectrum: centred_spectrum(by_phase_step) }
     }
 
     fn spectra(&self, code: &Arc<Code>) -> Spectra {
@@ -130,8 +122,8 @@ impl<'c> Comparison<'c> {
         };
         let exact = self.is_exact.then(|| self.response(code)).flatten();
         Spectra {
-            light: self.transform(&exact.unwrap_or_else(|| of_chips([0.0, 1.0]))),
-            reference: self.transform(&of_chips([-1.0, 1.0])),
+            light: centred_spectrum(exact.unwrap_or_else(|| of_chips([0.0, 1.0]))),
+            reference: centred_spectrum(of_chips([-1.0, 1.0])),
         }
     }
 
@@ -165,10 +157,8 @@ impl<'c> Comparison<'c> {
         let spectra = light.1.light.iter().zip(&reference.1.reference);
         let shape: Vec<Complex64> = spectra.map(|(u, chi)| u * chi.conj()).collect();
         let product = self.spectrum.iter().zip(&shape);
-        let mut match_at: Vec<Complex64> = product.map(|(x, c)| x * c.conj()).collect();
-        self.inverse.process(&mut match_at);
-        let heights = match_at.iter().map(|value| value.re / length);
-        let highest = heights.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        let heights = real(product.map(|(x, c)| x * c.conj()).collect());
+        let highest = heights.into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
         let (at, height) = highest.unwrap_or((0, 0.0));
         let std = root(&self.spectrum) / length.sqrt();
         Candidate {

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::Cause;
 use super::codes::{self, Candidate};
-use super::hypothesis::{Change, Fitted, Unknown, fit};
+use super::hypothesis::{Change, SceneFit, Unknown, fit};
 use super::observed::{Observed, differences};
 use crate::estimate::evidence::Family;
 use crate::estimate::fit::FitError;
@@ -74,8 +74,8 @@ pub(super) fn diagnose(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
-) -> Result<(Diagnosis, Fitted), FitError> {
-    let mut search = Search {
+) -> Result<(Diagnosis, SceneFit), FitError> {
+    let mut examination = Examination {
         sensor,
         scene: sensor.scene(),
         observed,
@@ -85,19 +85,19 @@ pub(super) fn diagnose(
         alike: Vec::new(),
         not_tested: Vec::new(),
     };
-    if search.fitted.errors.is_empty() {
-        search.unknowns.clear();
+    if examination.fitted.errors.is_empty() {
+        examination.unknowns.clear();
     }
-    let hits = search.fitted.expected.hits();
+    let hits = examination.fitted.expected.hits();
     if hits < FEWEST_HITS {
-        return Ok(search.too_few_hits(hits));
+        return Ok(examination.too_few_hits(hits));
     }
-    while search.take_in_best() {}
-    let codes = match search.is_explained() {
+    while examination.take_in_best() {}
+    let codes = match examination.is_explained() {
         true => Vec::new(),
-        false => search.other_codes(),
+        false => examination.other_codes(),
     };
-    Ok(search.conclude(codes))
+    Ok(examination.conclude(codes))
 }
 
 /// The scene with its light later or earlier, fitted from where it agrees best of some delays; with no
@@ -106,7 +106,7 @@ pub(super) fn fit_of_scene(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
-) -> Result<Fitted, FitError> {
+) -> Result<SceneFit, FitError> {
     let start = best_delay(sensor, observed, delays_ps)?;
     let fitted = fit(sensor, observed, &[Unknown::Delay], start);
     fitted.or_else(|_| fit(sensor, observed, &[], start))
@@ -126,12 +126,12 @@ fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<
     Ok(best.1)
 }
 
-struct Search<'s> {
+struct Examination<'s> {
     sensor: &'s Sensor,
     scene: &'s Scene,
     observed: Observed<'s>,
     unknowns: Vec<Unknown>,
-    fitted: Fitted,
+    fitted: SceneFit,
     tests: Vec<TestOutcome>,
     /// What was taken in, each with those that do about as well.
     alike: Vec<Vec<Unknown>>,
@@ -152,7 +152,7 @@ fn critical() -> f64 {
     family().sigmas().powi(2)
 }
 
-impl Search<'_> {
+impl Examination<'_> {
     /// Takes in what raises the likelihood most, if significantly.
     fn take_in_best(&mut self) -> bool {
         let has_dead_time = self.scene.detectors[self.observed.detector()].dead_time_ps > 0.0;
@@ -161,7 +161,7 @@ impl Search<'_> {
         candidates.retain(|unknown| !self.unknowns.contains(unknown));
         // What could not be tested beside fewer unknowns is tested anew.
         self.not_tested.clear();
-        let mut gains: Vec<(f64, Unknown, Fitted)> = Vec::new();
+        let mut gains: Vec<(f64, Unknown, SceneFit)> = Vec::new();
         for unknown in candidates {
             let mut unknowns = self.unknowns.clone();
             unknowns.push(unknown);
@@ -192,7 +192,7 @@ impl Search<'_> {
     }
 
     /// No diagnosis: the tests do not hold their level where hits are few.
-    fn too_few_hits(self, hits: f64) -> (Diagnosis, Fitted) {
+    fn too_few_hits(self, hits: f64) -> (Diagnosis, SceneFit) {
         let of = match self.observed {
             Observed::Steps(_) => "a step",
             Observed::Bins(_) => "all bins",
@@ -210,7 +210,7 @@ impl Search<'_> {
         (diagnosis, self.fitted)
     }
 
-    fn outcome(&self, unknown: Unknown, statistic: f64, fitted: &Fitted) -> TestOutcome {
+    fn outcome(&self, unknown: Unknown, statistic: f64, fitted: &SceneFit) -> TestOutcome {
         let spad = &self.scene.detectors[self.observed.detector()];
         let (value, std) = (fitted.change.value(unknown), fitted.std_of(unknown));
         // What the scene says, what the counts do, and of what the change is to the first order.
@@ -247,7 +247,7 @@ impl Search<'_> {
 
     /// The codes that explain the counts better than the scene's, if some do: the best, and
     /// those that do about as well.
-    fn other_codes(&mut self) -> Vec<(Candidate, Fitted)> {
+    fn other_codes(&mut self) -> Vec<(Candidate, SceneFit)> {
         let found =
             codes::search(self.scene, self.observed, &self.observed.step_counts(self.sensor));
         let (candidates, tried) = match found {
@@ -287,7 +287,7 @@ impl Search<'_> {
     }
 
     /// The scene with other codes, fitted from where within a chip its means agree best.
-    fn with_code(&self, candidate: &Candidate) -> Option<Fitted> {
+    fn with_code(&self, candidate: &Candidate) -> Option<SceneFit> {
         let mut scene = self.scene.clone();
         let own = scene.detectors[self.observed.detector()].reference;
         let mut light = scene.sources[own].clone();
@@ -320,7 +320,7 @@ impl Search<'_> {
     }
 
     /// What is said where `codes` explain the counts better than the scene's, the best first.
-    fn conclude(mut self, codes: Vec<(Candidate, Fitted)>) -> (Diagnosis, Fitted) {
+    fn conclude(mut self, codes: Vec<(Candidate, SceneFit)>) -> (Diagnosis, SceneFit) {
         let mut causes = Vec::new();
         let mut says = Vec::new();
         let words: Vec<&str> = codes.iter().map(|(code, _)| &*code.words).collect();
@@ -352,7 +352,7 @@ impl Search<'_> {
             true => "the counts are as the scene says".to_owned(),
             false => says.join("; "),
         };
-        let Search { tests, not_tested, fitted, .. } = self;
+        let Examination { tests, not_tested, fitted, .. } = self;
         (Diagnosis { causes, sentence, tests, not_tested }, fitted)
     }
 

@@ -55,7 +55,7 @@ unknowns! {
 pub(super) struct Change([f64; 5]);
 
 /// A scene fitted to counts.
-pub(super) struct Fitted {
+pub(super) struct SceneFit {
     pub change: Change,
     /// The unknowns and their standard deviations.
     pub errors: Vec<(Unknown, f64)>,
@@ -152,7 +152,7 @@ impl Change {
     }
 }
 
-impl Fitted {
+impl SceneFit {
     /// Standard deviation of an unknown.
     pub fn std_of(&self, unknown: Unknown) -> Option<f64> {
         self.errors.iter().find(|(of, _)| *of == unknown).map(|(_, std)| *std)
@@ -178,7 +178,7 @@ pub(super) fn fit(
     observed: Observed,
     unknowns: &[Unknown],
     start: Change,
-) -> Result<Fitted, FitError> {
+) -> Result<SceneFit, FitError> {
     let values = observed.values();
     let mut change = start;
     let mut expected = change.expected(sensor, observed)?;
@@ -206,7 +206,14 @@ pub(super) fn fit(
     }
     let agreement = expected.judge(&values)?;
     let degrees = agreement.numbers.saturating_sub(unknowns.len());
-    Ok(Fitted { change, errors, expected, p_value: agreement.p_value(degrees), agreement, degrees })
+    Ok(SceneFit {
+        change,
+        errors,
+        expected,
+        p_value: agreement.p_value(degrees),
+        agreement,
+        degrees,
+    })
 }
 
 /// Recorded counts, and the unknowns of the scene.

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::diagnosis::{Diagnosis, diagnose, fit_of_scene};
-use super::hypothesis::{Fitted, Unknown};
+use super::hypothesis::{SceneFit, Unknown};
 use super::observed::{Agreement, Expected, Observed};
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::report::EstimateReport;
@@ -200,7 +200,13 @@ fn by_phase(sensor: &Sensor) -> Sensor {
 }
 
 impl Assessment {
-    fn take(&mut self, sensor: &Sensor, observed: Observed, diagnosis: Diagnosis, fitted: &Fitted) {
+    fn take(
+        &mut self,
+        sensor: &Sensor,
+        observed: Observed,
+        diagnosis: Diagnosis,
+        fitted: &SceneFit,
+    ) {
         let scene = sensor.scene();
         match observed {
             Observed::Steps(scan) => {

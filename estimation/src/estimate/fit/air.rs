@@ -29,7 +29,7 @@ pub const MOST_OTHERS: usize = 8;
 
 /// A code that light may have, and of how many paths.
 #[derive(Debug, Clone)]
-pub struct Candidate {
+pub struct KnownCode {
     pub code: Arc<Code>,
     pub matched: Matched,
     pub most: usize,
@@ -72,7 +72,7 @@ impl UnknownCodes {
 pub struct Air {
     pub axis: Axis,
     /// Codes that are known, the detector's own first.
-    pub known: Vec<Candidate>,
+    pub known: Vec<KnownCode>,
     /// Sets of codes that unknown sensors may have.
     pub sets: Vec<UnknownCodes>,
     pub sigma_chips: f64,
@@ -111,7 +111,7 @@ impl Air {
     }
 
     /// How many more paths a code may have.
-    pub fn room(&self, candidate: &Candidate, here: &Hypothesis) -> usize {
+    pub fn room(&self, candidate: &KnownCode, here: &Hypothesis) -> usize {
         let used = here.parameters.paths.iter().filter(|path| path.has(&candidate.code));
         candidate.most.saturating_sub(used.count())
     }
@@ -173,10 +173,10 @@ pub fn look_for(
     let matched = |code: &Arc<Code>| {
         Template::new(&own, code, sigma_chips).map(|template| Matched::new(template, &axis))
     };
-    let known: Vec<Candidate> = codes
+    let known: Vec<KnownCode> = codes
         .iter()
         .filter_map(|(code, most)| {
-            Some(Candidate { matched: matched(code)?, code: Arc::clone(code), most: *most })
+            Some(KnownCode { matched: matched(code)?, code: Arc::clone(code), most: *most })
         })
         .collect();
     let mut sets = Vec::new();

@@ -9,7 +9,7 @@ use super::joint;
 use super::known_moments::KnownMoments;
 use super::model_estimate::ModelEstimate;
 use super::moving;
-use super::one_path::Fitted;
+use super::one_path::OnePathFit;
 use super::parameters::Parameters;
 use super::problem::{Problem, window};
 use super::scoring::likeliest_of;
@@ -202,9 +202,10 @@ impl Fitter<'_> {
         axis: &Axis,
         start: &Parameters,
         counts: &[MeanCount],
-    ) -> Result<Fitted<'m>, FitError> {
-        let settle =
-            |start: &Parameters| Fitted::new(problem, axis, &self.moments, start.clone(), counts);
+    ) -> Result<OnePathFit<'m>, FitError> {
+        let settle = |start: &Parameters| {
+            OnePathFit::new(problem, axis, &self.moments, start.clone(), counts)
+        };
         let first = settle(start)?;
         if !problem.shares_light() {
             return Ok(first);
@@ -212,7 +213,7 @@ impl Fitter<'_> {
         let step_chips = self.sensor.clock().sample_period_chips();
         let settled = first.end.parameters.clone();
         let others = NEIGHBOURS.iter().map(|steps| settle(&settled.later(steps * step_chips)));
-        likeliest_of(Ok(first), others, Fitted::unlikelihood)
+        likeliest_of(Ok(first), others, OnePathFit::unlikelihood)
     }
 
     /// The fit of a path that moves.
@@ -224,7 +225,7 @@ impl Fitter<'_> {
     ) -> Result<ModelEstimate, FitError> {
         let axis = Axis::new(self.sensor, self.detector, self.tier, &problem.steps);
         let start = Parameters { walk: Some(0.0), ..start };
-        let fitted = Fitted::new(problem, &axis, &self.moments, start, counts)?;
+        let fitted = OnePathFit::new(problem, &axis, &self.moments, start, counts)?;
         let limit = problem.most_walk();
         if fitted.end.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
             return Err(FitError::TooFast { limit_m_per_s: distance_m(1e12 * limit) });

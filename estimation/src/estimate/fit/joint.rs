@@ -5,7 +5,7 @@
 //! make ghosts: it multiplies the light with itself, and a product of shifted Gold codes is a Gold
 //! code of the same set.
 
-use super::air::{Air, Candidate};
+use super::air::{Air, KnownCode};
 use super::descent::Hypothesis;
 use super::error::FitError;
 use super::known_moments::KnownMoments;
@@ -133,7 +133,7 @@ impl AllLight<'_> {
         let own = &air.known[0];
         // A search does not know how many there are.
         let is_given = air.sets.is_empty();
-        let room = |candidate: &Candidate| if is_given { air.room(candidate, fitted) } else { 0 };
+        let room = |candidate: &KnownCode| if is_given { air.room(candidate, fitted) } else { 0 };
         let missing = room(own);
         let missing_of_others: usize = air.known[1..].iter().map(room).sum();
         let is_own = |path: usize| parameters.paths[path].has(&own.code);

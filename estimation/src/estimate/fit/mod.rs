@@ -37,7 +37,7 @@ pub(crate) mod scoring;
 mod search;
 pub(in crate::estimate) mod slipping;
 pub(super) mod start;
-pub(super) mod template;
+pub(crate) mod template;
 pub(crate) mod weights;
 
 pub(super) use self::air::own_threshold;
@@ -98,15 +98,15 @@ pub fn check_shared_light(sensor: &Sensor, detector: DetectorIndex) -> Result<()
     }
     let model = DetectorModel::new(sensor, detector);
     let of_one = Approximation {
-        name: "that neighbouring phase steps of a group differ by a normal number",
-        measure: "one, in detections by which they differ,",
+        name: "that differences of neighbouring phase steps in a group are normally distributed",
+        measure: "inverse of the detections by which they differ:",
         size: 1.0 / detections_between_steps(&model),
         bound: 1.0 / FEW_BETWEEN_STEPS,
         concerns_misses: false,
     };
     let of_several = Approximation {
-        name: "that phase steps which tell several paths apart see light of their own",
-        measure: "phase steps of a group",
+        name: "that phase steps count different light where several paths are told apart",
+        measure: "phase steps of a group:",
         size: f64::from(parallel),
         bound: 1.0,
         concerns_misses: false,
@@ -123,14 +123,14 @@ pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> 
     let size = check_shared_light(sensor, detector).err()?.size;
     Some(match size < 1.0 {
         true => format!(
-            "with parallel = {parallel} the phase steps of a group see the same light, and \
-             neighbours differ by some {:.0} detections only: the fit may scatter up to \
-             1.5 times as much as it says (by less than 5 % from {FEW_BETWEEN_STEPS} on)",
+            "with parallel = {parallel} the phase steps of a group count the same light, and \
+             neighbours differ by only some {:.0} detections: the scatter may be up to \
+             1.5 times the standard deviation of the fit (within 5 % from {FEW_BETWEEN_STEPS} on)",
             1.0 / size
         ),
         false => format!(
-            "with parallel = {parallel} the phase steps of a group see the same light; of several \
-             paths distances then scatter up to 3 times as much as the fit says"
+            "with parallel = {parallel} the phase steps of a group count the same light; the scatter of \
+             several paths may be up to 3 times the standard deviation of the fit"
         ),
     })
 }

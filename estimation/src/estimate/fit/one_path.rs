@@ -18,13 +18,13 @@ use super::weights::Weights;
 use crate::response::MeanCount;
 
 /// A finished fit.
-pub struct Fitted<'m> {
+pub struct OnePathFit<'m> {
     pub end: Hypothesis<'m>,
     normal: Normal,
     weights: Weights,
 }
 
-impl<'m> Fitted<'m> {
+impl<'m> OnePathFit<'m> {
     /// With derivatives of nodes near the start, if that fit settles; else from the start itself.
     pub fn new(
         problem: &Problem<'m>,
@@ -32,7 +32,7 @@ impl<'m> Fitted<'m> {
         known: &KnownMoments,
         start: Parameters,
         counts: &[MeanCount],
-    ) -> Result<Fitted<'m>, FitError> {
+    ) -> Result<OnePathFit<'m>, FitError> {
         if 2 * problem.steps.len() <= start.len() {
             let steps = problem.steps.len();
             return Err(FitError::Undetermined { steps, unknowns: start.len() });
@@ -44,10 +44,10 @@ impl<'m> Fitted<'m> {
         };
         let near = near.and_then(|(linear, near)| {
             let source = Derivatives::Nodes(known, Some(linear));
-            Fitted::from(problem, axis, known, (near, source), &measured).ok()
+            OnePathFit::from(problem, axis, known, (near, source), &measured).ok()
         });
         near.map_or_else(
-            || Fitted::from(problem, axis, known, (start, Derivatives::Differences), &measured),
+            || OnePathFit::from(problem, axis, known, (start, Derivatives::Differences), &measured),
             Ok,
         )
     }
@@ -59,7 +59,7 @@ impl<'m> Fitted<'m> {
         known: &KnownMoments,
         (start, source): (Parameters, Derivatives),
         measured: &[MeanCount],
-    ) -> Result<Fitted<'m>, FitError> {
+    ) -> Result<OnePathFit<'m>, FitError> {
         let start = Hypothesis::of(problem, start, Reading::Exact, None)?;
         let (weights, weighed_at) = match source {
             Derivatives::Nodes(..) => {
@@ -73,7 +73,7 @@ impl<'m> Fitted<'m> {
             return Err(FitError::NotConverged { steps: settled.steps });
         }
         let (end, normal) = settled.at_end();
-        Ok(Fitted { end, normal, weights: descent.weights })
+        Ok(OnePathFit { end, normal, weights: descent.weights })
     }
 
     /// -2 ln(likelihood), less a constant: chi-square alone would favour points at which the counts

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::air::{Candidate, MOST_OTHERS};
+use super::air::{KnownCode, MOST_OTHERS};
 use super::descent::Hypothesis;
 use super::hadamard::Cell;
 use super::parameters::PathParameters;
@@ -58,7 +58,7 @@ impl Search<'_, '_> {
         self.best_of(here, &self.residual(here), &self.air.known[0])
     }
 
-    fn best_of(&self, here: &Hypothesis, residual: &[f64], candidate: &Candidate) -> StandingOut {
+    fn best_of(&self, here: &Hypothesis, residual: &[f64], candidate: &KnownCode) -> StandingOut {
         let axis = &self.air.axis;
         let products = candidate.matched.products(axis, residual);
         let power = candidate.matched.power();
