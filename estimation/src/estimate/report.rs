@@ -33,26 +33,26 @@ const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends 
 /// Why counts of phase steps are not enough for a histogram sensor.
 const NO_BINS: &str = "the bins of the histogram do not follow from the counts of phase steps";
 
-/// What a scan's counts say about the distance.
+/// The distance that a scan's counts give.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct EstimateReport {
     /// The detector's name.
     pub detector: String,
     /// The source whose light it ranges.
     pub source: String,
-    /// How the distance was got from the counts.
+    /// How the distance was obtained from the counts.
     pub estimator: EstimatorKind,
-    /// Index of the path that the estimate is held against: of all paths of its
+    /// Index of the path that the estimate is compared with: of all paths of its
     /// reference's source, the nearest to the estimate; without an estimate the
     /// first.
     pub path: Option<PathIndex>,
-    /// The estimate; none when the counts have no peak, or nothing modulated could
-    /// have made it.
+    /// The estimate; null if the counts do not have a peak, or no modulated light could
+    /// have caused one.
     pub distance_m: Option<f64>,
     /// That path's distance, folded into the unambiguous range.
     pub true_distance_m: Option<f64>,
-    /// When a path that moves has it, from the start of the scan: as the scan comes
-    /// by the path. None for a path that stands still.
+    /// When a moving path has it, from the start of the scan: when the scan passes
+    /// the path. Null for a path at rest.
     pub true_distance_at_s: Option<f64>,
     /// Estimate less truth, the shorter way round the unambiguous range.
     pub error_m: Option<f64>,
@@ -64,22 +64,22 @@ pub struct EstimateReport {
     pub expected_std_m: Option<f64>,
     /// (error - expected bias) / expected standard deviation.
     pub deviation_in_std: Option<f64>,
-    /// Whether the estimate is what it is expected to be, with a chance of 1 in 10,000 to be
-    /// accused wrongly ([`crate::estimate::evidence`]); none without an expectation. What
-    /// contradicts it is in `remark`.
+    /// Whether the estimate agrees with its expectation, at a significance level of 1 in 10,000
+    /// ([`crate::estimate::evidence`]); null without an expectation. A contradiction is described
+    /// in `remark`.
     pub expectation_holds: Option<bool>,
     /// Cramer-Rao bound: the least standard deviation of any unbiased estimate
     /// from these counts ([`crate::estimate::bound`]).
     pub bound_m: Option<f64>,
-    /// `expected_std_m` in bounds.
+    /// `expected_std_m` over `bound_m`.
     pub std_over_bound: Option<f64>,
-    /// Why there is no bound, or of which steps it is where not of all.
+    /// Why there is no bound, or which steps it is of if not all.
     pub bound_remark: Option<String>,
-    /// The fit behind the estimate; none for the phase estimator.
+    /// The fit behind the estimate; null for the phase estimator.
     pub fit: Option<FitReport>,
     /// Phase step of the largest count.
     pub coarse_phase_step: Option<u64>,
-    /// Subtracted from the measured delay: everything constant that is not light.
+    /// Subtracted from the measured delay: everything constant that is not time of flight.
     pub calibration_offset_ps: f64,
     /// Distance beyond which the code repeats.
     pub unambiguous_range_m: f64,
@@ -89,7 +89,7 @@ pub struct EstimateReport {
     pub folded: Option<String>,
 }
 
-/// What the model estimator says beside the distance.
+/// What the model estimator reports besides the distance.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct FitReport {
     /// Every path that was fitted, the strongest of the detector's source first.
@@ -124,7 +124,7 @@ pub struct FittedPathReport {
     pub distance_std_m: f64,
     /// Primary rate that on-chips add.
     pub primary_rate_cps: f64,
-    /// How many standard deviations that is above none.
+    /// That rate in its standard deviations.
     pub significance_in_std: f64,
 }
 

@@ -26,19 +26,19 @@ use crate::sensor::Sensor;
 
 /// Fewest counts at a sample, on average: each width is known to 5 % then.
 const LEAST_COUNTS_OF_A_SAMPLE: f64 = 400.0;
-/// The precision that is told how long it takes.
+/// The precision for which the required counts are reported.
 const PRECISE: f64 = 0.01;
 /// Scenes do not accept narrower bins, in sample periods.
 const NARROWEST: f64 = 0.01;
-/// Standard deviations by which parts of the counts may differ, and a code show in them: 3 in 100,000
-/// recordings that are sound are refused for the one, and fewer than 1 in 1,000 for the other, which is
+/// Standard deviations by which parts of the counts may differ, and by which a code may show in them: 3
+/// in 100,000 sound recordings are refused for the one, and fewer than 1 in 1,000 for the other, which is
 /// the largest of all phase steps.
 const MOST_DISAGREEMENT: f64 = 4.0;
 const MOST_CODE: f64 = 5.5;
 /// A larger share of rising edges that are those of two avalanches would move widths.
 const MOST_MERGED: f64 = 1e-3;
 
-/// What parts dark counts are told in.
+/// The parts in which dark counts are given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DarkParts {
     /// The chips of the code period.
@@ -58,7 +58,7 @@ pub struct DarkCounts {
     pub counts: Vec<u64>,
 }
 
-/// Why dark counts do not tell widths.
+/// Why dark counts do not give widths.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DensityError {
     /// There is one bin.
@@ -149,7 +149,7 @@ pub enum DensityError {
     },
 }
 
-/// What dark counts say of a sampler.
+/// The bins of a sampler, measured by dark counts.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct CodeDensity {
     /// The detector's name.
@@ -160,21 +160,21 @@ pub struct CodeDensity {
     pub sample_period_ps: f64,
     /// Each sample of a chip, in order.
     pub samples: Vec<SampleWidth>,
-    /// Chi-square of the counts against samples that are equally far apart.
+    /// Chi-square of the counts for equally spaced samples.
     pub chi_square: f64,
     /// Its degrees of freedom.
     pub degrees_of_freedom: usize,
-    /// Chance of as large a chi-square from samples that are equally far apart.
+    /// Probability of a chi-square at least as large from equally spaced samples.
     pub p_value: f64,
-    /// By how much the sampler moves the mean arrival beside samples that are equally far apart.
+    /// Shift of the mean arrival time relative to equally spaced samples.
     pub mean_arrival_ps: f64,
-    /// Error of a distance of a scene that does not have the sampler, on average over delays.
+    /// Error of distances with a scene that lacks the sampler, averaged over delays.
     pub distance_error_m: f64,
-    /// By how much chips, or recordings, differ from one another, as a normal number; none of counts that
-    /// are told in one part.
+    /// Disagreement between chips, or between recordings, in standard deviations; null for counts in one
+    /// part.
     pub disagreement_in_std: Option<f64>,
-    /// The largest of all phase steps' signed counts of the reference's code, less its mean; none where
-    /// counts of chips are not there.
+    /// The largest correlation with the reference's code over all phase steps, less its mean, in standard
+    /// deviations; null without counts by chip.
     pub code_in_std: Option<f64>,
 }
 
@@ -189,11 +189,11 @@ pub struct SampleWidth {
     pub width_ps: f64,
     /// The width's 95 % interval (Wilson 1927).
     pub width_ps_ci95: [f64; 2],
-    /// How much later it is taken than if all samples were equally far apart; sample 0 is at its place.
+    /// How much later it is taken than an equally spaced sample; 0 for sample 0.
     pub late_ps: f64,
 }
 
-/// The widths that dark counts tell, as detector's `sampler`.
+/// Widths of a detector's bins from dark counts, for its `sampler`.
 ///
 /// # Errors
 /// When the counts are too few, or are not of dark counts alone, or do not show widths.

@@ -135,7 +135,7 @@ impl CountsError {
 /// A line's number, and what is wrong with it.
 pub(super) type Wrong = (u64, String);
 
-/// A file of counts, and how it is understood; nothing is checked of it but how it is written.
+/// A file of counts, and how it is read; only its form has been checked.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct CountsFile {
     /// File as it was named by the caller.
@@ -161,7 +161,7 @@ pub struct CountsFile {
 pub struct Column {
     /// Its name in the heading.
     pub name: String,
-    /// What it is taken for; null where no column is called so.
+    /// What it is read as; null for an unknown name.
     pub taken_for: Option<&'static str>,
 }
 

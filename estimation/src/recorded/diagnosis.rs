@@ -1,11 +1,11 @@
-//! What seems wrong with a sensor whose counts are not as its scene says.
+//! Diagnosis of a sensor whose counts differ from the expectation of its scene.
 //!
-//! Every statement rests on a test, all of them a [`Family`]: by design they are wrong about a
-//! right scene in about one scan of a hundred (docs/recorded-counts.md has what was measured). Only the distance is unknown at first. Whatever of light level,
-//! background, dead time and chip period raises the likelihood most is taken in as long as it
-//! raises it significantly. Where several do about as well, all of them are named: the
-//! counts do not tell which it is. A cause that is named fits the counts; that another
-//! one, or several together, would fit them too is never ruled out.
+//! Every statement rests on a test, and all tests are one [`Family`]: by design they reject a
+//! correct scene in about one scan of a hundred (docs/recorded-counts.md has what was measured). At
+//! first only the distance is unknown. Of light level, background, dead time and chip period, the one
+//! that raises the likelihood most is freed, and the next, as long as the gain is significant. Where
+//! several do about as well, all of them are named: the counts do not tell which it is. A cause that
+//! is named fits the counts; another one, or several together, may fit them as well.
 
 use std::sync::Arc;
 
@@ -22,8 +22,7 @@ use crate::math::normal_cdf;
 use crate::scene::{Scene, SourceIndex};
 use crate::sensor::Sensor;
 
-/// Chance of any of the tests to be wrong about counts that are as the scene says, and how many
-/// there are at most.
+/// Probability that any of the tests rejects a correct scene, and their largest number.
 const WRONG: f64 = 0.012;
 const TESTS: usize = 6;
 
@@ -32,21 +31,21 @@ const TESTS: usize = 6;
 /// says, of scans with 7 one time in five.
 pub const FEWEST_HITS: f64 = 300.0;
 
-/// A test, and what it found.
+/// A test and its outcome.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct TestOutcome {
     /// What is tested.
     pub cause: Cause,
-    /// What twice the logarithm of the likelihood gains: by chance a chi-square of one
-    /// degree of freedom. Of the residuals their chi-square.
+    /// Gain of twice the log-likelihood, by chance a chi-square of one degree of freedom; for
+    /// the residuals, their chi-square.
     pub statistic: f64,
-    /// Chance of such a statistic if the scene is right.
+    /// Probability of a statistic at least as large if the scene is right.
     pub p_value: Option<f64>,
     /// Whether it is below the test's level.
     pub rejects: bool,
-    /// What the scene has, with the unit in `unit`.
+    /// The scene's value, in `unit`.
     pub scene_value: Option<f64>,
-    /// What the counts say.
+    /// The fitted value.
     pub fitted_value: Option<f64>,
     /// Its standard deviation.
     pub fitted_value_std: Option<f64>,
@@ -54,11 +53,11 @@ pub struct TestOutcome {
     pub unit: &'static str,
 }
 
-/// What the counts say of the scene.
+/// What the counts show about the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Diagnosis {
-    /// What fits the counts better than the scene, the strongest first; none if nothing
-    /// does. Those that the counts do not tell apart are all there.
+    /// Causes that fit the counts better than the scene, the strongest first; empty if there are
+    /// none. Causes that the counts do not distinguish are all listed.
     pub causes: Vec<Cause>,
     /// The same in a sentence.
     pub sentence: String,
@@ -68,8 +67,8 @@ pub struct Diagnosis {
     pub not_tested: Vec<String>,
 }
 
-/// Tests a scan against its scene: the diagnosis, and the fit behind it. `delays_ps` are where its peak may stand, as later than
-/// the scene's: the tests begin where the scene agrees best.
+/// Tests a scan against its scene: the diagnosis, and the fit behind it. `delays_ps` are candidates for
+/// the delay of its peak, relative to the scene's: the tests begin with the one that agrees best.
 pub(super) fn diagnose(
     sensor: &Sensor,
     observed: Observed,
@@ -100,8 +99,8 @@ pub(super) fn diagnose(
     Ok(examination.conclude(codes))
 }
 
-/// The scene with its light later or earlier, fitted from where it agrees best of some delays; with no
-/// unknown where the counts do not tell the delay.
+/// The scene with its delay fitted, from the best of some delays; without an unknown if the counts do
+/// not determine the delay.
 pub(super) fn fit_of_scene(
     sensor: &Sensor,
     observed: Observed,
@@ -112,7 +111,7 @@ pub(super) fn fit_of_scene(
     fitted.or_else(|_| fit(sensor, observed, &[], start))
 }
 
-/// Where, of some delays, the scene agrees best with what was recorded.
+/// Of some delays, the one at which the scene agrees best with the recorded counts.
 fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Change, FitError> {
     let values = observed.values();
     let mut best = (f64::INFINITY, Change::default());
@@ -133,7 +132,7 @@ struct Examination<'s> {
     unknowns: Vec<Unknown>,
     fitted: SceneFit,
     tests: Vec<TestOutcome>,
-    /// What was taken in, each with those that do about as well.
+    /// Freed parameters, each with those that do about as well.
     alike: Vec<Vec<Unknown>>,
     not_tested: Vec<String>,
 }
@@ -153,13 +152,13 @@ fn critical() -> f64 {
 }
 
 impl Examination<'_> {
-    /// Takes in what raises the likelihood most, if significantly.
+    /// Frees the parameter that raises the likelihood most, if significantly.
     fn take_in_best(&mut self) -> bool {
         let has_dead_time = self.scene.detectors[self.observed.detector()].dead_time_ps > 0.0;
         let mut candidates = vec![Unknown::Light, Unknown::Constant, Unknown::ChipPeriod];
         candidates.extend(has_dead_time.then_some(Unknown::DeadTime));
         candidates.retain(|unknown| !self.unknowns.contains(unknown));
-        // What could not be tested beside fewer unknowns is tested anew.
+        // Tests that failed with fewer unknowns are repeated.
         self.not_tested.clear();
         let mut gains: Vec<(f64, Unknown, SceneFit)> = Vec::new();
         for unknown in candidates {
@@ -191,7 +190,7 @@ impl Examination<'_> {
         true
     }
 
-    /// No diagnosis: the tests do not hold their level where hits are few.
+    /// No diagnosis: the tests do not keep their level where hits are few.
     fn too_few_hits(self, hits: f64) -> (Diagnosis, SceneFit) {
         let of = match self.observed {
             Observed::Steps(_) => "a step",
@@ -213,7 +212,7 @@ impl Examination<'_> {
     fn outcome(&self, unknown: Unknown, statistic: f64, fitted: &SceneFit) -> TestOutcome {
         let spad = &self.scene.detectors[self.observed.detector()];
         let (value, std) = (fitted.change.value(unknown), fitted.std_of(unknown));
-        // What the scene says, what the counts do, and of what the change is to the first order.
+        // The scene's value, the fitted one, and the factor from the change to its standard deviation.
         let background = spad.background_rate_cps * spad.photon_detection_probability;
         let constant_cps = background + spad.dark_count_rate_cps;
         let (scene_value, fitted_value, of_change) = match unknown {
@@ -305,7 +304,7 @@ impl Examination<'_> {
         let first = scene.paths.iter().find(|path| path.detector == self.observed.detector())?;
         let at_ps = candidate.at_step as f64 * step_ps - offset_ps - first.delay_ps;
         let agreement = |chips: f64| {
-            // What a wrong code made of the light is of no use here.
+            // The light level that was fitted with a wrong code is useless here.
             let delay_ps = at_ps + sensor.clock().ps(chips);
             let means = self.observed.means(&sensor, delay_ps).ok()?;
             let whitening = self.fitted.expected.whitening(&means).ok()?;
@@ -319,7 +318,7 @@ impl Examination<'_> {
         fit(&sensor, self.observed, &[Unknown::Delay, Unknown::Light], start).ok()
     }
 
-    /// What is said where `codes` explain the counts better than the scene's, the best first.
+    /// The diagnosis, given `codes` that explain the counts better than the scene's, the best first.
     fn conclude(mut self, codes: Vec<(Candidate, SceneFit)>) -> (Diagnosis, SceneFit) {
         let mut causes = Vec::new();
         let mut says = Vec::new();
@@ -417,7 +416,7 @@ impl Examination<'_> {
         })
     }
 
-    /// What was taken in, in words.
+    /// The freed parameters in words.
     fn of_unknowns(&self, alike: &[Unknown]) -> String {
         let words = |unknown: &Unknown| {
             let test = self.tests.iter().find(|test| test.cause == unknown.cause())?;

@@ -74,7 +74,7 @@ pub enum Cause {
     Polarity,
     /// The clock's period.
     ChipPeriod,
-    /// Counts scatter more, or otherwise, than any of these explains.
+    /// The residuals are larger than any of these explains.
     Unexplained,
     /// Counts scatter less than photons can.
     TooEven,

@@ -16,12 +16,12 @@ use crate::scan::Step;
 use crate::scene::EstimatorKind;
 use crate::sensor::Sensor;
 
-/// What one detector's recorded scan says.
+/// The assessment of one detector's recorded scan.
 #[derive(Debug, Clone, Default, Serialize, schemars::JsonSchema)]
 pub struct Assessment {
     /// The detector's name.
     pub detector: String,
-    /// The scene's estimator's answer, beside the scene's own path.
+    /// The estimate of the scene's estimator, compared with the scene's path.
     pub estimate: EstimateReport,
     /// The distance at which the scene's expected counts fit best.
     pub fitted_distance_m: Option<f64>,
@@ -31,15 +31,15 @@ pub struct Assessment {
     pub chi_square: Option<f64>,
     /// What it is expected to be.
     pub degrees_of_freedom: Option<usize>,
-    /// Chance of a chi-square at least as large.
+    /// Probability of a chi-square at least as large.
     pub p_value: Option<f64>,
     /// What seems wrong.
     pub diagnosis: Option<Diagnosis>,
-    /// Why there are no residuals, where that is so.
+    /// Why there are no residuals, if there are none.
     pub remark: Option<String>,
-    /// The residual of every step; none of a histogram.
+    /// The residual of every step; empty for a histogram.
     pub phase_steps: Vec<StepResidual>,
-    /// The residual of every bin of a histogram; none of phase steps.
+    /// The residual of every bin of a histogram; empty for phase steps.
     pub bins: Vec<BinResidual>,
 }
 
@@ -52,13 +52,14 @@ pub struct StepResidual {
     pub distance_m: f64,
     /// The recorded signed count.
     pub count: i64,
-    /// What the fitted scene expects.
+    /// Expected count of the fitted scene.
     pub expected_count: f64,
     /// Its standard deviation.
     pub expected_count_std: f64,
     /// Recorded less expected, in standard deviations.
     pub residual_in_std: f64,
-    /// The same of what the total count has beyond the signed one; none without totals.
+    /// The same for the part of the total count that is not correlated with the signed one; null
+    /// without totals.
     pub total_residual_in_std: Option<f64>,
 }
 
@@ -69,11 +70,11 @@ pub struct BinResidual {
     pub bin: u64,
     /// The recorded count.
     pub count: u64,
-    /// What the fitted scene expects.
+    /// Expected count of the fitted scene.
     pub expected_count: f64,
     /// Its standard deviation.
     pub expected_count_std: f64,
-    /// Recorded less what is expected once the bins before are known, in standard deviations.
+    /// Recorded count less its expectation given the bins before it, in standard deviations.
     pub residual_in_std: f64,
 }
 
@@ -104,14 +105,14 @@ pub fn assess_histogram(sensor: &Sensor, recorded: &RecordedHistogram) -> Assess
     held_against(sensor, Observed::Bins(recorded))
 }
 
-/// What a fit to signed counts alone rests on.
+/// What a fit to signed counts alone assumes.
 const LIGHT_OF_SCENE: &str = "of signed counts alone, which do not tell light level and background: \
      these are the scene's; total_counts = true, or estimator = \"model\", adds the counts that do";
 
-/// The best fit of the scene in place of a model estimate that signed counts alone do not allow:
-/// nothing is unknown but the distance. `phase` is the phase estimate of the same counts, `model` the
-/// model's. Left as it is where more than one path leads to the detector, whose light would go together,
-/// and where the scene's expected counts do not hold.
+/// Replaces a model estimate, which signed counts alone do not allow, by the best fit of the scene with
+/// only its distance unknown. `phase` is the phase estimate of the same counts, `model` the model's. It
+/// stays as it is if several paths lead to the detector, since their light would move together, and
+/// if the scene's expected counts cannot be tested.
 pub fn fit_distance_alone(
     sensor: &Sensor,
     scan: &RecordedScan,
@@ -141,12 +142,12 @@ pub fn fit_distance_alone(
     model.remark = Some(LIGHT_OF_SCENE.to_owned());
 }
 
-/// Ranges with the sensor's estimator, and holds against the scene.
+/// Ranges with the sensor's estimator, and compares with the scene.
 fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
     let estimate = observed.estimate(sensor);
     let found = check_testable(sensor, observed).and_then(|()| {
-        // The phase may take another path's peak for the own one, and a fit an own peak that
-        // is far from the scene's for other light.
+        // The phase may mistake another path's peak for the own one, and a fit may take an own peak
+        // far from the scene's for other light.
         let by_phase = observed.estimate(&by_phase(sensor));
         let found_ps = [&estimate, &by_phase].into_iter().filter_map(later_ps);
         let delays_ps: Vec<f64> = found_ps.chain([0.0]).collect();
@@ -167,7 +168,7 @@ fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
 const OF_BINS: &str = "counts of a histogram's phase steps are of the same photons, and their residuals \
      go together; its bins (bins.csv of `goldtof run`) have some that do not";
 
-/// Why counts cannot be held against their scene.
+/// Why counts cannot be tested against their scene.
 fn check_testable(sensor: &Sensor, observed: Observed) -> Result<(), String> {
     if matches!(observed, Observed::Bins(_)) {
         return Ok(());
@@ -275,7 +276,7 @@ impl Assessment {
     }
 }
 
-/// What each step of a scan says.
+/// Residuals of each step of a scan.
 fn steps(
     sensor: &Sensor,
     scan: &RecordedScan,
@@ -303,7 +304,7 @@ fn steps(
     of_steps.map(of_step).collect()
 }
 
-/// What each bin of a histogram says.
+/// Residuals of each bin of a histogram.
 fn bins(
     recorded: &RecordedHistogram,
     expected: &Expected,
@@ -322,11 +323,11 @@ fn bins(
     (0..).zip(of_bins).map(of_bin).collect()
 }
 
-/// What each phase step says beside the scene as it is, with nothing fitted: expected counts are those
-/// of the scene's own light, and the chi-square has as many degrees of freedom as there are numbers.
+/// Residuals of each phase step relative to the scene as it is, with nothing fitted: the chi-square has
+/// as many degrees of freedom as there are numbers.
 ///
 /// # Errors
-/// Why nothing is expected.
+/// Why there is no expectation.
 pub fn against_scene(sensor: &Sensor, scan: &RecordedScan) -> Result<Vec<StepResidual>, String> {
     if sensor.interface().histogram().is_some() {
         return Err(OF_BINS.to_owned());
@@ -343,7 +344,7 @@ pub fn against_scene(sensor: &Sensor, scan: &RecordedScan) -> Result<Vec<StepRes
 /// The same of a histogram, bin by bin.
 ///
 /// # Errors
-/// Why nothing is expected.
+/// Why there is no expectation.
 ///
 /// # Panics
 /// If it has not one bin per sample of the scene's code period.

@@ -143,26 +143,31 @@ impl<'s> Fitter<'s> {
 }
 
 impl Fitter<'_> {
-    /// The fit of the only path.
+    /// The fit of the only path, at rest or moving.
     fn fit_one_path(&self, counts: &[MeanCount]) -> Result<ModelEstimate, FitError> {
         let (sensor, detector, tier) = (self.sensor, self.detector, self.tier);
         let scan = &sensor.timing().scan;
         let start = start::start(sensor, detector, tier, counts)?;
         let round_peak = window(scan, sensor.clock().samples_per_chip, start.peak);
         let mut problem = Problem::of_scan(&self.model, tier);
-        if let Some(moment_ps) = self.moment_ps()? {
+        let moment_ps = self.moment_ps()?;
+        let is_under_slipping_light =
+            moment_ps.is_none() && self.moments.slipping(&problem)?.is_some();
+        if let Some(moment_ps) = moment_ps {
             problem.steps = moving::in_one_go(&round_peak, start.peak);
             problem.moment_ps = moment_ps;
-            return self.fit_moving(&problem, start.parameters, counts);
-        }
-        let has_slipping_light = self.moments.slipping(&problem)?.is_some();
-        if has_slipping_light {
+        } else if is_under_slipping_light {
             problem.steps = round_peak;
         }
         let axis = Axis::new(sensor, detector, tier, &problem.steps);
-        let fitted = self.fit_still(&problem, &axis, &start.parameters, counts)?;
+        let start = Parameters { walk: moment_ps.map(|_| 0.0), ..start.parameters };
+        let fitted = self.likeliest(&problem, &axis, start, counts)?;
+        let limit = problem.most_walk();
+        if fitted.end.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
+            return Err(FitError::TooFast { limit_m_per_s: distance_m(1e12 * limit) });
+        }
         let estimate = fitted.estimate(&problem);
-        if has_slipping_light {
+        if is_under_slipping_light {
             self.check_stands_out(&problem, &estimate)?;
         }
         Ok(estimate)
@@ -193,44 +198,26 @@ impl Fitter<'_> {
         }
     }
 
-    /// The fit of a path that stands still. How precise steps of shared light are depends
-    /// on where between two steps the path is, so that a fit may settle in the wrong place: the
-    /// likeliest of those from there and from its neighbours is taken.
-    fn fit_still<'m>(
+    /// The fit from a start. The information of steps of shared light depends on where between two
+    /// steps the path is, so that a fit may settle in the wrong place: there the likeliest of the fits
+    /// from the first one's end and from its neighbours is taken.
+    fn likeliest<'m>(
         &self,
         problem: &Problem<'m>,
         axis: &Axis,
-        start: &Parameters,
+        start: Parameters,
         counts: &[MeanCount],
     ) -> Result<OnePathFit<'m>, FitError> {
-        let settle = |start: &Parameters| {
-            OnePathFit::new(problem, axis, &self.moments, start.clone(), counts)
-        };
+        let settle =
+            |start: Parameters| OnePathFit::new(problem, axis, &self.moments, start, counts);
         let first = settle(start)?;
-        if !problem.shares_light() {
+        let settled = &first.end.parameters;
+        if !problem.shares_light() || settled.walk.is_some() {
             return Ok(first);
         }
         let step_chips = self.sensor.clock().sample_period_chips();
-        let settled = first.end.parameters.clone();
-        let others = NEIGHBOURS.iter().map(|steps| settle(&settled.later(steps * step_chips)));
+        let others = NEIGHBOURS.map(|steps| settle(settled.later(steps * step_chips)));
         likeliest_of(Ok(first), others, OnePathFit::unlikelihood)
-    }
-
-    /// The fit of a path that moves.
-    fn fit_moving(
-        &self,
-        problem: &Problem,
-        start: Parameters,
-        counts: &[MeanCount],
-    ) -> Result<ModelEstimate, FitError> {
-        let axis = Axis::new(self.sensor, self.detector, self.tier, &problem.steps);
-        let start = Parameters { walk: Some(0.0), ..start };
-        let fitted = OnePathFit::new(problem, &axis, &self.moments, start, counts)?;
-        let limit = problem.most_walk();
-        if fitted.end.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
-            return Err(FitError::TooFast { limit_m_per_s: distance_m(1e12 * limit) });
-        }
-        Ok(fitted.estimate(problem))
     }
 }
 

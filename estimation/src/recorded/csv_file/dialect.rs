@@ -110,14 +110,15 @@ impl Dialect {
             .from_reader(text.as_bytes())
     }
 
-    /// The number that a field is; none where it is no number, or has the other decimal sign.
+    /// The value of a field; `None` if it is not a number, or has the other decimal sign.
     pub(super) fn number(&self, field: &str) -> Option<f64> {
         let has_other = field.contains(['.', ',']) && !field.contains(self.decimal_sign);
         let number = field.replacen(self.decimal_sign, ".", 1).parse().ok()?;
         Some(number).filter(|number: &f64| number.is_finite() && !has_other)
     }
 
-    /// The whole number that a field is, `-14.0` too; none where it may be of groups of digits.
+    /// The value of a field that is a whole number, `-14.0` too; `None` if a sign may separate groups of
+    /// digits.
     pub(super) fn whole(&self, field: &str) -> Option<i128> {
         /// Up to here every whole number is an `f64`.
         const MOST: f64 = (1_u64 << 53) as f64;
@@ -126,7 +127,7 @@ impl Dialect {
         field.parse().ok().or_else(|| rounded().filter(|_| digits_of_grouped(field).is_none()))
     }
 
-    /// Why a field that looks like a number is none.
+    /// Why a field that looks like a number is refused.
     pub(super) fn doubt(&self, field: &str) -> String {
         if let Some(digits) = digits_of_grouped(field) {
             return format!(", which is {digits} or {digits}000");
