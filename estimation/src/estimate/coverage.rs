@@ -263,7 +263,7 @@ pub(super) fn check_phase(asked: &Asked, prediction: &Prediction) -> Result<(), 
     .check()?;
     Approximation {
         name: "that the scan has the steps that the phase needs round the largest count",
-        measure: "share of scans whose largest count is too near the rim",
+        measure: "share of scans whose largest count is too near the rim:",
         size: prediction.coarse_only_fraction,
         // These estimates are as coarse as a phase step: a thousandth of them that are a step off
         // doubles the variance of a scatter of a thirtieth of a step. So few are seldom among the

@@ -1,4 +1,4 @@
-//! From a histogram of arrival times to a distance, and what theory says of it.
+//! From a histogram of arrival times to a distance, and its prediction.
 //!
 //! The article's coarse and fine stage take the counts of all phase steps, which follow
 //! from the histogram; with dead time and afterpulses taken out of it first, wherever that
@@ -25,13 +25,13 @@ use crate::sensor::Sensor;
 /// A share of misses that is the sum of all steps' chances, which count the same photons.
 const SURELY_FOUND: f64 = 1e-7;
 
-/// Why a histogram gives no distance.
+/// Why a histogram does not give a distance.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoHistogramEstimate {
-    /// Its counts have no peak.
+    /// Its counts do not have a peak.
     #[error(transparent)]
     NoEstimate(#[from] NoEstimate),
-    /// It is of no such detector.
+    /// It cannot be of this detector.
     #[error(transparent)]
     Correction(#[from] CorrectionError),
 }
@@ -60,7 +60,7 @@ impl<'s> PhaseOfHistogram<'s> {
         }
     }
 
-    /// Why the range walk is left in, if it is.
+    /// Why range walk is not removed, if it is not.
     pub fn walks(&self) -> Option<Uncorrected> {
         self.dead_time.err()
     }
@@ -90,7 +90,7 @@ impl<'s> PhaseOfHistogram<'s> {
     }
 }
 
-/// What a histogram of the scene's own light is expected to be.
+/// The expected histogram of the scene's own light.
 struct ExpectedHistogram<'e, 'm> {
     phase: PhaseOfHistogram<'e>,
     response: &'e MeanResponse<'m>,

@@ -1,5 +1,4 @@
-//! What is predicted of the phase estimator, why it may not be, and what every way to
-//! predict needs.
+//! Predictions for the phase estimator, their errors, and what all of them share.
 
 use std::f64::consts::PI;
 
@@ -90,7 +89,7 @@ impl Prediction {
     }
 }
 
-/// Why there is no prediction.
+/// Why a prediction failed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum PredictionError {
     /// The mean response cannot be had.

@@ -1,5 +1,4 @@
-//! What the phase estimator says of paths that stand still, on average, and how much it
-//! scatters.
+//! Mean and scatter of the phase estimator for paths at rest.
 
 use std::collections::BTreeMap;
 

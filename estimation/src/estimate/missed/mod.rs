@@ -1,4 +1,4 @@
-//! Scans that miss the peak of a path: what that means, and how often it happens.
+//! Missed peaks: their definition, and their expected share.
 //!
 //! A scan *finds* a path if its estimate lies within [`tolerance_ps`] of the path's
 //! true delay, the shorter way round the code period, and no other path of the same
@@ -24,8 +24,8 @@ use crate::sensor::Sensor;
 /// chances of all wrong steps.
 const NEGLIGIBLE: f64 = 1e-7;
 
-/// Expected share of scans that miss the peak of a path; none where it cannot be
-/// told (the model estimator with several paths). `bound` is the sum of the chances
+/// Expected share of scans that miss the peak of a path; `None` if it is not
+/// known (the model estimator with several paths). `bound` is the sum of the chances
 /// that a wrong step counts more than `peak`, the expected one.
 ///
 /// One phase step at a time counts light of its own: the chances that each step has
@@ -44,13 +44,13 @@ pub(super) fn missed_fraction(
         let model = counts.model();
         model.modulated_paths().count() <= 1 && model.slipping().next().is_none()
     };
-    // A fit of several paths may not tell them apart, one under light of other clocks may find
-    // nothing that stands out.
+    // A fit of several paths may not tell them apart, and one under light of other clocks may not find
+    // its own.
     if is_model && !is_alone() {
         return None;
     }
-    // Wherever the largest count is, the phase of a period of two chips is the same;
-    // nothing of it is in the bound.
+    // The phase of a period of two chips is the same wherever the largest count is; the bound does not
+    // account for it.
     let has_phase = sensor.clock().samples_per_chip > 1;
     let window = 2 * u64::from(sensor.clock().samples_per_chip);
     let scan = &sensor.timing().scan;

@@ -1,5 +1,4 @@
-//! Which estimates have found a path, and how likely the phase leads to it from where the coarse
-//! stage has put it.
+//! Which estimates have found a path, and the probability that the phase leads to it from a coarse step.
 
 use std::f64::consts::PI;
 
@@ -76,10 +75,10 @@ pub(in crate::estimate) fn counted_errors_ps(asked: &Asked, errors_ps: NormalLaw
     }
 }
 
-/// What the chance of a miss depends on, beside the counts.
+/// What the probability of a miss depends on, besides the counts.
 pub(super) struct Target<'a> {
     pub(super) asked: Asked<'a>,
-    /// Delay that the estimate is held against, with everything constant that is
+    /// Delay that the estimate is compared with, including everything constant that is
     /// measured with it.
     pub(super) measured_ps: f64,
     pub(super) code_period_ps: f64,

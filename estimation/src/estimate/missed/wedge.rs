@@ -1,10 +1,10 @@
-//! How likely a normal number in the plane has its angle in a range.
+//! Probability that the angle of a normal vector in the plane is in a range.
 
 use std::f64::consts::PI;
 
 use crate::math::normal_cdf;
 
-/// A normal number in the plane.
+/// A normal vector in the plane.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Planar {
     pub mean: [f64; 2],
