@@ -14,7 +14,7 @@
 use std::sync::Arc;
 
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
-use super::scan_controller::dump_about;
+use super::step_ends::dump_about;
 use super::{
     CodeSource, CorrelatorBank, CountClamp, EdgeDetector, HitCounter, PhaseStepper,
     UpdownCorrelator, first_of,
