@@ -117,8 +117,18 @@ fn statement(statement: &Stmt) -> Result<TokenStream> {
             let (index, range, body) = (&repeated.pat, &repeated.expr, block(&repeated.body)?);
             Ok(quote!(for #index in #range { #body }))
         }
-        Stmt::Expr(Expr::MethodCall(call), _) => called(call),
+        Stmt::Expr(Expr::MethodCall(call), _) if is_within_self(&call.receiver) => called(call),
         other => refuse(other, "no statement of a kernel"),
+    }
+}
+
+/// Whether a place is the block, or in it.
+fn is_within_self(place: &Expr) -> bool {
+    match place {
+        Expr::Path(path) => path.path.is_ident("self"),
+        Expr::Field(field) => is_within_self(&field.base),
+        Expr::Index(element) => is_within_self(&element.expr),
+        _ => false,
     }
 }
 
