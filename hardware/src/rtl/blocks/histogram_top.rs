@@ -128,24 +128,9 @@ impl Logic for HistogramTop {
         for d in 0..self.channel.len() {
             self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
             connect! {
-                self.channel[d] from self.control: i_run, i_row, i_held_first, i_added_first,
-                    i_write_row
-            }
-        }
-        if self.histogram.takes_turns() {
-            self.name_memories();
-        } else {
-            for d in 0..self.channel.len() {
-                self.channel[d].i_come_first.next = self.control.o_come_first.val();
-            }
-        }
-    }
-
-    fn name_memories(&mut self) {
-        for d in 0..self.channel.len() {
-            connect! {
-                self.channel[d] from self.control: i_half, i_read_row, i_go, i_come_half,
-                    i_held_half, i_write_half
+                self.channel[d] from self.control: i_run, i_row, i_half, i_read_row, i_go,
+                    i_come_first, i_come_half, i_held_first, i_held_half, i_added_first,
+                    i_write_row, i_write_half
             }
         }
     }

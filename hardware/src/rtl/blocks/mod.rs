@@ -46,6 +46,7 @@ mod square;
 mod state_match;
 mod step_ends;
 mod updown_correlator;
+mod word_ports;
 mod word_total;
 
 pub use accumulator::Accumulator;
@@ -85,6 +86,7 @@ pub use square::SquareGenerator;
 pub use state_match::StateMatch;
 pub use step_ends::StepEnds;
 pub use updown_correlator::UpdownCorrelator;
+pub use word_ports::WordPorts;
 pub use word_total::WordTotal;
 
 /// Of a row of like signals only the first is explained.

@@ -193,8 +193,11 @@ impl Logic for SensorTop {
             self.io.ahead[stage].next = self.io.ahead[stage - 1].val();
         }
         self.io.laser.next = self.io.ahead[last].val();
-        self.io.epoch_ahead.next = (self.io.epoch_ahead.val() << 1)
-            .replace_bit(0, self.io.transmit[0].o_epoch.val() & self.sequencer[0].o_on.val());
+        self.io.epoch_ahead.next = self
+            .io
+            .epoch_ahead
+            .val()
+            .shifted_in(self.io.transmit[0].o_epoch.val() & self.sequencer[0].o_on.val());
         self.io.epoch.next = self.io.epoch_ahead.val().get_bit(last);
     }
 
@@ -230,23 +233,21 @@ impl Logic for SensorTop {
             self.registers[0].i_peak_step.next = self.peak[0].o_step.val();
             self.registers[0].i_peak_count.next = self.peak[0].o_count.val();
         }
-        connect! { self.registers[0] from self.io.registers: s_axil_awaddr, s_axil_awvalid }
-        self.io.registers.s_axil_awready.next = self.registers[0].s_axil_awready.val();
-        self.registers[0].s_axil_wdata.next = self.io.registers.s_axil_wdata.val();
-        connect! { self.registers[0] from self.io.registers: s_axil_wstrb, s_axil_wvalid }
-        self.io.registers.s_axil_wready.next = self.registers[0].s_axil_wready.val();
-        connect! { self.io.registers from self.registers[0]: s_axil_bresp, s_axil_bvalid }
-        self.registers[0].s_axil_bready.next = self.io.registers.s_axil_bready.val();
-        connect! { self.registers[0] from self.io.registers: s_axil_araddr, s_axil_arvalid }
-        self.io.registers.s_axil_arready.next = self.registers[0].s_axil_arready.val();
-        self.io.registers.s_axil_rdata.next = self.registers[0].s_axil_rdata.val();
-        connect! { self.io.registers from self.registers[0]: s_axil_rresp, s_axil_rvalid }
-        self.registers[0].s_axil_rready.next = self.io.registers.s_axil_rready.val();
+        connect! {
+            self.registers[0] from self.io.registers: s_axil_awaddr, s_axil_awvalid, s_axil_wdata,
+                s_axil_wstrb, s_axil_wvalid, s_axil_bready, s_axil_araddr, s_axil_arvalid,
+                s_axil_rready
+        }
+        connect! {
+            self.io.registers from self.registers[0]: s_axil_awready, s_axil_wready, s_axil_bresp,
+                s_axil_bvalid, s_axil_arready, s_axil_rdata, s_axil_rresp, s_axil_rvalid
+        }
     }
 
     fn run_channels(&mut self) {
         let lanes = self.lanes;
         for d in 0..self.channel.len() {
+            self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
             if self.is_set {
                 connect! {
                     self.channel[d] from self.sequencer[0]: i_run, i_pre_last_chip, i_last_chip,
@@ -258,9 +259,6 @@ impl Logic for SensorTop {
                         i_dump
                 }
             }
-        }
-        for d in 0..self.channel.len() {
-            self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
         }
     }
 
