@@ -17,12 +17,15 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
         return Err(Error::new_spanned(&item, "a block's fields have names"));
     };
     let (mut parameters, mut values, mut parts) = (Vec::new(), Vec::new(), Vec::new());
-    let mut inputs = Vec::new();
+    let (mut inputs, mut shown) = (Vec::new(), None);
     let mut section = Section::default();
     for field in &mut fields.named {
         let name = field.ident.clone().expect("named fields");
         let ty = &field.ty.clone();
         let mut words = Words::taken_from(field)?;
+        if words.shown {
+            shown = Some((name.clone(), ty.clone()));
+        }
         section.holds_for(ty, &mut words.under);
         if words.given {
             parameters.push(quote!(#name: #ty));
@@ -60,9 +63,13 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
             (quote!(visit_start_namespace), quote!(visit_end_namespace), Some(logic))
         }
     };
+    let passed_on = shown.as_ref().map(|(bundle, _)| quote!(self.#bundle.set(port, value);));
+    let shown = shown.map(|(bundle, ty)| shown_bundle(block, &bundle, &ty));
     Ok(quote! {
         #[derive(Debug, Clone)]
         #item
+
+        #shown
 
         impl #block {
             /// The block of these numbers.
@@ -78,6 +85,7 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
             fn set(&mut self, port: &str, value: u128) {
                 let _ = (port, value);
                 #(self.#inputs.set_if(stringify!(#inputs), port, value);)*
+                #passed_on
             }
         }
 
@@ -100,6 +108,24 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
             }
         }
     })
+}
+
+/// The names in a bundle are the block's own.
+fn shown_bundle(block: &Ident, bundle: &Ident, ty: &Type) -> TokenStream {
+    quote! {
+        impl std::ops::Deref for #block {
+            type Target = #ty;
+            fn deref(&self) -> &#ty {
+                &self.#bundle
+            }
+        }
+
+        impl std::ops::DerefMut for #block {
+            fn deref_mut(&mut self) -> &mut #ty {
+                &mut self.#bundle
+            }
+        }
+    }
 }
 
 /// The heading over ports, or over constants, that follow one another.
@@ -158,6 +184,7 @@ struct Words {
     is: Option<Expr>,
     number: bool,
     given: bool,
+    shown: bool,
     set: Option<Expr>,
 }
 
@@ -216,6 +243,7 @@ impl Words {
                 "is" => words.is = Some(attribute.parse_args()?),
                 "number" => words.number = true,
                 "given" => words.given = true,
+                "shown" => words.shown = true,
                 "set" => words.set = Some(attribute.parse_args()?),
                 _ => others.push(attribute),
             }

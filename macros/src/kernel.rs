@@ -10,8 +10,8 @@ use syn::{
 use crate::connect::written_out;
 use crate::elaboration::{Time, reads_a_signal, time_of};
 
-/// The `impl Logic` under `#[kernel]`: each function as it is, and one beside it that adds its
-/// statements to a tree.
+/// The `impl Logic` of a block, or the plain `impl` of a bundle, under `#[kernel]`: each function
+/// as it is, and one beside it that adds its statements to a tree.
 pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> {
     if !arguments.is_empty() {
         return Err(Error::new_spanned(arguments, "`#[kernel]` takes nothing"));
@@ -33,20 +33,27 @@ pub fn expand(arguments: TokenStream, item: TokenStream) -> Result<TokenStream> 
             false => functions.push(function),
         }
     }
-    let Some(update) = update else {
-        return refuse(&item.self_ty, "without a function `update`");
-    };
-    let (block, logic) = (&item.self_ty, item.trait_.as_ref().map(|(_, path, _)| path));
-    Ok(quote! {
-        impl #logic for #block {
-            #update
+    let block = &item.self_ty;
+    let logic = match (&item.trait_, update) {
+        (Some((_, logic, _)), Some(update)) => Some(quote! {
+            impl #logic for #block {
+                #update
 
-            fn hdl(&self) -> ast::Verilog {
-                let mut into = Vec::new();
-                self.update_tree(&mut into);
-                ast::Verilog::Combinatorial(into)
+                fn hdl(&self) -> ast::Verilog {
+                    let mut into = Vec::new();
+                    self.update_tree(&mut into);
+                    ast::Verilog::Combinatorial(into)
+                }
             }
+        }),
+        (None, None) => None,
+        (Some(_), None) => return refuse(block, "without a function `update`"),
+        (None, Some(update)) => {
+            return refuse(&update.sig, "no function of a bundle, which others call");
         }
+    };
+    Ok(quote! {
+        #logic
 
         impl #block {
             #(#functions)*
@@ -63,11 +70,11 @@ fn is_plain(function: &ImplItemFn) -> bool {
 }
 
 fn tree_of(function: &ImplItemFn) -> Result<TokenStream> {
-    let name = name_of_tree(&function.sig.ident);
+    let (visibility, name) = (&function.vis, name_of_tree(&function.sig.ident));
     let numbers = function.sig.inputs.iter().skip(1);
     let statements = block(&function.block)?;
     Ok(quote! {
-        fn #name(&self, into: &mut Vec<ast::VerilogStatement> #(, #numbers)*) { #statements }
+        #visibility fn #name(&self, into: &mut Vec<ast::VerilogStatement> #(, #numbers)*) { #statements }
     })
 }
 
@@ -110,15 +117,36 @@ fn statement(statement: &Stmt) -> Result<TokenStream> {
             let (index, range, body) = (&repeated.pat, &repeated.expr, block(&repeated.body)?);
             Ok(quote!(for #index in #range { #body }))
         }
-        Stmt::Expr(Expr::MethodCall(call), _)
-            if call.receiver.to_token_stream().to_string() == "self" =>
-        {
-            let part = name_of_tree(&call.method);
-            let numbers: Vec<&Expr> = call.args.iter().map(number).collect::<Result<_>>()?;
-            Ok(quote!(self.#part(into #(, #numbers)*);))
-        }
+        Stmt::Expr(Expr::MethodCall(call), _) if is_within_self(&call.receiver) => called(call),
         other => refuse(other, "no statement of a kernel"),
     }
+}
+
+/// Whether a place is the block, or in it.
+fn is_within_self(place: &Expr) -> bool {
+    match place {
+        Expr::Path(path) => path.path.is_ident("self"),
+        Expr::Field(field) => is_within_self(&field.base),
+        Expr::Index(element) => is_within_self(&element.expr),
+        _ => false,
+    }
+}
+
+/// A function of the block, or of a bundle in it, whose signals then have its name before theirs.
+fn called(call: &ExprMethodCall) -> Result<TokenStream> {
+    let (receiver, function) = (&call.receiver, name_of_tree(&call.method));
+    let numbers: Vec<&Expr> = call.args.iter().map(number).collect::<Result<_>>()?;
+    if receiver.to_token_stream().to_string() == "self" {
+        return Ok(quote!(self.#function(into #(, #numbers)*);));
+    }
+    let place = place(receiver)?;
+    Ok(quote! {
+        into.extend({
+            let mut inner = Vec::new();
+            { let into = &mut inner; #receiver.#function(into #(, #numbers)*); }
+            tree::within(&#place, inner)
+        });
+    })
 }
 
 /// An `if` of elaboration stays one; of signals it is a multiplexer, whose branches are

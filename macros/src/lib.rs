@@ -43,7 +43,7 @@
 //! - `if C { A } else { B }` without `.val()` in C leaves one of both, as a statement and as a value;
 //!   with `C && D` for a D of signals it leaves `if D { A }`, or nothing. Any other `if` is a multiplexer.
 //! - `for`, `let` and numbers (positions, widths, indices) are elaboration: any expression of Rust.
-//! - `self.part(numbers);` does what the kernel's function `part` says.
+//! - `self.part(numbers);` does what the kernel's function `part` says, `self.bundle.part(numbers);` what that of a bundle does.
 //! - `connect! { part from other: i_row, i_go }` drives inputs of a part, those that are there, with what has their names: the
 //!   inputs of the block where `other` is `self` or its ports, outputs `o_row` and `o_go` of another part. From a part to `self` it
 //!   connects outputs. `connect! { self: valid }` shows a signal at `o_valid`.
@@ -56,7 +56,9 @@
 //! parameters, which are the fields of which nothing says how they are made, and parts that are `#[given]`;
 //! `#[set(expression)]` follows from those above it, and every part is as its field says, in which all fields
 //! above it have their names. `about` describes the module; without it the block is
-//! a bundle of ports. The doc comment is the comment
+//! a bundle: ports, registers and parts that stand in the block which has it, as if they were declared there. `#[kernel]` over a plain
+//! `impl` gives it functions, which that block calls. `#[shown]` over a bundle makes its ports the block's own for whoever
+//! has the block; the block's kernel names the bundle. The doc comment is the comment
 //! in the Verilog. Beside it:
 //! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
 //! of the block; `#[value(number)]` of a constant, and `#[number]` if it is no pattern of bits; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;

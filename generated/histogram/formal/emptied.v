@@ -77,7 +77,7 @@ module histogram_channel (
     input  wire [7:0]  i_samples,     // level of the SPAD, bit 0 earliest
     input  wire        i_run,         // words count
     input  wire [10:0] i_row,         // row of the present word
-    input  wire        i_half,        // memory that counts it
+    input  wire        i_half,        // memory that counts the present word
     input  wire [10:0] i_read_row,    // row to be read from the other memory
     input  wire        i_go,          // the reader goes on
     input  wire        i_come_half,   // memory of the word two clocks ago
@@ -124,7 +124,7 @@ module histogram_channel (
     input  wire [7:0]  i_samples,     // level of the SPAD, bit 0 earliest
     input  wire        i_run,         // words count
     input  wire [10:0] i_row,         // row of the present word
-    input  wire        i_half,        // memory that counts it
+    input  wire        i_half,        // memory that counts the present word
     input  wire [10:0] i_read_row,    // row to be read from the other memory
     input  wire        i_go,          // the reader goes on
     input  wire        i_come_half,   // memory of the word two clocks ago

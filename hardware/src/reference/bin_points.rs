@@ -1,7 +1,7 @@
 //! Cover points of a histogram's bins: their numbers, looked up once, and those that a frame
 //! proves.
 
-use super::coverage::{BinPoint, CoverTable, OfBins};
+use super::coverage::{BinPoint, CoverPoint, CoverTable};
 use crate::scene::DetectorIndex;
 use crate::sensor::histogram::HistogramPlan;
 
@@ -56,7 +56,7 @@ impl BinPoints {
         table: &CoverTable,
         detector: DetectorIndex,
     ) -> BinPoints {
-        let number = |point| table.number(OfBins { detector, point });
+        let number = |point| table.number(CoverPoint::of(detector, point));
         let (lanes, adders) = (0..plan.row_bins, 0..plan.adders());
         let carries = |adder| {
             let bits = 0..plan.bin_bits;

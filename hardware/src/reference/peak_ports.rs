@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::canvas::Canvas;
-use super::coverage::{CoverTable, Covered, PeakKind, PeakPoint};
+use super::coverage::{CoverPoint, CoverTable, Covered, PeakPoint};
 use crate::scan::Group;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout};
@@ -112,16 +112,16 @@ impl PeakPorts {
             let Some(best) = best else {
                 continue;
             };
-            let kinds = [
-                (best.peak.count < 0, PeakKind::Negative),
-                (best.peak.count > 0, PeakKind::Positive),
-                (best.group == Group(0) && self.last_group > Group(0), PeakKind::First),
-                (best.group == self.last_group, PeakKind::Last),
-                (best.is_shared, PeakKind::Equal),
-                (!best.is_shared, PeakKind::Step(best.place)),
+            let points = [
+                (best.peak.count < 0, PeakPoint::Negative),
+                (best.peak.count > 0, PeakPoint::Positive),
+                (best.group == Group(0) && self.last_group > Group(0), PeakPoint::First),
+                (best.group == self.last_group, PeakPoint::Last),
+                (best.is_shared, PeakPoint::Equal),
+                (!best.is_shared, PeakPoint::Step(best.place)),
             ];
-            for (_, kind) in kinds.into_iter().filter(|(is, _)| *is) {
-                proves.extend(table.number(PeakPoint { detector, kind }));
+            for (_, point) in points.into_iter().filter(|(is, _)| *is) {
+                proves.extend(table.number(CoverPoint::of(detector, point)));
             }
         }
         let peaks = self.best.iter().map(|best| best.map_or_else(Peak::default, |best| best.peak));

@@ -131,3 +131,33 @@ fn the_constructor_takes_parameters_and_given_parts_in_their_order() {
         assert_eq!(made.contains(&format!("self . {part} . accept")), is_probed, "{part}");
     }
 }
+
+#[test]
+fn names_of_a_shown_bundle_are_the_blocks_own() {
+    let of_block = |field: TokenStream| {
+        expand(quote!(About::new("a", "b")), quote!(struct Circuit { #field })).unwrap().to_string()
+    };
+    let shown = of_block(quote! {
+        #[shown]
+        #[is(Ends::new(3))]
+        ends: Ends,
+    });
+    for part in [
+        quote!(
+            type Target = Ends;
+        ),
+        quote!(
+            fn deref(&self) -> &Ends {
+                &self.ends
+            }
+        ),
+        quote!(self.ends.set(port, value);),
+    ] {
+        assert!(shown.contains(&part.to_string()), "{shown}\nhas no\n{part}");
+    }
+    let plain = of_block(quote! {
+        #[is(Ends::new(3))]
+        ends: Ends,
+    });
+    assert!(!plain.contains("Deref"), "{plain}");
+}

@@ -213,3 +213,45 @@ fn other_constructs_of_rust_are_refused() {
     is_refused(quote!(self.a.next = bits(3);), "none of bit_cast");
     is_refused(quote!(self.a.next = other.val();), "no field of `self`");
 }
+
+#[test]
+fn a_bundles_function_has_the_bundles_name_before_its_signals() {
+    becomes(
+        quote! {
+            self.bank[b + 1].ends.report(3);
+        },
+        quote! {
+            into.extend({
+                let mut inner = Vec::new();
+                {
+                    let into = &mut inner;
+                    self.bank[b + 1].ends.report_tree(into, 3);
+                }
+                tree::within(&format!("bank${}$ends", b + 1), inner)
+            });
+        },
+    );
+}
+
+#[test]
+fn a_bundle_has_functions_and_no_update_of_its_own() {
+    let of_bundle = |functions| {
+        expand(TokenStream::new(), quote!(impl Ends { #functions }))
+            .map(|item| item.to_string())
+            .map_err(|error| error.to_string())
+    };
+    let found = of_bundle(quote! {
+        pub fn report(&mut self) { self.a.next = true; }
+    });
+    let expected = quote! {
+        impl Ends {
+            pub fn report(&mut self) { self.a.next = true; }
+            pub fn report_tree(&self, into: &mut Vec<ast::VerilogStatement>) {
+                into.push(tree::assigned(format!("a",), tree::literal(true)));
+            }
+        }
+    };
+    assert_eq!(found.unwrap(), expected.to_string());
+    let refused = of_bundle(quote! { fn update(&mut self) {} });
+    assert!(refused.unwrap_err().contains("no function of a bundle"));
+}

@@ -504,7 +504,8 @@ fn recipe(
     reach: &Reach,
     point: CoverPoint,
 ) -> Result<Vec<PlannedGroup>, String> {
-    let maker = GroupMaker { interface, reach };
+    let detector = point.detector.unwrap_or(DetectorIndex(0));
+    let maker = GroupMaker { interface, reach, detector };
     let mut plans = point.recipe(&maker)?;
     let flush = reach.groups_to_flush(interface);
     let chips: u64 = plans.iter().map(|plan| maker.chips_of(plan)).sum();

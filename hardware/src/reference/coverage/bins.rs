@@ -3,19 +3,9 @@
 use super::{Family, Hindered};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, PlannedGroup};
-use crate::scene::DetectorIndex;
 use crate::sensor::histogram::HistogramPlan;
 
-/// What a detector's histogram does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct OfBins {
-    /// Detector.
-    pub detector: DetectorIndex,
-    /// What.
-    pub point: BinPoint,
-}
-
-/// What a histogram does. Lanes are samples of a word; adders serve neighbouring lanes.
+/// What a detector's histogram does. Lanes are samples of a word; adders serve neighbouring lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BinPoint {
     /// A hit of this lane counts in the first code period of a frame, or in a later one.
@@ -70,7 +60,7 @@ pub enum BinPoint {
 }
 
 /// Those of a detector.
-pub(super) fn points(plan: &HistogramPlan, detector: DetectorIndex) -> Vec<Hindered<OfBins>> {
+pub(super) fn points(plan: &HistogramPlan) -> Vec<Hindered<BinPoint>> {
     let mut points = Vec::new();
     for lane in 0..plan.row_bins {
         for later in [false, true] {
@@ -98,17 +88,12 @@ pub(super) fn points(plan: &HistogramPlan, detector: DetectorIndex) -> Vec<Hinde
     // Without a second sample a word after one with a hit has none.
     points.push((BinPoint::FullRow, None));
     points.extend([false, true].map(|first| (BinPoint::Border { first }, None)));
-    let of_detector = |(point, reason)| (OfBins { detector, point }, reason);
-    points.into_iter().map(of_detector).collect()
+    points
 }
 
-impl Family for OfBins {
-    fn detector(&self) -> Option<DetectorIndex> {
-        Some(self.detector)
-    }
-
+impl Family for BinPoint {
     fn text(&self) -> String {
-        match self.point {
+        match *self {
             BinPoint::Hit { lane, later } => format!(
                 "a hit of lane {lane} counted in {} code period of a frame",
                 if later { "a later" } else { "the first" }
@@ -135,14 +120,13 @@ impl Family for OfBins {
     }
 
     fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
-        let detector = self.detector;
         let Some(plan) = maker.interface.histogram() else {
             return Ok(Vec::new());
         };
-        let lane = |lane: u32| Hits::Lane { detector, lane: lane.into() };
+        let lane = |lane: u32| Hits::Lane { detector: maker.detector, lane: lane.into() };
         let of_adder = |adder| lane(adder * plan.adder_samples);
         let (fresh, plain) = (maker.fresh(), PlannedGroup::random);
-        Ok(match self.point {
+        Ok(match *self {
             BinPoint::Hit { lane: l, .. } | BinPoint::Full { lane: l } => {
                 vec![fresh.with(lane(l))]
             }

@@ -3,7 +3,6 @@
 use super::{Family, Hindered, steps};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup};
-use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Correlator, Interface};
 
 /// Hits for which a total's carry is waited.
@@ -15,8 +14,6 @@ pub enum CarryPoint {
     /// The running total crosses a multiple of 2^bit, where a carry or a borrow leaves a
     /// segment of the counter.
     Carry {
-        /// Detector.
-        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Bits below.
@@ -26,8 +23,6 @@ pub enum CarryPoint {
     },
     /// A step's count borrows across this bit.
     Borrow {
-        /// Detector.
-        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Bits below.
@@ -35,8 +30,6 @@ pub enum CarryPoint {
     },
     /// The same of the total of all hits: a carry, or a borrow of its difference.
     OfTotal {
-        /// Detector.
-        detector: DetectorIndex,
         /// Bits below.
         bit: u32,
         /// A borrow, and not a carry.
@@ -45,49 +38,37 @@ pub enum CarryPoint {
 }
 
 /// Those of a detector.
-pub(super) fn points(
-    interface: &Interface,
-    correlator: &Correlator,
-    detector: DetectorIndex,
-) -> Vec<Hindered<CarryPoint>> {
+pub(super) fn points(interface: &Interface, correlator: &Correlator) -> Vec<Hindered<CarryPoint>> {
     let segments = correlator.count_segments;
     let borders = segments.borders();
     let mut points = Vec::new();
     for step in steps(interface) {
         for bit in borders.clone().chain([segments.bits()]) {
-            points.extend([false, true].map(|up| CarryPoint::Carry { detector, step, bit, up }));
+            points.extend([false, true].map(|up| CarryPoint::Carry { step, bit, up }));
         }
-        points.extend(borders.clone().map(|bit| CarryPoint::Borrow { detector, step, bit }));
+        points.extend(borders.clone().map(|bit| CarryPoint::Borrow { step, bit }));
     }
     if correlator.total.is_some() {
         for bit in borders.filter(|&bit| bit <= MOST_HITS.ilog2()) {
             let both = [false, true];
-            points.extend(both.map(|borrow| CarryPoint::OfTotal { detector, bit, borrow }));
+            points.extend(both.map(|borrow| CarryPoint::OfTotal { bit, borrow }));
         }
     }
     points.into_iter().map(|point| (point, None)).collect()
 }
 
 impl Family for CarryPoint {
-    fn detector(&self) -> Option<DetectorIndex> {
-        match *self {
-            CarryPoint::Carry { detector, .. }
-            | CarryPoint::Borrow { detector, .. }
-            | CarryPoint::OfTotal { detector, .. } => Some(detector),
-        }
-    }
-
     fn text(&self) -> String {
         match *self {
-            CarryPoint::Carry { step, bit, up, .. } => format!(
+            CarryPoint::Carry { step, bit, up } => format!(
                 "a {} out of bit {} of the total of step {step} of a group",
                 if up { "carry" } else { "borrow" },
                 bit - 1
             ),
-            CarryPoint::Borrow { step, bit, .. } => {
+            CarryPoint::Borrow { step, bit } => {
                 format!("a count that borrows from bit {bit} in step {step} of a group")
             }
-            CarryPoint::OfTotal { bit, borrow, .. } => format!(
+            CarryPoint::OfTotal { bit, borrow } => format!(
                 "a {} bit {bit} of the total of all hits",
                 if borrow { "difference that borrows from" } else { "carry into" }
             ),

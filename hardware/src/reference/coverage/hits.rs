@@ -14,8 +14,6 @@ const ONE_SIGN: &str = "no step has a chip of that sign for that lane";
 pub enum HitPoint {
     /// A result counts a hit of this lane, with this sign.
     Hit {
-        /// Detector.
-        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Sample of the word.
@@ -25,25 +23,15 @@ pub enum HitPoint {
     },
     /// A word with as many hits as it can hold, all of one sign.
     FullWord {
-        /// Detector.
-        detector: DetectorIndex,
         /// Counted up.
         up: bool,
     },
     /// A hit on the very first sample of a scan.
-    FirstSample {
-        /// Detector.
-        detector: DetectorIndex,
-    },
+    FirstSample,
     /// A hit on the last sample before a scan, which does not count.
-    BeforeScan {
-        /// Detector.
-        detector: DetectorIndex,
-    },
+    BeforeScan,
     /// A hit on the last sample of a step, or on the first of one that follows another.
     StepBorder {
-        /// Detector.
-        detector: DetectorIndex,
         /// The first sample, and not the last.
         first: bool,
     },
@@ -57,57 +45,47 @@ pub(super) fn points(interface: &Interface, detector: DetectorIndex) -> Vec<Hind
         for lane in 0..interface.lanes() {
             let reached = signs.reached(interface, step, lane);
             for up in [false, true] {
-                let point = HitPoint::Hit { detector, step, lane, up };
+                let point = HitPoint::Hit { step, lane, up };
                 points.push((point, (!reached[usize::from(up)]).then_some(ONE_SIGN)));
             }
         }
     }
     if interface.lanes() >= 4 && signs.are_both() {
-        points.extend([false, true].map(|up| (HitPoint::FullWord { detector, up }, None)));
+        points.extend([false, true].map(|up| (HitPoint::FullWord { up }, None)));
     }
-    points.push((HitPoint::FirstSample { detector }, None));
-    points.push((HitPoint::BeforeScan { detector }, None));
+    points.push((HitPoint::FirstSample, None));
+    points.push((HitPoint::BeforeScan, None));
     for first in [false, true] {
         let single = first && interface.groups() == 1;
         let hindrance = single.then_some("a scan has a single group of steps");
-        points.push((HitPoint::StepBorder { detector, first }, hindrance));
+        points.push((HitPoint::StepBorder { first }, hindrance));
     }
     points
 }
 
 impl Family for HitPoint {
-    fn detector(&self) -> Option<DetectorIndex> {
-        match *self {
-            HitPoint::Hit { detector, .. }
-            | HitPoint::FullWord { detector, .. }
-            | HitPoint::FirstSample { detector }
-            | HitPoint::BeforeScan { detector }
-            | HitPoint::StepBorder { detector, .. } => Some(detector),
-        }
-    }
-
     fn text(&self) -> String {
         let sign = |up| if up { "up" } else { "down" };
         match *self {
-            HitPoint::Hit { step, lane, up, .. } => {
+            HitPoint::Hit { step, lane, up } => {
                 format!("a hit of lane {lane} counted {} in step {step} of a group", sign(up))
             }
-            HitPoint::FullWord { up, .. } => {
+            HitPoint::FullWord { up } => {
                 format!("a word full of hits, all counted {}", sign(up))
             }
-            HitPoint::FirstSample { .. } => "a hit on a scan's first sample".to_owned(),
-            HitPoint::BeforeScan { .. } => "a hit on the last sample before a scan".to_owned(),
-            HitPoint::StepBorder { first, .. } => {
+            HitPoint::FirstSample => "a hit on a scan's first sample".to_owned(),
+            HitPoint::BeforeScan => "a hit on the last sample before a scan".to_owned(),
+            HitPoint::StepBorder { first } => {
                 format!("a hit on the {} sample of a step", if first { "first" } else { "last" })
             }
         }
     }
 
     fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
-        let interface = maker.interface;
+        let (interface, detector) = (maker.interface, maker.detector);
         let plain = PlannedGroup::random;
         Ok(match *self {
-            HitPoint::Hit { detector, step, lane, up } => {
+            HitPoint::Hit { step, lane, up } => {
                 // The sign that is wanted may come only later.
                 let code = interface.reference_codes[detector].len();
                 let groups = (code / interface.timing.scan.integration_chips).clamp(1, 40) + 1;
@@ -115,13 +93,13 @@ impl Family for HitPoint {
                 maker.again(groups, one, Length::AtLeast(code.min(512)))
             }
             HitPoint::FullWord { .. } => maker.again(1, Hits::EveryOther, Length::AtLeast(128)),
-            HitPoint::BeforeScan { .. } => {
+            HitPoint::BeforeScan => {
                 vec![PlannedGroup { lead: Lead::LastSample, ..maker.fresh() }]
             }
-            HitPoint::FirstSample { .. } => {
+            HitPoint::FirstSample => {
                 vec![maker.fresh().with(Hits::Border { first: true })]
             }
-            HitPoint::StepBorder { first, .. } => {
+            HitPoint::StepBorder { first } => {
                 vec![maker.fresh().with(Hits::None), plain().with(Hits::Border { first })]
             }
         })

@@ -23,10 +23,10 @@ mod stream;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-pub use self::bins::{BinPoint, OfBins};
+pub use self::bins::BinPoint;
 pub use self::carries::CarryPoint;
 pub use self::hits::HitPoint;
-pub use self::peaks::{PeakKind, PeakPoint};
+pub use self::peaks::PeakPoint;
 pub use self::registers::{First, Place as RegisterPlace, RegisterPoint, Start};
 pub use self::resets::{ResetPoint, ResetState};
 pub(super) use self::running::{CountedHit, Running};
@@ -41,11 +41,6 @@ use crate::sensor::interface::{Counting, Interface};
 
 /// What a family's points have in common.
 trait Family {
-    /// The detector that it is about; none of what concerns the sensor as a whole.
-    fn detector(&self) -> Option<DetectorIndex> {
-        None
-    }
-
     /// In words, without the detector.
     fn text(&self) -> String;
 
@@ -63,32 +58,37 @@ fn steps(interface: &Interface) -> std::ops::Range<usize> {
 
 macro_rules! families {
     ($($(#[$about:meta])* $family:ident($point:ty) = $name:literal,)+) => {
-        /// Something that a sensor can be made to do.
+        /// What happens at a cover point.
         ///
-        /// Detectors, steps of a group, lanes (samples of a word), beats of a group and ages
-        /// count from 0.
+        /// Steps of a group, lanes (samples of a word), beats of a group and ages count from 0.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-        pub enum CoverPoint {
+        pub enum Happening {
             $($(#[$about])* $family($point),)+
         }
 
-        $(impl From<$point> for CoverPoint {
+        $(impl From<$point> for Happening {
+            fn from(point: $point) -> Happening {
+                Happening::$family(point)
+            }
+        }
+
+        impl From<$point> for CoverPoint {
             fn from(point: $point) -> CoverPoint {
-                CoverPoint::$family(point)
+                CoverPoint { detector: None, what: point.into() }
             }
         })+
 
-        impl CoverPoint {
+        impl Happening {
             /// The name of its family in reports.
-            pub fn family(&self) -> &'static str {
+            fn family(&self) -> &'static str {
                 match self {
-                    $(CoverPoint::$family(_) => $name,)+
+                    $(Happening::$family(_) => $name,)+
                 }
             }
 
             fn point(&self) -> &dyn Family {
                 match self {
-                    $(CoverPoint::$family(point) => point,)+
+                    $(Happening::$family(point) => point,)+
                 }
             }
         }
@@ -107,7 +107,7 @@ families! {
     /// Results on the stream.
     Stream(StreamPoint) = "stream",
     /// Bins of a histogram.
-    Bins(OfBins) = "bins",
+    Bins(BinPoint) = "bins",
     /// What a reset comes upon.
     Resets(ResetPoint) = "resets",
     /// Steps, scans, codes.
@@ -116,11 +116,30 @@ families! {
     Registers(RegisterPoint) = "registers",
 }
 
+/// Something that a sensor can be made to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct CoverPoint {
+    /// The detector that it is about; none of what concerns the sensor as a whole.
+    pub detector: Option<DetectorIndex>,
+    /// What it is.
+    pub what: Happening,
+}
+
 impl CoverPoint {
+    /// What one of the detectors does.
+    pub fn of(detector: DetectorIndex, what: impl Into<Happening>) -> CoverPoint {
+        CoverPoint { detector: Some(detector), what: what.into() }
+    }
+
+    /// The name of its family in reports.
+    pub fn family(&self) -> &'static str {
+        self.what.family()
+    }
+
     /// In words, with the detectors' names.
     pub fn text(&self, names: &[String]) -> String {
-        let text = self.point().text();
-        match self.point().detector() {
+        let text = self.what.point().text();
+        match self.detector {
             Some(detector) => {
                 let name = names.get(detector.0).map_or("?", String::as_str);
                 format!("{name}: {text}")
@@ -131,7 +150,7 @@ impl CoverPoint {
 
     /// Groups of phase steps that should reach it, from a reset on.
     pub(super) fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
-        self.point().recipe(maker)
+        self.what.point().recipe(maker)
     }
 }
 
@@ -183,11 +202,11 @@ impl CoverTable {
         match &interface.counting {
             Counting::Correlator(correlator) => {
                 for detector in detectors {
-                    table.add(hits::points(interface, detector));
-                    table.add(carries::points(interface, correlator, detector));
-                    table.add(saturation::points(interface, correlator, detector));
+                    table.add_of(detector, hits::points(interface, detector));
+                    table.add_of(detector, carries::points(interface, correlator));
+                    table.add_of(detector, saturation::points(interface, correlator));
                     if correlator.peak.is_some() {
-                        table.add(peaks::points(interface, detector));
+                        table.add_of(detector, peaks::points(interface));
                     }
                 }
                 table.add(stream::of_counts(interface));
@@ -197,7 +216,7 @@ impl CoverTable {
             }
             Counting::Histogram(plan) => {
                 for detector in detectors {
-                    table.add(bins::points(plan, detector));
+                    table.add_of(detector, bins::points(plan));
                 }
                 table.add(stream::of_rows(interface, plan));
                 table.add(scans::results(interface));
@@ -223,6 +242,12 @@ impl CoverTable {
                 }
             }
         }
+    }
+
+    /// Adds those of a detector.
+    fn add_of(&mut self, detector: DetectorIndex, points: Vec<Hindered<impl Into<Happening>>>) {
+        let of_detector = |(point, hindrance)| (CoverPoint::of(detector, point), hindrance);
+        self.add(points.into_iter().map(of_detector).collect());
     }
 
     /// Every point that can be reached.

@@ -155,19 +155,19 @@ impl Running {
         for (detector, seen) in DetectorIndex::all().zip(self.detectors.iter_mut()) {
             for up in [false, true] {
                 if std::mem::take(&mut seen.full[usize::from(up)]) {
-                    add(HitPoint::FullWord { detector, up }.into());
+                    add(CoverPoint::of(detector, HitPoint::FullWord { up }));
                 }
             }
             if std::mem::take(&mut seen.first_sample) {
                 let first = true;
                 add(match begins_scan {
-                    true => HitPoint::FirstSample { detector }.into(),
-                    false => HitPoint::StepBorder { detector, first }.into(),
+                    true => CoverPoint::of(detector, HitPoint::FirstSample),
+                    false => CoverPoint::of(detector, HitPoint::StepBorder { first }),
                 });
             }
             if std::mem::take(&mut seen.last_sample) {
                 let first = false;
-                add(HitPoint::StepBorder { detector, first }.into());
+                add(CoverPoint::of(detector, HitPoint::StepBorder { first }));
             }
             for &bit in &self.borders {
                 let low = |number: u64| number & ((1 << bit) - 1);
@@ -175,7 +175,7 @@ impl Running {
                 let borrows = low(seen.total) < low(seen.base);
                 for (borrow, is_seen) in [(false, carries), (true, borrows)] {
                     if is_seen {
-                        add(CarryPoint::OfTotal { detector, bit, borrow }.into());
+                        add(CoverPoint::of(detector, CarryPoint::OfTotal { bit, borrow }));
                     }
                 }
             }
@@ -221,18 +221,18 @@ impl Counter {
             while lanes != 0 {
                 let lane = lanes.trailing_zeros();
                 lanes &= lanes - 1;
-                add(HitPoint::Hit { detector, step, lane, up }.into());
+                add(CoverPoint::of(detector, HitPoint::Hit { step, lane, up }));
             }
             for (number, &bit) in borders.iter().enumerate() {
                 if self.crossed[usize::from(up)] >> number & 1 == 1 {
-                    add(CarryPoint::Carry { detector, step, bit, up }.into());
+                    add(CoverPoint::of(detector, CarryPoint::Carry { step, bit, up }));
                 }
             }
         }
         for &bit in borders {
             let low = |number: i64| number.rem_euclid(1 << bit);
             if low(self.total) < low(self.base) {
-                add(CarryPoint::Borrow { detector, step, bit }.into());
+                add(CoverPoint::of(detector, CarryPoint::Borrow { step, bit }));
             }
         }
     }

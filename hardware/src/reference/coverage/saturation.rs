@@ -3,7 +3,6 @@
 use super::{Family, Hindered, steps};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, PlannedGroup};
-use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::layout::mask;
 
@@ -12,8 +11,6 @@ use crate::sensor::layout::mask;
 pub enum SaturationPoint {
     /// A count exactly at the end of its range, which is not saturated.
     Limit {
-        /// Detector.
-        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// The largest count, and not the smallest.
@@ -21,8 +18,6 @@ pub enum SaturationPoint {
     },
     /// This count is saturated, alone, and `o_saturated` rises for it.
     Beyond {
-        /// Detector.
-        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Beyond the largest count.
@@ -30,8 +25,6 @@ pub enum SaturationPoint {
     },
     /// The same in a scan's last group.
     InLastGroup {
-        /// Detector.
-        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Beyond the largest count.
@@ -40,8 +33,6 @@ pub enum SaturationPoint {
     /// A step that a scan's last group does not have would be saturated, alone: the flag
     /// stays low.
     Absent {
-        /// Detector.
-        detector: DetectorIndex,
         /// Step of the group.
         step: usize,
         /// Beyond the largest count.
@@ -49,8 +40,6 @@ pub enum SaturationPoint {
     },
     /// A total of hits at its limit, or beyond it with no count saturated.
     OfTotal {
-        /// Detector.
-        detector: DetectorIndex,
         /// Beyond, and not at it.
         beyond: bool,
     },
@@ -60,56 +49,45 @@ pub enum SaturationPoint {
 pub(super) fn points(
     interface: &Interface,
     correlator: &Correlator,
-    detector: DetectorIndex,
 ) -> Vec<Hindered<SaturationPoint>> {
     let mut points = Vec::new();
     if correlator.total.is_some_and(|total| total.saturates()) {
-        points.extend([false, true].map(|beyond| SaturationPoint::OfTotal { detector, beyond }));
+        points.extend([false, true].map(|beyond| SaturationPoint::OfTotal { beyond }));
     }
     let sides = if correlator.saturates() { &[false, true][..] } else { &[] };
     for &up in sides {
         for step in steps(interface) {
-            points.push(SaturationPoint::Limit { detector, step, up });
-            points.push(SaturationPoint::Beyond { detector, step, up });
+            points.push(SaturationPoint::Limit { step, up });
+            points.push(SaturationPoint::Beyond { step, up });
         }
         let last_steps = interface.last_group_steps() as usize;
         let of_last = (0..last_steps).filter(|_| interface.groups() > 1);
-        points.extend(of_last.map(|step| SaturationPoint::InLastGroup { detector, step, up }));
+        points.extend(of_last.map(|step| SaturationPoint::InLastGroup { step, up }));
         let absent = last_steps..interface.parallel() as usize;
-        points.extend(absent.map(|step| SaturationPoint::Absent { detector, step, up }));
+        points.extend(absent.map(|step| SaturationPoint::Absent { step, up }));
     }
     points.into_iter().map(|point| (point, None)).collect()
 }
 
 impl Family for SaturationPoint {
-    fn detector(&self) -> Option<DetectorIndex> {
-        match *self {
-            SaturationPoint::Limit { detector, .. }
-            | SaturationPoint::Beyond { detector, .. }
-            | SaturationPoint::InLastGroup { detector, .. }
-            | SaturationPoint::Absent { detector, .. }
-            | SaturationPoint::OfTotal { detector, .. } => Some(detector),
-        }
-    }
-
     fn text(&self) -> String {
         let extreme = |up| if up { "largest" } else { "smallest" };
         match *self {
-            SaturationPoint::Limit { step, up, .. } => {
+            SaturationPoint::Limit { step, up } => {
                 format!("the {} count, not saturated, in step {step} of a group", extreme(up))
             }
-            SaturationPoint::Beyond { step, up, .. } => {
+            SaturationPoint::Beyond { step, up } => {
                 format!("step {step} of a group alone saturated at the {} count", extreme(up))
             }
-            SaturationPoint::InLastGroup { step, up, .. } => format!(
+            SaturationPoint::InLastGroup { step, up } => format!(
                 "step {step} of a scan's last group alone saturated at the {} count",
                 extreme(up)
             ),
-            SaturationPoint::Absent { step, up, .. } => format!(
+            SaturationPoint::Absent { step, up } => format!(
                 "step {step}, which a scan's last group has not, alone beyond the {} count",
                 extreme(up)
             ),
-            SaturationPoint::OfTotal { beyond, .. } => format!(
+            SaturationPoint::OfTotal { beyond } => format!(
                 "a total of hits {} its limit, no count saturated",
                 if beyond { "beyond" } else { "at" }
             ),
@@ -117,23 +95,22 @@ impl Family for SaturationPoint {
     }
 
     fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
-        let interface = maker.interface;
+        let (interface, detector) = (maker.interface, maker.detector);
         let limit = 1i64 << (interface.count_bits() - 1);
-        let count = |detector, step: usize, up: bool, beyond: i64| Hits::Count {
+        let count = |step: usize, up: bool, beyond: i64| Hits::Count {
             detector,
             step: step as u64,
             count: if up { limit - 1 + beyond } else { -limit - beyond },
         };
         let hits = match *self {
-            SaturationPoint::Limit { detector, step, up } => count(detector, step, up, 0),
-            SaturationPoint::Beyond { detector, step, up } => count(detector, step, up, 1),
-            SaturationPoint::InLastGroup { detector, step, up }
-            | SaturationPoint::Absent { detector, step, up } => {
+            SaturationPoint::Limit { step, up } => count(step, up, 0),
+            SaturationPoint::Beyond { step, up } => count(step, up, 1),
+            SaturationPoint::InLastGroup { step, up } | SaturationPoint::Absent { step, up } => {
                 let quiet = maker.fresh().with(Hits::None);
-                let last = PlannedGroup::random().with(count(detector, step, up, 1));
+                let last = PlannedGroup::random().with(count(step, up, 1));
                 return maker.scan(quiet, last);
             }
-            SaturationPoint::OfTotal { detector, beyond } => {
+            SaturationPoint::OfTotal { beyond } => {
                 let most = interface.total().map_or(0, |total| mask(total.bits));
                 Hits::Total { detector, hits: most + u64::from(beyond) }
             }

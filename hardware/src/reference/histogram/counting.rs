@@ -1,7 +1,7 @@
 //! Hits, counted in the bins of their samples; and what a frame has counted when it ends.
 
 use super::{Ended, HistogramModel};
-use crate::reference::coverage::{BinPoint, OfBins, Place, ScanPoint};
+use crate::reference::coverage::{BinPoint, CoverPoint, Place, ScanPoint};
 use crate::reference::exercise::Exercised;
 use crate::reference::resets::ResetWatch;
 use crate::scan::{Sample, Sampling};
@@ -118,7 +118,7 @@ impl HistogramModel {
         let memory = self.half;
         for (detector, &tops) in DetectorIndex::all().zip(&ended.tops) {
             let lanes = (0..self.plan.row_bins).filter(|&lane| tops >> lane & 1 == 1);
-            let point = |lane| OfBins { detector, point: BinPoint::Top { lane, memory } };
+            let point = |lane| CoverPoint::of(detector, BinPoint::Top { lane, memory });
             ended.proves.extend(lanes.filter_map(|lane| self.table.number(point(lane))));
         }
     }
@@ -133,10 +133,8 @@ impl HistogramModel {
             for lane in 0..lanes {
                 let mut pairs = before.iter().zip(bins).skip(lane).step_by(lanes);
                 if pairs.any(|(&before, &now)| before > 0 && now == 0) {
-                    let lane = lane as u32;
-                    let point = BinPoint::Emptied { lane };
-                    let point = OfBins { detector, point };
-                    ended.proves.extend(self.table.number(point));
+                    let point = BinPoint::Emptied { lane: lane as u32 };
+                    ended.proves.extend(self.table.number(CoverPoint::of(detector, point)));
                 }
             }
         }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::{Ended, HistogramModel};
-use crate::reference::coverage::{BinPoint, OfBins, Place, StreamPoint};
+use crate::reference::coverage::{BinPoint, CoverPoint, Place, StreamPoint};
 use crate::reference::exercise::{Counted, Exercised};
 use crate::scene::DetectorIndex;
 use crate::sensor::histogram::CLOCKS_TO_ROW;
@@ -68,8 +68,7 @@ impl HistogramModel {
             count += 1;
         }
         if let Some((detector, adder)) = alone.filter(|_| count == 1 && !self.stream.is_saturated) {
-            let point = BinPoint::Clamped { adder };
-            self.mark(OfBins { detector, point }, exercise);
+            self.mark(CoverPoint::of(detector, BinPoint::Clamped { adder }), exercise);
         }
         self.stream.is_saturated = true;
     }

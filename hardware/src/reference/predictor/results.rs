@@ -116,7 +116,7 @@ impl Reference {
         let mut add = |point: CoverPoint| points.extend(self.table.number(point));
         for (detector, seen) in DetectorIndex::all().zip(self.before_scan.iter_mut()) {
             if std::mem::take(seen) {
-                add(HitPoint::BeforeScan { detector }.into());
+                add(CoverPoint::of(detector, HitPoint::BeforeScan));
             }
         }
         if self.interface.saturates() {
@@ -126,13 +126,13 @@ impl Reference {
                 let step = at % self.interface.parallel() as usize;
                 if step < steps && (count == limit - 1 || count == -limit) {
                     let up = count > 0;
-                    add(SaturationPoint::Limit { detector, step, up }.into());
+                    add(CoverPoint::of(detector, SaturationPoint::Limit { step, up }));
                 }
             }
             for (detector, &total) in DetectorIndex::all().zip(self.totals.iter()) {
                 if self.interface.total().is_some_and(|t| total == mask(t.bits)) {
-                    let beyond = false;
-                    add(SaturationPoint::OfTotal { detector, beyond }.into());
+                    let at_limit = SaturationPoint::OfTotal { beyond: false };
+                    add(CoverPoint::of(detector, at_limit));
                 }
             }
         }
@@ -189,19 +189,20 @@ impl Clamps {
     }
 
     /// The one thing that was saturated in a group, `last` of its scan or not, if there is only one.
-    fn lone_points(&self, last: bool) -> [Option<SaturationPoint>; 2] {
+    fn lone_points(&self, last: bool) -> [Option<CoverPoint>; 2] {
         match (self.counts, self.totals, self.absent) {
             (1, 0, _) => {
                 let (detector, step, up) = self.count;
-                let of_last = SaturationPoint::InLastGroup { detector, step, up };
-                [Some(SaturationPoint::Beyond { detector, step, up }), last.then_some(of_last)]
+                let point = |point| CoverPoint::of(detector, point);
+                let of_last = point(SaturationPoint::InLastGroup { step, up });
+                [Some(point(SaturationPoint::Beyond { step, up })), last.then_some(of_last)]
             }
             (0, 0, 1) => {
                 let (detector, step, up) = self.absent_count;
-                [Some(SaturationPoint::Absent { detector, step, up }), None]
+                [Some(CoverPoint::of(detector, SaturationPoint::Absent { step, up })), None]
             }
             (0, 1, 0) => {
-                [Some(SaturationPoint::OfTotal { detector: self.total, beyond: true }), None]
+                [Some(CoverPoint::of(self.total, SaturationPoint::OfTotal { beyond: true })), None]
             }
             _ => [None; 2],
         }

@@ -1,7 +1,7 @@
 //! Who drives what: checks every signal for exactly one driver and turns a
 //! kernel into continuous assignments and clocked statements.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::expr::{Expr, SignalId, Statement};
 use super::fault::Fault;
@@ -25,17 +25,17 @@ pub struct Drives {
 pub fn drives_of(kernel: &[Statement], names: &Names) -> Result<Drives, Fault> {
     check_targets(kernel, names)?;
     check_order(kernel, names, &mut vec![false; names.signals.len()])?;
-    let mut order = Vec::new();
-    first_assignments(kernel, &mut order);
+    let mut order = assigned(kernel);
+    let mut seen = HashSet::new();
+    order.retain(|&id| !matches!(names.signals[id].role, Role::RegisterD(_)) && seen.insert(id));
     let mut combinational = HashMap::new();
-    order.retain(|&id| !matches!(names.signals[id].role, Role::RegisterD(_)));
     for &id in &order {
         let name = &names.signals[id].name;
         let value = value_of(kernel, id, name, None)?.ok_or_else(|| undriven(name))?;
         combinational.insert(id, value);
     }
     check_driven(kernel, names, &combinational)?;
-    let clocked = clocked_part(kernel, names);
+    let clocked = clocked_part(kernel, names, false);
     let is_read = check_reads(&combinational, &clocked, names)?;
     Ok(Drives { combinational, order, clocked, is_read })
 }
@@ -46,30 +46,31 @@ fn undriven(name: &str) -> Fault {
 
 /// Only what nothing else drives may be assigned.
 fn check_targets(kernel: &[Statement], names: &Names) -> Result<(), Fault> {
-    for statement in kernel {
-        match statement {
-            Statement::If { yes, no, .. } => {
-                check_targets(yes, names)?;
-                check_targets(no, names)?;
-            }
-            Statement::Assign { target, .. } => {
-                let signal = &names.signals[*target];
-                let name = signal.name.clone();
-                match signal.role {
-                    Role::Input => return Err(Fault::OwnInputDriven { signal: name }),
-                    Role::Constant
-                    | Role::Table
-                    | Role::RegisterQ(_)
-                    | Role::TableData(_)
-                    | Role::InstanceOutput(_) => {
-                        return Err(Fault::MultipleDrivers { signal: name });
-                    }
-                    _ => {}
-                }
-            }
+    for id in assigned(kernel) {
+        let signal = &names.signals[id];
+        let name = signal.name.clone();
+        match signal.role {
+            Role::Input => return Err(Fault::OwnInputDriven { signal: name }),
+            Role::Constant
+            | Role::Table
+            | Role::RegisterQ(_)
+            | Role::TableData(_)
+            | Role::InstanceOutput(_) => return Err(Fault::MultipleDrivers { signal: name }),
+            _ => {}
         }
     }
     Ok(())
+}
+
+/// What a block assigns, in order.
+fn assigned(block: &[Statement]) -> Vec<SignalId> {
+    let mut targets = Vec::new();
+    Statement::each(block, &mut |statement| {
+        if let Statement::Assign { target, .. } = statement {
+            targets.push(*target);
+        }
+    });
+    targets
 }
 
 /// Refuses a signal that is assigned after it was read, which rules out
@@ -77,16 +78,12 @@ fn check_targets(kernel: &[Statement], names: &Names) -> Result<(), Fault> {
 /// kernel drives.
 fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Result<(), Fault> {
     for statement in kernel {
-        let expr = match statement {
-            Statement::Assign { value, .. } => value,
-            Statement::If { test, .. } => test,
-        };
         let mut fault = None;
         let built_up = |id| match statement {
             Statement::Assign { target, .. } => id == *target && is_local(names, id),
             Statement::If { .. } => false,
         };
-        expr.for_each_signal(&mut |id| {
+        statement.reads().for_each_signal(&mut |id| {
             if built_up(id) {
                 return;
             }
@@ -125,22 +122,6 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
 
 fn is_local(names: &Names, id: SignalId) -> bool {
     names.signals[id].role == Role::Local
-}
-
-fn first_assignments(kernel: &[Statement], order: &mut Vec<SignalId>) {
-    for statement in kernel {
-        match statement {
-            Statement::Assign { target, .. } => {
-                if !order.contains(target) {
-                    order.push(*target);
-                }
-            }
-            Statement::If { yes, no, .. } => {
-                first_assignments(yes, order);
-                first_assignments(no, order);
-            }
-        }
-    }
 }
 
 /// The value of `target` after `block`, `before` being its value so far.
@@ -192,10 +173,7 @@ fn value_of(
 }
 
 fn assigns(block: &[Statement], wanted: SignalId) -> bool {
-    block.iter().any(|statement| match statement {
-        Statement::Assign { target, .. } => *target == wanted,
-        Statement::If { yes, no, .. } => assigns(yes, wanted) || assigns(no, wanted),
-    })
+    assigned(block).contains(&wanted)
 }
 
 fn check_driven(
@@ -218,8 +196,9 @@ fn check_driven(
     Ok(())
 }
 
-/// The statements that assign registers, without the default hold.
-fn clocked_part(block: &[Statement], names: &Names) -> Vec<Statement> {
+/// The statements that assign registers, without the default hold. Inside an `if` a hold may undo
+/// what stands before the `if`.
+fn clocked_part(block: &[Statement], names: &Names, is_inside: bool) -> Vec<Statement> {
     let mut kept = Vec::new();
     for statement in block {
         match statement {
@@ -231,13 +210,12 @@ fn clocked_part(block: &[Statement], names: &Names) -> Vec<Statement> {
                 let holds = matches!(value, Expr::Signal { id, .. } if *id == q);
                 // A hold that comes first is what a register does anyway; a
                 // later one undoes an assignment and has to stay.
-                if !holds || assigns(&kept, *target) {
+                if is_inside || !holds || assigns(&kept, *target) {
                     kept.push(statement.clone());
                 }
             }
             Statement::If { test, yes, no } => {
-                let yes = clocked_part_inside(yes, names);
-                let no = clocked_part_inside(no, names);
+                let [yes, no] = [yes, no].map(|block| clocked_part(block, names, true));
                 if !yes.is_empty() || !no.is_empty() {
                     kept.push(Statement::If { test: test.clone(), yes, no });
                 }
@@ -245,27 +223,6 @@ fn clocked_part(block: &[Statement], names: &Names) -> Vec<Statement> {
         }
     }
     kept
-}
-
-/// Inside an `if` a hold may undo what stands before the `if`.
-fn clocked_part_inside(block: &[Statement], names: &Names) -> Vec<Statement> {
-    block
-        .iter()
-        .filter_map(|statement| match statement {
-            Statement::Assign { target, .. } => {
-                matches!(names.signals[*target].role, Role::RegisterD(_)).then(|| statement.clone())
-            }
-            Statement::If { test, yes, no } => {
-                let yes = clocked_part_inside(yes, names);
-                let no = clocked_part_inside(no, names);
-                (!yes.is_empty() || !no.is_empty()).then(|| Statement::If {
-                    test: test.clone(),
-                    yes,
-                    no,
-                })
-            }
-        })
-        .collect()
 }
 
 /// Marks what is read, and refuses signals and constants that nothing reads.
@@ -279,7 +236,9 @@ fn check_reads(
     for value in combinational.values() {
         value.for_each_signal(&mut |id| is_read[id] = true);
     }
-    mark_reads(clocked, &mut is_read);
+    Statement::each(clocked, &mut |statement| {
+        statement.reads().for_each_signal(&mut |id| is_read[id] = true);
+    });
     for register in &names.registers {
         if let Reset::Constant(id) = register.reset {
             is_read[id] = true;
@@ -297,19 +256,4 @@ fn check_reads(
         }
     }
     Ok(is_read)
-}
-
-fn mark_reads(block: &[Statement], is_read: &mut Vec<bool>) {
-    for statement in block {
-        match statement {
-            Statement::Assign { value, .. } => {
-                value.for_each_signal(&mut |id| is_read[id] = true);
-            }
-            Statement::If { test, yes, no, .. } => {
-                test.for_each_signal(&mut |id| is_read[id] = true);
-                mark_reads(yes, is_read);
-                mark_reads(no, is_read);
-            }
-        }
-    }
 }

@@ -203,3 +203,24 @@ pub enum Statement {
         no: Vec<Statement>,
     },
 }
+
+impl Statement {
+    /// Calls `see` for every statement of a block and of the blocks within, in order.
+    pub fn each<'s>(block: &'s [Statement], see: &mut dyn FnMut(&'s Statement)) {
+        for statement in block {
+            see(statement);
+            if let Statement::If { yes, no, .. } = statement {
+                Statement::each(yes, see);
+                Statement::each(no, see);
+            }
+        }
+    }
+
+    /// The value of an assignment, or the test of an `if`.
+    pub fn reads(&self) -> &Expr {
+        match self {
+            Statement::Assign { value, .. } => value,
+            Statement::If { test, .. } => test,
+        }
+    }
+}

@@ -4,7 +4,7 @@ use super::concat::{concat, fused};
 use super::expr::{BinaryOp, Expr, SignalId};
 use super::number::Num;
 use super::signals::Signal;
-use super::term::{Numbers, Says, Term};
+use super::term::{Leaf, Numbers, Says, Term};
 
 /// Fewest statements that become a loop.
 const LEAST_TRIPS: usize = 3;
@@ -82,46 +82,27 @@ pub enum Line {
 }
 
 impl Numbers for Line {
-    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num)) {
+    fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf)) {
         match self {
             Line::Store { target, value } => {
-                target.each(see);
-                value.each(see);
+                target.each_leaf(see);
+                value.each_leaf(see);
             }
             Line::If { test, yes, no } => {
-                test.each(see);
-                yes.each(see);
-                no.each(see);
+                test.each_leaf(see);
+                yes.each_leaf(see);
+                no.each_leaf(see);
             }
             Line::Fold { target, trips, operand, zero, .. } => {
-                target.each(see);
-                see(Says::Size, trips);
-                operand.each(see);
-                zero.each(see);
+                target.each_leaf(see);
+                see(Leaf::Number(Says::Size, trips));
+                operand.each_leaf(see);
+                zero.each_leaf(see);
             }
             Line::Loop { trips, body, .. } => {
-                see(Says::Size, trips);
-                body.each(see);
+                see(Leaf::Number(Says::Size, trips));
+                body.each_leaf(see);
             }
-        }
-    }
-
-    fn each_name(&mut self, see: &mut dyn FnMut(&mut String)) {
-        match self {
-            Line::Store { target, value } => {
-                target.each_name(see);
-                value.each_name(see);
-            }
-            Line::If { test, yes, no } => {
-                test.each_name(see);
-                yes.each_name(see);
-                no.each_name(see);
-            }
-            Line::Fold { target, operand, .. } => {
-                target.each_name(see);
-                operand.each_name(see);
-            }
-            Line::Loop { body, .. } => body.each_name(see),
         }
     }
 }

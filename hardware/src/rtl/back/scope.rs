@@ -14,6 +14,8 @@ use crate::rtl::front::{Description, Marker, Size, told_by};
 pub struct Scope {
     /// Field name, `$n` after an element of a vector.
     pub name: String,
+    /// What the parent's kernel calls it: after the names of the bundles that it is in.
+    pub key: String,
     /// Ports, local signals and constants, in the order of declaration.
     pub atoms: Vec<AtomInfo>,
     /// What the block is.
@@ -67,7 +69,7 @@ impl Scope {
 
     /// What the parent's kernel calls a port.
     pub fn pin(&self, pin: &str) -> String {
-        format!("{}${pin}", self.name)
+        format!("{}${pin}", self.key)
     }
 }
 
@@ -135,10 +137,18 @@ pub fn scopes_of(top: &dyn Block) -> Result<Scope, Refusal> {
 
 #[derive(Default)]
 struct Collector {
-    open: Vec<Scope>,
-    namespace: Vec<String>,
+    /// Each with the bundles that are open in it.
+    open: Vec<(Scope, Vec<String>)>,
     done: Option<Scope>,
     fault: Option<Refusal>,
+}
+
+impl Collector {
+    /// What the kernel of the innermost block calls what is in the bundles that are open.
+    fn key(&self, name: &str) -> String {
+        let bundles = self.open.last().into_iter().flat_map(|(_, open)| open);
+        bundles.map(String::as_str).chain([name]).collect::<Vec<_>>().join("$")
+    }
 }
 
 impl Probe for Collector {
@@ -157,27 +167,25 @@ impl Probe for Collector {
             });
             Content::Kernel(Vec::new())
         });
-        self.open.push(Scope {
+        let scope = Scope {
             name: name.to_owned(),
+            key: self.key(name),
             atoms: Vec::new(),
             content,
             children: Vec::new(),
-        });
+        };
+        self.open.push((scope, Vec::new()));
     }
 
     fn visit_start_namespace(&mut self, name: &str, _node: &dyn Block) {
-        self.namespace.push(name.to_owned());
+        self.open.last_mut().into_iter().for_each(|(_, open)| open.push(name.to_owned()));
     }
 
     fn visit_atom(&mut self, name: &str, atom: &dyn Atom) {
-        let Some(scope) = self.open.last_mut() else {
+        let inner_key = self.key(name);
+        let Some((scope, _)) = self.open.last_mut() else {
             return;
         };
-        let mut inner_key = self.namespace.join("$");
-        if !inner_key.is_empty() {
-            inner_key.push('$');
-        }
-        inner_key.push_str(name);
         let descriptor = atom.descriptor();
         let is_number = matches!(descriptor.kind, TypeKind::Signed(_));
         let described = descriptor.name;
@@ -198,11 +206,11 @@ impl Probe for Collector {
     }
 
     fn visit_end_namespace(&mut self, _name: &str, _node: &dyn Block) {
-        self.namespace.pop();
+        self.open.last_mut().into_iter().for_each(|(_, open)| _ = open.pop());
     }
 
     fn visit_end_scope(&mut self, _name: &str, _node: &dyn Block) {
-        let Some(mut scope) = self.open.pop() else {
+        let Some((mut scope, _)) = self.open.pop() else {
             return;
         };
         if let Content::Marker(Marker::Given { sees_reset, .. }) = scope.content {
@@ -213,7 +221,7 @@ impl Probe for Collector {
             scope.atoms.splice(0..0, [CLOCK, RESET].map(|(name, about)| port(name, about)));
         }
         match self.open.last_mut() {
-            Some(parent) => parent.children.push(scope),
+            Some((parent, _)) => parent.children.push(scope),
             None => self.done = Some(scope),
         }
     }

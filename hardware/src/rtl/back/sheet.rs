@@ -8,7 +8,7 @@ use super::lines::{Line, Step, folded, joined, lines, loops_joined};
 use super::module::{Assign, Instance, Module};
 use super::number::Num;
 use super::signals::{Element, Reset, Role, Signal, vectors};
-use super::term::{Numbers, Says, Term};
+use super::term::{Leaf, Numbers, Says, Term};
 
 /// What counts the trips of loops in clocked statements, the innermost first.
 pub const INDICES: [&str; 3] = ["i", "j", "k"];
@@ -70,30 +70,20 @@ impl Group {
 }
 
 impl Numbers for Sheet {
-    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num)) {
+    fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf)) {
         for declaration in self.ports.iter_mut().chain(&mut self.declarations) {
-            see(Says::Size, &mut declaration.width);
+            see(Leaf::Number(Says::Size, &mut declaration.width));
+            see(Leaf::Name(&mut declaration.name));
         }
-        self.assigns.each(see);
+        self.assigns.each_leaf(see);
         for group in &mut self.groups {
-            see(Says::Size, &mut group.count);
-            group.sizes.iter_mut().for_each(|(_, size)| see(Says::Size, size));
-            group.connections.iter_mut().for_each(|(_, term)| term.each(see));
+            see(Leaf::Number(Says::Size, &mut group.count));
+            let sizes = group.sizes.iter_mut();
+            sizes.for_each(|(_, size)| see(Leaf::Number(Says::Size, size)));
+            group.connections.iter_mut().for_each(|(_, term)| term.each_leaf(see));
         }
-        self.resets.each(see);
-        self.clocked.each(see);
-    }
-
-    fn each_name(&mut self, see: &mut dyn FnMut(&mut String)) {
-        for declaration in self.ports.iter_mut().chain(&mut self.declarations) {
-            see(&mut declaration.name);
-        }
-        self.assigns.each_name(see);
-        for group in &mut self.groups {
-            group.connections.iter_mut().for_each(|(_, term)| term.each_name(see));
-        }
-        self.resets.each_name(see);
-        self.clocked.each_name(see);
+        self.resets.each_leaf(see);
+        self.clocked.each_leaf(see);
     }
 }
 

@@ -304,8 +304,7 @@ impl Names {
             };
             let wire = format!("{}_{}", name.name, short(&port_name.name));
             let wire = Named { name: wire, element };
-            let key = format!("{}${}", child.name, port.outer_key);
-            let id = self.add(&key, wire, port.width, role, &port.about);
+            let id = self.add(&child.pin(&port.outer_key), wire, port.width, role, &port.about);
             pins.push((port_name.clone(), id));
         }
         let element = name.element.clone();

@@ -111,13 +111,37 @@ pub enum Says {
     Size,
 }
 
+/// What of a text may differ where its form does not.
+#[derive(Debug)]
+pub enum Leaf<'t> {
+    /// A number.
+    Number(Says, &'t mut Num),
+    /// The name of a signal.
+    Name(&'t mut String),
+}
+
 /// What has numbers in it, in an order of its own.
 pub trait Numbers: Clone + PartialEq {
+    /// Calls `see` with every number, and with every name of a signal.
+    fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf));
+
     /// Calls `see` with every number.
-    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num));
+    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num)) {
+        self.each_leaf(&mut |leaf| {
+            if let Leaf::Number(says, number) = leaf {
+                see(says, number);
+            }
+        });
+    }
 
     /// Calls `see` with every name of a signal.
-    fn each_name(&mut self, see: &mut dyn FnMut(&mut String));
+    fn each_name(&mut self, see: &mut dyn FnMut(&mut String)) {
+        self.each_leaf(&mut |leaf| {
+            if let Leaf::Name(name) = leaf {
+                see(name);
+            }
+        });
+    }
 
     /// All numbers.
     fn numbers(&self) -> Vec<(Says, Num)> {
@@ -163,55 +187,36 @@ pub trait Numbers: Clone + PartialEq {
 }
 
 impl Numbers for Term {
-    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num)) {
+    fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf)) {
         match self {
-            Term::Name(_) => {}
-            Term::Part { low, width, .. } => {
-                see(Says::Place, low);
-                see(Says::Size, width);
+            Term::Name(name) => see(Leaf::Name(name)),
+            Term::Part { name, low, width } => {
+                see(Leaf::Name(name));
+                see(Leaf::Number(Says::Place, low));
+                see(Leaf::Number(Says::Size, width));
             }
-            Term::Literal { width, .. } => see(Says::Size, width),
-            Term::Concat(parts) => parts.iter_mut().for_each(|part| part.each(see)),
+            Term::Literal { width, .. } => see(Leaf::Number(Says::Size, width)),
+            Term::Concat(parts) => parts.iter_mut().for_each(|part| part.each_leaf(see)),
             Term::Repeat { count, bit } => {
-                see(Says::Size, count);
-                bit.each(see);
+                see(Leaf::Number(Says::Size, count));
+                bit.each_leaf(see);
             }
-            Term::Lookup { index, .. } => index.each(see),
-            Term::Unary(_, operand) => operand.each(see),
-            Term::Binary(_, left, right) => {
-                left.each(see);
-                right.each(see);
-            }
-            Term::Mux(parts) => parts.iter_mut().for_each(|part| part.each(see)),
-        }
-    }
-
-    fn each_name(&mut self, see: &mut dyn FnMut(&mut String)) {
-        match self {
-            Term::Name(name) | Term::Part { name, .. } => see(name),
-            Term::Literal { .. } => {}
-            Term::Concat(parts) => parts.iter_mut().for_each(|part| part.each_name(see)),
-            Term::Repeat { bit, .. } => bit.each_name(see),
             Term::Lookup { table, index } => {
-                see(table);
-                index.each_name(see);
+                see(Leaf::Name(table));
+                index.each_leaf(see);
             }
-            Term::Unary(_, operand) => operand.each_name(see),
+            Term::Unary(_, operand) => operand.each_leaf(see),
             Term::Binary(_, left, right) => {
-                left.each_name(see);
-                right.each_name(see);
+                left.each_leaf(see);
+                right.each_leaf(see);
             }
-            Term::Mux(parts) => parts.iter_mut().for_each(|part| part.each_name(see)),
+            Term::Mux(parts) => parts.iter_mut().for_each(|part| part.each_leaf(see)),
         }
     }
 }
 
 impl<T: Numbers> Numbers for Vec<T> {
-    fn each(&mut self, see: &mut dyn FnMut(Says, &mut Num)) {
-        self.iter_mut().for_each(|inner| inner.each(see));
-    }
-
-    fn each_name(&mut self, see: &mut dyn FnMut(&mut String)) {
-        self.iter_mut().for_each(|inner| inner.each_name(see));
+    fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf)) {
+        self.iter_mut().for_each(|inner| inner.each_leaf(see));
     }
 }

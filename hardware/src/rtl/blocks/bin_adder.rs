@@ -12,9 +12,7 @@
 //! the first half has an OR of its own, and the adder joins the two: at most one of them
 //! is not 0, and the adder has two inputs anyway.
 
-use super::BinBank;
-use super::bin_bank::row_bits;
-use super::first_of;
+use super::{BinBank, WordPorts, first_of};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
@@ -42,8 +40,6 @@ pub struct BinAdder {
     takes_turns: bool,
     #[set(samples.div_ceil(2))]
     pairs: usize,
-    #[set(row_bits(histogram.rows))]
-    row_bits: u32,
     /// Groups of samples whose bins have an OR of their own: of four inputs if that will do.
     #[set(1 + usize::from(samples >= 8))]
     halves: usize,
@@ -64,38 +60,10 @@ pub struct BinAdder {
     #[when(samples > 1)]
     #[width(pairs)]
     pub i_early: Optional<Input<Word>>,
-    /// row of the present word
-    #[width(row_bits)]
-    pub i_row: Input<Word>,
-    /// memory that counts the present word
-    #[when(takes_turns)]
-    pub i_half: Optional<Input<bool>>,
-    /// row to be read from the other memory
-    #[when(takes_turns)]
-    #[width(row_bits)]
-    pub i_read_row: Optional<Input<Word>>,
-    /// the reader goes on
-    #[when(takes_turns)]
-    pub i_go: Optional<Input<bool>>,
-    /// the word two clocks ago is one of a frame's first code period
-    #[when(!takes_turns)]
-    pub i_come_first: Optional<Input<bool>>,
-    /// memory of the word two clocks ago
-    #[when(takes_turns)]
-    pub i_come_half: Optional<Input<bool>>,
-    /// the word three clocks ago is one of a frame's first code period
-    pub i_held_first: Input<bool>,
-    /// memory of the word three clocks ago
-    #[when(takes_turns)]
-    pub i_held_half: Optional<Input<bool>>,
-    /// the word five clocks ago is one of a frame's first code period
-    pub i_added_first: Input<bool>,
-    /// row of the word six clocks ago
-    #[width(row_bits)]
-    pub i_write_row: Input<Word>,
-    /// its memory
-    #[when(takes_turns)]
-    pub i_write_half: Optional<Input<bool>>,
+    /// of the word on its way
+    #[shown]
+    #[is(WordPorts::new(histogram))]
+    io: WordPorts,
     /// bins of the row that was read, the first sample's lowest
     #[width(samples * bin_bits)]
     pub o_bins: Output<Word>,
@@ -215,7 +183,7 @@ impl Logic for BinAdder {
             self.choose_from_other();
         }
         for h in 0..self.chosen.len() {
-            if self.i_held_first.val() {
+            if self.io.i_held_first.val() {
                 self.chosen[h].next = bit_cast(false, self.bin_bits);
             }
         }
@@ -240,7 +208,7 @@ impl Logic for BinAdder {
             for s in 1..half {
                 self.other[h].next = self.other[h].val() | self.bank[half * h + s].o_other.val();
             }
-            if self.i_held_half.val() {
+            if self.io.i_held_half.val() {
                 self.chosen[h].next = self.other[h].val();
             }
         }
@@ -248,19 +216,14 @@ impl Logic for BinAdder {
 
     fn run_banks(&mut self) {
         for s in 0..self.samples {
-            self.bank[s].i_row.next = self.i_row.val();
+            connect! {
+                self.bank[s] from self.io: i_row, i_half, i_read_row, i_go, i_come_first,
+                    i_come_half, i_write_row, i_write_half
+            }
             self.bank[s].i_come_hit.next = self.hit[1].val().get_bit(s);
             self.bank[s].i_hit.next = self.hit[4].val().get_bit(s);
-            self.bank[s].i_first.next = self.i_added_first.val();
+            self.bank[s].i_first.next = self.io.i_added_first.val();
             self.bank[s].i_lowest.next = self.sum.val().get_bit(0);
-            self.bank[s].i_write_row.next = self.i_write_row.val();
-        }
-        if self.takes_turns {
-            self.read_other_memory();
-        } else {
-            for s in 0..self.samples {
-                self.bank[s].i_come_first.next = self.i_come_first.val();
-            }
         }
         let bits = self.bin_bits;
         self.o_bins.next = gather(self.samples * bits, |b| {
@@ -270,12 +233,6 @@ impl Logic for BinAdder {
                 self.bank[b / bits].o_bin.val().get_bit(b % bits)
             }
         });
-    }
-
-    fn read_other_memory(&mut self) {
-        for s in 0..self.samples {
-            connect! { self.bank[s] from self: i_half, i_read_row, i_go, i_come_half, i_write_half }
-        }
     }
 
     /// The bits that all banks have in common. In a first code period they are 0: the bin with

@@ -81,7 +81,7 @@ impl Logic for ChipHistory {
         } else {
             self.o_advance.next = !self.i_wrap.val();
             if !self.i_wrap.val() {
-                self.chips.next = (self.chips.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
+                self.chips.next = self.chips.val().shifted_in(self.i_chip.val());
             }
         }
         if self.i_start.is_present() && self.i_start.val() {
@@ -122,9 +122,9 @@ impl Logic for ChipHistory {
                 self.save();
             }
         } else if self.has_replays {
-            self.chips.next = (self.chips.val() << 1) | bit_cast(self.chip.val(), self.kept);
+            self.chips.next = self.chips.val().shifted_in(self.chip.val());
         } else {
-            self.chips.next = (self.chips.val() << 1) | bit_cast(self.i_chip.val(), self.kept);
+            self.chips.next = self.chips.val().shifted_in(self.i_chip.val());
         }
         if self.i_wrap.is_present() && self.i_wrap.val() {
             self.chips.next = self.chips.val() >> back;

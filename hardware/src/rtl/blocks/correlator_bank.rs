@@ -11,7 +11,7 @@
 //!
 //! Cost (ECP5, docs/resources.md): 217 LUTs, 241 flip-flops for three steps more at once.
 
-use super::scan_controller::dump_about;
+use super::step_ends::dump_about;
 use super::{UpdownCorrelator, first_of};
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;

@@ -14,7 +14,7 @@
 use std::sync::Arc;
 
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
-use super::scan_controller::dump_about;
+use super::step_ends::dump_about;
 use super::{
     CodeSource, CorrelatorBank, CountClamp, EdgeDetector, HitCounter, PhaseStepper,
     UpdownCorrelator, first_of,
@@ -263,20 +263,17 @@ impl Logic for DetectorChannel {
         }
         self.clamp_counts();
         for t in 0..self.total.len() {
-            self.total[t].i_hits.next = self.edges.o_hits.val();
-            self.total[t].i_dump.next = self.i_dump.val();
+            connect! { self.total[t] from self.edges: i_hits }
+            connect! { self.total[t] from self: i_dump }
             self.o_total.next = self.total[t].o_total.val();
         }
     }
 
     /// One step at a time.
     fn correlate(&mut self) {
-        self.correlator.i_hits.next = self.edges.o_hits.val();
-        if self.edges.o_early.is_present() {
-            self.correlator.i_early.next = self.edges.o_early.val();
-        }
+        connect! { self.correlator from self.edges: i_hits, i_early }
         self.correlator.i_reference.next = self.stepper.o_window.val();
-        self.correlator.i_dump.next = self.i_dump.val();
+        connect! { self.correlator from self: i_dump }
         self.exact[0].next = self.correlator.o_count.val();
     }
 
@@ -312,15 +309,12 @@ impl Logic for DetectorChannel {
         let below = self.parallel - size;
         let later_below = below.saturating_sub(size);
         self.bank[0].i_window.next = self.stepper.o_window.val().slice(below, bits);
-        self.bank[0].i_hits.next = self.edges.o_hits.val();
-        if self.edges.o_early.is_present() {
-            self.bank[0].i_early.next = self.edges.o_early.val();
-        }
-        self.bank[0].i_dump.next = self.i_dump.val();
+        connect! { self.bank[0] from self.edges: i_hits, i_early }
+        connect! { self.bank[0] from self: i_dump }
         for b in 1..self.bank.len() {
             self.bank[b].i_window.next = self.window[b - 1].val().slice(later_below, bits);
             self.bank[b].i_hits.next = self.hits[b - 1].val();
-            if self.edges.o_early.is_present() {
+            if !self.early.is_empty() {
                 self.bank[b].i_early.next = self.early[b - 1].val();
             }
             self.bank[b].i_dump.next = self.dump[b - 1].val();

@@ -10,8 +10,7 @@
 //!
 //! Cost: an edge detector, and an adder with its banks for each group of samples.
 
-use super::bin_bank::row_bits;
-use super::{BinAdder, EdgeDetector};
+use super::{BinAdder, EdgeDetector, WordPorts};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
@@ -41,38 +40,10 @@ pub struct HistogramChannel {
     pub i_samples: Input<Word>,
     /// words count
     pub i_run: Input<bool>,
-    /// row of the present word
-    #[width(row_bits(plan.rows))]
-    pub i_row: Input<Word>,
-    /// memory that counts it
-    #[when(plan.takes_turns())]
-    pub i_half: Optional<Input<bool>>,
-    /// row to be read from the other memory
-    #[when(plan.takes_turns())]
-    #[width(row_bits(plan.rows))]
-    pub i_read_row: Optional<Input<Word>>,
-    /// the reader goes on
-    #[when(plan.takes_turns())]
-    pub i_go: Optional<Input<bool>>,
-    /// the word two clocks ago is one of a frame's first code period
-    #[when(!plan.takes_turns())]
-    pub i_come_first: Optional<Input<bool>>,
-    /// memory of the word two clocks ago
-    #[when(plan.takes_turns())]
-    pub i_come_half: Optional<Input<bool>>,
-    /// the word three clocks ago is one of a frame's first code period
-    pub i_held_first: Input<bool>,
-    /// memory of the word three clocks ago
-    #[when(plan.takes_turns())]
-    pub i_held_half: Optional<Input<bool>>,
-    /// the word five clocks ago is one of a frame's first code period
-    pub i_added_first: Input<bool>,
-    /// row of the word six clocks ago
-    #[width(row_bits(plan.rows))]
-    pub i_write_row: Input<Word>,
-    /// its memory
-    #[when(plan.takes_turns())]
-    pub i_write_half: Optional<Input<bool>>,
+    /// of the word on its way
+    #[shown]
+    #[is(WordPorts::new(plan))]
+    io: WordPorts,
     /// Bins of the row that was read.
     #[about(format!("bins of the row that was read, {} bits each, bit 0 earliest", plan.bin_data_bits()))]
     #[width(plan.row_data_bits())]
@@ -96,28 +67,15 @@ impl Logic for HistogramChannel {
         connect! { self.edges from self: i_samples, i_run }
         self.hand_hits();
         for a in 0..self.adder.len() {
-            connect! { self.adder[a] from self: i_row, i_held_first, i_added_first, i_write_row }
-        }
-        if self.plan.takes_turns() {
-            self.name_memories();
-        } else {
-            for a in 0..self.adder.len() {
-                self.adder[a].i_come_first.next = self.i_come_first.val();
+            connect! {
+                self.adder[a] from self.io: i_row, i_half, i_read_row, i_go, i_come_first,
+                    i_come_half, i_held_first, i_held_half, i_added_first, i_write_row, i_write_half
             }
         }
         self.make_row();
         if self.o_clamped.is_present() {
             self.clamped.next = gather(self.adder.len(), |a| self.adder[a].o_clamped.val());
             self.o_clamped.next = self.clamped.val().any();
-        }
-    }
-
-    fn name_memories(&mut self) {
-        for a in 0..self.adder.len() {
-            connect! {
-                self.adder[a] from self: i_half, i_read_row, i_go, i_come_half, i_held_half,
-                    i_write_half
-            }
         }
     }
 

@@ -308,7 +308,7 @@ impl Logic for HistogramControl {
         for c in 1..6 {
             self.row_before[c].next = self.row_before[c - 1].val();
         }
-        self.first_before.next = (self.first_before.val() << 1) | bit_cast(self.first.val(), 5);
+        self.first_before.next = self.first_before.val().shifted_in(self.first.val());
         self.o_row.next = self.row.val();
         self.o_held_first.next = self.first_before.val().get_bit(2);
         self.o_added_first.next = self.first_before.val().get_bit(4);
@@ -317,7 +317,7 @@ impl Logic for HistogramControl {
 
     /// Their memory.
     fn follow_memories(&mut self) {
-        self.half_before.next = (self.half_before.val() << 1) | bit_cast(self.half.val(), 6);
+        self.half_before.next = self.half_before.val().shifted_in(self.half.val());
         self.o_half.next = self.half.val();
         self.o_come_half.next = self.half_before.val().get_bit(1);
         self.o_held_half.next = self.half_before.val().get_bit(2);
@@ -330,8 +330,8 @@ impl Logic for HistogramControl {
             self.follows.next = true;
         }
         self.whole_before.next =
-            (self.whole_before.val() << 1) | bit_cast(self.follows.val() & self.first.val(), 3);
-        self.last_before.next = (self.last_before.val() << 1) | bit_cast(self.row_is_last.val(), 3);
+            self.whole_before.val().shifted_in(self.follows.val() & self.first.val());
+        self.last_before.next = self.last_before.val().shifted_in(self.row_is_last.val());
         self.o_come_first.next = self.first_before.val().get_bit(1);
         self.comes.next = self.whole_before.val().get_bit(2);
         // Two products in place of room or ready, and comes: a single table of three inputs stands
@@ -365,8 +365,8 @@ impl Logic for HistogramControl {
             self.read_ends.next = self.read_is_last.val();
         }
         if self.goes.val() {
-            self.out.next = (self.out.val() << 1) | bit_cast(self.reads.val(), 3);
-            self.last_out.next = (self.last_out.val() << 1) | bit_cast(self.read_ends.val(), 3);
+            self.out.next = self.out.val().shifted_in(self.reads.val());
+            self.last_out.next = self.last_out.val().shifted_in(self.read_ends.val());
             self.valid.next = self.out.val().get_bit(2);
             self.room.next = !self.out.val().get_bit(2);
             if self.out.val().get_bit(2) {

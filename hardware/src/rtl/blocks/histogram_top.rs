@@ -10,8 +10,8 @@
 //! The host correlates: no reference is made here. Latency `result_latency_clocks` from a frame's
 //! last samples to `m_axis_tvalid`.
 
-use super::sensor_top::{DistinctCodes, distinct_codes};
-use super::{CodeSource, HistogramChannel, HistogramControl, SensorPorts};
+use super::sensor_shell::about;
+use super::{HistogramChannel, HistogramControl, SensorShell};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
@@ -21,21 +21,11 @@ use crate::sensor::interface::Interface;
 pub struct HistogramTop {
     interface: Interface,
     histogram: HistogramPlan,
-    #[set(distinct_codes(&interface.reference_codes[0], &interface.source_codes))]
-    codes: DistinctCodes,
     #[set(interface.reference_codes.len())]
     detectors: usize,
-    /// ports
-    #[is(SensorPorts::new(interface.clone()))]
-    pub io: SensorPorts,
-    #[width(codes.of_sources.len())]
-    laser: Register<Word>,
-    epoch: Register<bool>,
-    #[each(code in codes.all.iter())]
-    #[is(CodeSource::new(code, 0, false))]
-    transmit: Vec<CodeSource>,
-    #[width(codes.of_sources.len())]
-    chips: Local<Word>,
+    /// ports, and what drives the lasers
+    #[is(SensorShell::new(interface.clone()))]
+    pub io: SensorShell,
     #[is(HistogramControl::new(histogram, detectors))]
     control: HistogramControl,
     #[each(_detector in 0..detectors)]
@@ -59,24 +49,15 @@ pub struct HistogramTop {
 }
 
 fn describe(histogram: &HistogramPlan, detectors: usize, latency_clocks: u32) -> About {
-    let about = About::new(
-        "sensor_top",
+    let about = about(
         "DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in, histograms out",
-    )
-    .note(format!(
-        "One clock cycle is one chip of {} samples. The sample word of a chip is expected on \
-         i_samples one cycle after o_laser shows the chip. In reset all outputs are 0.",
-        histogram.row_bins
-    ))
-    .note(
-        "Every rising edge of a detector's level counts in the bin of its sample of the code \
-         period: a row for each chip, from the one that o_epoch marks, a bin for each sample. The \
-         up/down count of phase step k is the sum of all bins, those negative whose chip of the \
-         reference, delayed by k samples, is 0.",
-    )
-    .note(
-        "Registers have no values at power-up: before the first frame i_rst has to be high at one \
-         rising edge of i_clk at least. Without that the outputs mean nothing.",
+        histogram.row_bins,
+        "outputs",
+        &["Every rising edge of a detector's level counts in the bin of its sample of the code \
+           period: a row for each chip, from the one that o_epoch marks, a bin for each sample. The \
+           up/down count of phase step k is the sum of all bins, those negative whose chip of the \
+           reference, delayed by k samples, is 0."],
+        "frame",
     );
     with_sizes(about, histogram, detectors)
         .fact(
@@ -133,7 +114,7 @@ fn with_sizes(about: About, histogram: &HistogramPlan, detectors: usize) -> Abou
 #[kernel]
 impl Logic for HistogramTop {
     fn update(&mut self) {
-        self.transmit_codes();
+        self.io.transmit();
         self.control.i_ready.next = self.io.m_axis_tready.val();
         self.run_channels();
         self.offer_rows();
@@ -142,42 +123,14 @@ impl Logic for HistogramTop {
         }
     }
 
-    fn transmit_codes(&mut self) {
-        for g in 0..self.transmit.len() {
-            self.transmit[g].i_advance.next = true;
-        }
-        self.chips.next = gather(self.codes.of_sources.len(), |source| {
-            self.transmit[self.codes.of_sources[source]].o_chip.val()
-        });
-        self.laser.next = self.chips.val();
-        self.epoch.next = self.transmit[0].o_epoch.val();
-        self.io.o_laser.next = self.laser.val();
-        self.io.o_epoch.next = self.epoch.val();
-    }
-
     fn run_channels(&mut self) {
         let lanes = self.histogram.row_bins as usize;
         for d in 0..self.channel.len() {
             self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
             connect! {
-                self.channel[d] from self.control: i_run, i_row, i_held_first, i_added_first,
-                    i_write_row
-            }
-        }
-        if self.histogram.takes_turns() {
-            self.name_memories();
-        } else {
-            for d in 0..self.channel.len() {
-                self.channel[d].i_come_first.next = self.control.o_come_first.val();
-            }
-        }
-    }
-
-    fn name_memories(&mut self) {
-        for d in 0..self.channel.len() {
-            connect! {
-                self.channel[d] from self.control: i_half, i_read_row, i_go, i_come_half,
-                    i_held_half, i_write_half
+                self.channel[d] from self.control: i_run, i_row, i_half, i_read_row, i_go,
+                    i_come_first, i_come_half, i_held_first, i_held_half, i_added_first,
+                    i_write_row, i_write_half
             }
         }
     }

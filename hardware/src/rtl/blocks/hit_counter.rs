@@ -11,8 +11,8 @@
 //!
 //! Cost (ECP5, docs/resources.md): 32 LUTs, 66 flip-flops.
 
-use super::scan_controller::dump_about;
-use super::{Accumulator, QuadCounter, SegmentedTotal};
+use super::WordTotal;
+use super::step_ends::dump_about;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{CountSegments, TotalCount};
 
@@ -24,7 +24,7 @@ use crate::sensor::interface::{CountSegments, TotalCount};
          theirs do, and a synthesizer that looks across modules makes one of both.",
     )
     .note_if(sent.saturates(), "A total of more bits than o_total has shows as all ones.")
-    .fact("Latency", format!("{} clocks from i_hits to o_total", levels + 2 + segments.clocks() as usize)))]
+    .fact("Latency", format!("{} clocks from i_hits to o_total", WordTotal::latency_clocks(lanes, segments))))]
 pub struct HitCounter {
     lanes: usize,
     sent: TotalCount,
@@ -34,14 +34,6 @@ pub struct HitCounter {
     segments: CountSegments,
     #[set(lanes.div_ceil(2))]
     pairs: usize,
-    #[set(pairs / 4)]
-    quads: usize,
-    #[set(pairs.ilog2() as usize)]
-    levels: usize,
-    /// Up to `pairs` hits, and a bit that stays 0, as the total takes a signed
-    /// addend.
-    #[set(levels + 2)]
-    addend_bits: usize,
     #[set(sent.exact_bits as usize)]
     exact_bits: usize,
     #[set(sent.bits as usize)]
@@ -59,75 +51,25 @@ pub struct HitCounter {
     /// there were more than o_total can hold
     #[when(sent.saturates())]
     pub o_clamped: Optional<Output<bool>>,
-    /// pairs with a hit
-    #[width(pairs)]
-    hit: Register<Word>,
-    #[each(_quad in 0..quads)]
-    #[is(QuadCounter::new())]
-    quad: Vec<QuadCounter>,
-    #[when(pairs == 2 || quads == 2)]
-    #[about(format!("hits in samples 0 to {}", lanes - 1))]
-    #[width(addend_bits)]
-    sum: Optional<Register<Word>>,
-    /// hits of one word
-    #[width(addend_bits)]
-    addend: Local<Word>,
-    #[when(segments.count == 1)]
-    #[is(Accumulator::new(segments.top_bits as usize, addend_bits, false, false))]
-    total: Optional<Accumulator>,
-    #[each(_total in 0..usize::from(segments.count > 1))]
-    #[is(SegmentedTotal::new(segments, addend_bits))]
-    segmented: Vec<SegmentedTotal>,
-    /// hits of the last step, all of them
-    #[width(exact_bits)]
-    exact: Local<Word>,
+    /// registers of the hits, and what they add up to
+    #[is(WordTotal::new(lanes, segments, false))]
+    words: WordTotal,
 }
 
 #[kernel]
 impl Logic for HitCounter {
     fn update(&mut self) {
-        self.hit.next = self.i_hits.val();
-        self.count_word();
-        if self.total.is_present() {
-            self.total.i_addend.next = self.addend.val();
-            self.total.i_dump.next = self.i_dump.val().get_bit(0);
-            self.exact.next = self.total.o_count.val();
-        }
-        for t in 0..self.segmented.len() {
-            self.segmented[t].i_addend.next = self.addend.val();
-            self.segmented[t].i_dump.next = self.i_dump.val();
-            self.exact.next = self.segmented[t].o_count.val();
-        }
+        self.words.hit.next = self.i_hits.val();
+        self.words.dump.next = self.i_dump.val();
+        self.words.count();
         if self.o_clamped.is_present() {
             let bits = self.total_bits;
-            self.o_clamped.next =
-                bit_cast(bit_cast(self.exact.val(), bits), self.exact_bits) != self.exact.val();
+            self.o_clamped.next = bit_cast(bit_cast(self.words.exact.val(), bits), self.exact_bits)
+                != self.words.exact.val();
             self.o_total.next =
-                bit_cast(self.exact.val(), bits) | signed_cast(self.o_clamped.val());
+                bit_cast(self.words.exact.val(), bits) | signed_cast(self.o_clamped.val());
         } else {
-            self.o_total.next = self.exact.val();
-        }
-    }
-
-    /// The hits of a word.
-    fn count_word(&mut self) {
-        for q in 0..self.quads {
-            self.quad[q].i_hit.next = self.hit.val().slice(4 * q, 4);
-            self.quad[q].i_down.next = bit_cast(false, 4);
-        }
-        if self.quads == 1 {
-            self.addend.next = self.quad[0].o_sum.val();
-        } else if self.quads == 2 {
-            self.sum.next = (signed_cast(self.quad[0].o_sum.val())
-                + signed_cast(self.quad[1].o_sum.val()))
-            .into();
-            self.addend.next = self.sum.val();
-        } else if self.pairs == 2 {
-            self.sum.next = bit_cast(self.hit.val().get_bit(0), self.addend_bits)
-                + bit_cast(self.hit.val().get_bit(1), self.addend_bits);
-            self.addend.next = self.sum.val();
-        } else {
-            self.addend.next = bit_cast(self.hit.val(), self.addend_bits);
+            self.o_total.next = self.words.exact.val();
         }
     }
 }

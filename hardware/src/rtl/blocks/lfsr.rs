@@ -121,14 +121,12 @@ impl Logic for LfsrGenerator {
     }
 
     fn advance(&mut self) {
-        let top = self.width as usize - 1;
+        let bits = self.width as usize;
         if self.io.i_advance.val() {
             self.epoch.next = self.u.val() == self.u_last.val();
-            self.u.next =
-                (self.u.val() >> 1).replace_bit(top, (self.u.val() & self.u_taps.val()).xor());
+            self.u.next = self.u.val().advanced(bits, self.u_taps.val());
             if self.v.is_present() {
-                self.v.next =
-                    (self.v.val() >> 1).replace_bit(top, (self.v.val() & self.v_taps.val()).xor());
+                self.v.next = self.v.val().advanced(bits, self.v_taps.val());
             }
         }
     }

@@ -39,12 +39,15 @@ mod scan_controller;
 mod scan_registers;
 mod scan_sequencer;
 mod segmented_total;
-mod sensor_ports;
+mod sensor_shell;
 mod sensor_top;
 mod sequence_counter;
 mod square;
 mod state_match;
+mod step_ends;
 mod updown_correlator;
+mod word_ports;
+mod word_total;
 
 pub use accumulator::Accumulator;
 pub use bin_adder::BinAdder;
@@ -76,12 +79,15 @@ pub use scan_controller::ScanController;
 pub use scan_registers::{CountRegister, ScanRegisters};
 pub use scan_sequencer::ScanSequencer;
 pub use segmented_total::SegmentedTotal;
-pub use sensor_ports::SensorPorts;
+pub use sensor_shell::SensorShell;
 pub use sensor_top::SensorTop;
 pub(crate) use sequence_counter::SequenceCounter;
 pub use square::SquareGenerator;
 pub use state_match::StateMatch;
+pub use step_ends::StepEnds;
 pub use updown_correlator::UpdownCorrelator;
+pub use word_ports::WordPorts;
+pub use word_total::WordTotal;
 
 /// Of a row of like signals only the first is explained.
 fn first_of(place: usize, about: &str) -> &str {

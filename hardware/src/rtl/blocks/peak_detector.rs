@@ -143,7 +143,7 @@ impl Logic for PeakDetector {
         if self.has_turns {
             self.take_turns();
         } else {
-            self.compares.next = (self.compares.val() << 1).replace_bit(0, self.i_counted.val());
+            self.compares.next = self.compares.val().shifted_in(self.i_counted.val());
             self.ends.next =
                 self.compares.val().get_bit(self.last_compared) & self.last_group.val();
         }
@@ -160,7 +160,7 @@ impl Logic for PeakDetector {
         self.next_turn.next =
             self.compares.val().get_bit(self.clocks_per_count - 1) & !self.group_ends.val();
         self.compares.next =
-            (self.compares.val() << 1).replace_bit(0, self.i_counted.val() | self.next_turn.val());
+            self.compares.val().shifted_in(self.i_counted.val() | self.next_turn.val());
         if self.i_counted.val() {
             self.turn.next = self.first_turn.val();
         } else if self.next_turn.val() {

@@ -13,8 +13,8 @@
 //!
 //! Cost (ECP5, docs/resources.md): 8 LUTs, 45 flip-flops.
 
-use super::StateMatch;
 use super::sequence_counter::SequenceCounter;
+use super::{StateMatch, StepEnds};
 use crate::rtl::front::prelude::*;
 
 /// Says when a phase step, and when a scan, ends. With several steps at once
@@ -67,8 +67,6 @@ pub struct ScanController {
     /// buffer and its delay.
     #[set(if realigns { chip_counter.state(0) } else { chip_counter.state_before_the_first() })]
     chip_count_at_reset: u128,
-    #[set((clocks_to_dump + clocks_to_count) as usize)]
-    to_counted: usize,
     /// the next clock is the first of a code period
     #[when(realigns)]
     pub i_epoch: Optional<Input<bool>>,
@@ -82,16 +80,6 @@ pub struct ScanController {
     /// a scan begins with the next clock
     #[when(realigns)]
     pub o_start: Optional<Output<bool>>,
-    #[about(dump_about(segments))]
-    #[width(segments)]
-    pub o_dump: Output<Word>,
-    /// the step's count is there in the next clock
-    #[when(counts_early)]
-    pub o_pre_counted: Optional<Output<bool>>,
-    /// the step's count is there
-    pub o_counted: Output<bool>,
-    /// the count of the scan's last step is there
-    pub o_scan_counted: Output<bool>,
     #[when(counts_chips)]
     #[under(chip_counter.heading("Chip counter"))]
     #[width(chip_counter.width())]
@@ -161,12 +149,9 @@ pub struct ScanController {
     #[when(step_count_in_pieces)]
     #[is(StateMatch::new(step_counter.width() as usize))]
     step_count_match: Optional<StateMatch>,
-    /// bit n: a step's last chip was n + 1 clocks ago
-    #[width(to_counted)]
-    step_done: Register<Word>,
-    /// bit n: a scan's last chip was n + 1 clocks ago
-    #[width(to_counted)]
-    scan_done: Register<Word>,
+    #[shown]
+    #[is(StepEnds::new("", clocks_to_dump, segments, clocks_to_count, counts_early))]
+    ends: StepEnds,
     /// the present chip is the scan's last
     scan_last_chip: Local<bool>,
     #[when(chip_count_in_pieces)]
@@ -215,14 +200,6 @@ fn shifts_on(shifts: u64) -> String {
     }
 }
 
-/// What stands beside a port that dumps totals of some segments.
-pub(super) fn dump_about(segments: u32) -> &'static str {
-    match segments {
-        1 => "the total has just taken in a step's last hits",
-        _ => "bit s: segment s has just taken in a step's last hits",
-    }
-}
-
 fn describe(chips: u64, steps: u64, realigns: bool, clocks_to_dump: u32) -> About {
     let order = if realigns {
         "A scan begins with a code period; until it does, o_run is low."
@@ -262,7 +239,9 @@ impl Logic for ScanController {
         if self.counts_steps {
             self.count_steps();
         }
-        self.report();
+        self.ends.step_ends.next = self.o_last_chip.val();
+        self.ends.scan_ends.next = self.scan_last_chip.val();
+        self.ends.report();
     }
 
     /// The last chip of a step, and of a scan.
@@ -332,10 +311,8 @@ impl Logic for ScanController {
     }
 
     fn shift_chip_count(&mut self) {
-        self.chip_count.next = (self.chip_count.val() >> 1).replace_bit(
-            self.chip_counter.width() as usize - 1,
-            (self.chip_count.val() & self.chip_count_taps.val()).xor(),
-        );
+        let bits = self.chip_counter.width() as usize;
+        self.chip_count.next = self.chip_count.val().advanced(bits, self.chip_count_taps.val());
     }
 
     fn count_steps(&mut self) {
@@ -352,24 +329,8 @@ impl Logic for ScanController {
         if self.scan_last_chip.val() {
             self.step_count.next = self.step_count_first.val();
         } else if self.o_last_chip.val() {
-            self.step_count.next = (self.step_count.val() >> 1).replace_bit(
-                self.step_counter.width() as usize - 1,
-                (self.step_count.val() & self.step_count_taps.val()).xor(),
-            );
+            let bits = self.step_counter.width() as usize;
+            self.step_count.next = self.step_count.val().advanced(bits, self.step_count_taps.val());
         }
-    }
-
-    /// Tells the rest when a step's hits, and its count, are there.
-    fn report(&mut self) {
-        self.step_done.next = (self.step_done.val() << 1).replace_bit(0, self.o_last_chip.val());
-        self.scan_done.next = (self.scan_done.val() << 1).replace_bit(0, self.scan_last_chip.val());
-        let dump = self.clocks_to_dump as usize - 1;
-        let counted = self.to_counted - 1;
-        if self.counts_early {
-            self.o_pre_counted.next = self.step_done.val().get_bit(counted - 1);
-        }
-        self.o_counted.next = self.step_done.val().get_bit(counted);
-        self.o_scan_counted.next = self.scan_done.val().get_bit(counted);
-        self.o_dump.next = self.step_done.val().slice(dump, self.segments as usize);
     }
 }

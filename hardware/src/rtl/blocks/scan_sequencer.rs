@@ -16,8 +16,7 @@
 //!
 //! Cost (ECP5, docs/resources.md): what `hardware.registers` takes, with the registers themselves.
 
-use super::StateMatch;
-use super::scan_controller::dump_about;
+use super::{StateMatch, StepEnds};
 use crate::rtl::front::prelude::*;
 use crate::sensor::registers::{IDENTITY_WORDS, RegisterPlan, SCAN_WORDS};
 
@@ -63,8 +62,6 @@ pub struct ScanSequencer {
     lanes: usize,
     #[set(plan.least_chips.trailing_zeros() as usize)]
     least_bit: usize,
-    #[set((clocks_to_dump + clocks_to_count) as usize)]
-    to_counted: usize,
     /// scans are wanted
     #[under("Registers")]
     pub i_go: Input<bool>,
@@ -122,20 +119,6 @@ pub struct ScanSequencer {
     /// it is the last of a phase step
     #[under("Scan")]
     pub o_last_chip: Output<bool>,
-    #[about(dump_about(segments))]
-    #[under("Scan")]
-    #[width(segments)]
-    pub o_dump: Output<Word>,
-    /// the step's count is there in the next clock
-    #[when(counts_early)]
-    #[under("Scan")]
-    pub o_pre_counted: Optional<Output<bool>>,
-    /// the step's count is there
-    #[under("Scan")]
-    pub o_counted: Output<bool>,
-    /// the count of the scan's last step is there
-    #[under("Scan")]
-    pub o_scan_counted: Output<bool>,
     /// at a step's first chip: its end is known so many chips ahead
     #[width(count_bits)]
     #[value(u128::from(CHIPS_EARLY))]
@@ -220,12 +203,9 @@ pub struct ScanSequencer {
     last_chip: Register<bool>,
     /// the present chip is the scan's last
     scan_last_chip: Register<bool>,
-    /// bit n: a step's last chip was n + 1 clocks ago
-    #[width(to_counted)]
-    step_done: Register<Word>,
-    /// bit n: a scan's last chip was n + 1 clocks ago
-    #[width(to_counted)]
-    scan_done: Register<Word>,
+    #[shown]
+    #[is(StepEnds::new("Scan", clocks_to_dump, segments, clocks_to_count, counts_early))]
+    ends: StepEnds,
     #[is(StateMatch::new(count_bits))]
     chip_count_match: StateMatch,
     #[is(StateMatch::new(groups_bits))]
@@ -275,7 +255,9 @@ impl Logic for ScanSequencer {
         self.count_chips();
         self.count_steps();
         self.end_scans();
-        self.report();
+        self.ends.step_ends.next = self.last_chip.val();
+        self.ends.scan_ends.next = self.scan_last_chip.val();
+        self.ends.report();
     }
 
     /// Reads the settings, and sees whether they fit.
@@ -422,21 +404,5 @@ impl Logic for ScanSequencer {
             self.load.d.next = !self.goes_on.val();
             self.on.d.next = self.i_go.val() & !self.i_changed.val();
         }
-    }
-
-    /// Tells the rest when a step's hits, and its count, are there.
-    fn report(&mut self) {
-        self.step_done.d.next =
-            (self.step_done.q.val() << 1).replace_bit(0, self.last_chip.q.val());
-        self.scan_done.d.next =
-            (self.scan_done.q.val() << 1).replace_bit(0, self.scan_last_chip.q.val());
-        let dump = self.clocks_to_dump as usize - 1;
-        let counted = self.to_counted - 1;
-        if self.counts_early {
-            self.o_pre_counted.next = self.step_done.q.val().get_bit(counted - 1);
-        }
-        self.o_counted.next = self.step_done.q.val().get_bit(counted);
-        self.o_scan_counted.next = self.scan_done.q.val().get_bit(counted);
-        self.o_dump.next = self.step_done.q.val().slice(dump, self.segments as usize);
     }
 }

@@ -8,28 +8,26 @@
 //! | `o_overrun`, `o_saturated` | a result was lost, or clamped |
 //! | `o_peak_*` | peak of each scan |
 //!
-//! Latency `result_latency_clocks` from a step's last samples to `m_axis_tvalid`. Sources that
-//! follow one code share its generator; docs/resources.md has what each option costs.
+//! Latency `result_latency_clocks` from a step's last samples to `m_axis_tvalid`.
 
 use std::sync::Arc;
 
+use super::sensor_shell::about;
 use super::{
-    CodeSource, DetectorChannel, Groups, PeakDetector, RegisterFile, ResultStream, ScanController,
-    ScanSequencer, SensorPorts, first_of,
+    DetectorChannel, Groups, PeakDetector, RegisterFile, ResultStream, ScanController,
+    ScanSequencer, SensorShell,
 };
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::port::Direction;
-use crate::sensor::registers::{CHIPS_AHEAD, Seed, is_same};
+use crate::sensor::registers::{Seed, is_same};
 
 /// Transmit generators, the scan, a channel for each detector, and the results.
 #[block(describe(&interface, &counts))]
 pub struct SensorTop {
     interface: Interface,
     counts: Correlator,
-    #[set(distinct_codes(&interface.reference_codes[0], &interface.source_codes))]
-    codes: DistinctCodes,
     #[set(interface.reference_codes.len())]
     detectors: usize,
     #[set(interface.lanes() as usize)]
@@ -39,31 +37,15 @@ pub struct SensorTop {
     /// Whether a host sets the scan.
     #[set(interface.registers.is_some())]
     is_set: bool,
+    /// ports, and what drives the lasers
+    #[is(SensorShell::new(interface.clone()))]
+    pub io: SensorShell,
     /// First bit and bits of the seed that each code takes.
-    #[set(codes.all.iter().map(|code| seed_taken(&interface, code)).collect())]
+    #[set(io.codes.all.iter().map(|code| seed_taken(&interface, code)).collect())]
     seeds: Vec<(usize, usize)>,
     /// The same of each detector's code.
     #[set(interface.reference_codes.iter().map(|code| seed_taken(&interface, code)).collect())]
     reference_seeds: Vec<(usize, usize)>,
-    /// ports
-    #[is(SensorPorts::new(interface.clone()))]
-    pub io: SensorPorts,
-    #[width(codes.of_sources.len())]
-    laser: Register<Word>,
-    epoch: Register<bool>,
-    #[each(code in codes.all.iter())]
-    #[is(if is_set { CodeSource::seeded(code) } else { CodeSource::new(code, 0, interface.realigns()) })]
-    transmit: Vec<CodeSource>,
-    #[each(stage in 0..if is_set { CHIPS_AHEAD } else { 0 })]
-    #[about(first_of(stage as usize, "chips on their way to the lasers"))]
-    #[width(codes.of_sources.len())]
-    ahead: Vec<Register<Word>>,
-    /// first chips of the reference's code on their way
-    #[when(is_set)]
-    #[width(CHIPS_AHEAD as u32)]
-    epoch_ahead: Optional<Register<Word>>,
-    #[width(codes.of_sources.len())]
-    chips: Local<Word>,
     #[when(!is_set)]
     #[is(ScanController::new(
         interface.timing.scan.integration_chips,
@@ -133,18 +115,12 @@ fn describe(interface: &Interface, counts: &Correlator) -> About {
 fn describe_counts(interface: &Interface, counts: &Correlator) -> About {
     let scan = &interface.timing.scan;
     let outputs = interface.ports().iter().filter(|p| p.direction == Direction::Output).count();
-    About::new(
-        "sensor_top",
+    about(
         "DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in",
-    )
-    .note(format!(
-        "One clock cycle is one chip of {} samples. The sample word of a chip is expected on \
-         i_samples one cycle after o_laser shows the chip. In reset all {outputs} outputs are 0.",
-        interface.lanes()
-    ))
-    .note(
-        "Registers have no values at power-up: before the first scan i_rst has to be high at one \
-         rising edge of i_clk at least. Without that the outputs mean nothing.",
+        interface.lanes(),
+        &format!("{outputs} outputs"),
+        &[],
+        "scan",
     )
     .fact(
         "Scan",
@@ -158,11 +134,7 @@ fn describe_counts(interface: &Interface, counts: &Correlator) -> About {
         format!(
             "{} bits, signed{}",
             counts.count_bits,
-            if counts.saturates() {
-                ", clamped"
-            } else {
-                "; no stimulus can overflow them"
-            }
+            if counts.saturates() { ", clamped" } else { "; no stimulus can overflow them" }
         ),
     )
     .fact(
@@ -173,27 +145,6 @@ fn describe_counts(interface: &Interface, counts: &Correlator) -> About {
         ),
     )
     .fact("Rate", "one chip per clock")
-}
-
-/// Codes of which each has one generator.
-#[derive(Debug, Clone)]
-pub(super) struct DistinctCodes {
-    /// Each once, the reference's first.
-    pub(super) all: Vec<Arc<Code>>,
-    /// For each source the index of its code.
-    pub(super) of_sources: Vec<usize>,
-}
-
-pub(super) fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> DistinctCodes {
-    let mut codes = DistinctCodes { all: vec![reference.clone()], of_sources: Vec::new() };
-    for code in sources {
-        let index = codes.all.iter().position(|known| is_same(known, code)).unwrap_or_else(|| {
-            codes.all.push(code.clone());
-            codes.all.len() - 1
-        });
-        codes.of_sources.push(index);
-    }
-    codes
 }
 
 /// First bit and bits of the seed of a code among those that a host sets; none has 0 bits.
@@ -211,10 +162,11 @@ fn seed_taken(interface: &Interface, code: &Arc<Code>) -> (usize, usize) {
 #[kernel]
 impl Logic for SensorTop {
     fn update(&mut self) {
-        self.transmit_codes();
+        self.io.transmit();
         self.run_channels();
         self.hand_counts();
         if self.is_set {
+            self.run_ahead();
             self.set_scans();
             self.serve_host();
         } else if self.interface.realigns() {
@@ -226,48 +178,34 @@ impl Logic for SensorTop {
         }
     }
 
-    fn transmit_codes(&mut self) {
-        for g in 0..self.transmit.len() {
-            self.transmit[g].i_advance.next = true;
-        }
-        self.chips.next = gather(self.codes.of_sources.len(), |source| {
-            self.transmit[self.codes.of_sources[source]].o_chip.val()
-        });
-        if self.is_set {
-            self.run_ahead();
-        } else {
-            self.laser.next = self.chips.val();
-            self.epoch.next = self.transmit[0].o_epoch.val();
-        }
-        self.io.o_laser.next = self.laser.val();
-        self.io.o_epoch.next = self.epoch.val();
-    }
-
     /// The generators run ahead of the lasers, which are dark while no scan is wanted.
     fn run_ahead(&mut self) {
-        for g in 0..self.transmit.len() {
-            self.transmit[g].i_load.next = !self.sequencer[0].o_on.val();
-            if self.transmit[g].i_seed.is_present() {
-                self.transmit[g].i_seed.next =
+        for g in 0..self.io.transmit.len() {
+            self.io.transmit[g].i_load.next = !self.sequencer[0].o_on.val();
+            if self.io.transmit[g].i_seed.is_present() {
+                self.io.transmit[g].i_seed.next =
                     self.sequencer[0].o_seed.val().slice(self.seeds[g].0, self.seeds[g].1);
             }
         }
-        let last = self.ahead.len() - 1;
-        self.ahead[0].next = self.chips.val() & signed_cast(self.sequencer[0].o_on.val());
-        for stage in 1..self.ahead.len() {
-            self.ahead[stage].next = self.ahead[stage - 1].val();
+        let last = self.io.ahead.len() - 1;
+        self.io.ahead[0].next = self.io.chips.val() & signed_cast(self.sequencer[0].o_on.val());
+        for stage in 1..self.io.ahead.len() {
+            self.io.ahead[stage].next = self.io.ahead[stage - 1].val();
         }
-        self.laser.next = self.ahead[last].val();
-        self.epoch_ahead.next = (self.epoch_ahead.val() << 1)
-            .replace_bit(0, self.transmit[0].o_epoch.val() & self.sequencer[0].o_on.val());
-        self.epoch.next = self.epoch_ahead.val().get_bit(last);
+        self.io.laser.next = self.io.ahead[last].val();
+        self.io.epoch_ahead.next = self
+            .io
+            .epoch_ahead
+            .val()
+            .shifted_in(self.io.transmit[0].o_epoch.val() & self.sequencer[0].o_on.val());
+        self.io.epoch.next = self.io.epoch_ahead.val().get_bit(last);
     }
 
     /// Steps and scans as the host's settings say.
     fn set_scans(&mut self) {
-        let last = self.ahead.len() - 1;
-        self.sequencer[0].i_epoch.next = self.transmit[0].o_epoch.val();
-        self.sequencer[0].i_laser_epoch.next = self.epoch_ahead.val().get_bit(last);
+        let last = self.io.ahead.len() - 1;
+        self.sequencer[0].i_epoch.next = self.io.transmit[0].o_epoch.val();
+        self.sequencer[0].i_laser_epoch.next = self.io.epoch_ahead.val().get_bit(last);
         connect! { self.sequencer[0] from self.registers[0]: i_go, i_changed, i_word }
         for d in 0..self.channel.len() {
             self.channel[d].i_start.next = self.sequencer[0].o_load.val();
@@ -295,23 +233,21 @@ impl Logic for SensorTop {
             self.registers[0].i_peak_step.next = self.peak[0].o_step.val();
             self.registers[0].i_peak_count.next = self.peak[0].o_count.val();
         }
-        connect! { self.registers[0] from self.io.registers: s_axil_awaddr, s_axil_awvalid }
-        self.io.registers.s_axil_awready.next = self.registers[0].s_axil_awready.val();
-        self.registers[0].s_axil_wdata.next = self.io.registers.s_axil_wdata.val();
-        connect! { self.registers[0] from self.io.registers: s_axil_wstrb, s_axil_wvalid }
-        self.io.registers.s_axil_wready.next = self.registers[0].s_axil_wready.val();
-        connect! { self.io.registers from self.registers[0]: s_axil_bresp, s_axil_bvalid }
-        self.registers[0].s_axil_bready.next = self.io.registers.s_axil_bready.val();
-        connect! { self.registers[0] from self.io.registers: s_axil_araddr, s_axil_arvalid }
-        self.io.registers.s_axil_arready.next = self.registers[0].s_axil_arready.val();
-        self.io.registers.s_axil_rdata.next = self.registers[0].s_axil_rdata.val();
-        connect! { self.io.registers from self.registers[0]: s_axil_rresp, s_axil_rvalid }
-        self.registers[0].s_axil_rready.next = self.io.registers.s_axil_rready.val();
+        connect! {
+            self.registers[0] from self.io.registers: s_axil_awaddr, s_axil_awvalid, s_axil_wdata,
+                s_axil_wstrb, s_axil_wvalid, s_axil_bready, s_axil_araddr, s_axil_arvalid,
+                s_axil_rready
+        }
+        connect! {
+            self.io.registers from self.registers[0]: s_axil_awready, s_axil_wready, s_axil_bresp,
+                s_axil_bvalid, s_axil_arready, s_axil_rdata, s_axil_rresp, s_axil_rvalid
+        }
     }
 
     fn run_channels(&mut self) {
         let lanes = self.lanes;
         for d in 0..self.channel.len() {
+            self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
             if self.is_set {
                 connect! {
                     self.channel[d] from self.sequencer[0]: i_run, i_pre_last_chip, i_last_chip,
@@ -323,9 +259,6 @@ impl Logic for SensorTop {
                         i_dump
                 }
             }
-        }
-        for d in 0..self.channel.len() {
-            self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
         }
     }
 
@@ -350,10 +283,10 @@ impl Logic for SensorTop {
 
     /// Scans wait for the code's epoch; the transmitted codes run on.
     fn realign(&mut self) {
-        for g in 0..self.transmit.len() {
-            self.transmit[g].i_load.next = false;
+        for g in 0..self.io.transmit.len() {
+            self.io.transmit[g].i_load.next = false;
         }
-        self.controller.i_epoch.next = self.transmit[0].o_epoch.val();
+        self.controller.i_epoch.next = self.io.transmit[0].o_epoch.val();
         for d in 0..self.channel.len() {
             self.channel[d].i_start.next = self.controller.o_start.val();
         }

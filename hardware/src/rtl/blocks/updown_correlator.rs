@@ -12,8 +12,8 @@
 //!
 //! Cost (ECP5, docs/resources.md): 4 LUTs, 8 flip-flops beside quads and total.
 
-use super::scan_controller::dump_about;
-use super::{Accumulator, QuadCounter, SegmentedTotal};
+use super::WordTotal;
+use super::step_ends::dump_about;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
@@ -23,7 +23,7 @@ use crate::sensor::interface::CountSegments;
         "A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum \
          over a word is the number of hits less twice the number of those that count down.",
     )
-    .fact("Latency", format!("{} clocks from i_hits to o_count", levels + 2 + segments.clocks() as usize)))]
+    .fact("Latency", format!("{} clocks from i_hits to o_count", WordTotal::latency_clocks(lanes, segments))))]
 pub struct UpdownCorrelator {
     lanes: usize,
     segments: CountSegments,
@@ -32,15 +32,6 @@ pub struct UpdownCorrelator {
     /// Whether there is a pair, and not a single sample.
     #[set(lanes > 1)]
     has_pairs: bool,
-    #[set(pairs / 4)]
-    quads: usize,
-    /// Whether two sums of a word are added.
-    #[set(pairs == 2 || quads == 2)]
-    adds: bool,
-    #[set(pairs.ilog2() as usize)]
-    levels: usize,
-    #[set(levels + 2)]
-    addend_bits: usize,
     /// pairs of samples with a hit
     #[width(pairs)]
     pub i_hits: Input<Word>,
@@ -66,28 +57,9 @@ pub struct UpdownCorrelator {
     #[when(has_pairs)]
     #[width(pairs)]
     late_reference: Optional<Local<Word>>,
-    /// pairs with a hit
-    #[width(pairs)]
-    hit: Register<Word>,
-    /// pairs whose hit counts down
-    #[width(pairs)]
-    down: Register<Word>,
-    #[each(_quad in 0..quads)]
-    #[is(QuadCounter::new())]
-    quad: Vec<QuadCounter>,
-    #[when(adds)]
-    #[about(format!("signed count of samples 0 to {}", lanes - 1))]
-    #[width(addend_bits)]
-    sum: Optional<Register<Word>>,
-    /// signed count of one word
-    #[width(addend_bits)]
-    addend: Local<Word>,
-    #[when(segments.count == 1)]
-    #[is(Accumulator::new(segments.top_bits as usize, addend_bits, false, false))]
-    total: Optional<Accumulator>,
-    #[each(_total in 0..usize::from(segments.count > 1))]
-    #[is(SegmentedTotal::new(segments, addend_bits))]
-    segmented: Vec<SegmentedTotal>,
+    /// registers of the hits, and what they add up to
+    #[is(WordTotal::new(lanes, segments, true))]
+    words: WordTotal,
 }
 
 #[kernel]
@@ -98,53 +70,15 @@ impl Logic for UpdownCorrelator {
                 gather(self.pairs, |pair| self.i_reference.val().get_bit(2 * pair));
             self.late_reference.next =
                 gather(self.pairs, |pair| self.i_reference.val().get_bit(2 * pair + 1));
-            self.down.next = self.i_hits.val()
+            self.words.down.next = self.i_hits.val()
                 & !((self.i_early.val() & self.early_reference.val())
                     | (!self.i_early.val() & self.late_reference.val()));
         } else {
-            self.down.next = self.i_hits.val() & !self.i_reference.val();
+            self.words.down.next = self.i_hits.val() & !self.i_reference.val();
         }
-        self.hit.next = self.i_hits.val();
-        self.count_word();
-        if self.total.is_present() {
-            self.total.i_addend.next = self.addend.val();
-            self.total.i_dump.next = self.i_dump.val().get_bit(0);
-            self.o_count.next = self.total.o_count.val();
-        }
-        for t in 0..self.segmented.len() {
-            self.segmented[t].i_addend.next = self.addend.val();
-            self.segmented[t].i_dump.next = self.i_dump.val();
-            self.o_count.next = self.segmented[t].o_count.val();
-        }
-    }
-
-    /// The signed count of a word: hits that count up less hits that count down.
-    fn count_word(&mut self) {
-        for q in 0..self.quads {
-            self.quad[q].i_hit.next = self.hit.val().slice(4 * q, 4);
-            self.quad[q].i_down.next = self.down.val().slice(4 * q, 4);
-        }
-        if self.quads == 1 {
-            self.addend.next = self.quad[0].o_sum.val();
-        } else if self.quads == 2 {
-            self.sum.next = (signed_cast(self.quad[0].o_sum.val())
-                + signed_cast(self.quad[1].o_sum.val()))
-            .into();
-            self.addend.next = self.sum.val();
-        } else if self.pairs == 2 {
-            self.sum.next = bit_cast(false, 3)
-                .replace_bit(0, self.hit.val().get_bit(0))
-                .replace_bit(1, self.down.val().get_bit(0))
-                .replace_bit(2, self.down.val().get_bit(0))
-                + bit_cast(false, 3)
-                    .replace_bit(0, self.hit.val().get_bit(1))
-                    .replace_bit(1, self.down.val().get_bit(1))
-                    .replace_bit(2, self.down.val().get_bit(1));
-            self.addend.next = self.sum.val();
-        } else {
-            self.addend.next = bit_cast(false, 2)
-                .replace_bit(0, self.hit.val().get_bit(0))
-                .replace_bit(1, self.down.val().get_bit(0));
-        }
+        self.words.hit.next = self.i_hits.val();
+        self.words.dump.next = self.i_dump.val();
+        self.words.count();
+        self.o_count.next = self.words.exact.val();
     }
 }

@@ -109,9 +109,9 @@ impl<D: Direction, V: Value> Net<D, V> {
         self
     }
 
-    /// Puts a port or constant under `heading` in the module's list of them.
+    /// Puts a port or constant under `heading` in the module's list of them, unless that is empty.
     pub fn under(mut self, heading: impl Into<String>) -> Self {
-        self.heading = Some(heading.into());
+        self.heading = Some(heading.into()).filter(|heading| !heading.is_empty());
         self
     }
 }

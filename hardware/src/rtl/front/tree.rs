@@ -106,3 +106,47 @@ pub fn gathered_bits(mut word: &VerilogExpression) -> Vec<&VerilogExpression> {
     }
     bits
 }
+
+/// Statements of a bundle, whose signals its block has under the bundle's name.
+pub fn within(bundle: &str, mut block: VerilogBlock) -> VerilogBlock {
+    block.iter_mut().for_each(|statement| enter_statement(bundle, statement));
+    block
+}
+
+fn enter_statement(bundle: &str, statement: &mut VerilogStatement) {
+    match statement {
+        VerilogStatement::Assignment(target, value) => {
+            enter(bundle, target);
+            enter(bundle, value);
+        }
+        VerilogStatement::If(VerilogConditional { test, then, otherwise }) => {
+            enter(bundle, test);
+            then.iter_mut().for_each(|inner| enter_statement(bundle, inner));
+            if let VerilogBlockOrConditional::Block(block) = otherwise {
+                block.iter_mut().for_each(|inner| enter_statement(bundle, inner));
+            }
+        }
+        other => unreachable!("kernels make no {other:?}"),
+    }
+}
+
+fn enter(bundle: &str, expression: &mut VerilogExpression) {
+    match expression {
+        VerilogExpression::Signal(name) => *name = format!("{bundle}${name}"),
+        VerilogExpression::Literal(_) => {}
+        VerilogExpression::Paren(inner)
+        | VerilogExpression::Signed(inner)
+        | VerilogExpression::Unsigned(inner)
+        | VerilogExpression::Unary(_, inner)
+        | VerilogExpression::Cast(inner, _) => enter(bundle, inner),
+        VerilogExpression::Binary(left, _, right)
+        | VerilogExpression::Index(left, right)
+        | VerilogExpression::Slice(left, _, right) => {
+            enter(bundle, left);
+            enter(bundle, right);
+        }
+        VerilogExpression::IndexReplace(word, place, bit) => {
+            [word, place, bit].into_iter().for_each(|part| enter(bundle, part));
+        }
+    }
+}

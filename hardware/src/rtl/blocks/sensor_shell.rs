@@ -1,18 +1,34 @@
-//! Ports of the whole sensor, whatever it counts.
+//! What every sensor has, whatever it counts: its ports, and what drives the lasers.
+//!
+//! Sources that follow one code share its generator; docs/resources.md has what each option costs.
+
+use std::sync::Arc;
 
 use super::register_file::RegisterPorts;
+use super::{CodeSource, first_of};
+use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
 use crate::sensor::interface::{Correlator, Counting, Interface};
+use crate::sensor::registers::{CHIPS_AHEAD, is_same};
 
 /// Headings in the list of ports.
 const FLAGS: &str = "Flags, high until reset";
 const PEAK: &str = "Peak of a scan, steady until the next scan's";
 
-/// Lasers, samples, the stream and its flags, and what the peak detector shows.
+/// Lasers, samples, the stream and its flags, and what the peak detector shows; and the generators
+/// of the lasers' codes.
 #[block]
-pub struct SensorPorts {
+pub struct SensorShell {
     interface: Interface,
+    #[set(distinct_codes(&interface.reference_codes[0], &interface.source_codes))]
+    pub(super) codes: DistinctCodes,
+    /// Whether a host sets the scan.
+    #[set(interface.registers.is_some())]
+    is_set: bool,
+    /// Whether the generators have a load, which only a host uses.
+    #[set(interface.correlator().is_some() && interface.realigns())]
+    reloads: bool,
     #[set(interface.reference_codes.len())]
     detectors: usize,
     #[set(interface.peak().is_some())]
@@ -82,9 +98,77 @@ pub struct SensorPorts {
     #[when(has_peak)]
     pub o_peak_valid: Optional<Output<bool>>,
     /// by which a host sets the scan
-    #[when(interface.registers.is_some())]
+    #[when(is_set)]
     #[is(RegisterPorts::new())]
     pub registers: Optional<RegisterPorts>,
+    #[width(codes.of_sources.len())]
+    pub(super) laser: Register<Word>,
+    pub(super) epoch: Register<bool>,
+    #[each(code in codes.all.iter())]
+    #[is(if is_set { CodeSource::seeded(code) } else { CodeSource::new(code, 0, reloads) })]
+    pub(super) transmit: Vec<CodeSource>,
+    #[each(stage in 0..if is_set { CHIPS_AHEAD } else { 0 })]
+    #[about(first_of(stage as usize, "chips on their way to the lasers"))]
+    #[width(codes.of_sources.len())]
+    pub(super) ahead: Vec<Register<Word>>,
+    /// first chips of the reference's code on their way
+    #[when(is_set)]
+    #[width(CHIPS_AHEAD as u32)]
+    pub(super) epoch_ahead: Optional<Register<Word>>,
+    #[width(codes.of_sources.len())]
+    pub(super) chips: Local<Word>,
+}
+
+#[kernel]
+impl SensorShell {
+    /// The generators run, and their chips go to the lasers, unless a host sets when they do.
+    pub(super) fn transmit(&mut self) {
+        for g in 0..self.transmit.len() {
+            self.transmit[g].i_advance.next = true;
+        }
+        self.chips.next = gather(self.codes.of_sources.len(), |source| {
+            self.transmit[self.codes.of_sources[source]].o_chip.val()
+        });
+        if !self.is_set {
+            self.laser.next = self.chips.val();
+            self.epoch.next = self.transmit[0].o_epoch.val();
+        }
+        connect! { self: laser, epoch }
+    }
+}
+
+/// The description of a sensor that counts in `unit`s, with what is said of it before its ports'
+/// reset.
+pub(super) fn about(title: &str, lanes: u32, outputs: &str, notes: &[&str], unit: &str) -> About {
+    let about = About::new("sensor_top", title).note(format!(
+        "One clock cycle is one chip of {lanes} samples. The sample word of a chip is expected on \
+         i_samples one cycle after o_laser shows the chip. In reset all {outputs} are 0."
+    ));
+    notes.iter().fold(about, |about, note| about.note(*note)).note(format!(
+        "Registers have no values at power-up: before the first {unit} i_rst has to be high at one \
+         rising edge of i_clk at least. Without that the outputs mean nothing."
+    ))
+}
+
+/// Codes of which each has one generator.
+#[derive(Debug, Clone)]
+pub(super) struct DistinctCodes {
+    /// Each once, the reference's first.
+    pub(super) all: Vec<Arc<Code>>,
+    /// For each source the index of its code.
+    of_sources: Vec<usize>,
+}
+
+fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> DistinctCodes {
+    let mut codes = DistinctCodes { all: vec![reference.clone()], of_sources: Vec::new() };
+    for code in sources {
+        let index = codes.all.iter().position(|known| is_same(known, code)).unwrap_or_else(|| {
+            codes.all.push(code.clone());
+            codes.all.len() - 1
+        });
+        codes.of_sources.push(index);
+    }
+    codes
 }
 
 /// Bits of a port that the interface has.
