@@ -6,8 +6,8 @@ use anyhow::{Context as _, bail};
 use clap::Args;
 use serde::Serialize;
 
+use super::command::{Command, Ending};
 use super::common::SceneArgument;
-use super::ending::Ending;
 use super::output::Output;
 use crate::document::Body;
 use crate::files;
@@ -46,37 +46,42 @@ impl Body for Calibration {
     const NAME: &'static str = "calibrate";
 }
 
-pub(super) fn run(arguments: &CalibrateArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let sensor = Sensor::new(&arguments.scene.read()?.scene()?);
-    let scene = sensor.scene();
-    let file = CountsFile::read(&arguments.counts)?;
-    let mut dark = file.dark_counts(&sensor)?;
-    if let Some(name) = &arguments.detector {
-        dark.retain(|dark| scene.detectors[dark.detector].name == *name);
+impl Command for CalibrateArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = Sensor::new(&self.scene.read()?.scene()?);
+        let scene = sensor.scene();
+        let file = CountsFile::read(&self.counts)?;
+        let mut dark = file.dark_counts(&sensor)?;
+        if let Some(name) = &self.detector {
+            dark.retain(|dark| scene.detectors[dark.detector].name == *name);
+        }
+        if dark.is_empty() {
+            let names: Vec<&str> = scene.detectors.iter().map(|spad| spad.name.as_str()).collect();
+            bail!(
+                "--detector names none of the file's: the scene has \"{}\"",
+                names.join("\", \"")
+            );
+        }
+        if self.out.is_some() && dark.len() > 1 {
+            bail!(
+                "--out takes the widths of one detector; choose one of the {} by --detector",
+                dark.len()
+            );
+        }
+        let (mut samplers, mut text) = (Vec::new(), String::new());
+        for dark in &dark {
+            let spad = &scene.detectors[dark.detector];
+            let density = code_density(&sensor, dark)
+                .with_context(|| format!("{}: detector \"{}\"", file.file, spad.name))?;
+            text += &density.text(spad.dark_count_rate_cps);
+            samplers.push(density);
+        }
+        if let (Some(out), [density]) = (&self.out, samplers.as_slice()) {
+            files::write(out, &density.csv())?;
+            let shown = printable_path(out);
+            text += &format!("{shown}: in the scene sampler = {{ file = \"{shown}\" }}\n");
+        }
+        output.answer(Some(scene.reference()), &Calibration { samplers }, &text)?;
+        Ok(Ending::Done)
     }
-    if dark.is_empty() {
-        let names: Vec<&str> = scene.detectors.iter().map(|spad| spad.name.as_str()).collect();
-        bail!("--detector names none of the file's: the scene has \"{}\"", names.join("\", \""));
-    }
-    if arguments.out.is_some() && dark.len() > 1 {
-        bail!(
-            "--out takes the widths of one detector; choose one of the {} by --detector",
-            dark.len()
-        );
-    }
-    let (mut samplers, mut text) = (Vec::new(), String::new());
-    for dark in &dark {
-        let spad = &scene.detectors[dark.detector];
-        let density = code_density(&sensor, dark)
-            .with_context(|| format!("{}: detector \"{}\"", file.file, spad.name))?;
-        text += &density.text(spad.dark_count_rate_cps);
-        samplers.push(density);
-    }
-    if let (Some(out), [density]) = (&arguments.out, samplers.as_slice()) {
-        files::write(out, &density.csv())?;
-        let shown = printable_path(out);
-        text += &format!("{shown}: in the scene sampler = {{ file = \"{shown}\" }}\n");
-    }
-    output.answer(Some(scene.reference()), &Calibration { samplers }, &text)?;
-    Ok(Ending::Done)
 }

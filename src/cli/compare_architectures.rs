@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::command::{Command, Ending};
 use super::common::SceneArgument;
-use super::ending::Ending;
 use super::output::Output;
 use crate::study::architectures::compare;
 
@@ -22,17 +22,16 @@ pub(super) struct CompareArchitecturesArguments {
     pub out: Option<PathBuf>,
 }
 
-pub(super) fn run(
-    arguments: &CompareArchitecturesArguments,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let sensor = arguments.scene.sensor(output)?;
-    // Before the work, so that a folder that cannot be had is told at once.
-    let folder = output.folder_if(arguments.out.as_deref())?;
-    let comparison = compare(sensor.scene())?;
-    if let Some(folder) = folder {
-        output.wrote(&folder, &comparison.write_files(&folder)?);
+impl Command for CompareArchitecturesArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = self.scene.sensor(output)?;
+        // Before the work, so that a folder that cannot be had is told at once.
+        let folder = output.folder_if(self.out.as_deref())?;
+        let comparison = compare(sensor.scene())?;
+        if let Some(folder) = folder {
+            output.wrote(&folder, &comparison.write_files(&folder)?);
+        }
+        output.answer(Some(sensor.scene().reference()), &comparison, &comparison.to_text())?;
+        Ok(Ending::Done)
     }
-    output.answer(Some(sensor.scene().reference()), &comparison, &comparison.to_text())?;
-    Ok(Ending::Done)
 }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::command::{Command, Ending};
 use super::common::{CheckArgument, SceneArgument};
-use super::ending::Ending;
 use super::forecast::announce;
 use super::output::Output;
 use crate::study::fidelity::{FidelityOptions, compare};
@@ -27,30 +27,28 @@ pub(super) struct FidelityArguments {
     pub check: CheckArgument,
 }
 
-pub(super) fn run(
-    arguments: &FidelityArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let sensor = arguments.scene.sensor(output)?;
-    let options = FidelityOptions { seed, ..arguments.options.clone() };
-    // Before the long work, so that a folder that cannot be had is told at once.
-    let folder = output.folder_if(arguments.out.as_deref())?;
-    announce(output, "the comparison", options.budget_s as f64);
-    let report = compare(sensor.scene(), &options)?;
-    for tier in &report.domains {
-        for warning in &tier.warnings {
-            output.note(&format!("warning: {}: {warning}", tier.fidelity));
+impl Command for FidelityArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = self.scene.sensor(output)?;
+        let options = FidelityOptions { seed, ..self.options.clone() };
+        // Before the long work, so that a folder that cannot be had is told at once.
+        let folder = output.folder_if(self.out.as_deref())?;
+        announce(output, "the comparison", options.budget_s as f64);
+        let report = compare(sensor.scene(), &options)?;
+        for tier in &report.domains {
+            for warning in &tier.warnings {
+                output.note(&format!("warning: {}: {warning}", tier.fidelity));
+            }
         }
+        if let Some(folder) = folder {
+            output.wrote(&folder, &report.write_files(&folder)?);
+        }
+        output.answer(Some(sensor.scene().reference()), &report, &report.to_text())?;
+        if let (Some(refusal), None) = (&report.refusal, &report.recommended) {
+            output.note(&format!("refused: {refusal}"));
+            return Ok(Ending::DoesNotHold);
+        }
+        let holds = report.reference.expectation_holds != Some(false);
+        Ok(Ending::of_check(self.check.check, holds))
     }
-    if let Some(folder) = folder {
-        output.wrote(&folder, &report.write_files(&folder)?);
-    }
-    output.answer(Some(sensor.scene().reference()), &report, &report.to_text())?;
-    if let (Some(refusal), None) = (&report.refusal, &report.recommended) {
-        output.note(&format!("refused: {refusal}"));
-        return Ok(Ending::DoesNotHold);
-    }
-    let holds = report.reference.expectation_holds != Some(false);
-    Ok(Ending::of_check(arguments.check.check, holds))
 }

@@ -1,4 +1,12 @@
-//! Outcome of a command, and its exit status.
+//! What a command does, and how it ends.
+
+use super::output::Output;
+
+/// What a command line asks for.
+pub(super) trait Command {
+    /// Does it, with the seed of all random numbers.
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending>;
+}
 
 /// How a command that did its work ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
