@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
-use super::command::{Command, Ending};
-use super::output::Output;
+use super::command::Command;
+use super::output::{Ending, Output};
 use super::values::parse_time;
 use super::{
     calibrate, common, compare_architectures, cosim, emit, estimate, explain, fidelity, grade,
@@ -118,7 +118,7 @@ pub(super) struct CompletionsArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof man --out ~/.local/share/man/man1")]
 pub(super) struct ManArguments {
-    /// Folder for goldtof.1 and a page for each command; made when missing, for example
+    /// Folder for goldtof.1 and a page for each command; created if missing, for example
     /// --out man
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,

@@ -6,9 +6,9 @@ use anyhow::{Context as _, bail};
 use clap::Args;
 use serde::Serialize;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::SceneArgument;
-use super::output::Output;
+use super::output::{Ending, Output};
 use crate::document::Body;
 use crate::files;
 use crate::printable::printable_path;
@@ -23,14 +23,14 @@ use crate::sensor::Sensor;
 pub(super) struct CalibrateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Dark counts: columns sample and count, and if there are any detector and run; or bins of the
-    /// code period, as `replay` writes them: bin, count, detector
+    /// Dark counts: columns sample and count, optionally detector and run; or bins of the code
+    /// period, as `replay` writes them: bin, count, detector
     pub counts: PathBuf,
-    /// File for the widths, which `detector.sampler.file` of a scene reads; of several detectors
-    /// --detector says which, for example --out sampler.csv
+    /// File for the widths, which `detector.sampler.file` of a scene reads; with several
+    /// detectors, --detector chooses one, for example --out sampler.csv
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Name of the only detector to look at, for example --detector spad
+    /// Name of the detector to calibrate [default: all], for example --detector spad
     #[arg(long, value_name = "NAME")]
     pub detector: Option<String>,
 }
@@ -81,7 +81,6 @@ impl Command for CalibrateArguments {
             let shown = printable_path(out);
             text += &format!("{shown}: in the scene sampler = {{ file = \"{shown}\" }}\n");
         }
-        output.answer(Some(scene.reference()), &Calibration { samplers }, &text)?;
-        Ok(Ending::Done)
+        output.answer(Some(scene.reference()), &Calibration { samplers }, &text)
     }
 }

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::SceneArgument;
-use super::output::Output;
+use super::output::{Ending, Output};
 use crate::study::architectures::compare;
 
 #[derive(Debug, Args)]
@@ -16,7 +16,7 @@ use crate::study::architectures::compare;
 pub(super) struct CompareArchitecturesArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Folder for architectures.svg and architectures.csv; made when missing, for example
+    /// Folder for architectures.svg and architectures.csv; created if missing, for example
     /// --out out/architectures
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -31,7 +31,6 @@ impl Command for CompareArchitecturesArguments {
         if let Some(folder) = folder {
             output.wrote(&folder, &comparison.write_files(&folder)?);
         }
-        output.answer(Some(sensor.scene().reference()), &comparison, &comparison.to_text())?;
-        Ok(Ending::Done)
+        output.answer(Some(sensor.scene().reference()), &comparison, &comparison.to_text())
     }
 }

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::{SceneArgument, VcdWindow};
 use super::emit::command_line;
 use super::forecast::Forecast;
 use super::junit;
-use super::output::{Bar, Output, with_causes};
+use super::output::{Bar, Ending, Output, with_causes};
 use super::replay::ChannelArguments;
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
@@ -37,8 +37,8 @@ pub(super) struct CosimArguments {
     pub vcd: Option<PathBuf>,
     #[command(flatten)]
     pub vcd_window: VcdWindow,
-    /// Photons that were recorded in place of simulated ones: a file of time tags, as `replay` takes it,
-    /// with --photons and --epoch, for example --tags evening.ptu
+    /// Recorded photons in place of simulated ones: a file of time tags, as for `replay`, with
+    /// --photons and --epoch, for example --tags evening.ptu
     #[arg(long, value_name = "FILE")]
     pub tags: Option<PathBuf>,
     #[command(flatten)]

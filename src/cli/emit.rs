@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::SceneArgument;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::warnings::warn;
 use crate::deliver::board::{BOARD, Board, BoardProject, PinChoice, Plan};
 use crate::deliver::testbenches::{self, BIND, COCOTB};
@@ -20,7 +20,7 @@ use crate::sensor::Sensor;
 pub(super) struct EmitArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Folder for the Verilog and manifest.json; made when missing, for example
+    /// Folder for the Verilog and manifest.json; created if missing, for example
     /// --out rtl
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -91,8 +91,7 @@ impl Command for EmitArguments {
             beside.publish(files.iter().map(stage).collect::<Result<_, _>>()?)?;
             text += &format!("{} files in {}\n", files.len(), printable_path(beside.path()));
         }
-        output.answer_document(&emission.document(), &text)?;
-        Ok(Ending::Done)
+        output.answer_document(&emission.document(), &text)
     }
 }
 

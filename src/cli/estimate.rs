@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::{CheckArgument, SceneArgument};
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::warnings::warn;
 use crate::document::Body;
 use crate::door::EstimateOptions;
@@ -25,16 +25,16 @@ use crate::sensor::Sensor;
 pub(super) struct EstimateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Counts of one scan, as `run` writes them: columns phase_step, count, and if
-    /// there are any detector and total_count; or of one histogram: bin, count, detector
+    /// Counts of one scan, as `run` writes them: columns phase_step, count, optionally
+    /// detector and total_count; or of one histogram: bin, count, detector
     pub counts: PathBuf,
     #[command(flatten)]
     pub options: EstimateOptions,
-    /// Folder for the residuals of each detector as CSV and as a plot; made when missing,
+    /// Folder for the residuals of each detector as CSV and as a plot; created if missing,
     /// for example --out out/residuals
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// First say how the file was understood: encoding, delimiter, decimal sign, columns, rows
+    /// First show how the file was read: encoding, delimiter, decimal sign, columns, rows
     #[arg(long)]
     pub explain: bool,
     #[command(flatten)]

@@ -2,9 +2,9 @@
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::SceneArgument;
-use super::output::{Output, terminal_width};
+use super::output::{Ending, Output, terminal_width};
 use super::warnings::warn;
 use crate::report::limits::text;
 use crate::sensor::Sensor;
@@ -25,7 +25,6 @@ impl Command for ExplainArguments {
         let scene = self.scene.read()?;
         warn(&Sensor::new(&scene.scene()?), output);
         let limits = limits(&scene, self.detector.as_deref())?;
-        output.answer(Some(scene.reference()), &limits, &text(&limits, terminal_width()))?;
-        Ok(Ending::Done)
+        output.answer(Some(scene.reference()), &limits, &text(&limits, terminal_width()))
     }
 }

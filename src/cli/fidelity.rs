@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::{CheckArgument, SceneArgument};
 use super::forecast::announce;
-use super::output::Output;
+use super::output::{Ending, Output};
 use crate::study::fidelity::{FidelityOptions, compare};
 
 #[derive(Debug, Args)]
@@ -19,7 +19,7 @@ pub(super) struct FidelityArguments {
     pub scene: SceneArgument,
     #[command(flatten)]
     pub options: FidelityOptions,
-    /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when
+    /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; created if
     /// missing, for example --out out/fidelity
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::{SceneArgument, ShardArguments};
 use super::cosim::CosimProgress;
 use super::emit::command_line;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::shards::InShards;
 use crate::door::{grade, grade_some, sha256_of};
 use crate::files::OutputFolder;

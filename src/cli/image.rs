@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::{Order, SceneArgument};
 use super::image_files::{PAGE, write};
-use super::output::{Bar, Output, terminal_width};
+use super::output::{Bar, Ending, Output, terminal_width};
 use super::provenance::typed_command;
 use super::shards::InShards;
 use super::target_maps::read_target;
@@ -32,7 +32,7 @@ pub(super) struct ImageArguments {
     /// PFM in metres, or 16-bit PNG in millimetres; for example --depth room.npy
     #[arg(long, value_name = "FILE")]
     pub depth: Option<PathBuf>,
-    /// Map of the share of light that comes back, beside --depth: NPY, PFM, or PNG whose white is 1
+    /// Map of reflectances to go with --depth: NPY, PFM, or PNG whose white is 1
     /// [default: 0.5 everywhere], for example --reflectance room.png
     #[arg(long, value_name = "FILE", requires = "depth")]
     pub reflectance: Option<PathBuf>,
@@ -40,7 +40,7 @@ pub(super) struct ImageArguments {
     /// --shard task/20 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with = "depth")]
     pub shard: Option<Part>,
-    /// Folder for the maps (NPY and PNG), points.ply and index.html; made when missing, for
+    /// Folder for the maps (NPY and PNG), points.ply and index.html; created if missing, for
     /// example --out out/image
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -116,8 +116,7 @@ fn tell(
         names.len(),
         printable_path(&folder.join(PAGE))
     ));
-    output.answer(Some(scene), &report, &text(&report, terminal_width()))?;
-    Ok(Ending::Done)
+    output.answer(Some(scene), &report, &text(&report, terminal_width()))
 }
 
 /// The maps that stand for the scene's surfaces.

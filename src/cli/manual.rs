@@ -4,8 +4,8 @@ use clap::CommandFactory as _;
 use serde::Serialize;
 
 use super::arguments::{Cli, CompletionsArguments, ManArguments};
-use super::command::{Command, Ending};
-use super::output::Output;
+use super::command::Command;
+use super::output::{Ending, Output};
 use crate::document::Body;
 use crate::printable::printable_path;
 
@@ -39,8 +39,7 @@ impl Command for CompletionsArguments {
         clap_complete::generate(self.shell, &mut Cli::command(), "goldtof", &mut script);
         let script = String::from_utf8(script)?;
         let document = Completions { shell: self.shell.to_string(), script };
-        output.answer(None, &document, &document.script)?;
-        Ok(Ending::Done)
+        output.answer(None, &document, &document.script)
     }
 }
 
@@ -63,7 +62,6 @@ impl Command for ManArguments {
             names.push(file);
         }
         let text = format!("{} pages in {}\n", names.len(), printable_path(folder.path()));
-        output.answer(None, &Pages { files: names }, &text)?;
-        Ok(Ending::Done)
+        output.answer(None, &Pages { files: names }, &text)
     }
 }

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::command::{Command, Ending};
-use super::output::Output;
+use super::command::Command;
+use super::output::{Ending, Output};
 use super::shards::in_shards;
 use crate::document::Body;
 use crate::shard::{Folder, listed};
@@ -45,8 +45,7 @@ impl Command for MergeArguments {
                 false => listed(&missing) + "\n",
             };
             let report = MissingShards { shards: collected.of, missing };
-            output.answer(collected.scene, &report, &text)?;
-            return Ok(Ending::Done);
+            return output.answer(collected.scene, &report, &text);
         }
         let job = collected.job.clone();
         let shards = collected.whole()?;

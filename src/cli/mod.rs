@@ -53,9 +53,9 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 use self::arguments::Cli;
-use self::command::{Command as _, Ending};
+use self::command::Command as _;
 use self::failure::Failure;
-use self::output::Output;
+use self::output::{Ending, Output};
 use crate::cosim::build::set_cache_dir;
 use crate::cosim::error::CosimError;
 use crate::interrupt;

@@ -6,8 +6,8 @@ use anyhow::bail;
 use clap::Args;
 use serde::Serialize;
 
-use super::command::{Command, Ending};
-use super::output::Output;
+use super::command::Command;
+use super::output::{Ending, Output};
 use crate::document::Body;
 use crate::files;
 use crate::printable::printable_path;
@@ -84,8 +84,7 @@ impl Command for NewArguments {
         files::write(&path, text.trim_start_matches('\n'))?;
         let shown = printable_path(&path);
         let text = format!("{shown}: try goldtof plan {shown}\n");
-        output.answer(None, &Made { file: shown }, &text)?;
-        Ok(Ending::Done)
+        output.answer(None, &Made { file: shown }, &text)
     }
 }
 

@@ -1,8 +1,8 @@
 //! `goldtof plan`: what is kept and what is left out, and why; the sensor in numbers.
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::SceneArgument;
-use super::output::{Output, terminal_width};
+use super::output::{Ending, Output, terminal_width};
 use crate::plan::overview::overview;
 use crate::report::plan::text;
 
@@ -14,7 +14,6 @@ impl Command for SceneArgument {
             Some(sensor.scene().reference()),
             &overview,
             &text(&overview, terminal_width()),
-        )?;
-        Ok(Ending::Done)
+        )
     }
 }

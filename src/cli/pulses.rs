@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::SceneArgument;
-use super::output::Output;
+use super::output::{Ending, Output};
 use crate::files;
 use crate::printable::printable_path;
 use crate::simulate::pulses::pulses;

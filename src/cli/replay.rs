@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use goldtof_tags::{Channel, TagReader};
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::{CheckArgument, SceneArgument};
-use super::output::Output;
+use super::output::{Ending, Output};
 use crate::recorded::{Assessment, RecordedScan};
 use crate::replay::{Replay, ReplayOptions, ReplayReport, as_histogram, replay, report};
 use crate::report::{DetectorCounts, bins_csv, counts_csv, residual_plot};
@@ -60,7 +60,7 @@ pub(super) struct ReplayArguments {
     pub tags: PathBuf,
     #[command(flatten)]
     pub channels: ChannelArguments,
-    /// Folder for bins.csv, counts.csv of the first scan, and plots; made when missing, for example
+    /// Folder for bins.csv, counts.csv of the first scan, and plots; created if missing, for example
     /// --out out/evening
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

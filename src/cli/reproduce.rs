@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::Order;
 use super::forecast::Forecast;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::shards::InShards;
 use super::values::parse_shard;
 use crate::files::OutputFolder;
@@ -20,7 +20,7 @@ use crate::study::reproduce::{MadeFigure, ReproduceOptions, Reproduction, reprod
 pub(super) struct ReproduceArguments {
     #[command(flatten)]
     pub options: ReproduceOptions,
-    /// Folder for the figures (SVG) and their data (CSV); made when missing, for
+    /// Folder for the figures (SVG) and their data (CSV); created if missing, for
     /// example --out out/article
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::{CheckArgument, SceneArgument, VcdWindow};
 use super::cosim::{CosimProgress, ending, exercised, score, text as cosim_text, with_junit};
 use super::emit::{command_line, text as emit_text};
 use super::grade;
 use super::junit;
-use super::output::{Output, terminal_width};
+use super::output::{Ending, Output, terminal_width};
 use super::provenance::provenance;
 use super::warnings::warn;
 use crate::cosim::Verdict;

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::command::Ending;
 use super::common::Order;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::provenance::typed_command;
 use crate::document::Body;
 use crate::files::OutputFolder;
@@ -76,7 +75,6 @@ impl Order<'_> {
         let text = format!("shard {}{was}: {file}\n", self.part);
         let report =
             ShardDone { shard: self.part.number(), shards: self.part.of(), file, done_before };
-        output.answer(scene, &report, &text)?;
-        Ok(Ending::Done)
+        output.answer(scene, &report, &text)
     }
 }

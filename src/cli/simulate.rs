@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::{CheckArgument, SceneArgument, ShardArguments};
 use super::forecast::announce;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::shards::InShards;
 use super::warnings::warn;
 use crate::files::{self, OutputFolder};

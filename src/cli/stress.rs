@@ -6,10 +6,10 @@ use std::path::Path;
 use clap::Args;
 use serde::Serialize;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::ShardArguments;
 use super::forecast::Forecast;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::shards::InShards;
 use crate::document::Body;
 use crate::files::OutputFolder;
@@ -66,8 +66,7 @@ impl Command for StressArguments {
             for case in &chosen {
                 let _ = writeln!(text, "{:<52} {}", case.name, case.what);
             }
-            output.answer(None, &CaseList { cases }, &text)?;
-            return Ok(Ending::Done);
+            return output.answer(None, &CaseList { cases }, &text);
         }
         if let Some(order) = self.shard.order() {
             return order.fulfil(Job::Stress(options.named(&chosen)), output);

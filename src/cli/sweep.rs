@@ -6,9 +6,9 @@ use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::command::{Command, Ending};
+use super::command::Command;
 use super::common::{CheckArgument, Order, SceneArgument};
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::provenance::typed_command;
 use super::shards::InShards;
 use super::sweep_files::Rows;
@@ -27,13 +27,13 @@ const CHECKED_AT_ONCE: usize = 1024;
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof sweep scenes/quick.toml \
     --over 'source[0].mean_power=1 pW..64 pW x7' --over 'path.distance=1 m, 2 m' --out out/sweep\n\n\
-    A sweep that was interrupted resumes when it is started again.")]
+    An interrupted sweep resumes when started again.")]
 pub(super) struct SweepArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
     #[command(flatten)]
     pub options: SweepOptions,
-    /// Folder for sweep.csv, sweep.parquet, sweep.svg and the finished points; made when
+    /// Folder for sweep.csv, sweep.parquet, sweep.svg and the finished points; created if
     /// missing, for example --out out/sweep
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,

@@ -22,9 +22,7 @@ use crate::estimate::{CountingTier, Prediction, calibration_offset_ps, distance_
 use crate::light::photon_rate_hz;
 use crate::scene::{EstimatorKind, PathIndex, PixelLight, PixelPath};
 use crate::sensor::Sensor;
-use crate::simulate::Tier;
-use crate::simulate::repeat::Simulated;
-use crate::simulate::scans::Prepared;
+use crate::simulate::{Tier, simulate};
 
 /// Errors of the interpolation that are small enough, in standard deviations of a pixel.
 const MOST_ERROR_IN_STD: f64 = 0.1;
@@ -438,11 +436,7 @@ pub(super) fn expected(sensor: &Sensor, counting: CountingTier) -> Result<Expect
         CountingTier::Sampled => Tier::Sampled,
         CountingTier::Events => Tier::Events,
     };
-    let told = |error: &dyn std::fmt::Display| error.to_string();
-    let prepared = Prepared::new(sensor, tier, Default::default()).map_err(|e| told(&e))?;
-    let simulated = Simulated::new(sensor, tier.scans(0)).map_err(|e| told(&e))?;
-    let gathered = simulated.gather(&prepared, 0..0, &mut |_| ()).map_err(|e| told(&e))?;
-    let simulation = simulated.conclude(gathered).map_err(|e| told(&e))?;
+    let simulation = simulate(sensor, tier.scans(0), |_| ()).map_err(|error| error.to_string())?;
     let path = simulation.estimates.into_iter().next().ok_or("there is no path")?;
     let remark = path.remark.unwrap_or_else(|| "nothing is expected".to_owned());
     let (bias_m, std_m) = path.expected_bias_m.zip(path.expected_std_m).ok_or(remark)?;

@@ -41,7 +41,7 @@ pub struct Collected {
 }
 
 impl Folder {
-    /// That of a command which writes to `out`; made when missing.
+    /// That of a command which writes to `out`; created if missing.
     ///
     /// # Errors
     /// When it cannot be made.
