@@ -51,7 +51,7 @@ const OF_THE_VERILOG: &str = "the counts are the Verilog's, which differs from t
 /// Options of the main job.
 #[derive(Debug, Clone, clap::Args)]
 pub struct RunOptions {
-    /// Folder for the Verilog, counts.csv and report.html; made when missing, for example
+    /// Folder for the Verilog, counts.csv and report.html; created if missing, for example
     /// --out build/quick [default: out/ and the scene's name]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

@@ -6,26 +6,13 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
-use super::calibrate::CalibrateArguments;
-use super::common::SceneArgument;
-use super::compare_architectures::CompareArchitecturesArguments;
-use super::cosim::CosimArguments;
-use super::emit::EmitArguments;
-use super::estimate::EstimateArguments;
-use super::explain::ExplainArguments;
-use super::fidelity::FidelityArguments;
-use super::grade::GradeArguments;
-use super::image::ImageArguments;
-use super::merge::MergeArguments;
-use super::new::NewArguments;
-use super::pulses::PulsesArguments;
-use super::replay::ReplayArguments;
-use super::reproduce::ReproduceArguments;
-use super::run::RunArguments;
-use super::simulate::SimulateArguments;
-use super::stress::StressArguments;
-use super::sweep::SweepArguments;
+use super::command::Command;
+use super::output::{Ending, Output};
 use super::values::parse_time;
+use super::{
+    calibrate, common, compare_architectures, cosim, emit, estimate, explain, fidelity, grade,
+    image, merge, new, pulses, replay, reproduce, run, simulate, stress, sweep,
+};
 use crate::code::CodeSpec;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
@@ -53,57 +40,70 @@ pub(super) struct Cli {
     #[arg(long, global = true, value_name = "DIR")]
     pub cache: Option<PathBuf>,
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Commands,
 }
 
-#[derive(Debug, Subcommand)]
-pub(super) enum Command {
+/// Declares the commands: what each does, its name, and its arguments.
+macro_rules! commands {
+    ($($(#[$about:meta])* $name:ident($arguments:ty);)*) => {
+        #[derive(Debug, Subcommand)]
+        pub(super) enum Commands { $($(#[$about])* $name($arguments),)* }
+
+        impl Command for Commands {
+            fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+                match self { $(Commands::$name(arguments) => arguments.run(seed, output),)* }
+            }
+        }
+    };
+}
+
+commands! {
     /// Plan, emit, simulate photons, co-simulate, estimate, report: the main job
-    Run(RunArguments),
+    Run(run::RunArguments);
     /// Show what a scene keeps and leaves out, and why
     #[command(after_help = "Example: goldtof plan scenes/quick.toml")]
-    Plan(SceneArgument),
+    Plan(common::SceneArgument);
     /// Show what limits a detector, and what each key would bring
-    Explain(ExplainArguments),
+    Explain(explain::ExplainArguments);
     /// Make an image of what an array of pixels sees
-    Image(ImageArguments),
+    Image(image::ImageArguments);
     /// Show a code and its correlation properties
     #[command(after_help = "Example: goldtof codes --degree 11 --index 3 --interleave 1")]
-    Codes(CodeSpec),
+    Codes(CodeSpec);
     /// Write the Verilog of a scene, with testbench, constraints and file lists
-    Emit(EmitArguments),
+    Emit(emit::EmitArguments);
     /// Compare Verilog with the reference model, clock by clock
-    Cosim(CosimArguments),
+    Cosim(cosim::CosimArguments);
     /// Measure the fault coverage of a stimulus
-    Grade(GradeArguments),
+    Grade(grade::GradeArguments);
     /// Simulate scans, photons to distance: bias and standard deviation
-    Simulate(SimulateArguments),
+    Simulate(simulate::SimulateArguments);
     /// Simulate a scene over ranges of its keys: a table and a plot
-    Sweep(SweepArguments),
+    Sweep(sweep::SweepArguments);
     /// Join the shards of a command, as if it had run as one
-    Merge(MergeArguments),
+    Merge(merge::MergeArguments);
     /// Write a commented scene to start from
-    New(NewArguments),
+    New(new::NewArguments);
     /// Estimate distances from recorded counts, with residuals and a diagnosis
-    Estimate(EstimateArguments),
+    Estimate(estimate::EstimateArguments);
     /// Measure when samples are taken, from recorded dark counts
-    Calibrate(CalibrateArguments),
+    Calibrate(calibrate::CalibrateArguments);
     /// Replay photons that an instrument recorded: histogram, counts, distances
-    Replay(ReplayArguments),
+    Replay(replay::ReplayArguments);
     /// Write the sampled pulses of simulated photons, for a simulated board
-    Pulses(PulsesArguments),
+    Pulses(pulses::PulsesArguments);
     /// Measure error against run time for every tier of simulation
-    Fidelity(FidelityArguments),
+    Fidelity(fidelity::FidelityArguments);
     /// Compare sensors: one phase step at a time, sixteen, or a histogram
-    CompareArchitectures(CompareArchitecturesArguments),
+    CompareArchitectures(compare_architectures::CompareArchitecturesArguments);
     /// Reproduce the article's figures and claims, and the errors it leaves out
-    Reproduce(ReproduceArguments),
+    Reproduce(reproduce::ReproduceArguments);
     /// Run stiff and extreme cases, each held to its bound
-    Stress(StressArguments),
+    Stress(stress::StressArguments);
     /// Print completions for a shell
-    Completions(CompletionsArguments),
+    Completions(CompletionsArguments);
     /// Write manual pages, one for each command
-    Man(ManArguments),
+    Man(ManArguments);
 }
 
 #[derive(Debug, Args)]
@@ -118,7 +118,7 @@ pub(super) struct CompletionsArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof man --out ~/.local/share/man/man1")]
 pub(super) struct ManArguments {
-    /// Folder for goldtof.1 and a page for each command; made when missing, for example
+    /// Folder for goldtof.1 and a page for each command; created if missing, for example
     /// --out man
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,

@@ -1,11 +1,12 @@
 //! `goldtof codes`: a code and its correlation properties.
 
-use super::ending::Ending;
-use super::output::Output;
+use super::command::Command;
+use super::output::{Ending, Output};
 use crate::code::{CodeSpec, report};
 
-pub(super) fn run(spec: &CodeSpec, output: &mut Output) -> anyhow::Result<Ending> {
-    let report = report(spec)?;
-    output.answer(None, &report, &report.to_text())?;
-    Ok(Ending::Done)
+impl Command for CodeSpec {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let report = report(self)?;
+        output.answer(None, &report, &report.to_text())
+    }
 }

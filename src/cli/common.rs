@@ -81,7 +81,7 @@ pub(super) struct ShardArguments {
     /// --shard task/20 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard, requires = "out")]
     pub shard: Option<Part>,
-    /// Folder for the shards; made when missing, for example --out out/many
+    /// Folder for the shards; created if missing, for example --out out/many
     #[arg(long, value_name = "DIR", requires = "shard")]
     pub out: Option<PathBuf>,
 }

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::command::Command;
 use super::common::SceneArgument;
-use super::ending::Ending;
-use super::output::Output;
+use super::output::{Ending, Output};
 use crate::study::architectures::compare;
 
 #[derive(Debug, Args)]
@@ -16,23 +16,21 @@ use crate::study::architectures::compare;
 pub(super) struct CompareArchitecturesArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Folder for architectures.svg and architectures.csv; made when missing, for example
+    /// Folder for architectures.svg and architectures.csv; created if missing, for example
     /// --out out/architectures
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
 
-pub(super) fn run(
-    arguments: &CompareArchitecturesArguments,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let sensor = arguments.scene.sensor(output)?;
-    // Before the work, so that a folder that cannot be had is told at once.
-    let folder = output.folder_if(arguments.out.as_deref())?;
-    let comparison = compare(sensor.scene())?;
-    if let Some(folder) = folder {
-        output.wrote(&folder, &comparison.write_files(&folder)?);
+impl Command for CompareArchitecturesArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = self.scene.sensor(output)?;
+        // Before the work, so that a folder that cannot be had is told at once.
+        let folder = output.folder_if(self.out.as_deref())?;
+        let comparison = compare(sensor.scene())?;
+        if let Some(folder) = folder {
+            output.wrote(&folder, &comparison.write_files(&folder)?);
+        }
+        output.answer(Some(sensor.scene().reference()), &comparison, &comparison.to_text())
     }
-    output.answer(Some(sensor.scene().reference()), &comparison, &comparison.to_text())?;
-    Ok(Ending::Done)
 }

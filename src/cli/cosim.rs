@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use clap::Args;
 
+use super::command::Command;
 use super::common::{SceneArgument, VcdWindow};
 use super::emit::command_line;
-use super::ending::Ending;
 use super::forecast::Forecast;
 use super::junit;
-use super::output::{Bar, Output, with_causes};
+use super::output::{Bar, Ending, Output, with_causes};
 use super::replay::ChannelArguments;
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
@@ -37,8 +37,8 @@ pub(super) struct CosimArguments {
     pub vcd: Option<PathBuf>,
     #[command(flatten)]
     pub vcd_window: VcdWindow,
-    /// Photons that were recorded in place of simulated ones: a file of time tags, as `replay` takes it,
-    /// with --photons and --epoch, for example --tags evening.ptu
+    /// Recorded photons in place of simulated ones: a file of time tags, as for `replay`, with
+    /// --photons and --epoch, for example --tags evening.ptu
     #[arg(long, value_name = "FILE")]
     pub tags: Option<PathBuf>,
     #[command(flatten)]
@@ -49,37 +49,39 @@ pub(super) struct CosimArguments {
     pub junit: Option<PathBuf>,
 }
 
-pub(super) fn run(
-    arguments: &CosimArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let sensor = arguments.scene.sensor(output)?;
-    let scene = sensor.scene();
-    for path in [&arguments.vcd, &arguments.junit].into_iter().flatten() {
-        // An unwritable file is reported before the run, not after it.
-        check_target(path)?;
+impl Command for CosimArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = self.scene.sensor(output)?;
+        let scene = sensor.scene();
+        for path in [&self.vcd, &self.junit].into_iter().flatten() {
+            // An unwritable file is reported before the run, not after it.
+            check_target(path)?;
+        }
+        let options = CosimOptions {
+            made_by: command_line(&self.scene),
+            seed,
+            window: window(self)?,
+            recorded: recorded(self, &sensor, output)?,
+            ..self.options.clone()
+        };
+        let mut progress = CosimProgress::new(output);
+        progress.build();
+        let found = cosim(&sensor, &options, |so_far| progress.hear(so_far));
+        progress.end();
+        let mut cosimulation = with_junit(self.junit.as_deref(), &scene.name, found)?;
+        if let Some(path) = &self.junit {
+            junit::write_report(path, &scene.name, &cosimulation.report)?;
+        }
+        if let Some(path) = &self.vcd {
+            cosimulation.write_vcd(path)?;
+        }
+        output.answer(
+            Some(scene.reference()),
+            &cosimulation.report,
+            &text(&cosimulation.report),
+        )?;
+        Ok(ending(&cosimulation.report))
     }
-    let options = CosimOptions {
-        made_by: command_line(&arguments.scene),
-        seed,
-        window: window(arguments)?,
-        recorded: recorded(arguments, &sensor, output)?,
-        ..arguments.options.clone()
-    };
-    let mut progress = CosimProgress::new(output);
-    progress.build();
-    let found = cosim(&sensor, &options, |so_far| progress.hear(so_far));
-    progress.end();
-    let mut cosimulation = with_junit(arguments.junit.as_deref(), &scene.name, found)?;
-    if let Some(path) = &arguments.junit {
-        junit::write_report(path, &scene.name, &cosimulation.report)?;
-    }
-    if let Some(path) = &arguments.vcd {
-        cosimulation.write_vcd(path)?;
-    }
-    output.answer(Some(scene.reference()), &cosimulation.report, &text(&cosimulation.report))?;
-    Ok(ending(&cosimulation.report))
 }
 
 /// The pulses of a recording's first scan, if one was named.

@@ -6,64 +6,43 @@ use schemars::transform::transform_subschemas;
 use schemars::{Schema, SchemaGenerator};
 use serde_json::{Value, json};
 
-use super::calibrate::Calibration;
-use super::estimate::Estimates;
-use super::failure::Failure;
-use super::manual::{Completions, Pages};
-use super::merge::MissingShards;
-use super::new::Made;
-use super::shards::ShardDone;
-use super::stress::CaseList;
-use super::sweep::SweepReport;
-use crate::code::CodesReport;
-use crate::cosim;
-use crate::deliver::Emission;
 use crate::document::{Body, Document};
-use crate::grade::Grade;
-use crate::image::ImageReport;
-use crate::plan::overview::Overview;
-use crate::replay::ReplayReport;
-use crate::run::Run;
-use crate::shard::Shard;
-use crate::simulate::pulses::PulsesReport;
-use crate::simulate::repeat::Simulation;
-use crate::study::architectures::Comparison;
-use crate::study::fidelity::FidelityReport;
-use crate::study::limits::Limits;
-use crate::study::reproduce::Reproduction;
-use crate::study::stress::StressReport;
-use crate::study::sweep::SweepOptions;
+
+/// Lists the schemas of some documents.
+macro_rules! schemas_of {
+    ($($document:ty,)*) => { vec![$(schema::<$document>()),*] };
+}
 
 /// Name and text of the schema of each document.
 pub fn schemas() -> Vec<(&'static str, String)> {
-    vec![
-        schema::<Calibration>(),
-        schema::<CodesReport>(),
-        schema::<Comparison>(),
-        schema::<cosim::Report>(),
-        schema::<Emission>(),
-        schema::<Estimates>(),
-        schema::<Limits>(),
-        schema::<Failure>(),
-        schema::<FidelityReport>(),
-        schema::<Grade>(),
-        schema::<ImageReport>(),
-        schema::<Completions>(),
-        schema::<Pages>(),
-        schema::<Made>(),
-        schema::<Overview>(),
-        schema::<PulsesReport>(),
-        schema::<ReplayReport>(),
-        schema::<Reproduction>(),
-        schema::<Run>(),
-        schema::<Simulation>(),
-        schema::<StressReport>(),
-        schema::<CaseList>(),
-        schema::<SweepReport>(),
-        schema::<SweepOptions>(),
-        schema::<Shard>(),
-        schema::<ShardDone>(),
-        schema::<MissingShards>(),
+    schemas_of![
+        super::calibrate::Calibration,
+        crate::code::CodesReport,
+        crate::study::architectures::Comparison,
+        crate::cosim::Report,
+        crate::deliver::Emission,
+        super::estimate::Estimates,
+        crate::study::limits::Limits,
+        super::failure::Failure,
+        crate::study::fidelity::FidelityReport,
+        crate::grade::Grade,
+        crate::image::ImageReport,
+        super::manual::Completions,
+        super::manual::Pages,
+        super::new::Made,
+        crate::plan::overview::Overview,
+        crate::simulate::pulses::PulsesReport,
+        crate::replay::ReplayReport,
+        crate::study::reproduce::Reproduction,
+        crate::run::Run,
+        crate::simulate::repeat::Simulation,
+        crate::study::stress::StressReport,
+        super::stress::CaseList,
+        super::sweep::SweepReport,
+        crate::study::sweep::SweepOptions,
+        crate::shard::Shard,
+        super::shards::ShardDone,
+        super::merge::MissingShards,
     ]
 }
 

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::command::Command;
 use super::common::SceneArgument;
-use super::ending::Ending;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::warnings::warn;
 use crate::deliver::board::{BOARD, Board, BoardProject, PinChoice, Plan};
 use crate::deliver::testbenches::{self, BIND, COCOTB};
@@ -20,7 +20,7 @@ use crate::sensor::Sensor;
 pub(super) struct EmitArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Folder for the Verilog and manifest.json; made when missing, for example
+    /// Folder for the Verilog and manifest.json; created if missing, for example
     /// --out rtl
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -53,45 +53,46 @@ impl EmitArguments {
     }
 }
 
-pub(super) fn run(arguments: &EmitArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    // Once: what stands beside the design is of the same scene.
-    let mut scene = arguments.scene.read()?;
-    let mut sensor = Sensor::new(&scene.scene()?);
-    let plan = match arguments.board {
-        Some(board) => Some(Plan::of(&sensor, board, &arguments.pins)?),
-        None => None,
-    };
-    if let Some(plan) = &plan {
-        scene = plan.achieved(scene);
-        sensor = Sensor::new(&scene.scene()?);
-    }
-    warn(&sensor, output);
-    let mut made_by = command_line(&arguments.scene);
-    if let Some(prefix) = &arguments.options.prefix {
-        made_by += &format!(" --prefix {prefix}");
-    }
-    for word in arguments.board_words() {
-        made_by += &format!(" {word}");
-    }
-    let mut emission = sensor.emit(&EmitOptions { made_by, ..arguments.options.clone() })?;
-    emission.board = plan.as_ref().map(|plan| plan.project(&sensor, &emission, &scene));
-    let folder = output.folder(&arguments.out)?;
-    deliver::write_into(&emission, &folder)?;
-    let mut text = text(&emission, &arguments.out);
-    let prefix = arguments.options.prefix.clone().unwrap_or_default();
-    let cocotb = || (COCOTB, testbenches::cocotb(&sensor, &emission, &scene));
-    let bind = || (BIND, testbenches::bind(&emission, &prefix, &scene));
-    let more = [arguments.cocotb.then(cocotb), arguments.bind.then(bind)];
-    for (name, files) in more.into_iter().flatten() {
-        let beside = folder.subfolder(name, |path| output.waits(path))?;
-        let stage = |file: &EmittedFile| {
-            beside.stage(&file.name, |out| out.write_all(file.text.as_bytes()))
+impl Command for EmitArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        // Once: what stands beside the design is of the same scene.
+        let mut scene = self.scene.read()?;
+        let mut sensor = Sensor::new(&scene.scene()?);
+        let plan = match self.board {
+            Some(board) => Some(Plan::of(&sensor, board, &self.pins)?),
+            None => None,
         };
-        beside.publish(files.iter().map(stage).collect::<Result<_, _>>()?)?;
-        text += &format!("{} files in {}\n", files.len(), printable_path(beside.path()));
+        if let Some(plan) = &plan {
+            scene = plan.achieved(scene);
+            sensor = Sensor::new(&scene.scene()?);
+        }
+        warn(&sensor, output);
+        let mut made_by = command_line(&self.scene);
+        if let Some(prefix) = &self.options.prefix {
+            made_by += &format!(" --prefix {prefix}");
+        }
+        for word in self.board_words() {
+            made_by += &format!(" {word}");
+        }
+        let mut emission = sensor.emit(&EmitOptions { made_by, ..self.options.clone() })?;
+        emission.board = plan.as_ref().map(|plan| plan.project(&sensor, &emission, &scene));
+        let folder = output.folder(&self.out)?;
+        deliver::write_into(&emission, &folder)?;
+        let mut text = text(&emission, &self.out);
+        let prefix = self.options.prefix.clone().unwrap_or_default();
+        let cocotb = || (COCOTB, testbenches::cocotb(&sensor, &emission, &scene));
+        let bind = || (BIND, testbenches::bind(&emission, &prefix, &scene));
+        let more = [self.cocotb.then(cocotb), self.bind.then(bind)];
+        for (name, files) in more.into_iter().flatten() {
+            let beside = folder.subfolder(name, |path| output.waits(path))?;
+            let stage = |file: &EmittedFile| {
+                beside.stage(&file.name, |out| out.write_all(file.text.as_bytes()))
+            };
+            beside.publish(files.iter().map(stage).collect::<Result<_, _>>()?)?;
+            text += &format!("{} files in {}\n", files.len(), printable_path(beside.path()));
+        }
+        output.answer_document(&emission.document(), &text)
     }
-    output.answer_document(&emission.document(), &text)?;
-    Ok(Ending::Done)
 }
 
 /// The command that the headers of emitted files name. Only the scene's file

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use super::command::Command;
 use super::common::{CheckArgument, SceneArgument};
-use super::ending::Ending;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::warnings::warn;
 use crate::document::Body;
 use crate::door::EstimateOptions;
@@ -25,16 +25,16 @@ use crate::sensor::Sensor;
 pub(super) struct EstimateArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
-    /// Counts of one scan, as `run` writes them: columns phase_step, count, and if
-    /// there are any detector and total_count; or of one histogram: bin, count, detector
+    /// Counts of one scan, as `run` writes them: columns phase_step, count, optionally
+    /// detector and total_count; or of one histogram: bin, count, detector
     pub counts: PathBuf,
     #[command(flatten)]
     pub options: EstimateOptions,
-    /// Folder for the residuals of each detector as CSV and as a plot; made when missing,
+    /// Folder for the residuals of each detector as CSV and as a plot; created if missing,
     /// for example --out out/residuals
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// First say how the file was understood: encoding, delimiter, decimal sign, columns, rows
+    /// First show how the file was read: encoding, delimiter, decimal sign, columns, rows
     #[arg(long)]
     pub explain: bool,
     #[command(flatten)]
@@ -54,35 +54,38 @@ impl Body for Estimates<'_> {
     const NAME: &'static str = "estimate";
 }
 
-pub(super) fn run(arguments: &EstimateArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.read()?.scene()?.with_estimator(arguments.options.estimator)?;
-    let sensor = Sensor::new(&scene);
-    warn(&sensor, output);
-    let file = CountsFile::read(&arguments.counts)?;
-    if arguments.explain {
-        output.note(file.to_string().trim_end());
+impl Command for EstimateArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let scene = self.scene.read()?.scene()?.with_estimator(self.options.estimator)?;
+        let sensor = Sensor::new(&scene);
+        warn(&sensor, output);
+        let file = CountsFile::read(&self.counts)?;
+        if self.explain {
+            output.note(file.to_string().trim_end());
+        }
+        let assessments: Vec<(DetectorIndex, Assessment)> = match file.recorded(&sensor)? {
+            Recorded::Scans(scans) => {
+                let assessed = |scan: &RecordedScan| (scan.detector, assess(&sensor, scan));
+                scans.iter().map(assessed).collect()
+            }
+            Recorded::Histograms(histograms) => {
+                let assessed =
+                    |one: &RecordedHistogram| (one.detector, assess_histogram(&sensor, one));
+                histograms.iter().map(assessed).collect()
+            }
+        };
+        if let Some(out) = &self.out {
+            let folder = output.folder(out)?;
+            for (number, assessment) in &assessments {
+                folder.write(&format!("residuals-{number}.csv"), &assessment.residuals_csv())?;
+                folder.write(&format!("residuals-{number}.svg"), &residual_plot(assessment))?;
+            }
+        }
+        let assessments: Vec<Assessment> = assessments.into_iter().map(|(_, one)| one).collect();
+        let text: String = assessments.iter().map(Assessment::to_string).collect();
+        let document = Estimates { file: &file, assessments: &assessments };
+        output.answer(Some(scene.reference()), &document, &text)?;
+        let holds = assessments.iter().all(Assessment::holds);
+        Ok(Ending::of_check(self.check.check, holds))
     }
-    let assessments: Vec<(DetectorIndex, Assessment)> = match file.recorded(&sensor)? {
-        Recorded::Scans(scans) => {
-            let assessed = |scan: &RecordedScan| (scan.detector, assess(&sensor, scan));
-            scans.iter().map(assessed).collect()
-        }
-        Recorded::Histograms(histograms) => {
-            let assessed = |one: &RecordedHistogram| (one.detector, assess_histogram(&sensor, one));
-            histograms.iter().map(assessed).collect()
-        }
-    };
-    if let Some(out) = &arguments.out {
-        let folder = output.folder(out)?;
-        for (number, assessment) in &assessments {
-            folder.write(&format!("residuals-{number}.csv"), &assessment.residuals_csv())?;
-            folder.write(&format!("residuals-{number}.svg"), &residual_plot(assessment))?;
-        }
-    }
-    let assessments: Vec<Assessment> = assessments.into_iter().map(|(_, one)| one).collect();
-    let text: String = assessments.iter().map(Assessment::to_string).collect();
-    let document = Estimates { file: &file, assessments: &assessments };
-    output.answer(Some(scene.reference()), &document, &text)?;
-    let holds = assessments.iter().all(Assessment::holds);
-    Ok(Ending::of_check(arguments.check.check, holds))
 }

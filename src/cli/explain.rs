@@ -2,9 +2,9 @@
 
 use clap::Args;
 
+use super::command::Command;
 use super::common::SceneArgument;
-use super::ending::Ending;
-use super::output::{Output, terminal_width};
+use super::output::{Ending, Output, terminal_width};
 use super::warnings::warn;
 use crate::report::limits::text;
 use crate::sensor::Sensor;
@@ -20,10 +20,11 @@ pub(super) struct ExplainArguments {
     pub detector: Option<String>,
 }
 
-pub(super) fn run(arguments: &ExplainArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.read()?;
-    warn(&Sensor::new(&scene.scene()?), output);
-    let limits = limits(&scene, arguments.detector.as_deref())?;
-    output.answer(Some(scene.reference()), &limits, &text(&limits, terminal_width()))?;
-    Ok(Ending::Done)
+impl Command for ExplainArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let scene = self.scene.read()?;
+        warn(&Sensor::new(&scene.scene()?), output);
+        let limits = limits(&scene, self.detector.as_deref())?;
+        output.answer(Some(scene.reference()), &limits, &text(&limits, terminal_width()))
+    }
 }

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::command::Command;
 use super::common::{CheckArgument, SceneArgument};
-use super::ending::Ending;
 use super::forecast::announce;
-use super::output::Output;
+use super::output::{Ending, Output};
 use crate::study::fidelity::{FidelityOptions, compare};
 
 #[derive(Debug, Args)]
@@ -19,7 +19,7 @@ pub(super) struct FidelityArguments {
     pub scene: SceneArgument,
     #[command(flatten)]
     pub options: FidelityOptions,
-    /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; made when
+    /// Folder for fidelity.svg, sensor-trade.svg and their data as CSV; created if
     /// missing, for example --out out/fidelity
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -27,30 +27,28 @@ pub(super) struct FidelityArguments {
     pub check: CheckArgument,
 }
 
-pub(super) fn run(
-    arguments: &FidelityArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let sensor = arguments.scene.sensor(output)?;
-    let options = FidelityOptions { seed, ..arguments.options.clone() };
-    // Before the long work, so that a folder that cannot be had is told at once.
-    let folder = output.folder_if(arguments.out.as_deref())?;
-    announce(output, "the comparison", options.budget_s as f64);
-    let report = compare(sensor.scene(), &options)?;
-    for tier in &report.domains {
-        for warning in &tier.warnings {
-            output.note(&format!("warning: {}: {warning}", tier.fidelity));
+impl Command for FidelityArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = self.scene.sensor(output)?;
+        let options = FidelityOptions { seed, ..self.options.clone() };
+        // Before the long work, so that a folder that cannot be had is told at once.
+        let folder = output.folder_if(self.out.as_deref())?;
+        announce(output, "the comparison", options.budget_s as f64);
+        let report = compare(sensor.scene(), &options)?;
+        for tier in &report.domains {
+            for warning in &tier.warnings {
+                output.note(&format!("warning: {}: {warning}", tier.fidelity));
+            }
         }
+        if let Some(folder) = folder {
+            output.wrote(&folder, &report.write_files(&folder)?);
+        }
+        output.answer(Some(sensor.scene().reference()), &report, &report.to_text())?;
+        if let (Some(refusal), None) = (&report.refusal, &report.recommended) {
+            output.note(&format!("refused: {refusal}"));
+            return Ok(Ending::DoesNotHold);
+        }
+        let holds = report.reference.expectation_holds != Some(false);
+        Ok(Ending::of_check(self.check.check, holds))
     }
-    if let Some(folder) = folder {
-        output.wrote(&folder, &report.write_files(&folder)?);
-    }
-    output.answer(Some(sensor.scene().reference()), &report, &report.to_text())?;
-    if let (Some(refusal), None) = (&report.refusal, &report.recommended) {
-        output.note(&format!("refused: {refusal}"));
-        return Ok(Ending::DoesNotHold);
-    }
-    let holds = report.reference.expectation_holds != Some(false);
-    Ok(Ending::of_check(arguments.check.check, holds))
 }

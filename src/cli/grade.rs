@@ -1,21 +1,24 @@
 //! `goldtof grade`.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use clap::Args;
 
-use super::common::{Order, SceneArgument, ShardArguments};
+use super::command::Command;
+use super::common::{SceneArgument, ShardArguments};
 use super::cosim::CosimProgress;
 use super::emit::command_line;
-use super::ending::Ending;
-use super::output::Output;
+use super::output::{Ending, Output};
+use super::shards::InShards;
 use crate::door::{grade, grade_some, sha256_of};
+use crate::files::OutputFolder;
 use crate::grade::{Grade, GradeOptions, GradeStimulus, Score};
 use crate::printable::printable_lines;
 use crate::report::quantities::percent;
 use crate::scene::SceneReference;
 use crate::sensor::Sensor;
-use crate::shard::{self, GradeJob, Job, Part, Results};
+use crate::shard::{self, GradeJob, Job, Part, Parts, Results};
 
 /// Survivors that are printed; the JSON has all.
 const SHOWN: usize = 20;
@@ -33,53 +36,40 @@ pub(super) struct GradeArguments {
     pub shard: ShardArguments,
 }
 
-pub(super) fn run(
-    arguments: &GradeArguments,
-    seed: u64,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    let scene = arguments.scene.read()?;
-    let made_by = command_line(&arguments.scene);
-    let options = GradeOptions { seed, made_by, ..arguments.options.clone() };
-    let sensor = Sensor::new(&scene.scene()?);
-    if let Some(order) = arguments.shard.order() {
-        let job = GradeJob {
-            scene: scene.without_folder(),
-            verilog_sha256: sha256_of(&sensor, &options)?,
-            options,
-        };
-        return some_variants(job, &sensor, &order, output);
+impl Command for GradeArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let scene = self.scene.read()?;
+        let made_by = command_line(&self.scene);
+        let options = GradeOptions { seed, made_by, ..self.options.clone() };
+        let sensor = Sensor::new(&scene.scene()?);
+        if let Some(order) = self.shard.order() {
+            let job = GradeJob {
+                scene: scene.without_folder(),
+                verilog_sha256: sha256_of(&sensor, &options)?,
+                options,
+            };
+            return order.fulfil(Job::Grade(job), output);
+        }
+        let mut progress = CosimProgress::new(output);
+        let graded = grade(&sensor, &options, |so_far| progress.hear(so_far));
+        progress.end();
+        tell(&graded?, scene.reference(), output)
     }
-    let mut progress = CosimProgress::new(output);
-    let graded = grade(&sensor, &options, |so_far| progress.hear(so_far));
-    progress.end();
-    tell(&graded?, scene.reference(), output)
 }
 
-/// A part of the faults and mutants.
-fn some_variants(
-    job: GradeJob,
-    sensor: &Sensor,
-    order: &Order,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    let options = job.options.clone();
-    order.fulfil(Job::Grade(job), output, |_| {
+impl InShards for GradeJob {
+    fn part(&self, part: Part, _: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
+        let sensor = Sensor::new(&self.scene.scene()?);
         let mut progress = CosimProgress::new(output);
-        let choose = |count| shard::variants(order.part, count);
-        let graded = grade_some(sensor, &options, choose, |so_far| progress.hear(so_far));
+        let choose = |count| shard::variants(part, count);
+        let graded = grade_some(&sensor, &self.options, choose, |so_far| progress.hear(so_far));
         progress.end();
         Ok(Results::Grade(graded?))
-    })
-}
+    }
 
-/// The grade by the faults and mutants of all shards.
-pub(super) fn merge(
-    job: &GradeJob,
-    shards: Vec<(Part, Results)>,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    tell(&shard::whole_grade(job, shards)?, job.scene.reference(), output)
+    fn merge(&self, parts: Parts, _: &Path, output: &Output) -> anyhow::Result<Ending> {
+        tell(&shard::whole_grade(self, parts)?, self.scene.reference(), output)
+    }
 }
 
 fn tell(grade: &Grade, scene: SceneReference, output: &Output) -> anyhow::Result<Ending> {

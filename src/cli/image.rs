@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::command::Command;
 use super::common::{Order, SceneArgument};
-use super::ending::Ending;
 use super::image_files::{PAGE, write};
-use super::output::{Bar, Output, terminal_width};
+use super::output::{Bar, Ending, Output, terminal_width};
 use super::provenance::typed_command;
+use super::shards::InShards;
 use super::target_maps::read_target;
 use super::values::parse_shard;
 use crate::files::OutputFolder;
@@ -16,9 +17,9 @@ use crate::image::{Image, ImageError, ImageOptions, MapTarget, View, image};
 use crate::printable::printable_path;
 use crate::progress::Progress;
 use crate::report::image::text;
-use crate::scene::{Lens, SceneReference, SceneText};
+use crate::scene::{Lens, SceneReference};
 use crate::sensor::Sensor;
-use crate::shard::{ImageJob, Job, Part, Results, pixel_rows};
+use crate::shard::{ImageJob, Job, Part, Parts, Results, pixel_rows};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof image scenes/image.toml --out out/image --check 200")]
@@ -31,7 +32,7 @@ pub(super) struct ImageArguments {
     /// PFM in metres, or 16-bit PNG in millimetres; for example --depth room.npy
     #[arg(long, value_name = "FILE")]
     pub depth: Option<PathBuf>,
-    /// Map of the share of light that comes back, beside --depth: NPY, PFM, or PNG whose white is 1
+    /// Map of reflectances to go with --depth: NPY, PFM, or PNG whose white is 1
     /// [default: 0.5 everywhere], for example --reflectance room.png
     #[arg(long, value_name = "FILE", requires = "depth")]
     pub reflectance: Option<PathBuf>,
@@ -39,70 +40,55 @@ pub(super) struct ImageArguments {
     /// --shard task/20 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with = "depth")]
     pub shard: Option<Part>,
-    /// Folder for the maps (NPY and PNG), points.ply and index.html; made when missing, for
+    /// Folder for the maps (NPY and PNG), points.ply and index.html; created if missing, for
     /// example --out out/image
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }
 
-pub(super) fn run(
-    arguments: &ImageArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let text = arguments.scene.read()?;
-    let sensor = Sensor::new(&text.scene()?);
-    let options = ImageOptions { seed, ..arguments.options.clone() };
-    if let Some(part) = arguments.shard {
-        return some_rows(arguments, &options, &sensor, &text, part, output);
+impl Command for ImageArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let text = self.scene.read()?;
+        let sensor = Sensor::new(&text.scene()?);
+        let options = ImageOptions { seed, ..self.options.clone() };
+        if let Some(part) = self.shard {
+            anyhow::ensure!(
+                options.fidelity.draws(),
+                "an image from theory takes seconds, and has no rows that could be shared out; \
+                 leave out --shard, or simulate every pixel: --fidelity events"
+            );
+            // An array without light is told before a folder is made.
+            View::new(&sensor, &options, None)?;
+            let job = Job::Image(ImageJob { scene: text.without_folder(), options });
+            return Order { part, out: &self.out }.fulfil(job, output);
+        }
+        let target = target(self, &sensor)?;
+        // Before the work, so that a folder that cannot be had is told at once.
+        let folder = output.folder(&self.out)?;
+        let bar = output.bar();
+        let told = image(&sensor, &options, target.as_ref(), shown_on(&bar));
+        bar.end();
+        tell(&sensor, text.reference(), &told?, &folder, output)
     }
-    let target = target(arguments, &sensor)?;
-    // Before the work, so that a folder that cannot be had is told at once.
-    let folder = output.folder(&arguments.out)?;
-    let bar = output.bar();
-    let told = image(&sensor, &options, target.as_ref(), shown_on(&bar));
-    bar.end();
-    tell(&sensor, text.reference(), &told?, &folder, output)
 }
 
-/// A part of the rows.
-fn some_rows(
-    arguments: &ImageArguments,
-    options: &ImageOptions,
-    sensor: &Sensor,
-    text: &SceneText,
-    part: Part,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    anyhow::ensure!(
-        options.fidelity.draws(),
-        "an image from theory takes seconds, and has no rows that could be shared out; leave out \
-         --shard, or simulate every pixel: --fidelity events"
-    );
-    let view = View::new(sensor, options, None)?;
-    let job = Job::Image(ImageJob { scene: text.without_folder(), options: options.clone() });
-    Order { part, out: &arguments.out }.fulfil(job, output, |_| {
-        let rows: Vec<u32> =
-            part.every(u64::from(view.lens().rows)).map(|row| row as u32).collect();
+impl InShards for ImageJob {
+    fn part(&self, part: Part, _: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
+        let view = View::new(&Sensor::new(&self.scene.scene()?), &self.options, None)?;
+        let rows = part.every(u64::from(view.lens().rows)).map(|row| row as u32);
         let bar = output.bar();
-        let told = view.scans(&rows, shown_on(&bar));
+        let told = view.scans(&rows.collect::<Vec<_>>(), shown_on(&bar));
         bar.end();
         Ok(Results::Image(told?))
-    })
-}
+    }
 
-/// The image of all shards.
-pub(super) fn merge(
-    job: &ImageJob,
-    shards: Vec<(Part, Results)>,
-    out: &Path,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    let sensor = Sensor::new(&job.scene.scene()?);
-    let view = View::new(&sensor, &job.options, None)?;
-    let rows = pixel_rows([view.lens().rows, view.lens().columns], shards)?;
-    let image = view.image(rows)?;
-    tell(&sensor, job.scene.reference(), &image, &output.folder(out)?, output)
+    fn merge(&self, parts: Parts, out: &Path, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = Sensor::new(&self.scene.scene()?);
+        let view = View::new(&sensor, &self.options, None)?;
+        let rows = pixel_rows([view.lens().rows, view.lens().columns], parts)?;
+        let image = view.image(rows)?;
+        tell(&sensor, self.scene.reference(), &image, &output.folder(out)?, output)
+    }
 }
 
 /// Pixels that are done, on a bar.
@@ -130,8 +116,7 @@ fn tell(
         names.len(),
         printable_path(&folder.join(PAGE))
     ));
-    output.answer(Some(scene), &report, &text(&report, terminal_width()))?;
-    Ok(Ending::Done)
+    output.answer(Some(scene), &report, &text(&report, terminal_width()))
 }
 
 /// The maps that stand for the scene's surfaces.

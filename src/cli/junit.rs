@@ -12,13 +12,13 @@ use crate::files::{self, FileError};
 use crate::printable::printable;
 
 /// A case of the report.
-struct Case {
+struct TestCase {
     class: &'static str,
     name: String,
-    outcome: Outcome,
+    outcome: TestOutcome,
 }
 
-enum Outcome {
+enum TestOutcome {
     Passed,
     /// What was checked does not hold.
     Failed(String),
@@ -36,57 +36,57 @@ pub(super) fn write_report(path: &Path, scene: &str, report: &Report) -> Result<
 
 /// Writes that nothing could be compared.
 pub(super) fn write_error(path: &Path, scene: &str, text: &str) -> Result<(), FileError> {
-    let case = Case {
+    let case = TestCase {
         class: "goldtof.stimulus",
         name: "co-simulation".to_owned(),
-        outcome: Outcome::Error(text.to_owned()),
+        outcome: TestOutcome::Error(text.to_owned()),
     };
     files::write(path, &document(scene, &[case], 0.0))
 }
 
-fn cases(report: &Report) -> Vec<Case> {
-    let mut cases: Vec<Case> =
+fn cases(report: &Report) -> Vec<TestCase> {
+    let mut cases: Vec<TestCase> =
         report.compared_ports.iter().map(|port| of_port(report, port)).collect();
     let families = report.coverage.families.iter();
-    cases.extend(families.map(|family| Case {
+    cases.extend(families.map(|family| TestCase {
         class: "goldtof.coverage",
         name: family.family.to_owned(),
         outcome: match family.covered == family.points {
-            true => Outcome::Passed,
-            false => Outcome::Skipped(format!(
+            true => TestOutcome::Passed,
+            false => TestOutcome::Skipped(format!(
                 "{} of {} cover points reached",
                 family.covered, family.points
             )),
         },
     }));
-    cases.push(Case {
+    cases.push(TestCase {
         class: "goldtof.stimulus",
         name: match report.stimulus {
             StimulusKind::Photons => "photons".to_owned(),
             StimulusKind::Adversarial => "adversarial".to_owned(),
         },
         outcome: match report.verdict {
-            Verdict::Match => Outcome::Passed,
-            Verdict::Mismatch => Outcome::Failed(first_mismatch(report)),
-            Verdict::Inconclusive => Outcome::Failed(report.missing.join("; ")),
+            Verdict::Match => TestOutcome::Passed,
+            Verdict::Mismatch => TestOutcome::Failed(first_mismatch(report)),
+            Verdict::Inconclusive => TestOutcome::Failed(report.missing.join("; ")),
         },
     });
     cases
 }
 
-fn of_port(report: &Report, port: &str) -> Case {
+fn of_port(report: &Report, port: &str) -> TestCase {
     let first = report.first_mismatch.as_ref().filter(|first| first.port == port);
     let told = report.differences.iter().find(|told| told.port == port);
-    Case {
+    TestCase {
         class: "goldtof.ports",
         name: port.to_owned(),
         outcome: match (first, told) {
-            (Some(_), told) => Outcome::Failed(match told {
+            (Some(_), told) => TestOutcome::Failed(match told {
                 Some(told) => format!("{}; {}", first_mismatch(report), told.text),
                 None => first_mismatch(report),
             }),
-            (None, Some(told)) => Outcome::Failed(told.text.clone()),
-            (None, None) => Outcome::Passed,
+            (None, Some(told)) => TestOutcome::Failed(told.text.clone()),
+            (None, None) => TestOutcome::Passed,
         },
     }
 }
@@ -104,11 +104,12 @@ fn first_mismatch(report: &Report) -> String {
     })
 }
 
-fn document(scene: &str, cases: &[Case], seconds: f64) -> String {
-    let count = |is: fn(&Outcome) -> bool| cases.iter().filter(|case| is(&case.outcome)).count();
-    let failures = count(|outcome| matches!(outcome, Outcome::Failed(_)));
-    let errors = count(|outcome| matches!(outcome, Outcome::Error(_)));
-    let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
+fn document(scene: &str, cases: &[TestCase], seconds: f64) -> String {
+    let count =
+        |is: fn(&TestOutcome) -> bool| cases.iter().filter(|case| is(&case.outcome)).count();
+    let failures = count(|outcome| matches!(outcome, TestOutcome::Failed(_)));
+    let errors = count(|outcome| matches!(outcome, TestOutcome::Error(_)));
+    let skipped = count(|outcome| matches!(outcome, TestOutcome::Skipped(_)));
     let time = format!("{seconds:.3}");
     let told = html! {
         testsuites name="goldtof" tests=(cases.len()) failures=(failures) errors=(errors) time=(time) {
@@ -124,17 +125,17 @@ fn document(scene: &str, cases: &[Case], seconds: f64) -> String {
     html! { (head) (told) "\n" }.into_string()
 }
 
-fn outcome(outcome: &Outcome) -> Markup {
+fn outcome(outcome: &TestOutcome) -> Markup {
     // What XML cannot hold is shown, not written.
     match outcome {
-        Outcome::Passed => html! {},
-        Outcome::Failed(text) => {
+        TestOutcome::Passed => html! {},
+        TestOutcome::Failed(text) => {
             html! { failure message=(first_line(text)) type="mismatch" { (crate::printable::printable_lines(text)) } }
         }
-        Outcome::Error(text) => {
+        TestOutcome::Error(text) => {
             html! { error message=(first_line(text)) type="error" { (crate::printable::printable_lines(text)) } }
         }
-        Outcome::Skipped(text) => html! { skipped message=(printable(text)) {} },
+        TestOutcome::Skipped(text) => html! { skipped message=(printable(text)) {} },
     }
 }
 

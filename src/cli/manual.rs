@@ -4,8 +4,8 @@ use clap::CommandFactory as _;
 use serde::Serialize;
 
 use super::arguments::{Cli, CompletionsArguments, ManArguments};
-use super::ending::Ending;
-use super::output::Output;
+use super::command::Command;
+use super::output::{Ending, Output};
 use crate::document::Body;
 use crate::printable::printable_path;
 
@@ -33,36 +33,35 @@ impl Body for Pages {
     const NAME: &'static str = "man";
 }
 
-pub(super) fn completions(
-    arguments: &CompletionsArguments,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "goldtof", &mut script);
-    let script = String::from_utf8(script)?;
-    let document = Completions { shell: arguments.shell.to_string(), script };
-    output.answer(None, &document, &document.script)?;
-    Ok(Ending::Done)
+impl Command for CompletionsArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut Cli::command(), "goldtof", &mut script);
+        let script = String::from_utf8(script)?;
+        let document = Completions { shell: self.shell.to_string(), script };
+        output.answer(None, &document, &document.script)
+    }
 }
 
-pub(super) fn pages(arguments: &ManArguments, output: &Output) -> anyhow::Result<Ending> {
-    let folder = output.folder(&arguments.out)?;
-    let mut command = Cli::command();
-    command.build();
-    let subcommands = command.get_subcommands().filter(|sub| sub.get_name() != "help");
-    let mut names = Vec::new();
-    for page in std::iter::once(&command).chain(subcommands) {
-        let name = match page.get_name() {
-            "goldtof" => "goldtof".to_owned(),
-            name => format!("goldtof-{name}"),
-        };
-        let mut text = Vec::new();
-        clap_mangen::Man::new(page.clone()).title(name.as_str()).render(&mut text)?;
-        let file = format!("{name}.1");
-        folder.write(&file, &String::from_utf8_lossy(&text))?;
-        names.push(file);
+impl Command for ManArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let folder = output.folder(&self.out)?;
+        let mut command = Cli::command();
+        command.build();
+        let subcommands = command.get_subcommands().filter(|sub| sub.get_name() != "help");
+        let mut names = Vec::new();
+        for page in std::iter::once(&command).chain(subcommands) {
+            let name = match page.get_name() {
+                "goldtof" => "goldtof".to_owned(),
+                name => format!("goldtof-{name}"),
+            };
+            let mut text = Vec::new();
+            clap_mangen::Man::new(page.clone()).title(name.as_str()).render(&mut text)?;
+            let file = format!("{name}.1");
+            folder.write(&file, &String::from_utf8_lossy(&text))?;
+            names.push(file);
+        }
+        let text = format!("{} pages in {}\n", names.len(), printable_path(folder.path()));
+        output.answer(None, &Pages { files: names }, &text)
     }
-    let text = format!("{} pages in {}\n", names.len(), printable_path(folder.path()));
-    output.answer(None, &Pages { files: names }, &text)?;
-    Ok(Ending::Done)
 }

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::ending::Ending;
-use super::output::Output;
-use super::{grade, image, reproduce, simulate, stress, sweep};
+use super::command::Command;
+use super::output::{Ending, Output};
+use super::shards::in_shards;
 use crate::document::Body;
-use crate::shard::{Folder, Job, listed};
+use crate::shard::{Folder, listed};
 
 /// The JSON of `goldtof merge --missing`.
 #[derive(Serialize, schemars::JsonSchema)]
@@ -35,26 +35,20 @@ pub(super) struct MergeArguments {
     pub missing: bool,
 }
 
-pub(super) fn run(arguments: &MergeArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let collected = Folder::collect(&arguments.folder)?;
-    if arguments.missing {
-        let missing = collected.missing();
-        let text = match missing.is_empty() {
-            true => String::new(),
-            false => listed(&missing) + "\n",
-        };
-        let report = MissingShards { shards: collected.of, missing };
-        output.answer(collected.scene, &report, &text)?;
-        return Ok(Ending::Done);
-    }
-    let job = collected.job.clone();
-    let shards = collected.whole()?;
-    match &job {
-        Job::Simulate(job) => simulate::merge(job, shards, output),
-        Job::Sweep(job) => sweep::merge(job, shards, &arguments.folder, output),
-        Job::Reproduce(job) => reproduce::merge(job, shards, &arguments.folder, output),
-        Job::Stress(job) => stress::merge(job, shards, output),
-        Job::Grade(job) => grade::merge(job, shards, output),
-        Job::Image(job) => image::merge(job, shards, &arguments.folder, output),
+impl Command for MergeArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let collected = Folder::collect(&self.folder)?;
+        if self.missing {
+            let missing = collected.missing();
+            let text = match missing.is_empty() {
+                true => String::new(),
+                false => listed(&missing) + "\n",
+            };
+            let report = MissingShards { shards: collected.of, missing };
+            return output.answer(collected.scene, &report, &text);
+        }
+        let job = collected.job.clone();
+        let shards = collected.whole()?;
+        in_shards(&job).merge(shards, &self.folder, output)
     }
 }

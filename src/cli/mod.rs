@@ -12,13 +12,13 @@
 mod arguments;
 pub mod calibrate;
 mod codes;
+mod command;
 mod common;
 mod compare_architectures;
 mod cosim;
 #[doc(hidden)]
 pub mod documents;
 mod emit;
-mod ending;
 mod estimate;
 mod explain;
 mod failure;
@@ -52,10 +52,10 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 
-use self::arguments::{Cli, Command};
-use self::ending::Ending;
+use self::arguments::Cli;
+use self::command::Command as _;
 use self::failure::Failure;
-use self::output::Output;
+use self::output::{Ending, Output};
 use crate::cosim::build::set_cache_dir;
 use crate::cosim::error::CosimError;
 use crate::interrupt;
@@ -77,7 +77,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(status);
         }
     };
-    let mut output = Output::new(cli.json, cli.quiet);
+    let output = Output::new(cli.json, cli.quiet);
     if let Err(error) = interrupt::watch() {
         output.note(&format!("signals are not watched: {error}"));
     }
@@ -85,33 +85,7 @@ pub fn main() -> ExitCode {
     if let Some(cache) = cli.cache {
         set_cache_dir(cache);
     }
-    let ending = match cli.command {
-        Command::Run(arguments) => run::run(&arguments, cli.seed, &mut output),
-        Command::Plan(arguments) => plan::run(&arguments, &mut output),
-        Command::Explain(arguments) => explain::run(&arguments, &mut output),
-        Command::Image(arguments) => image::run(&arguments, cli.seed, &mut output),
-        Command::Codes(arguments) => codes::run(&arguments, &mut output),
-        Command::Emit(arguments) => emit::run(&arguments, &mut output),
-        Command::Cosim(arguments) => cosim::run(&arguments, cli.seed, &mut output),
-        Command::Grade(arguments) => grade::run(&arguments, cli.seed, &output),
-        Command::Calibrate(arguments) => calibrate::run(&arguments, &mut output),
-        Command::Estimate(arguments) => estimate::run(&arguments, &mut output),
-        Command::Replay(arguments) => replay::run(&arguments, &mut output),
-        Command::Fidelity(arguments) => fidelity::run(&arguments, cli.seed, &mut output),
-        Command::CompareArchitectures(arguments) => {
-            compare_architectures::run(&arguments, &mut output)
-        }
-        Command::Simulate(arguments) => simulate::run(&arguments, cli.seed, &mut output),
-        Command::Pulses(arguments) => pulses::run(&arguments, cli.seed, &mut output),
-        Command::Reproduce(arguments) => reproduce::run(&arguments, cli.seed, &mut output),
-        Command::Sweep(arguments) => sweep::run(&arguments, cli.seed, &mut output),
-        Command::Merge(arguments) => merge::run(&arguments, &mut output),
-        Command::New(arguments) => new::run(&arguments, &output),
-        Command::Completions(arguments) => manual::completions(&arguments, &output),
-        Command::Man(arguments) => manual::pages(&arguments, &output),
-        Command::Stress(arguments) => stress::run(&arguments, cli.seed, &mut output),
-    };
-    match ending {
+    match cli.command.run(cli.seed, &output) {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::DoesNotHold) => ExitCode::from(1),
         Ok(Ending::BelowThreshold) => ExitCode::from(4),

@@ -6,9 +6,8 @@ use anyhow::bail;
 use clap::Args;
 use serde::Serialize;
 
-use super::ending::Ending;
-use super::output::Output;
-use super::values::Like;
+use super::command::Command;
+use super::output::{Ending, Output};
 use crate::document::Body;
 use crate::files;
 use crate::printable::printable_path;
@@ -16,21 +15,36 @@ use crate::printable::printable_path;
 /// The short scene.
 const SHORT: &str = include_str!("new/short.toml");
 
-/// The text of a standard scene.
-fn text_of(like: Like) -> &'static str {
-    match like {
-        Like::Quick => include_str!("../../scenes/quick.toml"),
-        Like::PaperSingle => include_str!("../../scenes/paper-single.toml"),
-        Like::PaperSquare => include_str!("../../scenes/paper-square.toml"),
-        Like::PaperInterleaved => include_str!("../../scenes/paper-interleaved.toml"),
-        Like::DualView => include_str!("../../scenes/dual-view.toml"),
-        Like::Multipath => include_str!("../../scenes/multipath.toml"),
-        Like::Histogram => include_str!("../../scenes/histogram.toml"),
-        Like::Moving => include_str!("../../scenes/moving.toml"),
-        Like::Image => include_str!("../../scenes/image.toml"),
-        Like::ImageGlass => include_str!("../../scenes/image-glass.toml"),
-        Like::ImageTwoSensors => include_str!("../../scenes/image-two-sensors.toml"),
-    }
+/// Declares the standard scenes, each by its file.
+macro_rules! scenes {
+    ($($what:literal $name:ident $file:literal;)*) => {
+        /// The standard scenes.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+        pub(super) enum Like { $(#[doc = $what] #[value(name = $file)] $name,)* }
+
+        impl Like {
+            /// Its text.
+            fn text(self) -> &'static str {
+                match self {
+                    $(Like::$name => include_str!(concat!("../../scenes/", $file, ".toml")),)*
+                }
+            }
+        }
+    };
+}
+
+scenes! {
+    "The whole way in a second: degree 5" Quick "quick";
+    "One sensor with the parameters of Table I, degree 11" PaperSingle "paper-single";
+    "The same with square-wave modulation" PaperSquare "paper-square";
+    "The same with the code interleaved once" PaperInterleaved "paper-interleaved";
+    "Two lasers with two codes of one Gold set" DualView "dual-view";
+    "One code over two paths, 1.5 chips apart" Multipath "multipath";
+    "A histogram of arrival times in place of up/down counts" Histogram "histogram";
+    "A target that drifts away and fluctuates" Moving "moving";
+    "An array of 256 x 192 pixels in a room" Image "image";
+    "A pane in front of a wall, seen by an array" ImageGlass "image-glass";
+    "An array beside another sensor's laser" ImageTwoSensors "image-two-sensors";
 }
 
 #[derive(Debug, Args)]
@@ -54,23 +68,24 @@ impl Body for Made {
     const NAME: &'static str = "new";
 }
 
-pub(super) fn run(arguments: &NewArguments, output: &Output) -> anyhow::Result<Ending> {
-    let path = path_of(arguments)?;
-    let text = arguments.like.map_or(SHORT, text_of);
-    // The schema lies beside the scenes of the source tree only.
-    let lines = text.lines().filter(|line| !line.starts_with("#:schema"));
-    let text: String = lines.map(|line| format!("{line}\n")).collect();
-    if path.symlink_metadata().is_ok() {
-        bail!(
-            "{}: there is a file of that name already; choose another name, or remove it",
-            printable_path(&path)
-        );
+impl Command for NewArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let path = path_of(self)?;
+        let text = self.like.map_or(SHORT, Like::text);
+        // The schema lies beside the scenes of the source tree only.
+        let lines = text.lines().filter(|line| !line.starts_with("#:schema"));
+        let text: String = lines.map(|line| format!("{line}\n")).collect();
+        if path.symlink_metadata().is_ok() {
+            bail!(
+                "{}: there is a file of that name already; choose another name, or remove it",
+                printable_path(&path)
+            );
+        }
+        files::write(&path, text.trim_start_matches('\n'))?;
+        let shown = printable_path(&path);
+        let text = format!("{shown}: try goldtof plan {shown}\n");
+        output.answer(None, &Made { file: shown }, &text)
     }
-    files::write(&path, text.trim_start_matches('\n'))?;
-    let shown = printable_path(&path);
-    let text = format!("{shown}: try goldtof plan {shown}\n");
-    output.answer(None, &Made { file: shown }, &text)?;
-    Ok(Ending::Done)
 }
 
 /// Where the scene goes.

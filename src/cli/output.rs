@@ -20,6 +20,25 @@ use crate::scene::SceneReference;
 /// Colour of the word "error", and back; as clap has it of a command line.
 const BOLD_RED: (&str, &str) = ("\x1b[1m\x1b[31m", "\x1b[0m");
 
+/// How a command that did its work ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ending {
+    /// Exit status 0.
+    Done,
+    /// Exit status 1: what was checked does not hold.
+    DoesNotHold,
+    /// Exit status 4: a score is below what was asked for.
+    BelowThreshold,
+}
+
+impl Ending {
+    /// That of a command with `--check`, or without it, whose scans bear their expectations out
+    /// or do not.
+    pub fn of_check(check: bool, holds: bool) -> Ending {
+        if check && !holds { Ending::DoesNotHold } else { Ending::Done }
+    }
+}
+
 /// The outputs of a command.
 pub(super) struct Output {
     json: bool,
@@ -38,7 +57,7 @@ impl Output {
         scene: Option<SceneReference>,
         body: &B,
         text: &str,
-    ) -> anyhow::Result<()> {
+    ) -> anyhow::Result<Ending> {
         let document = Document::new(body, typed_command(), None);
         self.answer_document(&Document { scene, ..document }, text)
     }
@@ -48,7 +67,7 @@ impl Output {
         &self,
         document: &Document<B>,
         text: &str,
-    ) -> anyhow::Result<()> {
+    ) -> anyhow::Result<Ending> {
         let mut stdout = BufWriter::new(io::stdout().lock());
         let written = if self.json {
             // A sweep's document may be larger than the memory.
@@ -60,9 +79,11 @@ impl Output {
             write!(stdout, "{}", printable_lines(text))
         };
         match written.and_then(|()| stdout.flush()) {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                Err(error).context("cannot write to stdout")
+            }
             // A broken pipe: the reader has seen enough.
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-            other => other.context("cannot write to stdout"),
+            _ => Ok(Ending::Done),
         }
     }
 

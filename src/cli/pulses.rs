@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::command::Command;
 use super::common::SceneArgument;
-use super::ending::Ending;
-use super::output::Output;
+use super::output::{Ending, Output};
 use crate::files;
 use crate::printable::printable_path;
 use crate::simulate::pulses::pulses;
@@ -24,28 +24,26 @@ pub(super) struct PulsesArguments {
     pub scans: u64,
 }
 
-pub(super) fn run(
-    arguments: &PulsesArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let sensor = arguments.scene.sensor(output)?;
-    let mut report = None;
-    let staged = files::stage(&arguments.out, |out| {
-        report = Some(pulses(&sensor, seed, arguments.scans, out)?);
-        Ok(())
-    })?;
-    staged.publish()?;
-    if let Some(report) = report {
-        let text = format!(
-            "{} pulses in {}, {} samples of {} scan{}\n",
-            report.pulses.iter().sum::<u64>(),
-            printable_path(&arguments.out),
-            report.samples,
-            report.scans,
-            if report.scans == 1 { "" } else { "s" },
-        );
-        output.answer(Some(sensor.scene().reference()), &report, &text)?;
+impl Command for PulsesArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = self.scene.sensor(output)?;
+        let mut report = None;
+        let staged = files::stage(&self.out, |out| {
+            report = Some(pulses(&sensor, seed, self.scans, out)?);
+            Ok(())
+        })?;
+        staged.publish()?;
+        if let Some(report) = report {
+            let text = format!(
+                "{} pulses in {}, {} samples of {} scan{}\n",
+                report.pulses.iter().sum::<u64>(),
+                printable_path(&self.out),
+                report.samples,
+                report.scans,
+                if report.scans == 1 { "" } else { "s" },
+            );
+            output.answer(Some(sensor.scene().reference()), &report, &text)?;
+        }
+        Ok(Ending::Done)
     }
-    Ok(Ending::Done)
 }

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use goldtof_tags::{Channel, TagReader};
 
+use super::command::Command;
 use super::common::{CheckArgument, SceneArgument};
-use super::ending::Ending;
-use super::output::Output;
+use super::output::{Ending, Output};
 use crate::recorded::{Assessment, RecordedScan};
 use crate::replay::{Replay, ReplayOptions, ReplayReport, as_histogram, replay, report};
 use crate::report::{DetectorCounts, bins_csv, counts_csv, residual_plot};
@@ -60,7 +60,7 @@ pub(super) struct ReplayArguments {
     pub tags: PathBuf,
     #[command(flatten)]
     pub channels: ChannelArguments,
-    /// Folder for bins.csv, counts.csv of the first scan, and plots; made when missing, for example
+    /// Folder for bins.csv, counts.csv of the first scan, and plots; created if missing, for example
     /// --out out/evening
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -68,28 +68,30 @@ pub(super) struct ReplayArguments {
     pub check: CheckArgument,
 }
 
-pub(super) fn run(arguments: &ReplayArguments, output: &mut Output) -> anyhow::Result<Ending> {
-    let sensor = arguments.scene.sensor(output)?;
-    let replayed = arguments.channels.replay(&sensor, &arguments.tags, output)?;
-    let folded = as_histogram(&sensor, replayed.file.epochs.periods);
-    let (report, scans) = report(&sensor, &replayed)?;
-    if let Some(out) = &arguments.out {
-        let folder = output.folder(out)?;
-        folder.write("bins.csv", &bins_csv(&folded, &replayed.histograms))?;
-        for (number, assessment) in report.histograms.iter().step_by(2).enumerate() {
-            folder.write(&format!("bins-{number}.svg"), &residual_plot(assessment))?;
+impl Command for ReplayArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = self.scene.sensor(output)?;
+        let replayed = self.channels.replay(&sensor, &self.tags, output)?;
+        let folded = as_histogram(&sensor, replayed.file.epochs.periods);
+        let (report, scans) = report(&sensor, &replayed)?;
+        if let Some(out) = &self.out {
+            let folder = output.folder(out)?;
+            folder.write("bins.csv", &bins_csv(&folded, &replayed.histograms))?;
+            for (number, assessment) in report.histograms.iter().step_by(2).enumerate() {
+                folder.write(&format!("bins-{number}.svg"), &residual_plot(assessment))?;
+            }
+            if !scans.is_empty() {
+                let counts = counted(&sensor, &scans, &report.scan);
+                folder.write("counts.csv", &counts_csv(&sensor, &counts))?;
+            }
+            for (number, assessment) in report.scan.iter().enumerate() {
+                folder.write(&format!("counts-{number}.svg"), &residual_plot(assessment))?;
+            }
         }
-        if !scans.is_empty() {
-            let counts = counted(&sensor, &scans, &report.scan);
-            folder.write("counts.csv", &counts_csv(&sensor, &counts))?;
-        }
-        for (number, assessment) in report.scan.iter().enumerate() {
-            folder.write(&format!("counts-{number}.svg"), &residual_plot(assessment))?;
-        }
+        output.answer(Some(sensor.scene().reference()), &report, &text(&report))?;
+        let holds = report.histograms.iter().chain(&report.scan).all(Assessment::holds);
+        Ok(Ending::of_check(self.check.check, holds))
     }
-    output.answer(Some(sensor.scene().reference()), &report, &text(&report))?;
-    let holds = report.histograms.iter().chain(&report.scan).all(Assessment::holds);
-    Ok(Ending::of_check(arguments.check.check, holds))
 }
 
 /// Counts with what belongs beside them in a file.

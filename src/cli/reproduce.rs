@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::command::Command;
 use super::common::Order;
-use super::ending::Ending;
 use super::forecast::Forecast;
-use super::output::Output;
+use super::output::{Ending, Output};
+use super::shards::InShards;
 use super::values::parse_shard;
-use crate::shard::{self, Job, Part, Results};
+use crate::files::OutputFolder;
+use crate::shard::{self, Job, Part, Parts, Results};
 use crate::study::reproduce::{MadeFigure, ReproduceOptions, Reproduction, reproduce};
 
 #[derive(Debug, Args)]
@@ -18,7 +20,7 @@ use crate::study::reproduce::{MadeFigure, ReproduceOptions, Reproduction, reprod
 pub(super) struct ReproduceArguments {
     #[command(flatten)]
     pub options: ReproduceOptions,
-    /// Folder for the figures (SVG) and their data (CSV); made when missing, for
+    /// Folder for the figures (SVG) and their data (CSV); created if missing, for
     /// example --out out/article
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -28,58 +30,44 @@ pub(super) struct ReproduceArguments {
     pub shard: Option<Part>,
 }
 
-pub(super) fn run(
-    arguments: &ReproduceArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let options = ReproduceOptions { seed, ..arguments.options.clone() };
-    if let Some(part) = arguments.shard {
-        let out = &arguments.out;
-        return some_figures(&options, &Order { part, out }, output);
+impl Command for ReproduceArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let options = ReproduceOptions { seed, ..self.options.clone() };
+        if let Some(part) = self.shard {
+            return Order { part, out: &self.out }.fulfil(Job::Reproduce(options), output);
+        }
+        let figures = options.figures.len() as u64;
+        // Heard one after another.
+        let progress = RefCell::new((Forecast::new(output, "all figures"), 0));
+        let made = reproduce(&options, &output.folder(&self.out)?, |title| {
+            let (forecast, done) = &mut *progress.borrow_mut();
+            *done += 1;
+            forecast.progress(*done, figures);
+            output.note(title);
+        })?;
+        tell(&made, output)
     }
-    let figures = options.figures.len() as u64;
-    // Heard one after another.
-    let progress = RefCell::new((Forecast::new(output, "all figures"), 0));
-    let made = reproduce(&options, &output.folder(&arguments.out)?, |title| {
-        let (forecast, done) = &mut *progress.borrow_mut();
-        *done += 1;
-        forecast.progress(*done, figures);
-        output.note(title);
-    })?;
-    tell(&made, output)
 }
 
-/// A part of the figures.
-fn some_figures(
-    options: &ReproduceOptions,
-    order: &Order,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    order.fulfil(Job::Reproduce(options.clone()), output, |_| {
+impl InShards for ReproduceOptions {
+    fn part(&self, part: Part, _: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
         let mut kept = Vec::new();
-        for number in order.part.every(options.figures.len() as u64) {
-            let figure = MadeFigure::new(options.figures[number as usize], options)?;
+        for number in part.every(self.figures.len() as u64) {
+            let figure = MadeFigure::new(self.figures[number as usize], self)?;
             output.note(&format!("{} ({:.1} s)", figure.title, figure.run_time_s));
             kept.push(figure);
         }
         Ok(Results::Reproduce(kept))
-    })
-}
-
-/// The figures and claims of all shards.
-pub(super) fn merge(
-    options: &ReproduceOptions,
-    shards: Vec<(Part, Results)>,
-    out: &Path,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    let figures = shard::figures(options, shards)?;
-    let folder = output.folder(out)?;
-    for figure in &figures {
-        figure.write(&folder)?;
     }
-    tell(&Reproduction::of(options, figures), output)
+
+    fn merge(&self, parts: Parts, out: &Path, output: &Output) -> anyhow::Result<Ending> {
+        let figures = shard::figures(self, parts)?;
+        let folder = output.folder(out)?;
+        for figure in &figures {
+            figure.write(&folder)?;
+        }
+        tell(&Reproduction::of(self, figures), output)
+    }
 }
 
 fn tell(made: &Reproduction, output: &Output) -> anyhow::Result<Ending> {

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::command::Command;
 use super::common::{CheckArgument, SceneArgument, VcdWindow};
 use super::cosim::{CosimProgress, ending, exercised, score, text as cosim_text, with_junit};
 use super::emit::{command_line, text as emit_text};
-use super::ending::Ending;
 use super::grade;
 use super::junit;
-use super::output::{Output, terminal_width};
+use super::output::{Ending, Output, terminal_width};
 use super::provenance::provenance;
 use super::warnings::warn;
 use crate::cosim::Verdict;
@@ -38,54 +38,56 @@ pub(super) struct RunArguments {
     pub junit: Option<PathBuf>,
 }
 
-pub(super) fn run(
-    arguments: &RunArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let text = arguments.scene.read()?;
-    let scene = text.scene()?;
-    let sensor = Sensor::new(&scene);
-    warn(&sensor, output);
-    let options = RunOptions {
-        seed,
-        made_by: command_line(&arguments.scene),
-        window: arguments.vcd_window.clocks(),
-        provenance: provenance(text.text)?,
-        ..arguments.options.clone()
-    };
-    let mut progress = CosimProgress::new(output);
-    let ended = main_job(&sensor, &options, |event| match event {
-        RunEvent::Waits(path) => output.waits(path),
-        RunEvent::Emitted(emission, rtl) => {
-            output.note(first_line(&emit_text(emission, rtl)));
-            progress.build();
+impl Command for RunArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let text = self.scene.read()?;
+        let scene = text.scene()?;
+        let sensor = Sensor::new(&scene);
+        warn(&sensor, output);
+        let options = RunOptions {
+            seed,
+            made_by: command_line(&self.scene),
+            window: self.vcd_window.clocks(),
+            provenance: provenance(text.text)?,
+            ..self.options.clone()
+        };
+        let mut progress = CosimProgress::new(output);
+        let ended = main_job(&sensor, &options, |event| match event {
+            RunEvent::Waits(path) => output.waits(path),
+            RunEvent::Emitted(emission, rtl) => {
+                output.note(first_line(&emit_text(emission, rtl)));
+                progress.build();
+            }
+            RunEvent::Progress(so_far) => progress.hear(so_far),
+            RunEvent::Compared(report) => {
+                progress.end();
+                let told = cosim_text(report);
+                output.note(match report.verdict {
+                    // The summary has the rest.
+                    Verdict::Match => first_line(&told),
+                    Verdict::Mismatch | Verdict::Inconclusive => told.trim_end(),
+                });
+            }
+        });
+        progress.end();
+        let run = with_junit(self.junit.as_deref(), &scene.name, ended)?;
+        if let Some(path) = &self.junit {
+            junit::write_report(path, &scene.name, &run.cosim)?;
         }
-        RunEvent::Progress(so_far) => progress.hear(so_far),
-        RunEvent::Compared(report) => {
-            progress.end();
-            let told = cosim_text(report);
-            output.note(match report.verdict {
-                // The summary has the rest.
-                Verdict::Match => first_line(&told),
-                Verdict::Mismatch | Verdict::Inconclusive => told.trim_end(),
-            });
-        }
-    });
-    progress.end();
-    let run = with_junit(arguments.junit.as_deref(), &scene.name, ended)?;
-    if let Some(path) = &arguments.junit {
-        junit::write_report(path, &scene.name, &run.cosim)?;
+        let chips = scene.scan.integration_chips;
+        output.answer(
+            Some(scene.reference()),
+            &run,
+            &summary(&run, chips, &options.folder(&scene)),
+        )?;
+        Ok(match ending(&run.cosim) {
+            Ending::Done => {
+                let holds = run.estimates.iter().all(|own| own.expectation_holds != Some(false));
+                Ending::of_check(self.check.check, holds)
+            }
+            other => other,
+        })
     }
-    let chips = scene.scan.integration_chips;
-    output.answer(Some(scene.reference()), &run, &summary(&run, chips, &options.folder(&scene)))?;
-    Ok(match ending(&run.cosim) {
-        Ending::Done => {
-            let holds = run.estimates.iter().all(|own| own.expectation_holds != Some(false));
-            Ending::of_check(arguments.check.check, holds)
-        }
-        other => other,
-    })
 }
 
 fn first_line(text: &str) -> &str {

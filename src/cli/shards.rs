@@ -1,16 +1,17 @@
 //! `--shard`: a part of a command's work. `super::merge` joins the parts.
 
+use std::path::Path;
+
 use serde::Serialize;
 
 use super::common::Order;
-use super::ending::Ending;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::provenance::typed_command;
 use crate::document::Body;
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::scene::SceneText;
-use crate::shard::{Folder, Job, Results, Shard};
+use crate::shard::{Folder, Job, Part, Parts, Results, Shard};
 use crate::study::sweep::Store;
 
 /// The JSON of a command with `--shard`.
@@ -30,15 +31,30 @@ impl Body for ShardDone {
     const NAME: &'static str = "shard-done";
 }
 
+/// A job that its command can do in parts.
+pub(super) trait InShards {
+    /// Does one part. What is finished on the way may be kept in `folder`, which is gone in the end.
+    fn part(&self, part: Part, folder: &OutputFolder, output: &Output) -> anyhow::Result<Results>;
+
+    /// What all parts, in their order, are together: told, and its files written into `out`.
+    fn merge(&self, parts: Parts, out: &Path, output: &Output) -> anyhow::Result<Ending>;
+}
+
+/// What the command of a job makes of it.
+pub(super) fn in_shards(job: &Job) -> &dyn InShards {
+    match job {
+        Job::Simulate(job) => job,
+        Job::Sweep(job) => job,
+        Job::Reproduce(job) => job,
+        Job::Stress(job) => job,
+        Job::Grade(job) => job,
+        Job::Image(job) => job,
+    }
+}
+
 impl Order<'_> {
-    /// Does a part of a job with `work`, unless it is done already. `work` may keep what it
-    /// has finished in a folder of the shard's own, which is gone in the end.
-    pub fn fulfil(
-        &self,
-        job: Job,
-        output: &Output,
-        work: impl FnOnce(&OutputFolder) -> anyhow::Result<Results>,
-    ) -> anyhow::Result<Ending> {
+    /// Does a part of a job, unless it is done already.
+    pub fn fulfil(&self, job: Job, output: &Output) -> anyhow::Result<Ending> {
         let folder = Folder::make(self.out)?;
         let scene = job.scene().map(SceneText::reference);
         let mut done_before = folder.has(self.part, &job)?;
@@ -48,7 +64,7 @@ impl Order<'_> {
             let workplace = folder.workplace(self.part, |path| output.waits(path))?;
             done_before = folder.has(self.part, &job)?;
             if !done_before {
-                let results = work(&workplace)?;
+                let results = in_shards(&job).part(self.part, &workplace, output)?;
                 folder.keep(self.part, &Shard::sealed(self.part, job, results, typed_command()))?;
             }
             Store::clear(&workplace)?;
@@ -59,7 +75,6 @@ impl Order<'_> {
         let text = format!("shard {}{was}: {file}\n", self.part);
         let report =
             ShardDone { shard: self.part.number(), shards: self.part.of(), file, done_before };
-        output.answer(scene, &report, &text)?;
-        Ok(Ending::Done)
+        output.answer(scene, &report, &text)
     }
 }

@@ -1,19 +1,20 @@
 //! `goldtof simulate`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::common::{CheckArgument, Order, SceneArgument, ShardArguments};
-use super::ending::Ending;
+use super::command::Command;
+use super::common::{CheckArgument, SceneArgument, ShardArguments};
 use super::forecast::announce;
-use super::output::Output;
+use super::output::{Ending, Output};
+use super::shards::InShards;
 use super::warnings::warn;
-use crate::files;
+use crate::files::{self, OutputFolder};
 use crate::recorded::expected_csv;
-use crate::scene::{SceneReference, SceneText};
+use crate::scene::SceneReference;
 use crate::sensor::Sensor;
-use crate::shard::{self, Job, Part, Results, SimulateJob};
+use crate::shard::{self, Job, Part, Parts, Results, SimulateJob};
 use crate::simulate::repeat::{Simulated, Simulation};
 use crate::simulate::scans::Prepared;
 use crate::simulate::{SimulateOptions, forecast, simulate};
@@ -37,73 +38,55 @@ pub(super) struct SimulateArguments {
     pub shard: ShardArguments,
 }
 
-pub(super) fn run(
-    arguments: &SimulateArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let text = arguments.scene.read()?;
-    let options = SimulateOptions { seed, ..arguments.options };
-    let scene = text.scene()?.with_estimator(options.estimator)?;
-    let sensor = Sensor::new(&scene);
-    warn(&sensor, output);
-    let order = arguments.shard.order();
-    let scans = order.as_ref().map_or(options.repetitions, |order| {
-        let stretch = order.part.stretch(options.repetitions);
-        stretch.end - stretch.start
-    });
-    if let Some(seconds) = forecast::seconds(&sensor, options.fidelity, scans) {
-        announce(output, "the simulation", seconds);
+impl Command for SimulateArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let text = self.scene.read()?;
+        let options = SimulateOptions { seed, ..self.options };
+        let scene = text.scene()?.with_estimator(options.estimator)?;
+        let sensor = Sensor::new(&scene);
+        warn(&sensor, output);
+        let order = self.shard.order();
+        let scans = order.as_ref().map_or(options.repetitions, |order| {
+            let stretch = order.part.stretch(options.repetitions);
+            stretch.end - stretch.start
+        });
+        if let Some(seconds) = forecast::seconds(&sensor, options.fidelity, scans) {
+            announce(output, "the simulation", seconds);
+        }
+        if let Some(order) = order {
+            let tier = options.fidelity;
+            anyhow::ensure!(
+                tier.draws(),
+                "the tier {tier} has no scans that could be shared out; leave out --shard"
+            );
+            let (scene, check) = (text.without_folder(), self.check.check);
+            return order.fulfil(Job::Simulate(SimulateJob { scene, options, check }), output);
+        }
+        if let Some(path) = &self.expected {
+            let expected = expected_csv(&sensor, options.fidelity.counting())?;
+            files::write(path, &expected)?;
+        }
+        let simulation = simulate(&sensor, options, |_| ())?;
+        tell(text.reference(), &simulation, self.check.check, output)
     }
-    if let Some(order) = order {
-        return part(arguments, &options, &sensor, &text, &order, output);
-    }
-    if let Some(path) = &arguments.expected {
-        let expected = expected_csv(&sensor, options.fidelity.counting())?;
-        files::write(path, &expected)?;
-    }
-    let simulation = simulate(&sensor, options, |_| ())?;
-    tell(text.reference(), &simulation, arguments.check.check, output)
 }
 
-/// Some of the scans.
-fn part(
-    arguments: &SimulateArguments,
-    options: &SimulateOptions,
-    sensor: &Sensor,
-    text: &SceneText,
-    order: &Order,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    let tier = options.fidelity;
-    anyhow::ensure!(
-        tier.draws(),
-        "the tier {tier} has no scans that could be shared out; leave out --shard"
-    );
-    let job = Job::Simulate(SimulateJob {
-        scene: text.without_folder(),
-        options: *options,
-        check: arguments.check.check,
-    });
-    order.fulfil(job, output, |_| {
-        let simulated = Simulated::new(sensor, *options)?;
-        let scans = order.part.stretch(options.repetitions);
-        let prepared = Prepared::new(sensor, tier, options.engine)?;
+impl InShards for SimulateJob {
+    fn part(&self, part: Part, _: &OutputFolder, _: &Output) -> anyhow::Result<Results> {
+        let options = self.options;
+        let sensor = Sensor::new(&self.scene.scene()?.with_estimator(options.estimator)?);
+        let simulated = Simulated::new(&sensor, options)?;
+        let scans = part.stretch(options.repetitions);
+        let prepared = Prepared::new(&sensor, options.fidelity, options.engine)?;
         Ok(Results::Simulate(simulated.gather(&prepared, scans, &mut |_| ())?))
-    })
-}
+    }
 
-/// The simulation of all shards together.
-pub(super) fn merge(
-    job: &SimulateJob,
-    shards: Vec<(Part, Results)>,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    let scene = job.scene.scene()?.with_estimator(job.options.estimator)?;
-    let sensor = Sensor::new(&scene);
-    warn(&sensor, output);
-    let simulation = shard::simulation(job, &sensor, shards)?;
-    tell(job.scene.reference(), &simulation, job.check, output)
+    fn merge(&self, parts: Parts, _: &Path, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = Sensor::new(&self.scene.scene()?.with_estimator(self.options.estimator)?);
+        warn(&sensor, output);
+        let simulation = shard::simulation(self, &sensor, parts)?;
+        tell(self.scene.reference(), &simulation, self.check, output)
+    }
 }
 
 fn tell(

@@ -1,16 +1,19 @@
 //! `goldtof stress`.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use clap::Args;
 use serde::Serialize;
 
-use super::common::{Order, ShardArguments};
-use super::ending::Ending;
+use super::command::Command;
+use super::common::ShardArguments;
 use super::forecast::Forecast;
-use super::output::Output;
+use super::output::{Ending, Output};
+use super::shards::InShards;
 use crate::document::Body;
-use crate::shard::{self, Job, Part, Results};
+use crate::files::OutputFolder;
+use crate::shard::{self, Job, Part, Parts, Results};
 use crate::study::stress::{Case, Group, StressOptions, StressReport, run as run_cases};
 
 #[derive(Debug, Args)]
@@ -53,26 +56,23 @@ impl ListedCase {
     }
 }
 
-pub(super) fn run(
-    arguments: &StressArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let options = StressOptions { seed, ..arguments.options.clone() };
-    let chosen = options.chosen()?;
-    if arguments.list {
-        let cases = chosen.iter().map(ListedCase::of).collect();
-        let mut text = String::new();
-        for case in &chosen {
-            let _ = writeln!(text, "{:<52} {}", case.name, case.what);
+impl Command for StressArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let options = StressOptions { seed, ..self.options.clone() };
+        let chosen = options.chosen()?;
+        if self.list {
+            let cases = chosen.iter().map(ListedCase::of).collect();
+            let mut text = String::new();
+            for case in &chosen {
+                let _ = writeln!(text, "{:<52} {}", case.name, case.what);
+            }
+            return output.answer(None, &CaseList { cases }, &text);
         }
-        output.answer(None, &CaseList { cases }, &text)?;
-        return Ok(Ending::Done);
+        if let Some(order) = self.shard.order() {
+            return order.fulfil(Job::Stress(options.named(&chosen)), output);
+        }
+        tell(&watched(&chosen, seed, output)?, output)
     }
-    if let Some(order) = arguments.shard.order() {
-        return some_cases(&options, &chosen, &order, output);
-    }
-    tell(&watched(&chosen, seed, output)?, output)
 }
 
 /// Runs cases, and says which are done.
@@ -86,27 +86,17 @@ fn watched(chosen: &[Case], seed: u64, output: &Output) -> anyhow::Result<Stress
     })?)
 }
 
-/// A part of the cases.
-fn some_cases(
-    options: &StressOptions,
-    chosen: &[Case],
-    order: &Order,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    order.fulfil(Job::Stress(options.named(chosen)), output, |_| {
-        let numbers = order.part.every(chosen.len() as u64);
+impl InShards for StressOptions {
+    fn part(&self, part: Part, _: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
+        let chosen = self.chosen()?;
+        let numbers = part.every(chosen.len() as u64);
         let some: Vec<Case> = numbers.map(|number| chosen[number as usize]).collect();
-        Ok(Results::Stress(watched(&some, options.seed, output)?.cases))
-    })
-}
+        Ok(Results::Stress(watched(&some, self.seed, output)?.cases))
+    }
 
-/// The cases of all shards.
-pub(super) fn merge(
-    options: &StressOptions,
-    shards: Vec<(Part, Results)>,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    tell(&shard::stress_report(options, shards)?, output)
+    fn merge(&self, parts: Parts, _: &Path, output: &Output) -> anyhow::Result<Ending> {
+        tell(&shard::stress_report(self, parts)?, output)
+    }
 }
 
 fn tell(report: &StressReport, output: &Output) -> anyhow::Result<Ending> {

@@ -6,10 +6,11 @@ use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::command::Command;
 use super::common::{CheckArgument, Order, SceneArgument};
-use super::ending::Ending;
-use super::output::Output;
+use super::output::{Ending, Output};
 use super::provenance::typed_command;
+use super::shards::InShards;
 use super::sweep_files::Rows;
 use super::values::parse_shard;
 use super::warnings::{is_far, warn_of_far_paths};
@@ -17,7 +18,7 @@ use crate::document::Body;
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::report::table::Table;
-use crate::shard::{self, Job, Part, Results, SweepJob};
+use crate::shard::{self, Job, Part, Parts, Results, SweepJob};
 use crate::study::sweep::{self, Store, Sweep, SweepError, SweepOptions};
 
 /// Points that are looked at side by side.
@@ -26,13 +27,13 @@ const CHECKED_AT_ONCE: usize = 1024;
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof sweep scenes/quick.toml \
     --over 'source[0].mean_power=1 pW..64 pW x7' --over 'path.distance=1 m, 2 m' --out out/sweep\n\n\
-    A sweep that was interrupted resumes when it is started again.")]
+    An interrupted sweep resumes when started again.")]
 pub(super) struct SweepArguments {
     #[command(flatten)]
     pub scene: SceneArgument,
     #[command(flatten)]
     pub options: SweepOptions,
-    /// Folder for sweep.csv, sweep.parquet, sweep.svg and the finished points; made when
+    /// Folder for sweep.csv, sweep.parquet, sweep.svg and the finished points; created if
     /// missing, for example --out out/sweep
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -63,36 +64,35 @@ impl Body for SweepReport<'_> {
     const NAME: &'static str = "sweep";
 }
 
-pub(super) fn run(
-    arguments: &SweepArguments,
-    seed: u64,
-    output: &mut Output,
-) -> anyhow::Result<Ending> {
-    let sweep = Sweep {
-        scene: arguments.scene.read()?,
-        options: SweepOptions { seed, ..arguments.options.clone() },
-    };
-    sweep.check_axes()?;
-    if let Some(part) = arguments.shard {
-        // Of ten thousand points every shard has only its own to look at.
-        let own = part.every(sweep.len() as u64);
-        check(&sweep, own.map(|number| number as usize), output)?;
-        let out = &arguments.out;
-        return some_points(&sweep, &Order { part, out }, arguments.check.check, output);
+impl Command for SweepArguments {
+    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sweep = Sweep {
+            scene: self.scene.read()?,
+            options: SweepOptions { seed, ..self.options.clone() },
+        };
+        sweep.check_axes()?;
+        if let Some(part) = self.shard {
+            // Of ten thousand points every shard has only its own to look at.
+            let own = part.every(sweep.len() as u64);
+            check(&sweep, own.map(|number| number as usize), output)?;
+            let of_all = Sweep { scene: sweep.scene.without_folder(), ..sweep };
+            let job = Job::Sweep(SweepJob { sweep: of_all, check: self.check.check });
+            return Order { part, out: &self.out }.fulfil(job, output);
+        }
+        check(&sweep, 0..sweep.len(), output)?;
+        let folder = output.folder(&self.out)?;
+        let mut store = Store::open(&folder, &sweep, &typed_command())?;
+        let done_before = store.done();
+        if done_before > 0 {
+            let all = sweep.len();
+            output.note(&format!("{done_before} of {all} points are done already"));
+        }
+        let bar = output.points(sweep.len());
+        sweep::run(&sweep, &mut store, 0..sweep.len(), |done| bar.set_position(done as u64))?;
+        bar.finish_and_clear();
+        let rows = Rows { sweep: &sweep, of: &|numbers| store.table(&sweep, numbers) };
+        tell(&sweep, rows, done_before, self.check.check, &folder, output)
     }
-    check(&sweep, 0..sweep.len(), output)?;
-    let folder = output.folder(&arguments.out)?;
-    let mut store = Store::open(&folder, &sweep, &typed_command())?;
-    let done_before = store.done();
-    if done_before > 0 {
-        let all = sweep.len();
-        output.note(&format!("{done_before} of {all} points are done already"));
-    }
-    let bar = output.points(sweep.len());
-    sweep::run(&sweep, &mut store, 0..sweep.len(), |done| bar.set_position(done as u64))?;
-    bar.finish_and_clear();
-    let rows = Rows { sweep: &sweep, of: &|numbers| store.table(&sweep, numbers) };
-    tell(&sweep, rows, done_before, arguments.check.check, &folder, output)
 }
 
 /// Whether some points are scenes, before the first is simulated, and what is to be said of
@@ -124,39 +124,26 @@ fn check(
     }
 }
 
-/// A part of the points. They are kept in a folder of the shard's own until all are done,
-/// so that a part that was cut off goes on.
-fn some_points(
-    sweep: &Sweep,
-    order: &Order,
-    check: bool,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    let of_all = Sweep { scene: sweep.scene.without_folder(), options: sweep.options.clone() };
-    let job = Job::Sweep(SweepJob { sweep: of_all, check });
-    let part = order.part;
-    order.fulfil(job, output, |folder| {
+impl InShards for SweepJob {
+    /// Points are kept in the shard's folder until all are done, so that a part that was cut off
+    /// goes on.
+    fn part(&self, part: Part, folder: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
+        let sweep = &self.sweep;
         let mut store = Store::open(folder, sweep, &typed_command())?;
         let numbers = || part.every(sweep.len() as u64).map(|number| number as usize);
         let bar = output.points(numbers().count());
         sweep::run(sweep, &mut store, numbers(), |done| bar.set_position(done as u64))?;
         bar.finish_and_clear();
         Ok(Results::Sweep(shard::rows(part, sweep, &store)?))
-    })
-}
+    }
 
-/// The tables and the plot of all shards.
-pub(super) fn merge(
-    job: &SweepJob,
-    shards: Vec<(Part, Results)>,
-    out: &Path,
-    output: &Output,
-) -> anyhow::Result<Ending> {
-    let sweep = &job.sweep;
-    sweep.check_axes()?;
-    let tables = shard::tables(sweep, shards)?;
-    let rows = Rows { sweep, of: &|numbers| Ok(Table::joined(&tables[numbers])) };
-    tell(sweep, rows, sweep.len(), job.check, &output.folder(out)?, output)
+    fn merge(&self, parts: Parts, out: &Path, output: &Output) -> anyhow::Result<Ending> {
+        let sweep = &self.sweep;
+        sweep.check_axes()?;
+        let tables = shard::tables(sweep, parts)?;
+        let rows = Rows { sweep, of: &|numbers| Ok(Table::joined(&tables[numbers])) };
+        tell(sweep, rows, sweep.len(), self.check, &output.folder(out)?, output)
+    }
 }
 
 /// Writes both tables and the plot, all three or none.

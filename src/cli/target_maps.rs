@@ -20,8 +20,8 @@ const PNG_DEPTH_M: f64 = 1e-3;
 /// Reads a target from its maps, each as large as the array.
 ///
 /// # Errors
-/// When a file cannot be read, is none of the formats, is of another size, or has reflectances
-/// that are no shares.
+/// When a file cannot be read, is in none of the formats, has another size, or has
+/// reflectances beyond 0 to 1.
 pub(super) fn read_target(
     depth: &Path,
     reflectance: Option<&Path>,
@@ -57,7 +57,7 @@ fn read(path: &Path, lens: &Lens, png_unit: impl Fn(f64) -> f64) -> anyhow::Resu
         [b'P', b'f', ..] => pfm(&bytes),
         _ => Err(anyhow!("it is neither NPY nor PFM (one channel, \"Pf\") nor PNG")),
     };
-    let map = map.with_context(|| format!("{shown}: this is no map"))?;
+    let map = map.with_context(|| format!("{shown}: this is not a map"))?;
     let (rows, columns) = (lens.rows as usize, lens.columns as usize);
     ensure!(
         (map.rows, map.columns) == (rows, columns),

@@ -4,33 +4,6 @@ use std::time::Duration;
 
 use crate::shard::Part;
 
-/// The standard scenes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Like {
-    /// The whole way in a second: degree 5
-    Quick,
-    /// One sensor with the parameters of Table I, degree 11
-    PaperSingle,
-    /// The same with square-wave modulation
-    PaperSquare,
-    /// The same with the code interleaved once
-    PaperInterleaved,
-    /// Two lasers with two codes of one Gold set
-    DualView,
-    /// One code over two paths, 1.5 chips apart
-    Multipath,
-    /// A histogram of arrival times in place of up/down counts
-    Histogram,
-    /// A target that drifts away and fluctuates
-    Moving,
-    /// An array of 256 x 192 pixels in a room
-    Image,
-    /// A pane in front of a wall, seen by an array
-    ImageGlass,
-    /// An array beside another sensor's laser
-    ImageTwoSensors,
-}
-
 /// Longest time that can be asked for: 1000 days.
 const MOST_SECONDS: f64 = 1000.0 * 86_400.0;
 

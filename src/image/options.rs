@@ -28,7 +28,7 @@ pub struct ImageOptions {
     #[arg(long, value_name = "N", default_value_t = 0,
         value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     pub check: u32,
-    /// A pixel to tell more of, its row and its column, simulated photon by photon; may be repeated:
+    /// A pixel to report in detail, by row and column, simulated photon by photon; may be repeated:
     /// --pixel 96,128
     #[arg(long = "pixel", value_name = "R,C")]
     pub pixels: Vec<PixelPlace>,

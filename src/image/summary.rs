@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Check, Image, Interpolation, Map, PixelReport};
+use super::{Check, Expected, Image, Interpolation, Map, PixelReport, ScanMaps};
 use crate::document::Body;
 use crate::scene::EstimatorKind;
 use crate::simulate::Tier;
@@ -89,90 +89,42 @@ pub struct NamedMap {
 impl Image {
     /// All of its maps.
     pub fn maps(&self) -> Vec<NamedMap> {
-        let (seen, measured) = (&self.seen, &self.measured);
+        use Scale::{Logarithmic, Range, Share, Signed};
+        let seen = &self.seen;
         let along = |map: &Map| {
             seen.map(|pixel| map.values[pixel] * seen.lights[pixel].depth_per_distance())
         };
-        let named = |name, meaning, scale, map| NamedMap { name, meaning, scale, map };
+        let mut maps = Vec::new();
+        let mut add = |name, meaning, scale, map: Option<&Map>| {
+            maps.extend(map.map(|map| NamedMap { name, meaning, scale, map: map.clone() }));
+        };
+        let ScanMaps { distance_m, error_m, bias_m, std_m, found_fraction, .. } = &self.measured;
+        add("depth_m", "measured depth, along the axis", Range, Some(&along(distance_m)));
+        add("true_depth_m", "true depth", Range, Some(&seen.map(|p| seen.true_depth_m(p))));
+        add("error_m", "measured less true distance", Signed, Some(error_m));
         let is_drawn = self.options.fidelity == Tier::Expected;
-        let mut maps = vec![
-            named(
-                "depth_m",
-                "measured depth, along the axis",
-                Scale::Range,
-                along(&measured.distance_m),
-            ),
-            named("true_depth_m", "true depth", Scale::Range, seen.map(|p| seen.true_depth_m(p))),
-            named(
-                "error_m",
-                "measured less true distance",
-                Scale::Signed,
-                measured.error_m.clone(),
-            ),
-        ];
-        if is_drawn || measured.frames > 1 {
-            maps.extend([
-                named(
-                    "bias_m",
-                    "mean error of the distance",
-                    Scale::Signed,
-                    measured.bias_m.clone(),
-                ),
-                named(
-                    "std_m",
-                    "standard deviation of the distance",
-                    Scale::Logarithmic,
-                    measured.std_m.clone(),
-                ),
-            ]);
-        }
+        let if_known = |map| (is_drawn || self.measured.frames > 1).then_some(map);
+        add("bias_m", "mean error of the distance", Signed, if_known(bias_m));
+        add("std_m", "standard deviation of the distance", Logarithmic, if_known(std_m));
         if let (false, Some(theory)) = (is_drawn, &self.theory) {
-            let map = |value: fn(&super::table::Expected) -> f64| theory.map(seen.columns, value);
-            maps.extend([
-                named(
-                    "expected_bias_m",
-                    "mean error that theory expects",
-                    Scale::Signed,
-                    map(|e| e.bias_m),
-                ),
-                named(
-                    "expected_std_m",
-                    "standard deviation that theory expects",
-                    Scale::Logarithmic,
-                    map(|e| e.std_m),
-                ),
-            ]);
+            let map = |value: fn(&Expected) -> f64| theory.map(seen.columns, value);
+            let (bias_m, std_m) = (map(|e| e.bias_m), map(|e| e.std_m));
+            add("expected_bias_m", "mean error that theory expects", Signed, Some(&bias_m));
+            let meaning = "standard deviation that theory expects";
+            add("expected_std_m", meaning, Logarithmic, Some(&std_m));
         }
-        maps.extend([
-            named(
-                "confidence",
-                "share of frames that find the pixel's path",
-                Scale::Share,
-                measured.found_fraction.clone(),
-            ),
-            named(
-                "intensity_cps",
-                "detections per second",
-                Scale::Logarithmic,
-                measured.detected_rate_cps.clone(),
-            ),
-        ]);
-        if let Some(second) = &measured.second_distance_m {
-            maps.push(named(
-                "second_depth_m",
-                "measured depth of the second path",
-                Scale::Range,
-                along(second),
-            ));
-        }
-        if let Some(untold) = &measured.untold_fraction {
-            maps.push(named(
-                "untold",
-                "share of frames that do not tell all paths apart",
-                Scale::Share,
-                untold.clone(),
-            ));
-        }
+        add(
+            "confidence",
+            "share of frames that find the pixel's path",
+            Share,
+            Some(found_fraction),
+        );
+        let rate_cps = &self.measured.detected_rate_cps;
+        add("intensity_cps", "detections per second", Logarithmic, Some(rate_cps));
+        let second = self.measured.second_distance_m.as_ref().map(along);
+        add("second_depth_m", "measured depth of the second path", Range, second.as_ref());
+        let untold = self.measured.untold_fraction.as_ref();
+        add("untold", "share of frames that do not tell all paths apart", Share, untold);
         maps
     }
 

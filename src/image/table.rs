@@ -22,9 +22,7 @@ use crate::estimate::{CountingTier, Prediction, calibration_offset_ps, distance_
 use crate::light::photon_rate_hz;
 use crate::scene::{EstimatorKind, PathIndex, PixelLight, PixelPath};
 use crate::sensor::Sensor;
-use crate::simulate::Tier;
-use crate::simulate::repeat::Simulated;
-use crate::simulate::scans::Prepared;
+use crate::simulate::{Tier, simulate};
 
 /// Errors of the interpolation that are small enough, in standard deviations of a pixel.
 const MOST_ERROR_IN_STD: f64 = 0.1;
@@ -110,7 +108,7 @@ impl TheoryMaps {
 
 /// What the theory of a pixel depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Point {
+struct LightPoint {
     /// Logarithm of the share of its light that arrives.
     own: f64,
     /// Logarithm of background over own light, both in photons; none where the scene has the
@@ -139,7 +137,7 @@ struct Tabulation<'a> {
     counting: CountingTier,
     emitted_hz: f64,
     step_ps: f64,
-    points: Vec<Option<Point>>,
+    points: Vec<Option<LightPoint>>,
     /// Pixels at which it is checked, and their theory.
     checked: Vec<(usize, Expected)>,
     /// Nodes by the bits of their coordinates.
@@ -163,9 +161,9 @@ impl<'a> Tabulation<'a> {
             let own = path.transmission;
             let background =
                 light.background_rate_cps.map(|rate| (rate.max(LEAST) / (emitted_hz * own)).ln());
-            Some(Point { own: own.ln(), background, delay_ps: path.delay_ps })
+            Some(LightPoint { own: own.ln(), background, delay_ps: path.delay_ps })
         };
-        let points: Vec<Option<Point>> = (0..seen.lights.len()).map(&mut point).collect();
+        let points: Vec<Option<LightPoint>> = (0..seen.lights.len()).map(&mut point).collect();
         let mut remarks = Vec::new();
         if outside > 0 {
             remarks.push(format!(
@@ -211,7 +209,7 @@ impl<'a> Tabulation<'a> {
     }
 
     /// The theory of a point.
-    fn exact(&self, point: &Point) -> Result<Expected, String> {
+    fn exact(&self, point: &LightPoint) -> Result<Expected, String> {
         let own = point.own.exp();
         let path = PixelPath {
             source: self.sensor.scene().detectors[PIXEL].reference,
@@ -262,7 +260,7 @@ impl<'a> Tabulation<'a> {
         }
         let all: Vec<usize> = (0..self.points.len()).collect();
         let pixels = self.interpolated(&grid, &all);
-        let dark = |(point, found): &(&Option<Point>, &Option<Expected>)| {
+        let dark = |(point, found): &(&Option<LightPoint>, &Option<Expected>)| {
             point.is_some() && found.is_none()
         };
         let pixels_without_expectation = self.points.iter().zip(&pixels).filter(dark).count();
@@ -302,7 +300,7 @@ impl<'a> Tabulation<'a> {
         let is_same = |(pixel, found): &(usize, Expected)| {
             let point = self.points[*pixel]?;
             let delay_ps = to_ps + (point.delay_ps - to_ps).rem_euclid(self.step_ps);
-            let there = self.exact(&Point { delay_ps, ..point }).ok()?;
+            let there = self.exact(&LightPoint { delay_ps, ..point }).ok()?;
             Some(error_in_std(&there, found) < SAME_STEP_IN_STD)
         };
         let some = &self.checked[..self.checked.len().min(CHECKED_FOLDING)];
@@ -344,7 +342,7 @@ impl<'a> Tabulation<'a> {
             placed.push((pixel, cell, within));
         }
         let has_background = self.points.iter().flatten().any(|point| point.background.is_some());
-        let mut wanted: Vec<Point> = Vec::new();
+        let mut wanted: Vec<LightPoint> = Vec::new();
         let mut keys: Vec<Vec<[u64; 3]>> = Vec::new();
         for corner in &corners {
             let nodes = around(*corner, has_background).map(|node| {
@@ -358,7 +356,8 @@ impl<'a> Tabulation<'a> {
             });
             keys.push(nodes.collect());
         }
-        let exact = |point: &Point| (key(point), self.exact(point).map(|found| found.values()));
+        let exact =
+            |point: &LightPoint| (key(point), self.exact(point).map(|found| found.values()));
         let found: Vec<_> = wanted.par_iter().map(exact).collect();
         self.known.extend(found);
         let nodes: Vec<Option<Vec<Values>>> = keys
@@ -373,7 +372,7 @@ impl<'a> Tabulation<'a> {
     }
 
     /// The cell of a point, and where it is in it.
-    fn place(&self, grid: &Grid, point: &Point) -> (Corner, [f64; 3]) {
+    fn place(&self, grid: &Grid, point: &LightPoint) -> (Corner, [f64; 3]) {
         let from_ps = grid.folded_to_ps.unwrap_or(0.0);
         let steps = (point.delay_ps - from_ps) / self.step_ps;
         let steps = if grid.folded_to_ps.is_some() { steps.rem_euclid(1.0) } else { steps };
@@ -386,12 +385,12 @@ impl<'a> Tabulation<'a> {
     }
 
     /// The point of a node.
-    fn node(&self, grid: &Grid, node: Corner, has_background: bool) -> Point {
+    fn node(&self, grid: &Grid, node: Corner, has_background: bool) -> LightPoint {
         let (from_ps, step) = match grid.folded_to_ps {
             Some(from_ps) => (from_ps, node[2].rem_euclid(grid.per_step)),
             None => (0.0, node[2]),
         };
-        Point {
+        LightPoint {
             own: f64::from(node[0]) * grid.own,
             background: has_background.then(|| f64::from(node[1]) * grid.background),
             delay_ps: from_ps + f64::from(step) * (self.step_ps / f64::from(grid.per_step)),
@@ -438,11 +437,7 @@ pub(super) fn expected(sensor: &Sensor, counting: CountingTier) -> Result<Expect
         CountingTier::Sampled => Tier::Sampled,
         CountingTier::Events => Tier::Events,
     };
-    let told = |error: &dyn std::fmt::Display| error.to_string();
-    let prepared = Prepared::new(sensor, tier, Default::default()).map_err(|e| told(&e))?;
-    let simulated = Simulated::new(sensor, tier.scans(0)).map_err(|e| told(&e))?;
-    let gathered = simulated.gather(&prepared, 0..0, &mut |_| ()).map_err(|e| told(&e))?;
-    let simulation = simulated.conclude(gathered).map_err(|e| told(&e))?;
+    let simulation = simulate(sensor, tier.scans(0), |_| ()).map_err(|error| error.to_string())?;
     let path = simulation.estimates.into_iter().next().ok_or("there is no path")?;
     let remark = path.remark.unwrap_or_else(|| "nothing is expected".to_owned());
     let (bias_m, std_m) = path.expected_bias_m.zip(path.expected_std_m).ok_or(remark)?;
@@ -474,7 +469,7 @@ fn error_in_std(found: &Expected, exact: &Expected) -> f64 {
     errors.iter().fold(0.0, |most: f64, error| most.max(error.abs() / exact.std_m))
 }
 
-fn key(point: &Point) -> [u64; 3] {
+fn key(point: &LightPoint) -> [u64; 3] {
     [point.own, point.background.unwrap_or(0.0), point.delay_ps].map(f64::to_bits)
 }
 

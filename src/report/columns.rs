@@ -3,6 +3,12 @@
 /// Least width of a column that is wrapped; narrower, lines run over.
 const LEAST_WRAPPED: usize = 24;
 
+/// A row of a name, and of a value as `format!` takes it.
+macro_rules! row {
+    ($name:expr, $($value:tt)+) => { vec![$name.to_owned(), format!($($value)+)] };
+}
+pub(super) use row;
+
 /// Lines of cells. Where `width` is given and too small for them, the last column is
 /// wrapped, and the first if it leaves no room for the last; the others keep theirs.
 pub(super) fn columns(rows: &[Vec<String>], indent: usize, width: Option<usize>) -> String {
@@ -24,6 +30,11 @@ pub(super) fn columns(rows: &[Vec<String>], indent: usize, width: Option<usize>)
         width.map_or(usize::MAX, |width| width.saturating_sub(before(&widths)).max(LEAST_WRAPPED));
     widths.push(room);
     rows.iter().map(|row| lines(row, indent, &widths)).collect()
+}
+
+/// Lines of one text.
+pub(super) fn paragraph(text: impl Into<String>, width: Option<usize>) -> String {
+    columns(&[vec![text.into()]], 0, width)
 }
 
 /// The lines of one row, each cell wrapped in its column.

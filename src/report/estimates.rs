@@ -1,8 +1,6 @@
 //! What the estimators say of a scan, side by side, for people.
 
-use std::fmt::Write as _;
-
-use super::columns::columns;
+use super::columns::{Lines, columns};
 use crate::estimate::report::EstimateReport;
 use crate::scene::EstimatorKind;
 
@@ -22,19 +20,9 @@ const NOTABLE_BIAS_M: f64 = 0.5e-3;
 pub(super) const PHASE_BIAS: &str = "the phase's bias comes from dead time (range walk), other \
      light and the shape of the peak; averaging does not remove it, the model fit does";
 
-/// One row of the table.
-pub(super) struct EstimateRow {
-    /// Which estimator.
-    pub name: &'static str,
-    /// The distance, or that there is none.
-    pub distance: String,
-    /// Its error.
-    pub error: String,
-    /// Bias and scatter that theory expects.
-    pub expected: String,
-    /// Error less expected bias, in expected standard deviations.
-    pub off: String,
-}
+/// A row of the table: estimator, distance or that there is none, its error, bias and scatter that
+/// theory expects, and the error less the expected bias in expected standard deviations.
+pub(super) type EstimateRow = [String; 5];
 
 /// What an estimator is called in a table.
 pub(super) fn estimator_name(kind: EstimatorKind) -> &'static str {
@@ -44,25 +32,21 @@ pub(super) fn estimator_name(kind: EstimatorKind) -> &'static str {
     }
 }
 
-impl EstimateRow {
-    fn of(estimate: &EstimateReport) -> EstimateRow {
-        let or_dash = |value: Option<String>| value.unwrap_or_else(|| "-".to_owned());
-        EstimateRow {
-            name: estimator_name(estimate.estimator),
-            distance: match estimate.distance_m {
-                Some(distance_m) => format!("{distance_m:.4} m"),
-                None => "none".to_owned(),
-            },
-            error: or_dash(estimate.error_m.map(|m| millimetres(m, true))),
-            expected: or_dash(estimate.expected_bias_m.zip(estimate.expected_std_m).map(
-                |(bias_m, std_m)| {
-                    let [bias, std] = [millimetres(bias_m, true), millimetres(std_m, false)];
-                    format!("{} +- {std}", bias.trim_end_matches(" mm"))
-                },
-            )),
-            off: or_dash(estimate.deviation_in_std.map(|d| format!("{d:+.2}"))),
-        }
-    }
+fn row(estimate: &EstimateReport) -> EstimateRow {
+    let or_dash = |value: Option<String>| value.unwrap_or_else(|| "-".to_owned());
+    let distance = estimate.distance_m.map(|distance_m| format!("{distance_m:.4} m"));
+    let expected = estimate.expected_bias_m.zip(estimate.expected_std_m);
+    let expected = expected.map(|(bias_m, std_m)| {
+        let [bias, std] = [millimetres(bias_m, true), millimetres(std_m, false)];
+        format!("{} +- {std}", bias.trim_end_matches(" mm"))
+    });
+    [
+        estimator_name(estimate.estimator).to_owned(),
+        distance.unwrap_or_else(|| "none".to_owned()),
+        or_dash(estimate.error_m.map(|m| millimetres(m, true))),
+        or_dash(expected),
+        or_dash(estimate.deviation_in_std.map(|d| format!("{d:+.2}"))),
+    ]
 }
 
 impl<'a> BothEstimates<'a> {
@@ -76,7 +60,7 @@ impl<'a> BothEstimates<'a> {
 
     /// Rows of the table, the phase estimator's first.
     pub(super) fn rows(&self) -> [EstimateRow; 2] {
-        self.in_order().map(EstimateRow::of)
+        self.in_order().map(row)
     }
 
     /// What the table does not say: the bound, why something is missing, alarms.
@@ -138,35 +122,20 @@ impl<'a> BothEstimates<'a> {
             None => String::new(),
         };
         let mut text = format!("{} ranging {}{truth}\n", self.own.detector, self.own.source);
-        let heading = ["estimator", "distance", "error", "expected error", "off by"];
-        let rows = self.rows();
-        let cells = |row: &EstimateRow| {
-            [
-                row.name.to_owned(),
-                row.distance.clone(),
-                row.error.clone(),
-                row.expected.clone(),
-                match row.off.as_str() {
-                    "-" => row.off.clone(),
-                    off => format!("{off} std"),
-                },
-            ]
-        };
-        let table = [heading.map(str::to_owned), cells(&rows[0]), cells(&rows[1])];
-        let widest = |column: usize| {
-            let widths = table.iter().map(|row| row[column].chars().count());
-            widths.max().unwrap_or(0)
-        };
-        for row in &table {
-            let _ = write!(text, " ");
-            for (column, cell) in row.iter().enumerate() {
-                let _ = match column {
-                    0 => write!(text, " {cell:<0$}", widest(0)),
-                    _ => write!(text, "  {cell:>0$}", widest(column)),
-                };
-            }
-            text.push('\n');
+        let headings = ["estimator", "distance", "error", "expected error", "off by"];
+        let mut rows = self.rows();
+        for [.., off] in rows.iter_mut().filter(|[.., off]| off != "-") {
+            off.push_str(" std");
         }
+        let widest = |column: usize| {
+            let cells = rows.iter().map(|row| row[column].as_str()).chain([headings[column]]);
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        };
+        let mut lines = Lines::of(&rows, "  ").left(headings[0], widest(0), |row| row[0].clone());
+        for (column, heading) in headings.into_iter().enumerate().skip(1) {
+            lines = lines.right(heading, widest(column) + 1, move |row| row[column].clone());
+        }
+        text += &lines.text();
         text + &note_lines(notes, 2, width)
     }
 }

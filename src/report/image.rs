@@ -1,26 +1,21 @@
 //! An image as text, and its page.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
-use super::columns::columns;
+use super::columns::{columns, paragraph, row};
 use super::estimates::{estimator_name, millimetres};
-use super::page::STYLE;
+use super::page::document;
+use super::plan::row;
 use super::quantities::{length, number, percent, rate};
-use super::role::colours;
 use crate::image::{ImageReport, MapSummary, PixelReport};
 use crate::simulate::Tier;
 
 /// An image in lines of no more than `width` characters where that is given.
 pub(crate) fn text(report: &ImageReport, width: Option<usize>) -> String {
-    let mut text = columns(&[vec![title(report)]], 0, width);
+    let mut text = paragraph(title(report), width);
     text += &columns(&rows(report), 2, width);
-    for pixel in &report.pixels {
-        text += &columns(&[vec![of_pixel(pixel)]], 0, width);
-    }
-    for remark in &report.remarks {
-        text += &columns(&[vec![remark.clone()]], 0, width);
-    }
-    text
+    let told = report.pixels.iter().map(of_pixel).chain(report.remarks.iter().cloned());
+    text + &told.map(|told| paragraph(told, width)).collect::<String>()
 }
 
 fn title(report: &ImageReport) -> String {
@@ -41,19 +36,16 @@ fn title(report: &ImageReport) -> String {
 
 /// What there is to say, each with its name.
 fn rows(report: &ImageReport) -> Vec<Vec<String>> {
-    let row = |what: &str, value: String| vec![what.to_owned(), value];
     let mut rows: Vec<Vec<String>> =
         report.maps.iter().filter_map(|map| Some(row(map.map, of_map(map)?))).collect();
     if let Some(table) = &report.interpolation {
-        rows.push(row(
+        rows.push(row!(
             "theory",
-            format!(
-                "interpolated from {} points of light and delay; at {} pixels off by {:.3} standard \
+            "interpolated from {} points of light and delay; at {} pixels off by {:.3} standard \
                  deviations at most",
-                number(table.nodes as u64),
-                table.checked_pixels,
-                table.worst_error_in_std
-            ),
+            number(table.nodes as u64),
+            table.checked_pixels,
+            table.worst_error_in_std
         ));
     }
     if let Some(check) = &report.check {
@@ -61,15 +53,13 @@ fn rows(report: &ImageReport) -> Vec<Vec<String>> {
             (Some(mean), Some(rms)) => format!("z {mean:+.3} on average, {rms:.3} rms; "),
             _ => String::new(),
         };
-        rows.push(row(
+        rows.push(row!(
             "check",
-            format!(
-                "{} pixels simulated ({}): {z}{} missed their path, {:.1} were expected to",
-                number(check.pixels as u64),
-                check.fidelity,
-                check.missed,
-                check.expected_missed_fraction * check.pixels as f64
-            ),
+            "{} pixels simulated ({}): {z}{} missed their path, {:.1} were expected to",
+            number(check.pixels as u64),
+            check.fidelity,
+            check.missed,
+            check.expected_missed_fraction * check.pixels as f64
         ));
     }
     rows
@@ -138,33 +128,21 @@ pub(crate) fn page(report: &ImageReport, command: &str) -> String {
     };
     let more =
         rows(report).split_off(report.maps.iter().filter(|map| map.median.is_some()).count());
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { "goldtof: " (report.scene) }
-                style { (PreEscaped(STYLE)) (PreEscaped(colours(true))) }
+    document(
+        &report.scene,
+        &html! {
+            div.head { h1 { (report.scene) } }
+            p.lead { (title(report)) }
+            @for row in &more { p { (row.join(": ")) } }
+            @for pixel in &report.pixels { p { (of_pixel(pixel)) } }
+            @for remark in &report.remarks { p { (remark) } }
+            section { h2 { "Maps" } div.figures { @for map in &report.maps { (picture(map)) } } }
+            section {
+                h2 { "Where this comes from" }
+                p { "Each map is a NPY file of the same name, 32-bit floating point, row by row, NaN where \
+                     there is no number; " code { "points.ply" } " has the measured points." }
+                pre { (command) }
             }
-            body {
-                main {
-                    div.head { h1 { (report.scene) } }
-                    p.lead { (title(report)) }
-                    @for row in &more { p { (row.join(": ")) } }
-                    @for pixel in &report.pixels { p { (of_pixel(pixel)) } }
-                    @for remark in &report.remarks { p { (remark) } }
-                    section { h2 { "Maps" } div.figures { @for map in &report.maps { (picture(map)) } } }
-                    section {
-                        h2 { "Where this comes from" }
-                        p { "Each map is a NPY file of the same name, 32-bit floating point, row by row, NaN where \
-                             there is no number; " code { "points.ply" } " has the measured points." }
-                        pre { (command) }
-                    }
-                }
-            }
-        }
-    };
-    page.into_string()
+        },
+    )
 }

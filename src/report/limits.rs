@@ -1,7 +1,8 @@
 //! What limits a sensor, in one screen.
 
-use super::columns::columns;
+use super::columns::{columns, paragraph, row};
 use super::estimates::{estimator_name, millimetres};
+use super::plan::row;
 use super::quantities::{bit_rate, length, number, percent, rate, time};
 use crate::study::limits::{Change, Limit, Limits, Performance};
 
@@ -19,11 +20,10 @@ pub(crate) fn text(limits: &Limits, width: Option<usize>) -> String {
         at.unwrap_or_default(),
         estimator_name(limits.estimator)
     );
-    let paragraph = |text: String| columns(&[vec![text]], 0, width);
-    let mut text = paragraph(title);
+    let mut text = paragraph(title, width);
     text += &columns(&uses(limits), 2, width);
     text += "\n";
-    text += &paragraph(verdict(limits));
+    text += &paragraph(verdict(limits), width);
     let changes = changes(limits);
     if changes.len() > 1 {
         text += &format!("\nOne key changed, all else as it is\n{}", columns(&changes, 2, width));
@@ -34,22 +34,19 @@ pub(crate) fn text(limits: &Limits, width: Option<usize>) -> String {
 /// Where light, time and bits go.
 fn uses(limits: &Limits) -> Vec<Vec<String>> {
     let (light, figures, expected) = (&limits.light, &limits.figures, &limits.expected);
-    let row = |what: &str, value: String| vec![what.to_owned(), value];
     let noise_hz = light.other_primary_hz + light.background_hz + light.dark_counts_hz;
     let share = light.own_primary_hz / (light.own_primary_hz + noise_hz).max(f64::MIN_POSITIVE);
     let what = if figures.at_once { "histogram" } else { "phase step" };
     let mut rows = vec![
-        row(
+        row!(
             "photons",
-            format!(
-                "{} that would fire it, of the ranged light: {} of all; other light {}, background {}, dark \
+            "{} that would fire it, of the ranged light: {} of all; other light {}, background {}, dark \
                  counts {}",
-                rate(light.own_primary_hz),
-                percent(share),
-                rate(light.other_primary_hz),
-                rate(light.background_hz),
-                rate(light.dark_counts_hz)
-            ),
+            rate(light.own_primary_hz),
+            percent(share),
+            rate(light.other_primary_hz),
+            rate(light.background_hz),
+            rate(light.dark_counts_hz)
         ),
         row(
             "dead time",
@@ -63,31 +60,25 @@ fn uses(limits: &Limits) -> Vec<Vec<String>> {
                 None => "the mean response is not known".to_owned(),
             },
         ),
-        row(
+        row!(
             "code",
-            format!(
-                "{} chips: {} unambiguous",
-                number(figures.code_period_chips),
-                length(figures.unambiguous_range_m)
-            ),
+            "{} chips: {} unambiguous",
+            number(figures.code_period_chips),
+            length(figures.unambiguous_range_m)
         ),
-        row(
+        row!(
             "clock",
-            format!(
-                "chips of {}, phase steps of {}; a frame takes {}",
-                time(1.0 / figures.clock_hz),
-                length(figures.phase_step_distance_m),
-                time(figures.frame_time_s)
-            ),
+            "chips of {}, phase steps of {}; a frame takes {}",
+            time(1.0 / figures.clock_hz),
+            length(figures.phase_step_distance_m),
+            time(figures.frame_time_s)
         ),
-        row(
+        row!(
             "wire",
-            format!(
-                "{} in results of {} bits, on average one in {} clocks",
-                bit_rate(limits.result_bits_per_s),
-                figures.result_bits,
-                number((1.0 / limits.stream_busy_fraction) as u64)
-            ),
+            "{} in results of {} bits, on average one in {} clocks",
+            bit_rate(limits.result_bits_per_s),
+            figures.result_bits,
+            number((1.0 / limits.stream_busy_fraction) as u64)
         ),
     ];
     if let Some((bias_m, std_m)) = expected.expected_bias_m.zip(expected.expected_std_m) {

@@ -1,6 +1,6 @@
 //! The plan for people: the sensor in numbers, what it takes, what is left out.
 
-use super::columns::columns;
+use super::columns::{columns, paragraph, row};
 use super::estimates::{estimator_name, millimetres};
 use super::quantities::{frequency, length, number, time};
 use crate::plan::figures::Figures;
@@ -26,8 +26,7 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
     let table = |title: &str, rows: &[Row]| match rows {
         [] => String::new(),
         _ => {
-            let title = columns(&[vec![title.to_owned()]], 0, width);
-            format!("\n{title}{}", columns(rows, 2, width))
+            format!("\n{}{}", paragraph(title, width), columns(rows, 2, width))
         }
     };
     text += &columns(&figures(&overview.figures), 2, width);
@@ -76,7 +75,7 @@ pub fn parts(plan: &Plan, width: Option<usize>) -> String {
              detections, or too much time.",
             plan.not_measured
         );
-        text += &format!("\n{}", columns(&[vec![note]], 0, width));
+        text += &format!("\n{}", paragraph(note, width));
     }
     text
 }
@@ -88,50 +87,40 @@ pub(super) fn figures(figures: &Figures) -> Vec<Row> {
         false => ("phase step's", "count"),
     };
     vec![
-        row(
+        row!(
             "clock",
-            format!(
-                "{}, a chip of {} per clock",
-                frequency(figures.clock_hz),
-                time(1.0 / figures.clock_hz)
-            ),
+            "{}, a chip of {} per clock",
+            frequency(figures.clock_hz),
+            time(1.0 / figures.clock_hz)
         ),
-        row(
+        row!(
             "frame time",
-            format!(
-                "{}: {} phase step{}{} of {}",
-                time(figures.frame_time_s),
-                number(figures.phase_steps),
-                if figures.phase_steps == 1 { "" } else { "s" },
-                if figures.at_once { " at once" } else { "" },
-                time(figures.integration_s)
-            ),
+            "{}: {} phase step{}{} of {}",
+            time(figures.frame_time_s),
+            number(figures.phase_steps),
+            if figures.phase_steps == 1 { "" } else { "s" },
+            if figures.at_once { " at once" } else { "" },
+            time(figures.integration_s)
         ),
-        row(
+        row!(
             "latency",
-            format!(
-                "{} clocks, {}, from a {whole} last sample to its {result}",
-                figures.result_latency_clocks,
-                time(figures.result_latency_s)
-            ),
+            "{} clocks, {}, from a {whole} last sample to its {result}",
+            figures.result_latency_clocks,
+            time(figures.result_latency_s)
         ),
-        row(
+        row!(
             "range",
-            format!(
-                "{} unambiguous (a code of {} chips), in phase steps of {}",
-                length(figures.unambiguous_range_m),
-                number(figures.code_period_chips),
-                length(figures.phase_step_distance_m)
-            ),
+            "{} unambiguous (a code of {} chips), in phase steps of {}",
+            length(figures.unambiguous_range_m),
+            number(figures.code_period_chips),
+            length(figures.phase_step_distance_m)
         ),
-        row(
+        row!(
             "results",
-            format!(
-                "{}{} a frame, of {} bits",
-                number(figures.results),
-                if figures.at_once { " rows of the histogram" } else { "" },
-                figures.result_bits
-            ),
+            "{}{} a frame, of {} bits",
+            number(figures.results),
+            if figures.at_once { " rows of the histogram" } else { "" },
+            figures.result_bits
         ),
     ]
 }
@@ -180,10 +169,7 @@ pub(super) fn expected(of_detector: &[ExpectedError]) -> Vec<Row> {
         .map(|expected| row(estimator_name(expected.estimator), error_of(expected)))
         .collect();
     if let Some(bound_m) = of_detector.iter().find_map(|expected| expected.bound_m) {
-        rows.push(row(
-            "Cramer-Rao bound",
-            format!("{}, with total counts", millimetres(bound_m, false)),
-        ));
+        rows.push(row!("Cramer-Rao bound", "{}, with total counts", millimetres(bound_m, false)));
     }
     rows
 }
@@ -213,17 +199,19 @@ pub(super) fn resources(resources: Option<&Resources>) -> Vec<Row> {
                    and 511 to 8,191 for 7-series";
         return vec![row("cells", why)];
     };
-    let about = match resources.basis {
-        Basis::Measured => "",
-        Basis::Fitted { .. } => "about ",
-    };
+    let about = about(resources);
     vec![
         row("family", resources.family),
-        row("LUTs", format!("{about}{} ({})", resources.cells.luts, resources.lut)),
-        row("flip-flops", format!("{about}{}", resources.cells.flip_flops)),
+        row!("LUTs", "{about}{} ({})", resources.cells.luts, resources.lut),
+        row!("flip-flops", "{about}{}", resources.cells.flip_flops),
         row("block RAM", resources.block_rams.to_string()),
         row("basis", basis(&resources.basis)),
     ]
+}
+
+/// What stands before a number of cells.
+pub(super) fn about(resources: &Resources) -> &'static str {
+    if matches!(resources.basis, Basis::Measured) { "" } else { "about " }
 }
 
 fn basis(basis: &Basis) -> String {

@@ -4,6 +4,7 @@
 //! (B. Ottosson, *A perceptual color space for image processing*, 2020). The lightness alone orders
 //! those from least to most, so that they are read without colour vision, and printed in grey.
 
+use super::coordinate::{Coordinate, Scale as Axis};
 use crate::image::{Map, NamedMap, Scale};
 
 /// Colours of a scale.
@@ -34,10 +35,9 @@ pub(crate) struct Picture {
 /// From numbers to places in a scale.
 struct Colouring {
     unit: Unit,
-    /// In the unit, or its logarithm.
-    low: f64,
-    high: f64,
-    is_logarithmic: bool,
+    /// In the unit.
+    axis: Coordinate,
+    scale: Axis,
 }
 
 /// A unit in which numbers are short.
@@ -59,17 +59,19 @@ impl Colouring {
             Scale::Range | Scale::Logarithmic => (low, high),
         };
         let (low, high) = (low * unit.per_base, high * unit.per_base);
-        let is_logarithmic = named.scale == Scale::Logarithmic && low > 0.0 && high > 3.0 * low;
-        let (low, high) = if is_logarithmic { (low.log10(), high.log10()) } else { (low, high) };
+        let scale = match named.scale {
+            Scale::Logarithmic if low > 0.0 && high > 3.0 * low => Axis::Log,
+            _ => Axis::Linear,
+        };
         // A map that is the same everywhere has a scale all the same.
         let spread = (high - low).max(1e-6 * high.abs()).max(1e-12);
-        Colouring { unit, low, high: low + spread, is_logarithmic }
+        let axis = Coordinate::of(scale, 0.0, [low, low + spread].into_iter());
+        Colouring { unit, axis, scale }
     }
 
     /// Place of a number in the unit, 0 to 1.
     fn place(&self, value: f64) -> f64 {
-        let value = if self.is_logarithmic { value.max(1e-300).log10() } else { value };
-        ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
+        self.axis.share(self.axis.clamp(value))
     }
 
     fn colour(&self, value: f64) -> u8 {
@@ -79,20 +81,9 @@ impl Colouring {
         }
     }
 
-    /// Numbers at the bar, in the unit.
+    /// Numbers at the bar, in the unit: of a scale by orders of magnitude 1, 2 and 5 of each.
     fn ticks(&self) -> Vec<f64> {
-        if self.is_logarithmic {
-            let decades = self.low.floor() as i32..=self.high.ceil() as i32;
-            let all = decades.flat_map(|decade| [1.0, 2.0, 5.0].map(|n| n * 10_f64.powi(decade)));
-            return all.filter(|tick| (self.low..=self.high).contains(&tick.log10())).collect();
-        }
-        let rough = (self.high - self.low) / 5.0;
-        let decade = 10_f64.powf(rough.log10().floor());
-        let step =
-            [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * decade).find(|step| *step >= rough);
-        let step = step.unwrap_or(10.0 * decade);
-        let (first, last) = ((self.low / step).ceil() as i64, (self.high / step).floor() as i64);
-        (first..=last).map(|tick| tick as f64 * step).collect()
+        self.axis.ticks(if self.scale == Axis::Log { usize::MAX } else { 5 })
     }
 }
 
@@ -331,16 +322,13 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_within() {
-        let scale = |low, high, is_logarithmic| Colouring {
-            unit: unit("", 1.0),
-            low,
-            high,
-            is_logarithmic,
+        let shown = |name, scale, low: f64, high: f64| {
+            let map = Map::new(2, vec![low, high]);
+            let colouring = Colouring::of(&NamedMap { name, meaning: "", scale, map });
+            colouring.ticks().iter().map(|t| short(*t)).collect::<Vec<_>>()
         };
-        let shown =
-            |colouring: Colouring| colouring.ticks().iter().map(|t| short(*t)).collect::<Vec<_>>();
-        assert_eq!(shown(scale(-3.3, 3.3, false)), ["-2", "0", "2"]);
-        assert_eq!(shown(scale(2.9, 3.45, false)), ["3", "3.2", "3.4"]);
-        assert_eq!(shown(scale(0.5, 1.8, true)), ["5", "10", "20", "50"]);
+        assert_eq!(shown("error_m", Scale::Signed, 1.0, 3.3), ["-2", "0", "2"]);
+        assert_eq!(shown("depth_m", Scale::Range, 2.9, 3.45), ["3", "3.2", "3.4"]);
+        assert_eq!(shown("rate_cps", Scale::Logarithmic, 3.2, 63.0), ["5", "10", "20", "50"]);
     }
 }

@@ -10,7 +10,7 @@ const BAND_IN_STD: f64 = 2.0;
 
 /// What a count, or a sum of neighbouring bins, says beside its expectation.
 #[derive(Debug, Clone, Copy)]
-struct Counted {
+struct Residual {
     x: f64,
     count: f64,
     expected: f64,
@@ -20,30 +20,30 @@ struct Counted {
 
 /// Counts of a scan, or of a histogram, beside what is expected of them.
 #[derive(Debug, Clone)]
-pub(super) struct Comparison {
+pub(super) struct Residuals {
     along: String,
-    counted: Vec<Counted>,
+    counted: Vec<Residual>,
     of_bins: bool,
 }
 
-impl Comparison {
+impl Residuals {
     /// Of phase steps, in order of distance: also of a window that wraps round the code period.
-    pub fn of_steps(steps: &[StepResidual]) -> Comparison {
-        let of_step = |step: &StepResidual| Counted {
+    pub fn of_steps(steps: &[StepResidual]) -> Residuals {
+        let of_step = |step: &StepResidual| Residual {
             x: step.distance_m,
             count: step.count as f64,
             expected: step.expected_count,
             std: step.expected_count_std,
             residual_in_std: step.residual_in_std,
         };
-        let mut counted: Vec<Counted> = steps.iter().map(of_step).collect();
+        let mut counted: Vec<Residual> = steps.iter().map(of_step).collect();
         counted.sort_by(|a, b| a.x.total_cmp(&b.x));
-        Comparison { along: "distance of the phase step (m)".to_owned(), counted, of_bins: false }
+        Residuals { along: "distance of the phase step (m)".to_owned(), counted, of_bins: false }
     }
 
     /// Of bins, neighbours together where hardly any bin counts at all: a single hit would be many
     /// standard deviations.
-    pub fn of_bins(bins: &[BinResidual]) -> Comparison {
+    pub fn of_bins(bins: &[BinResidual]) -> Residuals {
         let hits: f64 = bins.iter().map(|bin| bin.expected_count).sum();
         let together = (HITS_OF_A_SUM * bins.len() as f64 / hits.max(f64::MIN_POSITIVE)).ceil();
         let together = (together as usize).clamp(1, bins.len().max(1));
@@ -51,7 +51,7 @@ impl Comparison {
             let total = |of: fn(&BinResidual) -> f64| sum.iter().map(of).sum::<f64>();
             let expected = total(|bin| bin.expected_count);
             let beyond = total(|bin| bin.residual_in_std * bin.expected_count.max(0.0).sqrt());
-            Counted {
+            Residual {
                 x: (number * together) as f64 + 0.5 * (sum.len() - 1) as f64,
                 count: total(|bin| bin.count as f64),
                 expected,
@@ -59,7 +59,7 @@ impl Comparison {
                 residual_in_std: beyond / expected.sqrt().max(f64::MIN_POSITIVE),
             }
         };
-        Comparison {
+        Residuals {
             along: match together {
                 1 => "bin (sample of the code period)".to_owned(),
                 _ => format!("bin (sample of the code period), {together} together"),
@@ -69,14 +69,14 @@ impl Comparison {
         }
     }
 
-    fn of(assessment: &Assessment) -> Comparison {
+    fn of(assessment: &Assessment) -> Residuals {
         match assessment.bins.as_slice() {
-            [] => Comparison::of_steps(&assessment.phase_steps),
-            bins => Comparison::of_bins(bins),
+            [] => Residuals::of_steps(&assessment.phase_steps),
+            bins => Residuals::of_bins(bins),
         }
     }
 
-    fn within(&self, from: f64, to: f64) -> impl Iterator<Item = &Counted> {
+    fn within(&self, from: f64, to: f64) -> impl Iterator<Item = &Residual> {
         self.counted.iter().filter(move |one| (from..=to).contains(&one.x))
     }
 
@@ -107,7 +107,7 @@ impl Comparison {
     /// First and last of no more than so many points: round the largest count, or, of bins, round
     /// what is farthest from expected.
     pub fn near(&self, most: usize) -> (f64, f64) {
-        let height = |one: &Counted| match self.of_bins {
+        let height = |one: &Residual| match self.of_bins {
             true => one.residual_in_std.abs(),
             false => one.count,
         };
@@ -130,7 +130,7 @@ impl Comparison {
 /// Counts and expected counts on the left, residuals in standard deviations on the right; of a long
 /// scan those round the largest count, of a histogram those round what is farthest from expected.
 pub fn residual_plot(assessment: &Assessment) -> String {
-    let comparison = Comparison::of(assessment);
+    let comparison = Residuals::of(assessment);
     let (from, to) = comparison.near(MOST_POINTS);
     let title = match assessment.bins.is_empty() {
         true => "recorded counts and residuals",

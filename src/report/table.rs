@@ -66,7 +66,7 @@ pub struct Table {
     pub rows: Vec<Row>,
 }
 
-/// A text is no table of these columns.
+/// A text is not a table of these columns.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Unreadable(String);
@@ -413,7 +413,7 @@ impl Table {
                 return Err(Unreadable("it has other columns".to_owned()));
             }
             let value = |(column, field): (&Column, &str)| {
-                let problem = || format!("{} is \"{field}\", which is no number", column.name);
+                let problem = || format!("{} is \"{field}\", which is not a number", column.name);
                 column.read(field).ok_or_else(|| Unreadable(problem()))
             };
             let values: Result<Vec<Value>, _> =

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::ShardError;
 use super::file::Shard;
-use super::job::{Job, Results};
+use super::job::{Job, Parts, Results};
 use super::part::Part;
 use crate::differences::other_version;
 use crate::document::Document;
@@ -41,7 +41,7 @@ pub struct Collected {
 }
 
 impl Folder {
-    /// That of a command which writes to `out`; made when missing.
+    /// That of a command which writes to `out`; created if missing.
     ///
     /// # Errors
     /// When it cannot be made.
@@ -172,7 +172,7 @@ impl Collected {
     ///
     /// # Errors
     /// When some are missing.
-    pub fn whole(self) -> Result<Vec<(Part, Results)>, ShardError> {
+    pub fn whole(self) -> Result<Parts, ShardError> {
         let missing = self.missing();
         if !missing.is_empty() {
             return Err(ShardError::Missing {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::part::Part;
 use crate::differences::differences;
 use crate::grade::{GradeOptions, Graded};
 use crate::image::{ImageOptions, PixelRow};
@@ -13,77 +14,38 @@ use crate::study::reproduce::{MadeFigure, ReproduceOptions};
 use crate::study::stress::{CaseReport, StressOptions};
 use crate::study::sweep::Sweep;
 
-/// A job in shards. Two shards belong together if their jobs are equal.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Job {
-    /// Of `goldtof simulate`.
-    Simulate(
-        /// The scans.
-        SimulateJob,
-    ),
-    /// Of `goldtof sweep`.
-    Sweep(
-        /// The points.
-        SweepJob,
-    ),
-    /// Of `goldtof reproduce`.
-    Reproduce(
-        /// The figures.
-        ReproduceOptions,
-    ),
-    /// Of `goldtof stress`.
-    Stress(
-        /// The cases.
-        StressOptions,
-    ),
-    /// Of `goldtof grade`.
-    Grade(
-        /// The faults and mutants.
-        GradeJob,
-    ),
-    /// Of `goldtof image`.
-    Image(
-        /// The rows of pixels.
-        ImageJob,
-    ),
+/// Declares the jobs: their command, what is done, and what a shard of it gives.
+macro_rules! jobs {
+    ($($of:literal $name:ident: $what:literal, $job:ty; $found:literal, $results:ty;)*) => {
+        /// A job in shards. Two shards belong together if their jobs are equal.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+        #[serde(rename_all = "snake_case")]
+        pub enum Job { $(#[doc = $of] $name(#[doc = $what] $job),)* }
+
+        /// Results of a shard.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+        #[serde(rename_all = "snake_case")]
+        pub enum Results { $(#[doc = $of] $name(#[doc = $found] $results),)* }
+    };
 }
 
-/// Results of a shard.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Results {
-    /// Of `goldtof simulate`.
-    Simulate(
-        /// Statistics of its scans.
-        Gathered,
-    ),
-    /// Of `goldtof sweep`.
-    Sweep(
-        /// Its points.
-        Vec<PointRows>,
-    ),
-    /// Of `goldtof reproduce`.
-    Reproduce(
-        /// Its figures.
-        Vec<MadeFigure>,
-    ),
-    /// Of `goldtof stress`.
-    Stress(
-        /// Its cases.
-        Vec<CaseReport>,
-    ),
-    /// Of `goldtof grade`.
-    Grade(
-        /// Its faults and mutants.
-        Graded,
-    ),
-    /// Of `goldtof image`.
-    Image(
-        /// Its rows of pixels.
-        Vec<PixelRow>,
-    ),
+jobs! {
+    "Of `goldtof simulate`."
+    Simulate: "The scans.", SimulateJob; "Statistics of its scans.", Gathered;
+    "Of `goldtof sweep`."
+    Sweep: "The points.", SweepJob; "Its points.", Vec<PointRows>;
+    "Of `goldtof reproduce`."
+    Reproduce: "The figures.", ReproduceOptions; "Its figures.", Vec<MadeFigure>;
+    "Of `goldtof stress`."
+    Stress: "The cases.", StressOptions; "Its cases.", Vec<CaseReport>;
+    "Of `goldtof grade`."
+    Grade: "The faults and mutants.", GradeJob; "Its faults and mutants.", Graded;
+    "Of `goldtof image`."
+    Image: "The rows of pixels.", ImageJob; "Its rows of pixels.", Vec<PixelRow>;
 }
+
+/// Results of some shards, each with its part of the job.
+pub type Parts = Vec<(Part, Results)>;
 
 /// Scans of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]

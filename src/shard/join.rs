@@ -1,7 +1,7 @@
 //! What the shards of a job are together.
 
 use super::ShardError;
-use super::job::{GradeJob, PointRows, Results, SimulateJob};
+use super::job::{GradeJob, Parts, PointRows, Results, SimulateJob};
 use super::part::Part;
 use crate::grade::{Grade, Graded, Outcomes};
 use crate::image::PixelRow;
@@ -26,7 +26,7 @@ macro_rules! of_kind {
 /// `is_its` checks that a unit has its number, and `reason` is the message if it has not.
 fn in_order<U>(
     units: usize,
-    shards: Vec<(Part, Results)>,
+    shards: Parts,
     reason: &'static str,
     of: impl Fn(Results) -> Option<Vec<U>>,
     is_its: impl Fn(usize, &U) -> bool,
@@ -51,10 +51,7 @@ fn in_order<U>(
 ///
 /// # Errors
 /// When a shard's figures are not those of its part.
-pub fn figures(
-    options: &ReproduceOptions,
-    shards: Vec<(Part, Results)>,
-) -> Result<Vec<MadeFigure>, ShardError> {
+pub fn figures(options: &ReproduceOptions, shards: Parts) -> Result<Vec<MadeFigure>, ShardError> {
     let is_its = |number: usize, figure: &MadeFigure| figure.id == options.figures[number];
     let figures = |results| of_kind!(Reproduce, results);
     in_order(options.figures.len(), shards, "it has other figures", figures, is_its)
@@ -64,10 +61,7 @@ pub fn figures(
 ///
 /// # Errors
 /// When a shard's cases are not those of its part.
-pub fn stress_report(
-    options: &StressOptions,
-    shards: Vec<(Part, Results)>,
-) -> Result<StressReport, ShardError> {
+pub fn stress_report(options: &StressOptions, shards: Parts) -> Result<StressReport, ShardError> {
     let unknown = |error: UnknownCase| ShardError::NoJob { reason: error.to_string() };
     let cases = options.chosen().map_err(unknown)?;
     let is_its = |number: usize, report: &CaseReport| report.name == cases[number].name;
@@ -93,7 +87,7 @@ pub fn rows(part: Part, sweep: &Sweep, store: &Store) -> Result<Vec<PointRows>, 
 ///
 /// # Errors
 /// When a shard's points are not those of its part.
-pub fn tables(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Vec<Table>, ShardError> {
+pub fn tables(sweep: &Sweep, shards: Parts) -> Result<Vec<Table>, ShardError> {
     let read = |rows: PointRows| {
         let mut table = empty(&sweep.options.over);
         table.read_csv(&rows.rows_csv).ok()?;
@@ -110,10 +104,7 @@ pub fn tables(sweep: &Sweep, shards: Vec<(Part, Results)>) -> Result<Vec<Table>,
 ///
 /// # Errors
 /// When a shard's rows are not those of its part.
-pub fn pixel_rows(
-    [rows, columns]: [u32; 2],
-    shards: Vec<(Part, Results)>,
-) -> Result<Vec<PixelRow>, ShardError> {
+pub fn pixel_rows([rows, columns]: [u32; 2], shards: Parts) -> Result<Vec<PixelRow>, ShardError> {
     let is_its = |number: usize, row: &PixelRow| {
         row.row as usize == number && row.pixels.len() == columns as usize
     };
@@ -130,7 +121,7 @@ pub fn variants(part: Part, count: usize) -> Vec<usize> {
 ///
 /// # Errors
 /// When a shard's faults and mutants are not those of its part.
-pub fn whole_grade(job: &GradeJob, shards: Vec<(Part, Results)>) -> Result<Grade, ShardError> {
+pub fn whole_grade(job: &GradeJob, shards: Parts) -> Result<Grade, ShardError> {
     let mut all: Option<Graded> = None;
     for (part, results) in shards {
         let unfit = || ShardError::Unfit { part, reason: "it has other faults or mutants" };
@@ -170,7 +161,7 @@ fn joined(mut all: Graded, more: Graded) -> Option<Graded> {
 pub fn simulation(
     job: &SimulateJob,
     sensor: &Sensor,
-    shards: Vec<(Part, Results)>,
+    shards: Parts,
 ) -> Result<Simulation, ShardError> {
     let simulated = Simulated::new(sensor, job.options)?;
     let mut all = simulated.nothing();

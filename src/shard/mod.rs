@@ -13,7 +13,7 @@ mod part;
 
 pub use file::Shard;
 pub use folder::{Collected, Folder, listed};
-pub use job::{GradeJob, ImageJob, Job, PointRows, Results, SimulateJob, SweepJob};
+pub use job::{GradeJob, ImageJob, Job, Parts, PointRows, Results, SimulateJob, SweepJob};
 pub use join::{
     figures, pixel_rows, rows, simulation, stress_report, tables, variants, whole_grade,
 };

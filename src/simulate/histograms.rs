@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::effort::check_draws;
-use super::run_up::begun_by;
+use super::run_up::{Wanted, begun_by};
 use crate::estimate::histogram::{Uncorrected, dead_time};
 use crate::histogram::correction::CorrectionError;
 use crate::histogram::innovations::Innovations;
@@ -15,8 +15,6 @@ use crate::photons::random::Part;
 use crate::photons::{Detection, DetectorModel, Level, PulseStream};
 use crate::response::{MeanResponse, MeanResponseError};
 use crate::scan::{Group, Sample};
-use crate::scene::DetectorIndex;
-use crate::sensor::Sensor;
 
 /// Histograms that are made at once.
 const AT_ONCE: u64 = 64;
@@ -72,15 +70,13 @@ pub(super) fn histogram(
 
 /// Bins drawn one after the other, each by what those before let one expect.
 pub(super) fn counts(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    seed: u64,
-    numbers: Range<u64>,
+    wanted: &Wanted,
     on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
+    let &Wanted { sensor, detector, seed, .. } = wanted;
     let dead_time = dead_time(sensor, detector).map_err(HistogramsError::NotDrawn)?;
     check_draws(sensor, detector)?;
-    let model = &DetectorModel::new(sensor, detector);
+    let model = &wanted.model();
     let [period, all] = samples(model);
     let means = MeanResponse::new(model)?.mean_bins();
     let bins = Innovations::new(dead_time, &means, (all / period) as f64)?;
@@ -88,16 +84,15 @@ pub(super) fn counts(
         let key = model.key(seed, repetition, Group(0));
         histogram(model, bins.draw(&mut key.stream(Part::Counts)))
     };
-    in_batches(numbers, 1, |some| some.map(one).collect(), on_histogram)
+    in_batches(&wanted.scans, 1, |some| some.map(one).collect(), on_histogram)
 }
 
 /// Every detection in the bin of the first sample at or after it.
 pub(super) fn events(
-    model: &DetectorModel,
-    seed: u64,
-    numbers: Range<u64>,
+    wanted: &Wanted,
     on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
+    let (model, seed) = (&wanted.model(), wanted.seed);
     let [period, _] = samples(model);
     let samples_per_chip = model.timing.clock.samples_per_chip;
     let of = |detections: &mut dyn Iterator<Item = Detection>| {
@@ -120,20 +115,20 @@ pub(super) fn events(
     let recorder = Recorder::new(model);
     let Some(at_once) = recorder.groups_at_once() else {
         let one = |repetition| of(&mut model.step(seed, repetition, Group(0)));
-        return in_batches(numbers, 1, |some| some.map(one).collect(), on_histogram);
+        return in_batches(&wanted.scans, 1, |some| some.map(one).collect(), on_histogram);
     };
     let recorded = |some: Range<u64>| {
         let groups: Vec<_> = some.map(|repetition| (repetition, Group(0))).collect();
         let lists = recorder.record(seed, &groups).into_iter();
         lists.map(|list| of(&mut list.iter().map(|time| time.detection()))).collect()
     };
-    in_batches(numbers, at_once as u64, recorded, on_histogram)
+    in_batches(&wanted.scans, at_once as u64, recorded, on_histogram)
 }
 
 /// Makes histograms on all cores, `at_once` of them with a call of `some`; `on_histogram` gets
 /// them in order.
 fn in_batches<E: Into<HistogramsError> + Send>(
-    numbers: Range<u64>,
+    numbers: &Range<u64>,
     at_once: u64,
     some: impl Fn(Range<u64>) -> Vec<Result<Histogram, E>> + Sync,
     on_histogram: &mut dyn FnMut(Histogram),
@@ -156,18 +151,16 @@ fn in_batches<E: Into<HistogramsError> + Send>(
 
 /// Rising edges of the sampled level, without a gap from one histogram to the next.
 pub(super) fn sampled(
-    sensor: &Sensor,
-    model: &DetectorModel,
-    seed: u64,
-    numbers: Range<u64>,
+    wanted: &Wanted,
     on_histogram: &mut dyn FnMut(Histogram),
 ) -> Result<(), HistogramsError> {
+    let (model, numbers) = (&wanted.model(), &wanted.scans);
     let [period, all] = samples(model);
     // A bin that is too narrow stays at its largest count.
-    let width = sensor.scene().hardware.counter_width;
+    let width = wanted.sensor.scene().hardware.counter_width;
     let most = width.filter(|&width| width < u64::BITS).map_or(u64::MAX, |width| (1 << width) - 1);
     let from = begun_by([model], numbers.start);
-    let mut stream = PulseStream::new(model, seed, from);
+    let mut stream = PulseStream::new(model, wanted.seed, from);
     let mut level = Level::default();
     let mut pulses = Vec::new();
     for number in from..numbers.end {

@@ -1,6 +1,5 @@
 //! Counts of whole scans, one tier or another.
 
-use crate::scene::{Architecture, DetectorIndex, TotalsMissing};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::num::NonZero;
@@ -8,7 +7,7 @@ use std::ops::Range;
 
 use super::effort::TooMuch;
 use super::histograms::{self, HistogramsError};
-use super::run_up::begun_by;
+use super::run_up::{Wanted, begun_by};
 use super::{Tier, effort};
 use crate::cosim::build::{Built, build};
 use crate::cosim::engine::Engine;
@@ -24,13 +23,14 @@ use crate::cosim::{CosimOptions, Cosimulation, Verdict, cosimulate};
 use crate::deliver::{self, HdlError, Prefix};
 use crate::estimate::PredictionError;
 use crate::histogram::Histogram;
+use crate::photons::StepCount;
 use crate::photons::fast::StepCounter;
-use crate::photons::{DetectorModel, StepCount};
 use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::photons::Photons;
 use crate::reference::predictor::{Reference, ReferenceError, StepResult};
 use crate::reference::stimulus::clocks_for_scans;
 use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
+use crate::scene::{Architecture, DetectorIndex, TotalsMissing};
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
@@ -189,63 +189,53 @@ impl Prepared {
         if scans.is_empty() || !self.tier.draws() {
             return Ok(None);
         }
+        let wanted = Wanted { sensor, detector, seed, scans };
         match sensor.scene().hardware.architecture {
-            Architecture::UpDown => self.steps(sensor, detector, seed, scans, &mut |counts| {
-                on_scan(Counted::Steps(counts));
-            }),
-            Architecture::Histogram => self.bins(sensor, detector, seed, scans, &mut |histogram| {
-                on_scan(Counted::Bins(histogram));
-            }),
+            Architecture::UpDown => {
+                self.steps(&wanted, &mut |counts| on_scan(Counted::Steps(counts)))
+            }
+            Architecture::Histogram => {
+                self.bins(&wanted, &mut |histogram| on_scan(Counted::Bins(histogram)))
+            }
         }
     }
 
     fn steps(
         &self,
-        sensor: &Sensor,
-        detector: DetectorIndex,
-        seed: u64,
-        scans: Range<u64>,
+        wanted: &Wanted,
         on_scan: &mut dyn FnMut(&[StepCount]),
     ) -> Result<Option<Exercised>, ScansError> {
         match (self.tier, &self.rtl) {
-            (Tier::Counts, _) => counts(sensor, detector, seed, scans, on_scan)?,
-            (Tier::Events, _) => events(sensor, detector, seed, scans, on_scan),
-            (_, None) => sampled(sensor, detector, seed, scans, on_scan)?,
-            (_, Some(rtl)) if scans == (0..1) && rtl.engine != Engine::Lockstep => {
-                return rtl.one_scan(sensor, detector, seed, on_scan);
+            (Tier::Counts, _) => counts(wanted, on_scan)?,
+            (Tier::Events, _) => events(wanted, on_scan),
+            (_, None) => sampled(wanted, on_scan)?,
+            (_, Some(rtl)) if wanted.scans == (0..1) && rtl.engine != Engine::Lockstep => {
+                return rtl.one_scan(wanted, on_scan);
             }
             (_, Some(rtl)) if rtl.engine == Engine::Lanes => {
                 return Err(CosimError::NoLanes(ONE_SCAN.to_owned()).into());
             }
-            (_, Some(rtl)) => {
-                return lockstep(sensor, detector, &rtl.library, seed, scans, on_scan);
-            }
+            (_, Some(rtl)) => return rtl.lockstep(wanted, on_scan),
         }
         Ok(None)
     }
 
     fn bins(
         &self,
-        sensor: &Sensor,
-        detector: DetectorIndex,
-        seed: u64,
-        numbers: Range<u64>,
+        wanted: &Wanted,
         on_histogram: &mut dyn FnMut(Histogram),
     ) -> Result<Option<Exercised>, ScansError> {
-        let model = DetectorModel::new(sensor, detector);
         match (self.tier, &self.rtl) {
-            (Tier::Counts, _) => {
-                histograms::counts(sensor, detector, seed, numbers, on_histogram)?;
-            }
-            (Tier::Events, _) => histograms::events(&model, seed, numbers, on_histogram)?,
-            (_, None) => histograms::sampled(sensor, &model, seed, numbers, on_histogram)?,
+            (Tier::Counts, _) => histograms::counts(wanted, on_histogram)?,
+            (Tier::Events, _) => histograms::events(wanted, on_histogram)?,
+            (_, None) => histograms::sampled(wanted, on_histogram)?,
             (_, Some(rtl)) => {
-                let mut made = Ok(());
+                let (model, mut made) = (wanted.model(), Ok(()));
                 let mut on_bins = |bins| match histograms::histogram(&model, bins) {
                     Ok(histogram) => on_histogram(histogram),
                     Err(error) => made = Err(error),
                 };
-                let exercised = rtl.histograms(sensor, detector, seed, numbers, &mut on_bins)?;
+                let exercised = rtl.histograms(wanted, &mut on_bins)?;
                 made.map_err(HistogramsError::from)?;
                 return Ok(exercised);
             }
@@ -258,38 +248,34 @@ impl Rtl {
     /// Histograms of one detector as the Verilog sends them, each bin after the other.
     fn histograms(
         &self,
-        sensor: &Sensor,
-        detector: DetectorIndex,
-        seed: u64,
-        numbers: Range<u64>,
+        wanted: &Wanted,
         on_bins: &mut dyn FnMut(Vec<u64>),
     ) -> Result<Option<Exercised>, ScansError> {
+        let sensor = wanted.sensor;
         if self.engine == Engine::Lanes {
             refuse_memories(sensor.interface())
                 .map_err(|reason| CosimError::NoLanes(reason.to_string()))?;
         }
         let bins = sensor.timing().scan.steps as usize;
-        let from = begun_by(&models(sensor), numbers.start);
-        let run = from..numbers.end;
+        let from = begun_by(&wanted.models(), wanted.scans.start);
         let mut frame = Vec::with_capacity(bins);
         let mut on_sent = |sent: SentCount| {
-            let bin = sent.bin.filter(|_| sent.detector == detector);
-            frame.extend(bin.filter(|_| numbers.contains(&(from + sent.scan))));
+            let bin = sent.bin.filter(|_| sent.detector == wanted.detector);
+            frame.extend(bin.filter(|_| wanted.scans.contains(&(from + sent.scan))));
             if frame.len() == bins {
                 on_bins(std::mem::replace(&mut frame, Vec::with_capacity(bins)));
             }
         };
-        compared(sensor, &self.library, seed, run, &mut |_| (), &mut on_sent)
+        self.compared(wanted, from, &mut |_| (), &mut on_sent)
     }
 
     /// One scan, in lanes where it has a place there.
     fn one_scan(
         &self,
-        sensor: &Sensor,
-        detector: DetectorIndex,
-        seed: u64,
+        wanted: &Wanted,
         on_scan: &mut dyn FnMut(&[StepCount]),
     ) -> Result<Option<Exercised>, ScansError> {
+        let &Wanted { sensor, detector, seed, .. } = wanted;
         let options = CosimOptions { seed, engine: self.engine, ..Default::default() };
         let Cosimulation { report, counts, hits, .. } =
             cosimulate(sensor, &self.verilog, &options, |_, _| ())?;
@@ -303,36 +289,80 @@ impl Rtl {
         }
         Ok(Some(report.exercised))
     }
+
+    /// Any number of scans.
+    fn lockstep(
+        &self,
+        wanted: &Wanted,
+        on_scan: &mut dyn FnMut(&[StepCount]),
+    ) -> Result<Option<Exercised>, ScansError> {
+        let from = begun_by(&wanted.models(), wanted.scans.start);
+        let scans = wanted.scans.clone();
+        let mut collector = Collector::new(wanted.sensor.interface(), from, scans, on_scan);
+        // Hits of the steps that the Verilog has yet to send. They stand in where it
+        // sends no totals: the rate of detections needs them, the estimator does not.
+        let hits = RefCell::new(VecDeque::new());
+        let mut on_result = |result: StepResult| {
+            if result.detector == wanted.detector {
+                hits.borrow_mut().push_back(result.total);
+            }
+        };
+        let mut on_sent = |sent: SentCount| {
+            if sent.detector == wanted.detector {
+                let hits = hits.borrow_mut().pop_front();
+                let total = sent.total.or(hits).unwrap_or(0);
+                collector.take(sent.scan, StepCount { signed: sent.signed, total });
+            }
+        };
+        self.compared(wanted, from, &mut on_result, &mut on_sent)
+    }
+
+    /// Clocks the Verilog beside the reference model from one scan on to the last that is wanted.
+    /// `on_result` gets what the model counts, `on_sent` what the Verilog sends, with scans numbered
+    /// from the run's first. Gives what it was made to show.
+    fn compared(
+        &self,
+        wanted: &Wanted,
+        from: u64,
+        on_result: &mut dyn FnMut(StepResult),
+        on_sent: &mut dyn FnMut(SentCount),
+    ) -> Result<Option<Exercised>, ScansError> {
+        let interface = wanted.sensor.interface();
+        let layout = Layout::of(interface);
+        let clocks = clocks_for_scans(interface, wanted.scans.end - from);
+        let outcome = Lockstep {
+            model: &mut Verilated::load(&self.library, &layout)?,
+            reference: &mut Reference::new(interface.clone())?,
+            stimulus: &mut Photons::from_scan(&wanted.models(), interface, wanted.seed, from),
+            layout: &layout,
+            window: Window::Found,
+        }
+        .run_and_read(clocks, on_result, on_sent, &mut |_| ())?;
+        if outcome.first.is_some() {
+            return Err(ScansError::Mismatch);
+        }
+        let detectors = wanted.sensor.scene().detectors.iter();
+        let names = detectors.map(|detector| detector.name.as_str());
+        Ok(Some(outcome.exercise.named(names)))
+    }
 }
 
-fn counts(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    seed: u64,
-    scans: Range<u64>,
-    on_scan: &mut dyn FnMut(&[StepCount]),
-) -> Result<(), ScansError> {
-    effort::check_draws(sensor, detector)?;
-    let model = DetectorModel::new(sensor, detector);
+fn counts(wanted: &Wanted, on_scan: &mut dyn FnMut(&[StepCount])) -> Result<(), ScansError> {
+    effort::check_draws(wanted.sensor, wanted.detector)?;
+    let model = wanted.model();
     let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
     let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?)?;
-    for scan in scans {
-        on_scan(&sampler.scan(seed, scan));
+    for scan in wanted.scans.clone() {
+        on_scan(&sampler.scan(wanted.seed, scan));
     }
     Ok(())
 }
 
-fn events(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    seed: u64,
-    scans: Range<u64>,
-    on_scan: &mut dyn FnMut(&[StepCount]),
-) {
-    let model = DetectorModel::new(sensor, detector);
+fn events(wanted: &Wanted, on_scan: &mut dyn FnMut(&[StepCount])) {
+    let model = wanted.model();
     let counter = StepCounter::new(&model);
     let threads = NonZero::new(rayon::current_num_threads()).unwrap_or(NonZero::<usize>::MIN);
-    let steps = sensor.timing().scan.steps;
+    let (seed, scans, steps) = (wanted.seed, &wanted.scans, wanted.sensor.timing().scan.steps);
     let at_once = (STEPS_AT_ONCE / steps).max(1);
     let mut counted = Vec::new();
     let mut first = scans.start;
@@ -345,102 +375,24 @@ fn events(
     }
 }
 
-fn sampled(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    seed: u64,
-    scans: Range<u64>,
-    on_scan: &mut dyn FnMut(&[StepCount]),
-) -> Result<(), ScansError> {
-    let interface = sensor.interface();
+fn sampled(wanted: &Wanted, on_scan: &mut dyn FnMut(&[StepCount])) -> Result<(), ScansError> {
+    let interface = wanted.sensor.interface();
     let layout = Layout::of(interface);
-    let detectors = models(sensor);
-    let from = begun_by(&detectors, scans.start);
-    let clocks = clocks_for_scans(interface, scans.end - from);
+    let detectors = wanted.models();
+    let from = begun_by(&detectors, wanted.scans.start);
+    let clocks = clocks_for_scans(interface, wanted.scans.end - from);
     let mut reference = Reference::new(interface.clone())?;
-    let mut photons = Photons::from_scan(&detectors, interface, seed, from);
-    let mut collector = Collector::new(interface, from, scans, on_scan);
+    let mut photons = Photons::from_scan(&detectors, interface, wanted.seed, from);
+    let mut collector = Collector::new(interface, from, wanted.scans.clone(), on_scan);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
     while maker.make(&mut block) {
-        for result in maker.take_finished().filter(|r| r.detector == detector) {
+        for result in maker.take_finished().filter(|r| r.detector == wanted.detector) {
             let count = StepCount { signed: result.count, total: result.total };
             collector.take(result.scan, count);
         }
     }
     Ok(())
-}
-
-fn models(sensor: &Sensor) -> Vec<DetectorModel> {
-    DetectorIndex::of(&sensor.scene().detectors)
-        .map(|detector| DetectorModel::new(sensor, detector))
-        .collect()
-}
-
-/// Any number of scans.
-fn lockstep(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    library: &Built,
-    seed: u64,
-    scans: Range<u64>,
-    on_scan: &mut dyn FnMut(&[StepCount]),
-) -> Result<Option<Exercised>, ScansError> {
-    let from = begun_by(&models(sensor), scans.start);
-    let run = from..scans.end;
-    let mut collector = Collector::new(sensor.interface(), from, scans, on_scan);
-    // Hits of the steps that the Verilog has yet to send. They stand in where it
-    // sends no totals: the rate of detections needs them, the estimator does not.
-    let hits = RefCell::new(VecDeque::new());
-    let mut on_result = |result: StepResult| {
-        if result.detector == detector {
-            hits.borrow_mut().push_back(result.total);
-        }
-    };
-    let mut on_sent = |sent: SentCount| {
-        if sent.detector == detector {
-            let hits = hits.borrow_mut().pop_front();
-            let count = StepCount { signed: sent.signed, total: sent.total.or(hits).unwrap_or(0) };
-            collector.take(sent.scan, count);
-        }
-    };
-    compared(sensor, library, seed, run, &mut on_result, &mut on_sent)
-}
-
-/// Clocks the Verilog beside the reference model for scans that follow one another, by
-/// their numbers among all of the seed. `on_result` gets what the model counts, `on_sent`
-/// what the Verilog sends, with scans numbered from the run's first. Gives what it was made
-/// to show.
-fn compared(
-    sensor: &Sensor,
-    library: &Built,
-    seed: u64,
-    run: Range<u64>,
-    on_result: &mut dyn FnMut(StepResult),
-    on_sent: &mut dyn FnMut(SentCount),
-) -> Result<Option<Exercised>, ScansError> {
-    let interface = sensor.interface();
-    let layout = Layout::of(interface);
-    let detectors = models(sensor);
-    let outcome = Lockstep {
-        model: &mut Verilated::load(library, &layout)?,
-        reference: &mut Reference::new(interface.clone())?,
-        stimulus: &mut Photons::from_scan(&detectors, interface, seed, run.start),
-        layout: &layout,
-        window: Window::Found,
-    }
-    .run_and_read(
-        clocks_for_scans(interface, run.end - run.start),
-        on_result,
-        on_sent,
-        &mut |_| (),
-    )?;
-    if outcome.first.is_some() {
-        return Err(ScansError::Mismatch);
-    }
-    let detectors = sensor.scene().detectors.iter();
-    let names = detectors.map(|detector| detector.name.as_str());
-    Ok(Some(outcome.exercise.named(names)))
 }
 
 /// Gathers a detector's counts, which come in order, into scans.

@@ -228,9 +228,9 @@ fn maps_stand_for_surfaces() {
         ),
         (
             vec!["--depth", &paths[6]],
-            "complex.npy: this is no map: its numbers are of type \"<c16\"",
+            "complex.npy: this is not a map: its numbers are of type \"<c16\"",
         ),
-        (vec!["--depth", &paths[7]], "d.gif: this is no map: it is neither NPY nor PFM"),
+        (vec!["--depth", &paths[7]], "d.gif: this is not a map: it is neither NPY nor PFM"),
         (vec!["--depth", "none.npy"], "none.npy: cannot be read"),
         (
             vec!["--depth", &paths[0], "--reflectance", &paths[5]],

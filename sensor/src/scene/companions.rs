@@ -55,17 +55,12 @@ fn file_of<'d>(detector: &'d Spanned<DeValue>) -> Option<&'d str> {
 fn widths(path: &Path) -> Result<Vec<f64>, SceneErrors> {
     let file = printable_path(path);
     let text = read_text(path, sampler::MOST_FILE_BYTES).map_err(|error| SceneErrors::Invalid {
-        errors: vec![SceneError {
-            file: file.clone(),
-            line: 0,
-            column: 0,
-            message: format!(
+        errors: vec![SceneError::without_line(
+            file.clone(),
+            format!(
                 "cannot read the widths of samples, as `goldtof calibrate` writes them: {error}"
             ),
-            source_line: String::new(),
-            marked_at: 0,
-            marked: 1,
-        }],
+        )],
         left_out: 0,
     })?;
     let diagnostics = Diagnostics::new(&file, &text);
@@ -122,10 +117,10 @@ mod tests {
             ("sample,width\n", "write sample,width_samples"),
             ("sample,width_samples\n0,1\n0,1\n", "pins.csv:3:1: sample 0 stands there already"),
             ("sample,width_samples\n0,1\n2,1\n", "sample 1 is missing"),
-            ("sample,width_samples\n0,x\n", "pins.csv:2:1: \"x\" is no width"),
-            ("sample,width_samples\n0\n", "is no width"),
-            ("sample,width_samples\n-1,1\n", "\"-1\" is no sample"),
-            ("sample,width_samples\n64,1\n", "\"64\" is no sample"),
+            ("sample,width_samples\n0,x\n", "pins.csv:2:1: \"x\" is not a width"),
+            ("sample,width_samples\n0\n", "is not a width"),
+            ("sample,width_samples\n-1,1\n", "\"-1\" is not a sample"),
+            ("sample,width_samples\n64,1\n", "\"64\" is not a sample"),
             ("sample,width_samples\n0,1\n1,1\n", "2 widths for 8 samples of a chip"),
         ] {
             fs::write(folder.path().join("pins.csv"), csv).expect("written");

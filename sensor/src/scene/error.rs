@@ -26,6 +26,14 @@ pub struct SceneError {
     pub marked: usize,
 }
 
+impl SceneError {
+    /// An error that is on no line of the scene.
+    pub(super) fn without_line(file: String, message: String) -> SceneError {
+        let source_line = String::new();
+        SceneError { file, line: 0, column: 0, message, source_line, marked_at: 0, marked: 1 }
+    }
+}
+
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let SceneError { file, line, column, message, source_line, marked_at, marked } = self;
@@ -126,19 +134,16 @@ impl<'t> Diagnostics<'t> {
         self.errors.borrow_mut().push((span, abridged(message)));
     }
 
+    /// How many errors there are so far.
+    pub(super) fn reported(&self) -> usize {
+        self.errors.borrow().len()
+    }
+
     /// The error as one of a setting, if the span is in one.
     fn of_setting(&self, span: &Range<usize>, message: &str) -> Option<SceneError> {
         let is_there = |setting: &&(Range<usize>, String)| setting.0.contains(&span.start);
         let (_, origin) = self.settings.iter().find(is_there)?;
-        Some(SceneError {
-            file: printable(origin).into_owned(),
-            line: 0,
-            column: 0,
-            message: message.to_owned(),
-            source_line: String::new(),
-            marked_at: 0,
-            marked: 1,
-        })
+        Some(SceneError::without_line(printable(origin).into_owned(), message.to_owned()))
     }
 
     fn error(&self, span: Range<usize>, message: String) -> SceneError {

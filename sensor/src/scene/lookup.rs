@@ -25,7 +25,7 @@ impl Entry {
     /// Looks up `key` as a [`Setting`] has it, in the text of a valid scene with its settings.
     ///
     /// # Errors
-    /// If it is none of a scene's keys, or of a table that the scene does not have.
+    /// If it is not one of a scene's keys, or is of a table that the scene does not have.
     pub fn of(text: &str, settings: &[Setting], key: &str) -> Result<Entry, String> {
         let (parts, declared) = find(key)?;
         let lines: Vec<String> = settings.iter().map(Setting::line).collect();
@@ -52,7 +52,7 @@ impl Entry {
 /// quantity.
 ///
 /// # Errors
-/// If it is none of a scene's keys.
+/// If it is not one of a scene's keys.
 pub fn quantity_text(key: &str, value: f64) -> Result<Option<String>, String> {
     let (_, declared) = find(key)?;
     Ok(quantity_of(declared).map(|quantity| units::in_scene(value, quantity)))

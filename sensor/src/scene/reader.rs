@@ -112,6 +112,11 @@ impl<'r, 't> Section<'r, 't> {
         self.diagnostics.report(value.span(), format!("{path}: {message}"));
     }
 
+    /// How much was wrong with the scene so far.
+    pub(super) fn complaints(&self) -> usize {
+        self.diagnostics.reported()
+    }
+
     /// Reports every key that was never asked for.
     pub(super) fn finish(self) {
         let known = self.known.borrow();
@@ -386,6 +391,17 @@ impl<'r, 't> Section<'r, 't> {
             .take(most)
             .filter_map(|value| self.section_of(key, value, &example))
             .collect()
+    }
+
+    /// What all tables of an array of tables are, each read so that every error is reported; `None`
+    /// if one of them is wrong.
+    pub(super) fn all<T>(
+        &self,
+        key: &'static str,
+        read: impl FnMut(Section<'r, 't>) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let values: Vec<Option<T>> = self.sections(key, MAX_TABLES).into_iter().map(read).collect();
+        values.into_iter().collect()
     }
 
     /// The text of a value as the file has it, shortened.

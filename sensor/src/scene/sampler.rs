@@ -38,7 +38,7 @@ tables! {
 /// reported.
 pub(super) fn read(detector: &Section, clock: Option<Clock>) -> Option<Sampler> {
     let Some(section) = detector.section("sampler") else {
-        // A value that is no table has been complained about.
+        // A value that is not a table has been reported.
         return detector.get("sampler").is_none().then(Sampler::default);
     };
     let widths = section.numbers("widths", "[0.98, 1.02, 0.98, 1.02]");
@@ -93,13 +93,15 @@ pub(super) fn widths_of_csv(text: &str) -> Result<Vec<f64>, (Range<usize>, Strin
         let (sample, width) = (fields.next().unwrap_or(""), fields.next().unwrap_or(""));
         let number = sample.parse().ok().filter(|number: &usize| *number < MOST_SAMPLES);
         let Some(number) = number else {
-            let message =
-                format!("\"{sample}\" is no sample; write its number, 0 to {}", MOST_SAMPLES - 1);
+            let message = format!(
+                "\"{sample}\" is not a sample; write its number, 0 to {}",
+                MOST_SAMPLES - 1
+            );
             return Err((place, message));
         };
         let Some(value) = width.parse::<f64>().ok().filter(|width| width.is_finite()) else {
             let message =
-                format!("\"{width}\" is no width; write it in sample periods, for example 1.02");
+                format!("\"{width}\" is not a width; write it in sample periods, for example 1.02");
             return Err((place, message));
         };
         widths.resize(widths.len().max(number + 1), None);
@@ -129,7 +131,7 @@ fn of_widths(section: &Section, widths: &[f64], clock: Option<Clock>) -> Option<
         section.report("widths", &message);
         return None;
     }
-    // Those that are no widths have been complained about.
+    // Those that are not widths have been reported.
     if widths.len() < listed {
         return None;
     }

@@ -15,7 +15,7 @@ use super::wording::{alternatives, quoted};
 /// Keys are those of the file, joined by dots. A table of several of its kind is told
 /// by its number, from 0, or by its name: `source[0].mean_power`,
 /// `source[laser].mean_power`; of an only one that may be left out. The value is TOML; what
-/// is none is a text, so that a quantity needs no quotation marks. In JSON it is key and value.
+/// is not one is a text, so that a quantity needs no quotation marks. In JSON it is key and value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(into = "String", try_from = "String")]
 #[schemars(with = "String")]
@@ -158,7 +158,7 @@ pub(super) fn with_settings<'t>(
 /// The parts of a key: `a`, `a[0].b`, `a[name].b`.
 pub(super) fn parts(key: &str) -> Result<Vec<KeyPart>, String> {
     let too_long =
-        || format!("a key of more than {MOST_KEY_PARTS} parts is none of a scene; {EXAMPLE}");
+        || format!("a key of more than {MOST_KEY_PARTS} parts is not a key of a scene; {EXAMPLE}");
     let mut parts = Vec::new();
     let mut rest = key;
     loop {

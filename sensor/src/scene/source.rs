@@ -164,6 +164,7 @@ pub(super) fn read_path(
 }
 
 fn read_code(section: Section) -> Option<Code> {
+    let before = section.complaints();
     let family = section.choice("family", &Family::NAMES);
     let interleave = section.count("interleave");
     let spec = CodeSpec {
@@ -177,25 +178,12 @@ fn read_code(section: Section) -> Option<Code> {
         allow_non_preferred: section.boolean("allow_non_preferred"),
         chips: section.string("chips", "0110").map(str::to_owned),
     };
-    let misread = [
-        (section.get("degree").is_some(), spec.degree.is_some()),
-        (section.get("interleave").is_some(), interleave.is_some()),
-        (section.get("index").is_some(), spec.index.is_some()),
-        (section.get("polynomials").is_some(), spec.polynomials.is_some()),
-        (section.get("seeds").is_some(), spec.seeds.is_some()),
-        (section.get("allow_non_preferred").is_some(), spec.allow_non_preferred.is_some()),
-        (section.get("chips").is_some(), spec.chips.is_some()),
-    ]
-    .into_iter()
-    .any(|(given, read)| given && !read);
-    let code = match family {
-        // What could not be read has been reported, and would be again.
-        None => None,
-        Some(_) if misread => None,
-        Some(_) => {
-            spec.build().map_err(|error| section.report(error.key(), &error.to_string())).ok()
-        }
-    };
+    // What could not be read has been reported, and would be again.
+    let is_read = section.complaints() == before;
+    let built = is_read.then(|| spec.build());
+    let code = built.and_then(|built| {
+        built.map_err(|error| section.report(error.key(), &error.to_string())).ok()
+    });
     section.finish();
     code
 }

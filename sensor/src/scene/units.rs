@@ -31,36 +31,31 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
+    /// The quantity with its article, and its SI unit as UDUNITS writes it.
+    fn words(self) -> [&'static str; 2] {
+        match self {
+            Time => ["a time", "s"],
+            Distance => ["a distance", "m"],
+            Wavelength => ["a wavelength", "m"],
+            Rate => ["a rate", "s-1"],
+            Power => ["a power", "W"],
+            Speed => ["a speed", "m s-1"],
+            ClockOffset => ["a clock's offset", "1"],
+            ClockDrift => ["a clock's drift", "s-1"],
+            Angle => ["an angle", "rad"],
+            Illuminance => ["an illuminance", "lx"],
+            SpectralIrradiance => ["a spectral irradiance", "W m-2 nm-1"],
+        }
+    }
+
     /// The quantity with its article.
     pub(super) fn name(self) -> &'static str {
-        match self {
-            Quantity::Time => "a time",
-            Quantity::Distance => "a distance",
-            Quantity::Wavelength => "a wavelength",
-            Quantity::Rate => "a rate",
-            Quantity::Power => "a power",
-            Quantity::Speed => "a speed",
-            Quantity::ClockOffset => "a clock's offset",
-            Quantity::ClockDrift => "a clock's drift",
-            Quantity::Angle => "an angle",
-            Quantity::Illuminance => "an illuminance",
-            Quantity::SpectralIrradiance => "a spectral irradiance",
-        }
+        self.words()[0]
     }
 
     /// Its SI unit, as UDUNITS writes it.
     pub(super) fn si_unit(self) -> &'static str {
-        match self {
-            Quantity::Time => "s",
-            Quantity::Distance | Quantity::Wavelength => "m",
-            Quantity::Rate | Quantity::ClockDrift => "s-1",
-            Quantity::Power => "W",
-            Quantity::Speed => "m s-1",
-            Quantity::ClockOffset => "1",
-            Quantity::Angle => "rad",
-            Quantity::Illuminance => "lx",
-            Quantity::SpectralIrradiance => "W m-2 nm-1",
-        }
+        self.words()[1]
     }
 
     /// The quantity whose units it has.

@@ -13,7 +13,7 @@ use crate::report::curves::{self, IntegrationCurves};
 use crate::report::estimates::BothEstimates;
 use crate::report::figure::Figure;
 use crate::report::plan::{LINK_HEADINGS, link};
-use crate::report::residuals::Comparison;
+use crate::report::residuals::Residuals;
 use crate::report::{DetectorCounts, geometry, offsets};
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 
@@ -149,7 +149,7 @@ impl OfDetector {
 }
 
 /// What is left of all counts, or of as many as there is room for.
-fn residuals(comparison: &Comparison, name: &str, id: String) -> Figure {
+fn residuals(comparison: &Residuals, name: &str, id: String) -> Figure {
     let (chi_square, number) = comparison.chi_square();
     let (from, to) = comparison.near(RESIDUALS_SHOWN);
     comparison.residuals(from, to).figure(
@@ -164,8 +164,8 @@ fn residuals(comparison: &Comparison, name: &str, id: String) -> Figure {
 
 /// Counts beside what the scene as it is lets one expect.
 enum Expected {
-    OfSteps(Comparison),
-    OfBins(Comparison),
+    OfSteps(Residuals),
+    OfBins(Residuals),
     /// Why nothing is.
     Unknown(String),
 }
@@ -175,9 +175,9 @@ impl Expected {
         let mine = page.histograms.iter().find(|one| one.detector == counts.detector);
         let expected = match mine {
             Some(histogram) => histogram_against_scene(page.sensor, histogram)
-                .map(|bins| Expected::OfBins(Comparison::of_bins(&bins))),
+                .map(|bins| Expected::OfBins(Residuals::of_bins(&bins))),
             None => against_scene(page.sensor, &scan(counts))
-                .map(|steps| Expected::OfSteps(Comparison::of_steps(&steps))),
+                .map(|steps| Expected::OfSteps(Residuals::of_steps(&steps))),
         };
         expected.unwrap_or_else(Expected::Unknown)
     }

@@ -9,9 +9,10 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use self::tables::{table, values};
 use super::DetectorCounts;
+use super::columns::row;
 use super::curves::IntegrationCurves;
 use super::estimates::{BothEstimates, Notes, estimator_name, millimetres};
-use super::plan::{row, saving, spelled};
+use super::plan::{about, row, saving, spelled};
 use super::provenance::Provenance;
 use super::quantities::{frequency, length, number, time};
 use super::role::colours;
@@ -21,19 +22,36 @@ use crate::deliver::Emission;
 use crate::estimate::report::EstimateReport;
 use crate::grade::Grade;
 use crate::plan::figures::Figures;
-use crate::plan::resources::{Basis, Resources};
+use crate::plan::resources::Resources;
 use crate::plan::{Part, Plan};
 use crate::printable::{printable, printable_lines};
 use crate::recorded::RecordedHistogram;
 use crate::reference::cover_report::Missed;
 use crate::sensor::Sensor;
 
-pub(super) const STYLE: &str = include_str!("style.css");
 /// Titles that links lead to.
 const COSIMULATION: &str = "Co-simulation";
 const HARDWARE: &str = "Hardware";
 const STRENGTH: &str = "How strong the check is";
 const WAVES: &str = "Ports, clock by clock";
+
+/// A page of its own, about a scene.
+pub(super) fn document(scene: &str, content: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { "goldtof: " (scene) }
+                style { (PreEscaped(include_str!("style.css"))) (PreEscaped(colours(true))) }
+            }
+            body { main { (content) } }
+        }
+    };
+    page.into_string()
+}
 
 /// What a title is linked by.
 fn id_of(title: &str) -> String {
@@ -92,27 +110,15 @@ impl Page<'_> {
             ("Left out, and kept", self.parts()),
             ("Where this comes from", self.origin()),
         ]);
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta name="color-scheme" content="light dark";
-                    title { "goldtof: " (name) }
-                    style { (PreEscaped(STYLE)) (PreEscaped(colours(true))) }
+        document(
+            name,
+            &html! {
+                (self.head(name))
+                @for (title, content) in &sections {
+                    section id=(id_of(title)) { h2 { (title) } (content) }
                 }
-                body {
-                    main {
-                        (self.head(name))
-                        @for (title, content) in &sections {
-                            section id=(id_of(title)) { h2 { (title) } (content) }
-                        }
-                    }
-                }
-            }
-        };
-        page.into_string()
+            },
+        )
     }
 
     fn head(&self, name: &str) -> Markup {
@@ -191,9 +197,7 @@ impl Page<'_> {
                 }
                 (table(
                     &["estimator", "distance", "error", "expected error", "off by, in standard deviations"],
-                    &both.rows().map(|row| {
-                        vec![row.name.to_owned(), row.distance, row.error, row.expected, row.off]
-                    }),
+                    &both.rows().map(|row| row.to_vec()),
                 ))
                 @for note in own_notes { p.soft { (capitalized(note)) } }
                 (details_of(both))
@@ -217,11 +221,11 @@ impl Page<'_> {
             rows.push(row("not exercised", report.not_exercised.join(", ")));
         }
         if let Some(first) = &report.first_mismatch {
-            rows.push(row("first mismatch", format!("clock {}: {}", first.clock, first.text())));
+            rows.push(row!("first mismatch", "clock {}: {}", first.clock, first.text()));
         }
         if !self.provenance.reproducible {
             let speed = report.clocks_per_s / 1e6;
-            rows.push(row("speed", format!("{speed:.1} million clocks per second")));
+            rows.push(row!("speed", "{speed:.1} million clocks per second"));
         }
         let coverage = &report.coverage;
         let missed = |points: &[Missed]| -> Vec<Vec<String>> {
@@ -313,10 +317,6 @@ impl Page<'_> {
 
 /// What the sensor takes of an FPGA.
 fn fpga_tile(resources: &Resources) -> (String, String, String) {
-    let about = match resources.basis {
-        Basis::Measured => "",
-        Basis::Fitted { .. } => "about ",
-    };
     let block_rams = match resources.block_rams {
         0 => "no block RAM".to_owned(),
         1 => "1 block RAM".to_owned(),
@@ -324,7 +324,7 @@ fn fpga_tile(resources: &Resources) -> (String, String, String) {
     };
     (
         "FPGA".to_owned(),
-        format!("{about}{} LUTs", resources.cells.luts),
+        format!("{}{} LUTs", about(resources), resources.cells.luts),
         format!("{} flip-flops, {block_rams}", resources.cells.flip_flops),
     )
 }
@@ -356,8 +356,8 @@ fn details_of(both: &BothEstimates) -> Markup {
             rows.push(row("other light", value));
         }
     }
-    rows.push(row("calibration offset", format!("{:.1} ps", own.calibration_offset_ps)));
-    rows.push(row("unambiguous range", format!("{:.4} m", own.unambiguous_range_m)));
+    rows.push(row!("calibration offset", "{:.1} ps", own.calibration_offset_ps));
+    rows.push(row!("unambiguous range", "{:.4} m", own.unambiguous_range_m));
     if let Some(at_s) = own.true_distance_at_s {
         let value = format!("{:.4} ms after the start of the scan", at_s * 1e3);
         rows.push(row("true distance is that of", value));

@@ -14,7 +14,7 @@ use crate::scene::EstimatorKind;
 use crate::simulate::path_statistics::PathStatistics;
 
 /// What is expected of a path's errors, or why nothing is.
-type Expected = Result<ExpectedErrors, String>;
+type ExpectedOfPath = Result<ExpectedErrors, String>;
 
 /// One entry per path of a detector.
 pub fn statistics(
@@ -88,12 +88,12 @@ pub fn statistics(
 }
 
 /// Why nothing is expected of a path's errors, where that is so.
-fn unexpected(expected: &Expected) -> Option<String> {
+fn unexpected(expected: &ExpectedOfPath) -> Option<String> {
     expected.as_ref().err().map(|reason| format!("no expectation: {reason}"))
 }
 
 /// What each path's errors and share of misses are expected to be.
-fn expectations(ranging: &Ranging, theory: &Theory) -> (Vec<Expected>, Vec<Option<f64>>) {
+fn expectations(ranging: &Ranging, theory: &Theory) -> (Vec<ExpectedOfPath>, Vec<Option<f64>>) {
     let range_m = distance_m(ranging.code_period_ps);
     if ranging.sensor.scene().estimator == EstimatorKind::Model {
         return match fitted_to_means(ranging, theory) {
@@ -115,10 +115,10 @@ fn expectations(ranging: &Ranging, theory: &Theory) -> (Vec<Expected>, Vec<Optio
 }
 
 /// The fit's answer to the expected counts.
-fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<Expected>, FitError> {
+fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<ExpectedOfPath>, FitError> {
     let fitted = expected_fit(ranging.sensor, ranging.detector, ranging.counting)?;
     let unseen = || Err("the expected counts do not show the path".to_owned());
-    let mut expected: Vec<Expected> = ranging.paths.iter().map(|_| unseen()).collect();
+    let mut expected: Vec<ExpectedOfPath> = ranging.paths.iter().map(|_| unseen()).collect();
     for (order, place, bias_m) in ranging.matched(&fitted) {
         let std_m = distance_m(fitted.paths[order].delay_std_ps);
         let path = ranging.paths[place];

@@ -1,6 +1,6 @@
 //! Which tier is worth its time, and whether that can be told at all.
 
-use super::points::{RESOLUTION, Run, cost, needed_scans, worst};
+use super::points::{RESOLUTION, TierRun, cost, needed_scans, worst};
 use super::{Agreement, Recommendation, Reference, Refusal, TierPoint};
 use crate::math::NORMAL_95;
 
@@ -22,7 +22,7 @@ pub fn mark_pareto(tiers: &mut [TierPoint]) {
 
 /// Refuses a target error that the reference's runs do not resolve: with such
 /// intervals no tier could be seen to hold.
-pub fn refuse(runs: &[Run], reference: &Reference, target_error: f64) -> Option<Refusal> {
+pub fn refuse(runs: &[TierRun], reference: &Reference, target_error: f64) -> Option<Refusal> {
     let of_missed =
         reference.missed_fraction_ci95.map(|end| (end - reference.missed_fraction).abs());
     let half_width = [

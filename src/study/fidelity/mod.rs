@@ -386,7 +386,7 @@ fn unless_left_out<R>(
 
 /// What a tier's runs say beside the reference; a warning if they say nothing.
 fn points_of(
-    runs: &[points::Run],
+    runs: &[points::TierRun],
     reference: &Reference,
     target_error: f64,
     warnings: &mut Vec<String>,

@@ -24,7 +24,7 @@ const WORTH: f64 = 1.5;
 
 /// One run of one tier.
 #[derive(Debug, Clone)]
-pub struct Run {
+pub struct TierRun {
     tier: Tier,
     pub repetitions: u64,
     pub run_time_s: f64,
@@ -39,9 +39,9 @@ pub fn grow(
     path: PathIndex,
     seed: u64,
     (budget, target_error): (Duration, f64),
-) -> Result<Vec<Run>, FidelityError> {
+) -> Result<Vec<TierRun>, FidelityError> {
     let tier = prepared.tier();
-    let mut runs: Vec<Run> = Vec::new();
+    let mut runs: Vec<TierRun> = Vec::new();
     // The runs of all tiers are held against expectations together.
     let simulated = Simulated::new(sensor, tier.scans(0).seeded(seed))?;
     let simulated = simulated.one_of(Tier::ALL.len() * REPETITIONS.len());
@@ -51,7 +51,7 @@ pub fn grow(
         let gathered = simulated.gather(prepared, 0..repetitions, &mut |_| ())?;
         let simulation = simulated.conclude(gathered)?;
         let mut statistics = simulation.estimates.into_iter();
-        let run = Run {
+        let run = TierRun {
             tier,
             repetitions,
             run_time_s: simulation.run_time_s,
@@ -84,7 +84,7 @@ pub fn grow(
 /// Scans that bring the half-widths of the 95 % intervals of standard deviation and
 /// bias (in standard deviations) and of the share of missed peaks down to
 /// `half_width`; none without a scatter to go by.
-pub fn needed_scans(run: &Run, half_width: f64) -> Option<u64> {
+pub fn needed_scans(run: &TierRun, half_width: f64) -> Option<u64> {
     let s = &run.statistics;
     let (std_m, bias_std_error_m, std_std_error_m) =
         (s.std_m?, s.bias_std_error_m?, s.std_std_error_m?);
@@ -112,7 +112,7 @@ pub fn cost(runs: &[(u64, f64)]) -> Option<(f64, f64)> {
 }
 
 /// The reference that a run gives.
-pub fn reference(run: Option<&Run>) -> Result<Reference, FidelityError> {
+pub fn reference(run: Option<&TierRun>) -> Result<Reference, FidelityError> {
     let run = run.ok_or(FidelityError::NoPath)?;
     let s = &run.statistics;
     let missed = s.missed_fraction.zip(s.missed_fraction_ci95);
@@ -146,7 +146,7 @@ pub fn reference(run: Option<&Run>) -> Result<Reference, FidelityError> {
 /// Holds a run's standard deviation, bias and share of missed peaks against the
 /// reference's, with the standard errors of both; none where the run has too few
 /// estimates.
-pub fn point(run: &Run, reference: &Reference, target_error: f64) -> Option<TierPoint> {
+pub fn point(run: &TierRun, reference: &Reference, target_error: f64) -> Option<TierPoint> {
     let s = &run.statistics;
     let (std_m, bias_m) = (s.std_m?, s.bias_m?);
     // What draws nothing has no errors of its own.

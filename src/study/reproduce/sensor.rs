@@ -4,10 +4,7 @@ use std::sync::Arc;
 
 use crate::code::{Code, CodeError, CodeSpec, Family};
 use crate::estimate::{CountingTier, Prediction, PredictionError, calibration_offset_ps, predict};
-use crate::scene::{
-    Architecture, DetectorIndex, EstimatorKind, Hardware, LaserResponse, OtherLight, Path,
-    PathIndex, Polarity, Registers, Scan, Scene, Source, SourceClock, SourceIndex, Target,
-};
+use crate::scene::{DetectorIndex, Path, PathIndex, Scan, Scene, Source, SourceIndex};
 use crate::sensor::Sensor;
 use crate::study::article;
 
@@ -90,30 +87,23 @@ impl Light {
 /// # Panics
 /// If there is no light at all.
 pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
+    let table_i = article::table_i();
     let source = |(number, light): (usize, &Light)| Source {
         name: format!("laser{number}"),
         code: light.code.clone(),
-        wavelength_nm: 783.0,
         mean_power_w: light.power_pw * 1e-12,
-        extinction_ratio: 10.0,
-        response: LaserResponse::Ideal,
-        clock: SourceClock::default(),
+        ..table_i.sources[0].clone()
     };
     let path = |(number, light): (usize, &Light)| Path {
         source: SourceIndex(number),
-        detector: DetectorIndex(0),
         delay_ps: light.delay_ps,
-        transmission: 1.0,
-        movement: None,
+        ..table_i.paths[0].clone()
     };
     let steps = u64::from(SAMPLES_PER_CHIP) * lights[0].code.len();
     Scene {
         name: "article".to_owned(),
         origin: Default::default(),
-        chip_period_ps: CHIP_PERIOD_PS,
-        samples_per_chip: SAMPLES_PER_CHIP,
         sources: lights.iter().enumerate().map(source).collect(),
-        detectors: vec![article::detector()],
         paths: lights.iter().enumerate().map(path).collect(),
         scan: Scan {
             first_step: 0,
@@ -122,20 +112,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
             integration_chips: (integration_s * 1e12 / CHIP_PERIOD_PS).round() as u64,
             requested_integration_ps: integration_s * 1e12,
         },
-        estimator: EstimatorKind::Fft,
-        other_light: OtherLight::Given,
-        hardware: Hardware {
-            target: Target::Ecp525k6,
-            architecture: Architecture::UpDown,
-            polarity: Polarity::High,
-            parallel: 1,
-            counter_width: None,
-            total_counts: None,
-            peak_detector: false,
-            registers: Registers::None,
-            buffers: 2,
-        },
-        array: None,
+        ..table_i
     }
 }
 

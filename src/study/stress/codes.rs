@@ -59,7 +59,7 @@ pub(super) const CASES: &[Case] = cases! {
         |_| one_sample_per_chip();
     Codes quick "a-scan-of-one-step-gives-no-estimate":
         "estimates from scans of a single phase step, counts -1,000 to 1,000",
-        "a single count is no peak over anything",
+        "a single count cannot be a peak",
         |_| one_step();
     Codes quick "a-scan-that-wraps-round-the-period":
         "largest relative difference of expected counts between a window over the period's end \

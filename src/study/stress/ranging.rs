@@ -61,9 +61,8 @@ pub(super) const CASES: &[Case] = cases! {
          bias off by one standard deviation makes it 1.4",
         image_over_light;
     Stiff quick "paths-of-3-m-and-20-km":
-        "largest difference of expected signed counts between a second path of 20 km and one as \
-         long as 20 km leave over beyond whole code periods, in counts of that path's peak, all \
-         of Table I",
+        "largest difference of expected signed counts between a second path of 20 km and one of \
+         20 km less whole code periods, in counts of that path's peak, all of Table I",
         "light that repeats comes the same after whole periods; 20 km are 133,425,638,079 fs, \
          538 periods of 248 ns and 1,638,079 fs; a double holds 1.3 10^8 ps to 2 10^-8 ps, and \
          edges of the light are one if they are 10^-7 chips apart",

@@ -78,7 +78,7 @@ pub(super) struct Testbench {
 }
 
 /// What a run gave.
-pub(super) struct Run {
+pub(super) struct BenchRun {
     /// Clocks at which a port of the Verilog differed from the reference model.
     pub mismatches: u64,
     /// Results of all steps, in order.
@@ -105,7 +105,7 @@ impl Testbench {
     }
 
     /// Plays a script for some clocks.
-    pub fn play(&mut self, script: &Script, clocks: u64) -> Result<Run, CaseError> {
+    pub fn play(&mut self, script: &Script, clocks: u64) -> Result<BenchRun, CaseError> {
         let sampling = self.interface.timing.sampling();
         let run = self.run(&mut Player { script, sampling }, clocks)?;
         ensure!(
@@ -116,7 +116,7 @@ impl Testbench {
     }
 
     /// Sets the adversary on it.
-    pub fn attack(&mut self, seed: u64, clocks: u64) -> Result<Run, CaseError> {
+    pub fn attack(&mut self, seed: u64, clocks: u64) -> Result<BenchRun, CaseError> {
         let mut adversary = Adversarial::new(&self.interface, seed);
         let run = self.run(&mut adversary, clocks)?;
         let names = self.interface.reference_codes.iter().map(|_| "spad");
@@ -127,7 +127,7 @@ impl Testbench {
         Ok(run)
     }
 
-    fn run(&mut self, stimulus: &mut dyn Stimulus, clocks: u64) -> Result<Run, CaseError> {
+    fn run(&mut self, stimulus: &mut dyn Stimulus, clocks: u64) -> Result<BenchRun, CaseError> {
         let mut results = Vec::new();
         let outcome = Lockstep {
             model: &mut self.model,
@@ -137,7 +137,7 @@ impl Testbench {
             window: Window::Clocks(0..PORT_CLOCKS),
         }
         .run(clocks, |result| results.push(result), |_| ())?;
-        Ok(Run {
+        Ok(BenchRun {
             mismatches: outcome.mismatches,
             results,
             records: outcome.asked.unwrap_or(outcome.found).records,
@@ -146,7 +146,7 @@ impl Testbench {
     }
 
     /// The Verilog's value of a port at each of a run's first [`PORT_CLOCKS`] clocks.
-    pub fn port<'a>(&'a self, run: &'a Run, port: Role) -> impl Iterator<Item = u64> + 'a {
+    pub fn port<'a>(&'a self, run: &'a BenchRun, port: Role) -> impl Iterator<Item = u64> + 'a {
         let field = self.layout.outputs.field(port).clone();
         let records = run.records.got.values.chunks_exact(self.layout.outputs.words);
         records.map(move |record| field.low_word(record))

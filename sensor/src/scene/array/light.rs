@@ -9,7 +9,7 @@
 //! the laser at the lens a wall that the array faces so comes out as cos^4(theta).
 
 use super::surface::{Hit, Surface, Vector, dot, length, minus, passing};
-use super::{MAX_PIXELS, Pose};
+use super::{Lens, MAX_PIXELS, Pose};
 use crate::light::SPEED_OF_LIGHT_M_PER_S;
 use crate::scene::budget::Receiver;
 use crate::scene::declare::*;
@@ -18,25 +18,6 @@ use crate::scene::{DetectorIndex, Path, SourceIndex};
 
 /// Angles beyond a laser's edge that still count as lit: pixels at the array's own edge, rounded.
 const EDGE: f64 = 1.0 + 1e-9;
-
-/// Pixels behind a lens.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lens {
-    /// Rows of pixels, the uppermost first.
-    pub rows: u32,
-    /// Pixels of a row, the leftmost first.
-    pub columns: u32,
-    /// From pixel to pixel.
-    pub pitch_m: f64,
-    /// Of the lens.
-    pub focal_length_m: f64,
-    /// Focal length over aperture.
-    pub f_number: f64,
-    /// Transmission of lenses and filter.
-    pub optics: f64,
-    /// Share of a pixel's area that detects.
-    pub fill_factor: f64,
-}
 
 /// What a pixel sees.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,13 +65,8 @@ impl PixelLight {
 
 impl Lens {
     pub(super) fn read(section: &Section) -> Option<Lens> {
-        let (rows, columns): (Option<u32>, Option<u32>) =
-            (section.count("rows"), section.count("columns"));
-        let pitch_m = section.quantity("pitch");
-        let focal_length_m = section.quantity("focal_length");
-        let f_number = section.number("f_number");
-        let (optics, fill_factor) = (section.number("optics"), section.number("fill_factor"));
-        let (rows, columns) = (rows?, columns?);
+        let lens = Lens::keys(section)?;
+        let (rows, columns) = (lens.rows, lens.columns);
         if rows * columns > MAX_PIXELS {
             let message = format!(
                 "{rows} rows of {columns} pixels are more than {MAX_PIXELS} pixels; use fewer of one"
@@ -98,15 +74,7 @@ impl Lens {
             section.report("rows", &message);
             return None;
         }
-        Some(Lens {
-            rows,
-            columns,
-            pitch_m: pitch_m?,
-            focal_length_m: focal_length_m?,
-            f_number: f_number?,
-            optics: optics?,
-            fill_factor: fill_factor?,
-        })
+        Some(lens)
     }
 
     /// Number of pixels.

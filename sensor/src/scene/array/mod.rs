@@ -10,14 +10,13 @@ mod surface;
 use std::sync::Arc;
 
 use self::light::Lit;
-pub use self::light::{Lens, PixelLight, PixelPath};
+pub use self::light::{PixelLight, PixelPath};
 pub use self::surface::Hit;
-use self::surface::{Plane, Sphere, Surface};
+use self::surface::Surface;
 use super::budget::{self, Receiver};
 use super::declare::*;
 use super::detector::DETECTOR;
 use super::names::Names;
-use super::reader::MAX_TABLES;
 use super::{Detector, Scene, Source};
 use crate::light::photon_rate_hz;
 
@@ -32,26 +31,29 @@ pub(super) const TURN: Kind = quantity(Quantity::Angle, "-180 deg", "180 deg");
 pub(super) const PLACE: Kind = quantity(Quantity::Distance, "-100 km", "100 km");
 
 tables! {
-    ARRAY = "array" {
-        rows = integer(1, 4096), Needed, "192";
+    /// Pixels behind a lens.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Lens {}
+    of ARRAY = "array" {
+        rows => rows: u32 = integer(1, 4096), Needed, "192";
             "rows of pixels, counted from the top of what is seen"
             "with `columns` no more than 1,048,576 pixels, whose maps are kept in memory";
-        columns = integer(1, 4096), Needed, "256";
+        columns => columns: u32 = integer(1, 4096), Needed, "256";
             "pixels of a row, counted from the left of what is seen"
             "as for `rows`";
-        pitch = quantity(Distance, "100 nm", "100 mm"), Needed, "12 um";
+        pitch => pitch_m: f64 = quantity(Distance, "100 nm", "100 mm"), Needed, "12 um";
             "from pixel to pixel, in either direction"
             "from below the wavelength to a detector of its own in each pixel";
-        focal_length = quantity(Distance, "10 um", "100 m"), Needed, "3 mm";
+        focal_length => focal_length_m: f64 = quantity(Distance, "10 um", "100 m"), Needed, "3 mm";
             "of the lens, which images without distortion (a pinhole's geometry)"
             "from microlenses to the longest telescopes";
-        f_number = number(0.1, 1000.0), Needed, "1.4";
+        f_number => f_number: f64 = number(0.1, 1000.0), Needed, "1.4";
             "focal length over the diameter of the aperture"
             "no lens reaches below 0.5 in air";
-        optics = number(0.0, 1.0), Or("1"), "0.7";
+        optics => optics: f64 = number(0.0, 1.0), Or("1"), "0.7";
             "transmission of lenses and filter at the source's wavelength"
             "a share";
-        fill_factor = number(0.0, 1.0), Or("1"), "0.3";
+        fill_factor => fill_factor: f64 = number(0.0, 1.0), Or("1"), "0.3";
             "share of the pixel's area that detects"
             "a share";
         row = integer(0, 4095), Otherwise("the middle one"), "96";
@@ -63,7 +65,7 @@ tables! {
         background = table("array.background"),
             Otherwise("none: every pixel has the detector's background"),
             "{ illuminance = \"1 klux\", filter_width = \"10 nm\" }";
-            "light on all surfaces that is no laser's, each pixel's by its reflectance and place";
+            "light on all surfaces from no laser, each pixel's by its reflectance and place";
         plane = table("array.plane"), Otherwise("none"), "{ z = \"3 m\", reflectance = 0.5 }";
             "list of flat surfaces of the room";
         sphere = table("array.sphere"), Otherwise("none"),
@@ -106,7 +108,7 @@ tables! {
             "by how much it looks to the right; of a plane, by how much its right edge comes nearer"
             "half a turn either way";
         tilted => tilted_rad: f64 = TURN, Or("0 deg"), "-10 deg";
-            "by how much it looks up; of a plane, by how much its lower edge goes away"
+            "by how much it looks up; of a plane, by how much its lower edge tilts away"
             "as for `turned`";
     }
 }
@@ -214,29 +216,22 @@ pub(super) fn read(
     let row = pixel(&section, "row", lens.as_ref().map(|lens| lens.rows), middle);
     let column = pixel(&section, "column", lens.as_ref().map(|lens| lens.columns), middle);
     let background = read_background(root, &section, lens.as_ref(), wavelength_nm);
-    let planes = section.sections("plane", MAX_TABLES);
-    let panes = |plane: &&Plane| plane.transmission > 0.0;
-    let read: Vec<_> = planes.into_iter().map(surface::read_plane).collect();
-    if read.iter().flatten().filter(panes).count() > MAX_PANES {
+    let planes = section.all("plane", surface::read_plane);
+    let spheres = section.all("sphere", surface::read_sphere);
+    let lights = section.all("light", |light| light::read(light, names, lens.as_ref()));
+    let panes = planes.iter().flatten().filter(|plane| plane.transmission > 0.0);
+    if panes.count() > MAX_PANES {
         let message = format!(
             "more than {MAX_PANES} planes let light through; every ray would have a path to each of \
              them; give some of them transmission = 0"
         );
         section.report("plane", &message);
     }
-    let planes: Option<Vec<Plane>> = read.into_iter().collect();
-    let spheres = section.sections("sphere", MAX_TABLES).into_iter().map(surface::read_sphere);
-    let spheres: Vec<Option<Sphere>> = spheres.collect();
-    let lights = section.sections("light", MAX_TABLES).into_iter();
-    let lights: Vec<Option<Lit>> =
-        lights.map(|light| light::read(light, names, lens.as_ref())).collect();
     section.finish();
-    let lens = lens?;
-    let mut lights = lights.into_iter().collect::<Option<Vec<Lit>>>()?;
+    let (lens, mut lights) = (lens?, lights?);
     if let Some(own) = own.filter(|own| !lights.iter().any(|light| light.is_of(*own))) {
         lights.insert(0, Lit::at_lens(own, &lens));
     }
-    let spheres: Option<Vec<Sphere>> = spheres.into_iter().collect();
     let surfaces = planes?.into_iter().map(Surface::Plane);
     Some(Some(Array {
         row: row?,
