@@ -6,14 +6,15 @@ use crate::scan::{Sample, Sampling};
 /// hit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LastSample {
-    lanes: u32,
+    /// Samples of a word.
+    samples: u32,
     is_high: bool,
 }
 
 impl LastSample {
     /// Before the first word, of which nobody can tell whether it begins with an edge.
-    pub(super) fn before_all(lanes: u32) -> LastSample {
-        LastSample { lanes, is_high: true }
+    pub(super) fn before_all(samples: u32) -> LastSample {
+        LastSample { samples, is_high: true }
     }
 
     /// Adds the first samples of all runs of high samples that begin in the word of
@@ -21,8 +22,8 @@ impl LastSample {
     #[inline]
     pub(super) fn hits(&mut self, clock: u64, word: u64, hits: &mut Vec<Sample>) {
         let mut rising = word & !(word << 1 | u64::from(self.is_high));
-        self.is_high = word >> (self.lanes - 1) & 1 == 1;
-        let first = Sampling::new(self.lanes).first_sample(clock);
+        self.is_high = word >> (self.samples - 1) & 1 == 1;
+        let first = Sampling::new(self.samples).first_sample(clock);
         while rising != 0 {
             hits.push(first + u64::from(rising.trailing_zeros()));
             rising &= rising - 1;
@@ -35,29 +36,29 @@ mod tests {
     use super::*;
 
     /// Sample by sample, by the definition.
-    fn by_definition(lanes: u32, words: &[u64]) -> Vec<Sample> {
-        let samples: Vec<bool> = words
+    fn by_definition(samples: u32, words: &[u64]) -> Vec<Sample> {
+        let levels: Vec<bool> = words
             .iter()
-            .flat_map(|word| (0..lanes).map(move |lane| word >> lane & 1 == 1))
+            .flat_map(|word| (0..samples).map(move |sample| word >> sample & 1 == 1))
             .collect();
-        let rises = |&at: &usize| samples[at] && !samples[at - 1];
-        (1..samples.len()).filter(rises).map(|at| Sample(at as u64)).collect()
+        let rises = |&at: &usize| levels[at] && !levels[at - 1];
+        (1..levels.len()).filter(rises).map(|at| Sample(at as u64)).collect()
     }
 
     #[test]
     fn hits_are_rising_edges_also_across_words() {
-        for lanes in [1u32, 2, 4, 8, 16] {
-            let mask = (1u64 << lanes) - 1;
+        for samples in [1u32, 2, 4, 8, 16] {
+            let mask = (1u64 << samples) - 1;
             let words: Vec<u64> = (0..500u64)
                 .map(|n| (n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 23) & mask)
-                .chain([mask, mask, 0, 1, mask, 1 << (lanes - 1), 1])
+                .chain([mask, mask, 0, 1, mask, 1 << (samples - 1), 1])
                 .collect();
-            let mut last = LastSample::before_all(lanes);
+            let mut last = LastSample::before_all(samples);
             let mut hits = Vec::new();
             for (clock, &word) in words.iter().enumerate() {
                 last.hits(clock as u64, word, &mut hits);
             }
-            assert_eq!(hits, by_definition(lanes, &words), "{lanes} lanes");
+            assert_eq!(hits, by_definition(samples, &words), "{samples} samples");
             assert!(hits.len() > 50);
         }
     }

@@ -26,7 +26,8 @@ pub(super) struct RecordReader {
     reset_at: u32,
     ready_at: u32,
     samples_at: u32,
-    lanes: u32,
+    /// Bits of one detector's samples.
+    samples: u32,
     detectors: u32,
     outputs: Vec<Piece>,
     output_words: usize,
@@ -75,7 +76,7 @@ impl RecordReader {
             reset_at: place_of(Role::Reset),
             ready_at: place_of(Role::Ready),
             samples_at: place_of(Role::Samples),
-            lanes: interface.lanes(),
+            samples: interface.lanes(),
             detectors: interface.reference_codes.len() as u32,
             outputs,
             output_words: layout.outputs.words,
@@ -88,8 +89,8 @@ impl RecordReader {
         clocks.reset.push(bits(record, self.reset_at, 1) as u8);
         clocks.ready.push(bits(record, self.ready_at, 1) as u8);
         for detector in 0..self.detectors {
-            let at = self.samples_at + detector * self.lanes;
-            clocks.samples.push(bits(record, at, self.lanes));
+            let at = self.samples_at + detector * self.samples;
+            clocks.samples.push(bits(record, at, self.samples));
         }
         let start = clocks.got.len();
         clocks.got.resize(start + self.output_words, 0);
