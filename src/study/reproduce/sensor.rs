@@ -6,7 +6,7 @@ use crate::code::{Code, CodeError, CodeSpec, Family};
 use crate::estimate::{CountingTier, Prediction, PredictionError, calibration_offset_ps, predict};
 use crate::scene::{
     Architecture, DetectorIndex, EstimatorKind, Hardware, LaserResponse, OtherLight, Path,
-    PathIndex, Polarity, Registers, Scan, Scene, Source, SourceClock, SourceIndex, Target,
+    PathIndex, Polarity, Readout, Registers, Scan, Scene, Source, SourceClock, SourceIndex, Target,
 };
 use crate::sensor::Sensor;
 use crate::study::article;
@@ -132,6 +132,7 @@ pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
             counter_width: None,
             total_counts: None,
             peak_detector: false,
+            readout: Readout::Queue,
             registers: Registers::None,
             buffers: 2,
         },

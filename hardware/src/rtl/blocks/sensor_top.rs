@@ -14,8 +14,8 @@
 use std::sync::Arc;
 
 use super::{
-    CodeSource, DetectorChannel, Groups, PeakDetector, RegisterFile, ResultStream, ScanController,
-    ScanSequencer, SensorPorts, first_of,
+    CodeSource, DetectorChannel, Groups, PeakDetector, PixelArray, RegisterFile, ResultStream,
+    ScanController, ScanSequencer, SensorPorts, first_of,
 };
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
@@ -39,6 +39,10 @@ pub struct SensorTop {
     /// Whether a host sets the scan.
     #[set(interface.registers.is_some())]
     is_set: bool,
+    /// Clocks by which a step's end is told before its last hits are in: a row takes its counters
+    /// over at a register's word.
+    #[set(counts.dumps_early())]
+    dumps_early: u32,
     /// First bit and bits of the seed that each code takes.
     #[set(codes.all.iter().map(|code| seed_taken(&interface, code)).collect())]
     seeds: Vec<(usize, usize)>,
@@ -69,10 +73,10 @@ pub struct SensorTop {
         interface.timing.scan.integration_chips,
         interface.groups(),
         interface.realigns(),
-        Correlator::clocks_to_dump(interface.lanes()),
+        Correlator::clocks_to_dump(interface.lanes()) - dumps_early,
         counts.count_segments.count,
-        counts.clocks_of_counting(),
-        detectors * parallel > 1,
+        counts.clocks_of_counting() + dumps_early,
+        detectors * parallel > 1 && dumps_early == 0,
     ))]
     controller: Optional<ScanController>,
     #[each(plan in interface.registers.iter())]
@@ -92,9 +96,13 @@ pub struct SensorTop {
         counts.peak.map_or((0, 0), |peak| (peak.step_bits, peak.count_bits)),
     ))]
     registers: Vec<RegisterFile>,
-    #[each(code in interface.reference_codes.iter())]
+    #[each(code in interface.reference_codes.iter().filter(|_| counts.rows.is_none()))]
     #[is(DetectorChannel::new(interface.clone(), counts, code.clone()))]
     channel: Vec<DetectorChannel>,
+    #[each(rows in counts.rows.iter())]
+    #[is(PixelArray::new(interface.clone(), counts, *rows))]
+    array: Vec<PixelArray>,
+    #[when(counts.rows.is_none())]
     #[is(ResultStream::new(
         counts.count_bits,
         counts.saturates(),
@@ -107,7 +115,7 @@ pub struct SensorTop {
         },
         is_set,
     ))]
-    results: ResultStream,
+    results: Optional<ResultStream>,
     #[each(peak in counts.peak.iter())]
     #[is(PeakDetector::new(*peak, detectors))]
     peak: Vec<PeakDetector>,
@@ -212,15 +220,21 @@ fn seed_taken(interface: &Interface, code: &Arc<Code>) -> (usize, usize) {
 impl Logic for SensorTop {
     fn update(&mut self) {
         self.transmit_codes();
-        self.run_channels();
-        self.hand_counts();
+        if self.results.is_present() {
+            self.run_channels();
+            self.hand_counts();
+        }
         if self.is_set {
             self.set_scans();
             self.serve_host();
         } else if self.interface.realigns() {
             self.realign();
         }
-        self.stream_results();
+        if self.results.is_present() {
+            self.stream_results();
+        } else {
+            self.read_rows();
+        }
         if self.io.o_peak_valid.is_present() {
             self.find_peaks();
         }
@@ -356,6 +370,29 @@ impl Logic for SensorTop {
         self.controller.i_epoch.next = self.transmit[0].o_epoch.val();
         for d in 0..self.channel.len() {
             self.channel[d].i_start.next = self.controller.o_start.val();
+        }
+        for a in 0..self.array.len() {
+            connect! { self.array[a] from self.controller: i_start }
+        }
+    }
+
+    /// Detectors that share the sums of their counts.
+    fn read_rows(&mut self) {
+        let lanes = self.lanes;
+        for a in 0..self.array.len() {
+            for d in 0..self.detectors {
+                self.array[a].i_samples[d].next = self.io.i_samples.val().slice(lanes * d, lanes);
+            }
+            connect! {
+                self.array[a] from self.controller: i_run, i_pre_last_chip, i_last_chip, i_counted
+            }
+            self.array[a].i_dump.next = self.controller.o_dump.val().get_bit(0);
+            self.array[a].i_last.next = self.controller.o_scan_counted.val();
+            self.array[a].i_ready.next = self.io.m_axis_tready.val();
+            self.io.m_axis_tdata.next = self.array[a].o_data.val();
+            self.io.m_axis_tvalid.next = self.array[a].o_valid.val();
+            self.io.m_axis_tlast.next = self.array[a].o_last.val();
+            connect! { self.io from self.array[a]: o_overrun }
         }
     }
 

@@ -23,10 +23,17 @@ use crate::sensor::interface::CountSegments;
         "A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum \
          over a word is the number of hits less twice the number of those that count down.",
     )
-    .fact("Latency", format!("{} clocks from i_hits to o_count", levels + 2 + segments.clocks() as usize)))]
+    .fact("Latency", match segments {
+        Some(segments) => format!(
+            "{} clocks from i_hits to o_count",
+            levels + 2 + segments.clocks() as usize
+        ),
+        None => format!("{} clocks from i_hits to o_addend", levels + 1),
+    }))]
 pub struct UpdownCorrelator {
     lanes: usize,
-    segments: CountSegments,
+    /// Of the total; none where the signed counts of words are all that is asked.
+    segments: Option<CountSegments>,
     #[set(lanes.div_ceil(2))]
     pairs: usize,
     /// Whether there is a pair, and not a single sample.
@@ -41,6 +48,9 @@ pub struct UpdownCorrelator {
     levels: usize,
     #[set(levels + 2)]
     addend_bits: usize,
+    /// Segments of the total; 0 without one.
+    #[set(segments.map_or(0, |segments| segments.count))]
+    totals: u32,
     /// pairs of samples with a hit
     #[width(pairs)]
     pub i_hits: Input<Word>,
@@ -52,12 +62,18 @@ pub struct UpdownCorrelator {
     #[width(lanes)]
     pub i_reference: Input<Word>,
     /// A step's last hits are in; one bit for each segment of the count.
-    #[about(dump_about(segments.count))]
-    #[width(segments.count)]
-    pub i_dump: Input<Word>,
+    #[when(totals > 0)]
+    #[about(dump_about(totals))]
+    #[width(totals)]
+    pub i_dump: Optional<Input<Word>>,
     /// count of the last step, signed
-    #[width(segments.bits())]
-    pub o_count: Output<Word>,
+    #[when(totals > 0)]
+    #[width(segments.map_or(1, |segments| segments.bits()))]
+    pub o_count: Optional<Output<Word>>,
+    /// signed count of a word
+    #[when(totals == 0)]
+    #[width(addend_bits)]
+    pub o_addend: Optional<Output<Word>>,
     /// reference of each pair's earlier sample
     #[when(has_pairs)]
     #[width(pairs)]
@@ -82,11 +98,11 @@ pub struct UpdownCorrelator {
     /// signed count of one word
     #[width(addend_bits)]
     addend: Local<Word>,
-    #[when(segments.count == 1)]
-    #[is(Accumulator::new(segments.top_bits as usize, addend_bits, false, false))]
-    total: Optional<Accumulator>,
-    #[each(_total in 0..usize::from(segments.count > 1))]
-    #[is(SegmentedTotal::new(segments, addend_bits))]
+    #[each(whole in segments.filter(|segments| segments.count == 1).iter())]
+    #[is(Accumulator::new(whole.top_bits as usize, addend_bits, false, false))]
+    total: Vec<Accumulator>,
+    #[each(segments in segments.filter(|segments| segments.count > 1).iter())]
+    #[is(SegmentedTotal::new(*segments, addend_bits))]
     segmented: Vec<SegmentedTotal>,
 }
 
@@ -106,10 +122,13 @@ impl Logic for UpdownCorrelator {
         }
         self.hit.next = self.i_hits.val();
         self.count_word();
-        if self.total.is_present() {
-            self.total.i_addend.next = self.addend.val();
-            self.total.i_dump.next = self.i_dump.val().get_bit(0);
-            self.o_count.next = self.total.o_count.val();
+        if self.o_addend.is_present() {
+            self.o_addend.next = self.addend.val();
+        }
+        for t in 0..self.total.len() {
+            self.total[t].i_addend.next = self.addend.val();
+            self.total[t].i_dump.next = self.i_dump.val().get_bit(0);
+            self.o_count.next = self.total[t].o_count.val();
         }
         for t in 0..self.segmented.len() {
             self.segmented[t].i_addend.next = self.addend.val();
