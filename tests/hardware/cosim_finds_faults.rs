@@ -241,7 +241,7 @@ const ROWS: &[Fault] = &[
     ("row_sums.v", " WINDOW       = 4'h7", " WINDOW       = 4'h3"),
     ("row_sums.v", "opens_r <= i_dump", "opens_r <= 1'b0"),
     ("row_sums.v", "ends_r[0] <= i_dump", "ends_r[0] <= 1'b1"),
-    ("row_sums.v", "~(|remaining_r)) ? 1'b1 : i_dump", "~(|remaining_r)) ? 1'b1 : 1'b0"),
+    ("row_sums.v", "ran_r[2] & ~(|remaining_r)", "ran_r[1] & ~(|remaining_r)"),
     // Where counters stood: after reset, and since.
     ("row_sums.v", "fresh_r <= 1'b1;", "fresh_r <= 1'b0;"),
     ("row_sums.v", "fresh_r <= 1'b0;", "fresh_r <= fresh_r;"),
@@ -258,8 +258,8 @@ const ROWS: &[Fault] = &[
     ("pixel.v", "{{3{correlator_addend[2]}}, correlator_addend}", "{3'd0, correlator_addend}"),
     (
         "pixel_array.v",
-        "pixel_reference[11:8] = stepper_window[3:0]",
-        "pixel_reference[11:8] = stepper_window[7:4]",
+        "pixel_reference[7:4] = stepper_window[3:0]",
+        "pixel_reference[7:4] = stepper_window[7:4]",
     ),
     // Results: of a step that is lost, the last of a scan, a sign.
     ("row_stream.v", "keeps_r <= load;", "keeps_r <= 1'b1;"),

@@ -39,8 +39,8 @@ fn every_window_is_counted() {
         };
         let report = cosimulate(&sensor, &verilog, &options, |_, _| ()).expect("it runs").report;
         assert_eq!(report.verdict, Verdict::Match, "{settings:?}");
-        let coverage = report.exercise.coverage;
-        assert_eq!(coverage.reached, coverage.points, "{settings:?}");
+        let coverage = report.coverage;
+        assert_eq!(coverage.covered, coverage.points, "{settings:?}");
     }
 }
 

@@ -159,9 +159,10 @@ fn describe(plan: &RowPlan) -> About {
 #[kernel]
 impl Logic for RowSums {
     fn update(&mut self) {
-        self.due.next = self.i_dump.val();
         if self.is_cut {
             self.cut_step();
+        } else {
+            self.due.next = self.i_dump.val();
         }
         self.take.next = self.due.val();
         connect! { self: take }
@@ -176,13 +177,13 @@ impl Logic for RowSums {
         self.add_growth();
     }
 
-    /// Windows before a step's last.
+    /// The last window of a step ends with it, since its first takes what it has beyond whole ones.
     fn cut_step(&mut self) {
         let ahead = self.clocks_to_dump as usize - 1;
         self.ran.next = self.ran.val().shifted_in(self.i_run.val());
         self.remaining.next = self.remaining.val() - 1;
-        if self.ran.val().get_bit(ahead) & !self.remaining.val().any() {
-            self.due.next = true;
+        self.due.next = self.ran.val().get_bit(ahead) & !self.remaining.val().any();
+        if self.due.val() {
             self.remaining.next = self.window.val();
         }
         if self.i_dump.val() | !self.ran.val().get_bit(ahead) {
