@@ -235,6 +235,44 @@ const REGISTERS: &[Fault] = &[
     ("sensor_top.v", "transmit_epoch[0] & sequencer_on", "transmit_epoch[0]"),
 ];
 
+/// Faults in the Verilog of tests/scenes/rows.toml: detectors that are read out by rows.
+const ROWS: &[Fault] = &[
+    // Windows: shorter than the row, never begun anew, ends of steps that are none.
+    ("row_sums.v", " WINDOW       = 4'h7", " WINDOW       = 4'h3"),
+    ("row_sums.v", "opens_r <= i_dump", "opens_r <= 1'b0"),
+    ("row_sums.v", "ends_r[0] <= i_dump", "ends_r[0] <= 1'b1"),
+    ("row_sums.v", "ran_r[2] & ~(|remaining_r)", "ran_r[1] & ~(|remaining_r)"),
+    // Where counters stood: after reset, and since.
+    ("row_sums.v", "fresh_r <= 1'b1;", "fresh_r <= 1'b0;"),
+    ("row_sums.v", "fresh_r <= 1'b0;", "fresh_r <= fresh_r;"),
+    ("row_sums.v", "piece_r[5:0] - stood", "piece_r[5:0]"),
+    ("row_sums.v", "{{3{growth_r[5]}}, growth_r}", "{3'd0, growth_r}"),
+    ("row_sums.v", "base_r <= memory_word[14:6];", "base_r <= o_count;"),
+    // The row: detectors that are left out, or taken for others.
+    ("row_sums.v", "read_place_r == LAST_PLACE", "read_place_r == 3'h3"),
+    ("row_sums.v", "o_place == LAST_PLACE", "o_place == 3'h3"),
+    ("row_sums.v", "moves_r <= moves_on;", "moves_r <= o_take;"),
+    ("row_sums.v", "o_store = moved_r[3] & ends_r[4]", "o_store = moved_r[3]"),
+    ("pixel.v", "o_piece <= i_next;", "o_piece <= o_piece;"),
+    ("pixel.v", "count_r <= 6'd0;", "count_r <= count_r;"),
+    ("pixel.v", "{{3{correlator_addend[2]}}, correlator_addend}", "{3'd0, correlator_addend}"),
+    (
+        "pixel_array.v",
+        "pixel_reference[7:4] = stepper_window[3:0]",
+        "pixel_reference[7:4] = stepper_window[7:4]",
+    ),
+    // Results: of a step that is lost, the last of a scan, a sign.
+    ("row_stream.v", "keeps_r <= load;", "keeps_r <= 1'b1;"),
+    ("row_stream.v", "i_counted ? load :", "i_counted ? 1'b1 :"),
+    ("row_stream.v", "(keeps_r | ~(|i_place))", "keeps_r"),
+    ("row_stream.v", "last_r & ~more_r", "last_r"),
+    ("row_stream.v", "load | (more_r & i_ready)", "load | more_r"),
+    ("row_stream.v", "next_place_r == LAST_PLACE", "next_place_r == 3'h3"),
+    ("row_stream.v", "if (i_counted & blocked) begin", "if (i_counted & more_r) begin"),
+    ("row_stream.v", "{{7{count_r[8]}}, count_r}", "{7'd0, count_r}"),
+    ("lookup_memory.v", "words[i_write_address] <= i_data", "words[i_address] <= i_data"),
+];
+
 /// Faults in the Verilog of tests/scenes/histogram.toml.
 const HISTOGRAM: &[Fault] = &[
     // Bins: not begun anew, lost, in the wrong memory or row.
@@ -658,6 +696,11 @@ fn every_fault_in_the_peak_detector_is_found() {
 #[test]
 fn every_fault_in_registers_and_what_they_set_is_found() {
     all_are_found("tests/scenes/registers.toml", REGISTERS);
+}
+
+#[test]
+fn every_fault_in_rows_of_detectors_is_found() {
+    all_are_found("tests/scenes/rows.toml", ROWS);
 }
 
 #[test]

@@ -102,6 +102,31 @@ fn registers_are_proven_and_faults_in_them_refused() {
     }
 }
 
+/// What of a row of detectors is not in its memories: codes, scan and the references that detectors
+/// share.
+#[test]
+fn rows_of_detectors_have_the_references_of_their_codes() {
+    let scene = scene::load(Path::new("tests/scenes/rows.toml")).expect("it is sound");
+    let emission = emit(&Sensor::new(&scene), "goldtof emit rows.toml").expect("it is fine");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(&emission, folder.path()).expect("the files can be written");
+    assert_eq!(emission.formal.proofs, ["reset", "codes", "scan", "reference", "axis"]);
+    for task in emission.formal.proofs {
+        assert_eq!(verdict(folder.path(), task), "PASS", "{task}");
+    }
+    for (file, from, to, task) in [
+        ("scan_controller.v", "o_dump = step_done_r[2]", "o_dump = step_done_r[3]", "scan"),
+        ("lane_delay.v", "{delayed_r[1:0], 1'b1}", "{delayed_r[1:0], 1'b0}", "reference"),
+    ] {
+        let path = folder.path().join(file);
+        let text = fs::read_to_string(&path).expect("it was written");
+        assert_eq!(text.matches(from).count(), 1, "{file}: {from}");
+        fs::write(&path, text.replace(from, to)).expect("it can be written");
+        assert_eq!(verdict(folder.path(), task), "FAIL", "{from}");
+        fs::write(&path, text).expect("it can be written");
+    }
+}
+
 /// In a pause the counters stand where the next step begins, and in no other state.
 #[test]
 fn steps_of_scans_that_wait_for_an_epoch_are_proven() {

@@ -35,4 +35,5 @@ mod own_rtl;
 mod own_rtl_is_one_circuit;
 mod reference_model_equals_a_clock_by_clock_model;
 mod registers;
+mod rows;
 mod schema_takes_scenes;

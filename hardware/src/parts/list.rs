@@ -7,6 +7,7 @@ use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::{Correlator, Counting, Interface};
+use crate::sensor::rows::RowPlan;
 
 pub fn parts(sensor: &Sensor) -> Vec<Part> {
     let interface = sensor.interface();
@@ -14,21 +15,25 @@ pub fn parts(sensor: &Sensor) -> Vec<Part> {
         .flat_map(|source| generator_parts(sensor, source.0))
         .collect();
     match &interface.counting {
-        Counting::Correlator(correlator) => parts.extend([
-            phase_stepper(sensor),
-            lane_choice(sensor),
-            edge_detector(sensor),
-            updown_correlator(sensor, correlator),
-            parallel_correlators(sensor),
-            count_segments(correlator),
-            saturation(correlator),
-            total_counts(sensor, correlator),
-            scan_controller(sensor),
-            registers(interface),
-            scan_realignment(sensor, interface),
-            peak_detector(sensor, correlator),
-            result_stream(interface),
-        ]),
+        Counting::Correlator(correlator) => parts.extend(
+            [
+                phase_stepper(sensor),
+                lane_choice(sensor),
+                edge_detector(sensor),
+                updown_correlator(sensor, correlator),
+                parallel_correlators(sensor),
+                count_segments(correlator),
+                saturation(correlator),
+                total_counts(sensor, correlator),
+                scan_controller(sensor),
+                registers(interface),
+                scan_realignment(sensor, interface),
+                peak_detector(sensor, correlator),
+                result_stream(interface),
+            ]
+            .into_iter()
+            .chain(correlator.rows.map(|rows| row_sums(&rows))),
+        ),
         Counting::Histogram(histogram) => parts.extend(histogram_parts(sensor, histogram)),
     }
     parts
@@ -221,6 +226,10 @@ fn parallel_correlators(sensor: &Sensor) -> Part {
 fn count_segments(correlator: &Correlator) -> Part {
     let (bits, segments) = (correlator.exact_count_bits, correlator.count_segments.count);
     match segments {
+        _ if correlator.rows.is_some() => left_out(
+            "count_segments",
+            format!("all detectors share the carry chain of {bits} bits that sums their windows"),
+        ),
         1 => left_out(
             "count_segments",
             format!("one carry chain holds {bits} bits at full clock; saves pipeline stages"),
@@ -365,6 +374,19 @@ fn peak_detector(sensor: &Sensor, correlator: &Correlator) -> Part {
             ),
         ),
     }
+}
+
+fn row_sums(rows: &RowPlan) -> Part {
+    kept(
+        "row_sums",
+        format!(
+            "readout = \"rows\": {} detectors count windows of {} chips in {} bits, and share the \
+             memory in which these are summed",
+            rows.detectors,
+            rows.window_chips.min(rows.first_chips),
+            rows.piece_bits
+        ),
+    )
 }
 
 fn result_stream(interface: &Interface) -> Part {

@@ -27,7 +27,7 @@ impl GroupMaker<'_> {
         match plan.length {
             _ if plan.cut.is_some_and(|chips| chips < most) => plan.cut.unwrap_or(most),
             Length::Short => self.reach.shortest,
-            Length::AtLeast(chips) => chips.clamp(self.reach.shortest, most),
+            Length::AtLeast(chips) => self.reach.chips_of_at_least(self.interface, chips),
             Length::Whole => most,
             Length::Exactly(chips) => chips,
         }

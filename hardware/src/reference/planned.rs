@@ -196,6 +196,11 @@ impl PlannedGroup {
     }
 }
 
+fn shortened(interface: &Interface, chips: u64) -> u64 {
+    let rows = interface.correlator().and_then(|correlator| correlator.rows);
+    rows.map_or(chips, |rows| rows.shortened(chips))
+}
+
 fn peak_clocks(interface: &Interface) -> u64 {
     u64::from(interface.peak_latency_clocks())
 }
@@ -223,10 +228,17 @@ impl Reach {
             + peak;
         let is_long = chips >= 2 * shortest + 16 && interface.histogram().is_none();
         Reach {
-            shortest: if shortens && is_long { shortest } else { chips },
+            shortest: if shortens && is_long { shortened(interface, shortest) } else { chips },
             leaves_out: shortens && interface.groups() > 3 && chips >= 16,
             most_clocks,
         }
+    }
+
+    /// Chips of the shortest group of at least so many: where a step is counted in windows, whole ones
+    /// are left out.
+    pub fn chips_of_at_least(&self, interface: &Interface, chips: u64) -> u64 {
+        let most = interface.timing.scan.integration_chips;
+        shortened(interface, chips.clamp(self.shortest, most))
     }
 
     /// Whether groups can be made shorter.

@@ -29,6 +29,9 @@ tables! {
             "whether results carry the total count of a step beside the signed one";
         peak_detector => peak_detector: bool = BOOLEAN, Or("false"), "true";
             "whether the hardware finds the largest count of a scan";
+        readout => readout: Readout = choice(Readout::CHOICES), Or("\"queue\""), "\"rows\"";
+            "whether each detector has a whole counter and a place in a queue of results, or \
+             counts little by little into one memory, as the pixels of an array do";
         registers => registers: Registers = choice(Registers::CHOICES), Or("\"none\""), "\"axi4-lite\"";
             "registers by which a host starts and stops scans, and sets first step, number of \
              steps, integration and code, with no new build";
@@ -39,6 +42,9 @@ tables! {
             "a third would wait for nothing";
     }
 }
+
+/// Chips of the shortest phase step that is read out by rows.
+pub const LEAST_CHIPS_OF_ROWS: u64 = 8;
 
 choices! {
     /// What the hardware counts.
@@ -52,6 +58,19 @@ choices! {
         /// step's up/down count follows from the same hits, so that a scan is as long as its
         /// integration time.
         Histogram = "histogram",
+    }
+}
+
+choices! {
+    /// Where detectors keep their counts.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum Readout {
+        /// Each has a counter for a whole step, and a register in the queue of results.
+        #[default]
+        Queue = "queue",
+        /// Each has a counter for a part of a step, which is shifted to one adder and memory that
+        /// all share.
+        Rows = "rows",
     }
 }
 
@@ -106,11 +125,13 @@ pub(super) fn read(
     root: &Section,
     scan: Option<&Scan>,
     estimator: Option<EstimatorKind>,
+    detectors: usize,
 ) -> Option<Hardware> {
     let section = root.section_or_defaults("hardware");
     let hardware = Hardware::keys(&section);
     if let Some(hardware) = &hardware {
         check(&section, hardware, scan, estimator);
+        check_readout(&section, hardware, scan, estimator, detectors);
     }
     section.finish();
     hardware
@@ -161,6 +182,51 @@ fn check_registers(section: &Section, hardware: &Hardware, scan: Option<&Scan>) 
             scan.steps.next_multiple_of(parallel)
         );
         section.report("registers", &message);
+    }
+}
+
+/// What is read out by rows is one signed count of each detector.
+fn check_readout(
+    section: &Section,
+    hardware: &Hardware,
+    scan: Option<&Scan>,
+    estimator: Option<EstimatorKind>,
+    detectors: usize,
+) {
+    if hardware.readout == Readout::Queue {
+        return;
+    }
+    let sends_totals = hardware.total_counts == Some(true)
+        || (hardware.total_counts.is_none() && estimator == Some(EstimatorKind::Model));
+    let reports = [
+        (hardware.architecture == Architecture::Histogram, "signed counts; leave out architecture"),
+        (detectors < 2, "several detectors; leave out this key"),
+        (hardware.parallel > 1, "one phase step at a time; leave out parallel"),
+        (
+            sends_totals,
+            "signed counts alone, without totals; leave out total_counts, and take estimator = \
+             \"fft\"",
+        ),
+        (hardware.peak_detector, "one count after another to the host; leave out peak_detector"),
+        (hardware.counter_width.is_some(), "exact counts; leave out counter_width"),
+        (
+            hardware.registers != Registers::None,
+            "steps of a length that is built in; leave out registers",
+        ),
+    ];
+    for (is_asked, why) in reports {
+        if is_asked {
+            section.report("readout", &format!("a read-out by rows has {why}"));
+        }
+    }
+    let least = (detectors as u64).max(LEAST_CHIPS_OF_ROWS);
+    if let Some(scan) = scan.filter(|scan| scan.integration_chips < least) {
+        let message = format!(
+            "a read-out by rows of {detectors} detectors needs phase steps of at least {least} chips, \
+             and these have {}; integrate for longer, or leave out this key",
+            scan.integration_chips
+        );
+        section.report("readout", &message);
     }
 }
 

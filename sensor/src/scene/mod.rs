@@ -59,7 +59,9 @@ pub use catalogue::{reference, schema};
 pub use detector::*;
 pub use error::{SceneError, SceneErrors};
 pub use estimator::{EstimatorKind, OtherLight, TotalsMissing};
-pub use hardware::{Architecture, Hardware, Polarity, Registers, Target};
+pub use hardware::{
+    Architecture, Hardware, LEAST_CHIPS_OF_ROWS, Polarity, Readout, Registers, Target,
+};
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use lookup::{Entry, quantity_text};
 pub use movement::{Fluctuation, Movement};

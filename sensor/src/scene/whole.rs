@@ -39,7 +39,12 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     let scan = root.table("scan");
     let scan = scan.and_then(|section| scan::read(section, clock, steps_per_period));
     let estimate = estimator::read(root);
-    let hardware = hardware::read(root, scan.as_ref(), estimate.map(|(estimator, _)| estimator))?;
+    let hardware = hardware::read(
+        root,
+        scan.as_ref(),
+        estimate.map(|(estimator, _)| estimator),
+        detectors.as_ref().map_or(2, Vec::len),
+    )?;
     let scan = match hardware.architecture {
         Architecture::UpDown => scan,
         Architecture::Histogram => {

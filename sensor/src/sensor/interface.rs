@@ -8,9 +8,10 @@ use std::sync::Arc;
 use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
 use super::registers::{Hardware, RegisterPlan, Settings, is_same, seed_of};
+use super::rows::RowPlan;
 use crate::code::Code;
 use crate::scan::{Grouping, Timing};
-use crate::scene::{Architecture, Polarity, Registers, Scene, Source, Target};
+use crate::scene::{Architecture, Polarity, Readout, Registers, Scene, Source, Target};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
@@ -66,6 +67,8 @@ pub struct Correlator {
     pub count_segments: CountSegments,
     /// The peak detector, if there is one.
     pub peak: Option<PeakPlan>,
+    /// How counts are read out by rows, if they are.
+    pub rows: Option<RowPlan>,
 }
 
 /// A count's carry chain in segments, each one clock behind the one below it.
@@ -193,7 +196,13 @@ impl Correlator {
                 longest_carry_chain(scene.hardware.target),
             ),
             peak: None,
+            rows: None,
         };
+        if scene.hardware.readout == Readout::Rows {
+            correlator.count_segments = CountSegments::of(exact_count_bits, exact_count_bits);
+            correlator.rows =
+                Some(RowPlan::of(scene.detectors.len() as u64, chips, scene.samples_per_chip));
+        }
         if scene.hardware.peak_detector {
             let counts = peak::Counts {
                 bits: count_bits,
@@ -226,9 +235,23 @@ impl Correlator {
         hits + lane_pairs + adder_levels + total
     }
 
+    /// Clocks by which the end of a step is told before its last hits are in: a row of detectors takes
+    /// its counters over at a register's word.
+    pub fn dumps_early(&self) -> u32 {
+        u32::from(self.rows.is_some())
+    }
+
+    /// Results of a group that is `results` long which wait in a queue at once.
+    pub fn queued(&self, results: u32) -> u32 {
+        if self.rows.is_some() { 1 } else { results }
+    }
+
     /// Clocks from the first bits of a group's counts to the last.
     pub fn clocks_of_counting(&self) -> u32 {
-        self.count_segments.clocks() + self.banks - 1
+        match self.rows {
+            None => self.count_segments.clocks() + self.banks - 1,
+            Some(_) => RowPlan::CLOCKS_OF_COUNTING,
+        }
     }
 
     /// Clocks from a group's last sample word, of so many samples, until its counts are there.
@@ -437,6 +460,6 @@ fn whole_bytes(bits: u32) -> u32 {
 }
 
 /// Bits of a two's complement number that holds -magnitude..=magnitude.
-fn signed_bits(magnitude: u128) -> u32 {
+pub(super) fn signed_bits(magnitude: u128) -> u32 {
     129 - magnitude.leading_zeros()
 }

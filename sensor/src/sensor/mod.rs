@@ -26,6 +26,7 @@ pub mod layout;
 pub mod peak;
 pub mod port;
 pub mod registers;
+pub mod rows;
 
 use std::path::Path;
 

@@ -156,7 +156,7 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
         vec![wrapped(count, segments.bits())]
     });
     Case::new(
-        UpdownCorrelator::new(8, segments),
+        UpdownCorrelator::new(8, Some(segments)),
         (&["i_hits", "i_early", "i_reference", "i_dump"], &["o_count"]),
         inputs,
         expected,

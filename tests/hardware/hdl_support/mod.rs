@@ -14,8 +14,8 @@ use std::sync::Arc;
 use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, LaserResponse, OtherLight, Polarity, Scan,
-    Scene, Source, SourceClock, SourceIndex, Target,
+    CounterTiming, Detector, EstimatorKind, Hardware, LEAST_CHIPS_OF_ROWS, LaserResponse,
+    OtherLight, Polarity, Readout, Scan, Scene, Source, SourceClock, SourceIndex, Target,
 };
 use goldtof::sensor::Sensor;
 
@@ -170,6 +170,7 @@ pub fn scene(
             architecture: goldtof::scene::Architecture::UpDown,
             polarity: Polarity::High,
             peak_detector: false,
+            readout: Readout::Queue,
             registers: goldtof::scene::Registers::None,
             buffers: 2,
         },
@@ -282,7 +283,28 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
     }
     scene.hardware.total_counts = Some(noise.below(2) == 0);
     with_peak_if_possible(&mut scene, noise.below(2) == 0);
+    if case % 6 == 5 {
+        read_by_rows_if_possible(&mut scene);
+    }
     scene
+}
+
+/// Reads several detectors out by rows, one step at a time, in windows of any number.
+fn read_by_rows_if_possible(scene: &mut Scene) {
+    let detectors = scene.detectors.len();
+    if detectors < 2 || scene.hardware.architecture != goldtof::scene::Architecture::UpDown {
+        return;
+    }
+    let chips = scene.scan.integration_chips.max(LEAST_CHIPS_OF_ROWS).max(detectors as u64);
+    scene.scan.integration_chips = chips;
+    scene.hardware = Hardware {
+        readout: Readout::Rows,
+        parallel: 1,
+        counter_width: None,
+        total_counts: Some(false),
+        peak_detector: false,
+        ..scene.hardware.clone()
+    };
 }
 
 /// Adds a peak detector if it is `wanted` and phase steps are long enough for its comparisons.

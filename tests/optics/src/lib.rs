@@ -112,6 +112,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             architecture: goldtof_sensor::scene::Architecture::UpDown,
             polarity: goldtof_sensor::scene::Polarity::High,
             peak_detector: false,
+            readout: goldtof_sensor::scene::Readout::Queue,
             registers: goldtof_sensor::scene::Registers::None,
             buffers: 2,
         },

@@ -105,14 +105,20 @@ fn of_correlators(
     for (name, value) in [
         ("PARALLEL", interface.parallel()),
         ("LAST_STEPS", interface.last_group_steps() as u32),
-        ("RESULTS", interface.reference_codes.len() as u32 * interface.parallel()),
+        (
+            "RESULTS",
+            correlator.queued(interface.reference_codes.len() as u32 * interface.parallel()),
+        ),
         ("EXACT_BITS", correlator.exact_count_bits),
         ("SIGNED_BITS", correlator.signed_data_bits()),
         ("SEGMENTS", correlator.count_segments.count),
         ("SETTLING_CLOCKS", correlator.count_segments.clocks()),
         ("BANKS", correlator.banks),
         ("BANK_STEPS", correlator.bank_steps),
-        ("CLOCKS_TO_DUMP", Correlator::clocks_to_dump(interface.lanes())),
+        (
+            "CLOCKS_TO_DUMP",
+            Correlator::clocks_to_dump(interface.lanes()) - correlator.dumps_early(),
+        ),
         ("CLOCKS_TO_COUNTED", correlator.clocks_to_counted(interface.lanes())),
         ("COUNTING_CLOCKS", correlator.clocks_of_counting()),
         ("SCAN_CLOCKS", scan_clocks(interface, correlator)),

@@ -1,11 +1,14 @@
 //! The proofs of a design: what of it each looks at, and how it is found.
 
+use std::sync::Arc;
+
 use super::numbers::{row_bits, scan_clocks};
+use crate::code::Code;
 use crate::deliver::design::Design;
 use crate::rtl::back::BLOCK_MEMORY;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::{Correlator, Counting, Interface};
-use crate::sensor::registers::RegisterPlan;
+use crate::sensor::registers::{RegisterPlan, is_same};
 
 /// A proof of which the module stands in this folder's files.
 #[derive(Debug, Clone)]
@@ -158,7 +161,11 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
                 }
                 Some(plan) => vec![registers(plan)],
             });
-            proofs.extend([counts(interface, correlator, &channels), stream(interface, &channels)]);
+            // A row's counts and results are words in memories, which are beyond these proofs.
+            if correlator.rows.is_none() {
+                let stream = stream(interface, &channels);
+                proofs.extend([counts(interface, correlator, &channels), stream]);
+            }
             proofs.extend(correlator.peak.map(|_| peak(interface, &channels)));
         }
         Counting::Histogram(plan) => {
@@ -170,9 +177,12 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
     if interface.registers.is_some() {
         proofs.iter_mut().for_each(|proof| proof.freed.push("register_memory"));
     }
-    if let Counting::Histogram(_) = interface.counting {
+    if interface.histogram().is_some() || is_read_by_rows(interface) {
         // Words in memories are beyond these proofs, and reset does not reach a memory's registers.
         proofs.iter_mut().for_each(|proof| proof.freed.push(BLOCK_MEMORY));
+    }
+    if is_read_by_rows(interface) {
+        proofs.iter_mut().for_each(|proof| proof.freed.push("lookup_memory"));
     }
     proofs
 }
@@ -180,7 +190,7 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
 fn scan(interface: &Interface, correlator: &Correlator) -> Proof {
     let mut proof = Proof::new("scan", Engine::Steps(scan_clocks(interface, correlator)));
     let chips = interface.timing.scan.integration_chips;
-    let results = interface.reference_codes.len() as u32 * interface.parallel();
+    let results = correlator.queued(interface.reference_codes.len() as u32 * interface.parallel());
     for (is_there, signal, place) in [
         (true, "run_seen", "o_run"),
         (true, "step_end_seen", "o_last_chip"),
@@ -233,10 +243,18 @@ fn controller(interface: &Interface) -> (&'static str, &'static str) {
     }
 }
 
-/// For each detector its channel; like ones are made by a loop.
+fn is_read_by_rows(interface: &Interface) -> bool {
+    interface.correlator().is_some_and(|correlator| correlator.rows.is_some())
+}
+
+/// For each detector where its reference is delayed; like ones are made by a loop.
 fn channels(design: &Design) -> Vec<String> {
     let top = design.files.last().map_or("", |file| file.text.as_str());
-    let detectors = design.interface().reference_codes.len();
+    let interface = design.interface();
+    let detectors = interface.reference_codes.len();
+    if is_read_by_rows(interface) {
+        return row_references(interface);
+    }
     let channel = |d: usize| match (detectors, top.contains("begin : gen_channel")) {
         (1, _) => "channel".to_owned(),
         (_, true) => format!("gen_channel[{d}].channel"),
@@ -245,10 +263,31 @@ fn channels(design: &Design) -> Vec<String> {
     (0..detectors).map(channel).collect()
 }
 
+/// The same of a row, whose detectors share the references of their codes.
+fn row_references(interface: &Interface) -> Vec<String> {
+    let mut known: Vec<&Arc<Code>> = Vec::new();
+    let mut number = |code| {
+        known.iter().position(|&before| is_same(before, code)).unwrap_or_else(|| {
+            known.push(code);
+            known.len() - 1
+        })
+    };
+    let numbers: Vec<usize> = interface.reference_codes.iter().map(&mut number).collect();
+    let of_code = |&code: &usize| match known.len() {
+        1 => "array.stepper".to_owned(),
+        _ => format!("array.gen_stepper[{code}].stepper"),
+    };
+    numbers.iter().map(of_code).collect()
+}
+
 /// The references of all samples of a detector, and their place.
 fn window(interface: &Interface, d: u32, channel: &str) -> (String, String) {
     let bits = interface.lanes() + interface.parallel() - 1;
-    (part("windows", d, bits), format!("{channel}.stepper.o_window"))
+    let stepper = match is_read_by_rows(interface) {
+        true => channel.to_owned(),
+        false => format!("{channel}.stepper"),
+    };
+    (part("windows", d, bits), format!("{stepper}.o_window"))
 }
 
 /// All that a detector's channel counts, and its places.

@@ -94,10 +94,10 @@ fn longest_carry_chain(target: Target) -> u32 {
 }
 
 impl Size {
-    /// `None` for codes that were not measured, and for histograms.
+    /// `None` for codes that were not measured, for rows of detectors, and for histograms.
     fn of(sensor: &Sensor) -> Option<Size> {
         let interface = sensor.interface();
-        let correlator = interface.correlator()?;
+        let correlator = interface.correlator().filter(|correlator| correlator.rows.is_none())?;
         let mut generators: Vec<_> = interface.reference_codes.clone();
         for (index, code) in interface.source_codes.iter().enumerate() {
             if !interface.source_codes[..index].contains(code) {

@@ -373,7 +373,7 @@ impl Adversarial {
         // Near its end it cannot be shortened.
         match chips.max(least) {
             chips if chips + shortest > whole => whole,
-            chips => chips,
+            chips => self.reach.chips_of_at_least(&self.interface, chips),
         }
     }
 

@@ -46,7 +46,7 @@ pub struct CorrelatorBank {
     #[width(segments.bits())]
     pub o_count: Vec<Output<Word>>,
     #[each(_step in 0..steps)]
-    #[is(UpdownCorrelator::new(lanes, segments))]
+    #[is(UpdownCorrelator::new(lanes, Some(segments)))]
     correlator: Vec<UpdownCorrelator>,
 }
 

@@ -120,7 +120,7 @@ pub struct DetectorChannel {
     #[is(EdgeDetector::new(lanes, interface.polarity))]
     edges: EdgeDetector,
     #[when(banks == 0)]
-    #[is(UpdownCorrelator::new(lanes, segments))]
+    #[is(UpdownCorrelator::new(lanes, Some(segments)))]
     correlator: Optional<UpdownCorrelator>,
     #[each(bank in 0..delays)]
     #[about(first_of(bank, "hits for the second bank, and so on"))]
@@ -203,7 +203,7 @@ fn describe(counts: &Correlator) -> About {
 }
 
 /// Samples of the first delay within a chip, where it is known; a host sets any.
-fn first_samples(interface: &Interface) -> u32 {
+pub(super) fn first_samples(interface: &Interface) -> u32 {
     match &interface.registers {
         Some(plan) => plan.fixed_samples.unwrap_or(0),
         None => (interface.timing.scan.first_step % u64::from(interface.lanes())) as u32,
@@ -221,7 +221,11 @@ pub(super) fn seed_bits(code: &Code) -> u32 {
 /// Where the reference stands in reset, which with realignment is also where
 /// a scan's start puts it: chips and delayed lanes, and the chip that the
 /// generator gives next.
-fn reference_start(interface: &Interface, code: &Code, kept_chips: u32) -> (ReferenceStart, u64) {
+pub(super) fn reference_start(
+    interface: &Interface,
+    code: &Code,
+    kept_chips: u32,
+) -> (ReferenceStart, u64) {
     if interface.registers.is_some() {
         return (ReferenceStart { chips: 0 }, 0);
     }

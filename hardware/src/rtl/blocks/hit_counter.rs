@@ -24,7 +24,7 @@ use crate::sensor::interface::{CountSegments, TotalCount};
          theirs do, and a synthesizer that looks across modules makes one of both.",
     )
     .note_if(sent.saturates(), "A total of more bits than o_total has shows as all ones.")
-    .fact("Latency", format!("{} clocks from i_hits to o_total", WordTotal::latency_clocks(lanes, segments))))]
+    .fact("Latency", format!("{} clocks from i_hits to o_total", WordTotal::latency_clocks(lanes, Some(segments)))))]
 pub struct HitCounter {
     lanes: usize,
     sent: TotalCount,
@@ -52,7 +52,7 @@ pub struct HitCounter {
     #[when(sent.saturates())]
     pub o_clamped: Optional<Output<bool>>,
     /// registers of the hits, and what they add up to
-    #[is(WordTotal::new(lanes, segments, false))]
+    #[is(WordTotal::new(lanes, Some(segments), false))]
     words: WordTotal,
 }
 

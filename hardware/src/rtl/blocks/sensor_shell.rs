@@ -156,10 +156,10 @@ pub(super) struct DistinctCodes {
     /// Each once, the reference's first.
     pub(super) all: Vec<Arc<Code>>,
     /// For each source the index of its code.
-    of_sources: Vec<usize>,
+    pub(super) of_sources: Vec<usize>,
 }
 
-fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> DistinctCodes {
+pub(super) fn distinct_codes(reference: &Arc<Code>, sources: &[Arc<Code>]) -> DistinctCodes {
     let mut codes = DistinctCodes { all: vec![reference.clone()], of_sources: Vec::new() };
     for code in sources {
         let index = codes.all.iter().position(|known| is_same(known, code)).unwrap_or_else(|| {

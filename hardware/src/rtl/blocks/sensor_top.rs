@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use super::sensor_shell::about;
 use super::{
-    DetectorChannel, Groups, PeakDetector, RegisterFile, ResultStream, ScanController,
+    DetectorChannel, Groups, PeakDetector, PixelArray, RegisterFile, ResultStream, ScanController,
     ScanSequencer, SensorShell,
 };
 use crate::code::Code;
@@ -40,6 +40,10 @@ pub struct SensorTop {
     /// ports, and what drives the lasers
     #[is(SensorShell::new(interface.clone()))]
     pub io: SensorShell,
+    /// Clocks by which a step's end is told before its last hits are in: a row takes its counters
+    /// over at a register's word.
+    #[set(counts.dumps_early())]
+    dumps_early: u32,
     /// First bit and bits of the seed that each code takes.
     #[set(io.codes.all.iter().map(|code| seed_taken(&interface, code)).collect())]
     seeds: Vec<(usize, usize)>,
@@ -51,10 +55,10 @@ pub struct SensorTop {
         interface.timing.scan.integration_chips,
         interface.groups(),
         interface.realigns(),
-        Correlator::clocks_to_dump(interface.lanes()),
+        Correlator::clocks_to_dump(interface.lanes()) - dumps_early,
         counts.count_segments.count,
-        counts.clocks_of_counting(),
-        detectors * parallel > 1,
+        counts.clocks_of_counting() + dumps_early,
+        detectors * parallel > 1 && dumps_early == 0,
     ))]
     controller: Optional<ScanController>,
     #[each(plan in interface.registers.iter())]
@@ -74,9 +78,13 @@ pub struct SensorTop {
         counts.peak.map_or((0, 0), |peak| (peak.step_bits, peak.count_bits)),
     ))]
     registers: Vec<RegisterFile>,
-    #[each(code in interface.reference_codes.iter())]
+    #[each(code in interface.reference_codes.iter().filter(|_| counts.rows.is_none()))]
     #[is(DetectorChannel::new(interface.clone(), counts, code.clone()))]
     channel: Vec<DetectorChannel>,
+    #[each(rows in counts.rows.iter())]
+    #[is(PixelArray::new(interface.clone(), counts, *rows))]
+    array: Vec<PixelArray>,
+    #[when(counts.rows.is_none())]
     #[is(ResultStream::new(
         counts.count_bits,
         counts.saturates(),
@@ -89,7 +97,7 @@ pub struct SensorTop {
         },
         is_set,
     ))]
-    results: ResultStream,
+    results: Optional<ResultStream>,
     #[each(peak in counts.peak.iter())]
     #[is(PeakDetector::new(*peak, detectors))]
     peak: Vec<PeakDetector>,
@@ -163,8 +171,10 @@ fn seed_taken(interface: &Interface, code: &Arc<Code>) -> (usize, usize) {
 impl Logic for SensorTop {
     fn update(&mut self) {
         self.io.transmit();
-        self.run_channels();
-        self.hand_counts();
+        if self.results.is_present() {
+            self.run_channels();
+            self.hand_counts();
+        }
         if self.is_set {
             self.run_ahead();
             self.set_scans();
@@ -172,7 +182,11 @@ impl Logic for SensorTop {
         } else if self.interface.realigns() {
             self.realign();
         }
-        self.stream_results();
+        if self.results.is_present() {
+            self.stream_results();
+        } else {
+            self.read_rows();
+        }
         if self.io.o_peak_valid.is_present() {
             self.find_peaks();
         }
@@ -289,6 +303,29 @@ impl Logic for SensorTop {
         self.controller.i_epoch.next = self.io.transmit[0].o_epoch.val();
         for d in 0..self.channel.len() {
             self.channel[d].i_start.next = self.controller.o_start.val();
+        }
+        for a in 0..self.array.len() {
+            connect! { self.array[a] from self.controller: i_start }
+        }
+    }
+
+    /// Detectors that share the sums of their counts.
+    fn read_rows(&mut self) {
+        let lanes = self.lanes;
+        for a in 0..self.array.len() {
+            for d in 0..self.detectors {
+                self.array[a].i_samples[d].next = self.io.i_samples.val().slice(lanes * d, lanes);
+            }
+            connect! {
+                self.array[a] from self.controller: i_run, i_pre_last_chip, i_last_chip, i_counted
+            }
+            self.array[a].i_dump.next = self.controller.o_dump.val().get_bit(0);
+            self.array[a].i_last.next = self.controller.o_scan_counted.val();
+            self.array[a].i_ready.next = self.io.m_axis_tready.val();
+            self.io.m_axis_tdata.next = self.array[a].o_data.val();
+            self.io.m_axis_tvalid.next = self.array[a].o_valid.val();
+            self.io.m_axis_tlast.next = self.array[a].o_last.val();
+            connect! { self.io from self.array[a]: o_overrun }
         }
     }
 

@@ -23,10 +23,18 @@ use crate::sensor::interface::CountSegments;
         "A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum \
          over a word is the number of hits less twice the number of those that count down.",
     )
-    .fact("Latency", format!("{} clocks from i_hits to o_count", WordTotal::latency_clocks(lanes, segments))))]
+    .fact("Latency", format!(
+        "{} clocks from i_hits to {}",
+        WordTotal::latency_clocks(lanes, segments),
+        if totals > 0 { "o_count" } else { "o_addend" }
+    )))]
 pub struct UpdownCorrelator {
     lanes: usize,
-    segments: CountSegments,
+    /// Of the total; none where the signed counts of words are all that is asked.
+    segments: Option<CountSegments>,
+    /// How many there are.
+    #[set(segments.map_or(0, |segments| segments.count))]
+    totals: u32,
     #[set(lanes.div_ceil(2))]
     pairs: usize,
     /// Whether there is a pair, and not a single sample.
@@ -43,12 +51,18 @@ pub struct UpdownCorrelator {
     #[width(lanes)]
     pub i_reference: Input<Word>,
     /// A step's last hits are in; one bit for each segment of the count.
-    #[about(dump_about(segments.count))]
-    #[width(segments.count)]
-    pub i_dump: Input<Word>,
+    #[when(totals > 0)]
+    #[about(dump_about(totals))]
+    #[width(totals)]
+    pub i_dump: Optional<Input<Word>>,
     /// count of the last step, signed
-    #[width(segments.bits())]
-    pub o_count: Output<Word>,
+    #[when(totals > 0)]
+    #[width(segments.map_or(1, |segments| segments.bits()))]
+    pub o_count: Optional<Output<Word>>,
+    /// signed count of a word
+    #[when(totals == 0)]
+    #[width(pairs.ilog2() + 2)]
+    pub o_addend: Optional<Output<Word>>,
     /// reference of each pair's earlier sample
     #[when(has_pairs)]
     #[width(pairs)]
@@ -77,8 +91,14 @@ impl Logic for UpdownCorrelator {
             self.words.down.next = self.i_hits.val() & !self.i_reference.val();
         }
         self.words.hit.next = self.i_hits.val();
-        self.words.dump.next = self.i_dump.val();
+        if self.i_dump.is_present() {
+            self.words.dump.next = self.i_dump.val();
+        }
         self.words.count();
-        self.o_count.next = self.words.exact.val();
+        if self.o_count.is_present() {
+            self.o_count.next = self.words.exact.val();
+        } else {
+            self.o_addend.next = self.words.addend.val();
+        }
     }
 }

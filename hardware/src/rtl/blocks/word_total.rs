@@ -10,7 +10,8 @@ use crate::sensor::interface::CountSegments;
 #[block]
 pub struct WordTotal {
     lanes: usize,
-    segments: CountSegments,
+    /// Of the total; none without one.
+    segments: Option<CountSegments>,
     /// Whether hits count down, too.
     is_signed: bool,
     #[set(lanes.div_ceil(2))]
@@ -38,25 +39,29 @@ pub struct WordTotal {
     sum: Optional<Register<Word>>,
     #[about(if is_signed { "signed count of one word" } else { "hits of one word" })]
     #[width(addend_bits)]
-    addend: Local<Word>,
-    #[when(segments.count == 1)]
-    #[is(Accumulator::new(segments.top_bits as usize, addend_bits, false, false))]
-    total: Optional<Accumulator>,
-    #[each(_total in 0..usize::from(segments.count > 1))]
-    #[is(SegmentedTotal::new(segments, addend_bits))]
+    pub(super) addend: Local<Word>,
+    #[each(whole in segments.filter(|segments| segments.count == 1).iter())]
+    #[is(Accumulator::new(whole.top_bits as usize, addend_bits, false, false))]
+    total: Vec<Accumulator>,
+    #[each(segments in segments.filter(|segments| segments.count > 1).iter())]
+    #[is(SegmentedTotal::new(*segments, addend_bits))]
     segmented: Vec<SegmentedTotal>,
     /// A step's last hits are in; one bit for each segment.
-    #[width(segments.count)]
-    pub(super) dump: Local<Word>,
+    #[when(segments.is_some())]
+    #[width(segments.map_or(1, |segments| segments.count))]
+    pub(super) dump: Optional<Local<Word>>,
     /// hits of the last step, all of them
-    #[width(segments.bits())]
-    pub(super) exact: Local<Word>,
+    #[when(segments.is_some())]
+    #[width(segments.map_or(1, |segments| segments.bits()))]
+    pub(super) exact: Optional<Local<Word>>,
 }
 
 impl WordTotal {
-    /// Clocks from hits to their total's growth, for words of so many samples.
-    pub(super) fn latency_clocks(lanes: usize, segments: CountSegments) -> usize {
-        lanes.div_ceil(2).ilog2() as usize + 2 + segments.clocks() as usize
+    /// Clocks from hits to their total's growth, for words of so many samples; without a total to the
+    /// hits of a word.
+    pub(super) fn latency_clocks(lanes: usize, segments: Option<CountSegments>) -> usize {
+        let of_total = segments.map_or(0, |segments| 1 + segments.clocks() as usize);
+        lanes.div_ceil(2).ilog2() as usize + 1 + of_total
     }
 }
 
@@ -65,10 +70,10 @@ impl WordTotal {
     /// Counts the hits that are in the registers.
     pub(super) fn count(&mut self) {
         self.count_word();
-        if self.total.is_present() {
-            self.total.i_addend.next = self.addend.val();
-            self.total.i_dump.next = self.dump.val().get_bit(0);
-            self.exact.next = self.total.o_count.val();
+        for t in 0..self.total.len() {
+            self.total[t].i_addend.next = self.addend.val();
+            self.total[t].i_dump.next = self.dump.val().get_bit(0);
+            self.exact.next = self.total[t].o_count.val();
         }
         for t in 0..self.segmented.len() {
             self.segmented[t].i_addend.next = self.addend.val();

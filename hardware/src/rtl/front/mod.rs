@@ -23,6 +23,7 @@
 
 mod clock;
 mod inline;
+mod lookup_memory;
 mod marker;
 mod memory;
 mod net;
@@ -34,6 +35,7 @@ mod word;
 
 pub use clock::tick;
 pub use inline::BitTable;
+pub use lookup_memory::LookupMemory;
 pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
 pub use memory::Memory;
 pub use net::{Constant, Input, InputPort, Inputs, Local, Net, Output, Value};
@@ -50,7 +52,7 @@ pub mod prelude {
     pub use rust_hdl_core::{ast, probe};
 
     pub use super::{
-        About, BitTable, Constant, Input, InputPort, Inputs, Local, Memory, Optional, Output,
-        Register, RegisterMemory, StateCheck, Word, bit_cast, gather, signed_cast, tree,
+        About, BitTable, Constant, Input, InputPort, Inputs, Local, LookupMemory, Memory, Optional,
+        Output, Register, RegisterMemory, StateCheck, Word, bit_cast, gather, signed_cast, tree,
     };
 }
