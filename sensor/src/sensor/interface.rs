@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
 use super::registers::{Hardware, RegisterPlan, Settings, is_same, seed_of};
-use super::rows::RowPlan;
+use super::rows::{RowPlan, signed_bits};
 use crate::code::Code;
 use crate::scan::{Grouping, Timing};
 use crate::scene::{Architecture, Polarity, Readout, Registers, Scene, Source, Target};
@@ -457,9 +457,4 @@ impl Interface {
 /// Bits of the bytes that hold `bits` bits: AXI4-Stream data come in bytes.
 fn whole_bytes(bits: u32) -> u32 {
     bits.div_ceil(8) * 8
-}
-
-/// Bits of a two's complement number that holds -magnitude..=magnitude.
-pub(super) fn signed_bits(magnitude: u128) -> u32 {
-    129 - magnitude.leading_zeros()
 }

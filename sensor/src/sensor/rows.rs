@@ -6,7 +6,6 @@
 //! in a memory. So a detector needs the bits of a window and not those of a step, and no place in a
 //! queue.
 
-use super::interface::signed_bits;
 use crate::scene::LEAST_CHIPS_OF_ROWS;
 
 /// Windows of a phase step, and the bits that one needs.
@@ -60,6 +59,11 @@ impl RowPlan {
     pub fn address_bits(&self) -> u32 {
         (u64::BITS - (self.detectors - 1).leading_zeros()).max(1)
     }
+}
+
+/// Bits of a two's complement number that holds -magnitude..=magnitude.
+pub(super) fn signed_bits(magnitude: u128) -> u32 {
+    129 - magnitude.leading_zeros()
 }
 
 #[cfg(test)]
