@@ -13,7 +13,7 @@
 
 use std::sync::Arc;
 
-use super::phase_geometry::{PhaseGeometry, ReferenceStart};
+use super::phase_stepper::{PhaseGeometry, ReferenceStart};
 use super::step_ends::dump_about;
 use super::{
     CodeSource, CorrelatorBank, CountClamp, EdgeDetector, HitCounter, PhaseStepper,

@@ -12,7 +12,7 @@
 use std::sync::Arc;
 
 use super::detector_channel::{first_samples, reference_start};
-use super::phase_geometry::{PhaseGeometry, ReferenceStart};
+use super::phase_stepper::{PhaseGeometry, ReferenceStart};
 use super::sensor_shell::{DistinctCodes, distinct_codes};
 use super::{CodeSource, PhaseStepper, Pixel, RowStream, RowSums};
 use crate::code::Code;

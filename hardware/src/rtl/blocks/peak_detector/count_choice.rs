@@ -9,7 +9,7 @@
 //! Latency 1 clock. One bit says whose turn it is, so that a count costs an AND and an OR, and no
 //! number of the turn has to be decoded.
 
-use super::first_of;
+use crate::rtl::blocks::first_of;
 use crate::rtl::front::prelude::*;
 
 /// Keeps the count whose turn it is.

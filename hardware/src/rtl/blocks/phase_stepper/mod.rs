@@ -9,9 +9,13 @@
 //! Latency 2 clocks from `i_chip` to `o_window`. Whole chips of delay cost nothing but a generator
 //! that waits; samples of delay cost one choice between two chips for each lane.
 
-use super::lane_delay::window_about;
-use super::phase_geometry::{PhaseGeometry, ReferenceStart};
-use super::{ChipHistory, LaneDelay};
+mod chip_history;
+mod lane_delay;
+mod phase_geometry;
+
+use self::chip_history::ChipHistory;
+use self::lane_delay::{LaneDelay, window_about};
+pub use self::phase_geometry::{PhaseGeometry, ReferenceStart};
 use crate::rtl::front::prelude::*;
 
 /// Delays the reference: whole chips by holding its generator, the rest by

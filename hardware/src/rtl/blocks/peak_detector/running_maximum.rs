@@ -9,7 +9,8 @@
 //! Latency from a count's turn to `i_compared` as the plan says, 2 clocks more until it is the
 //! largest. A detector has one; the schedule is shared by all.
 
-use super::{CountChoice, CountComparison, first_of};
+use super::{CountChoice, CountComparison};
+use crate::rtl::blocks::first_of;
 use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 

@@ -81,7 +81,7 @@ impl PhaseGeometry {
 
     /// Whether the delay grows by more than whole chips, so that lanes change
     /// between the present and the previous chip.
-    pub(super) fn grows_by_samples(self) -> bool {
+    pub fn grows_by_samples(self) -> bool {
         self.samples() > 0
     }
 

@@ -11,8 +11,17 @@
 //!
 //! Cost (ECP5, docs/resources.md): 38 LUTs, 87 flip-flops with all that is in it.
 
+mod count_choice;
+mod count_comparison;
+mod count_piece;
+mod running_maximum;
+
+pub use self::count_choice::CountChoice;
+pub use self::count_comparison::CountComparison;
+pub use self::count_piece::CountPiece;
+use self::running_maximum::RunningMaximum;
+use super::first_of;
 use super::result_stream::counts_about;
-use super::{RunningMaximum, first_of};
 use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 
