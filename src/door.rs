@@ -155,7 +155,7 @@ pub trait Jobs {
         options: &EstimateOptions,
         counts: &[StepCount],
     ) -> Result<EstimateReport, EstimateError> {
-        let sensor = self.sensor().with_estimator(options.estimator)?;
+        let sensor = self.sensor().with_estimator(options.estimator)?.summed();
         let scene = sensor.scene();
         let detector = detector_named(scene, options.detector.as_deref())?;
         // Hardware that sends no total counts leaves them all 0.

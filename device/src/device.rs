@@ -3,8 +3,8 @@ use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
 use goldtof_wire::{
-    Decoder, Event, Frame, Identity, IdentityError, REQUEST_IDENTITY, REQUEST_READ, REQUEST_WRITE,
-    Request, Tally, encode,
+    Decoder, Event, Frame, Identity, IdentityError, REQUEST_IDENTITY, REQUEST_READ, REQUEST_TEXT,
+    REQUEST_WRITE, Request, TEXT_BLOCK_BYTES, Tally, encode,
 };
 use thiserror::Error;
 
@@ -28,6 +28,12 @@ pub enum DeviceError {
     /// It has no registers.
     #[error("this build has no registers: emit it with hardware.registers = \"axi4-lite\"")]
     NoRegisters,
+    /// It does not hold its scene.
+    #[error(
+        "the device does not hold its scene's text: emit it with hardware.scene_text = true, or name the \
+         scene's file"
+    )]
+    NoText,
     /// It refuses.
     #[error("the device refuses address {address:#05x} (AXI response {status})")]
     Refused {
@@ -79,6 +85,25 @@ impl<P: Read + Write> Device<P> {
             }
             _ => Err(DeviceError::Silent),
         }
+    }
+
+    /// Reads the text of the scene that the device was built from. Its SHA-256 begins with
+    /// [`Identity::scene`].
+    ///
+    /// # Errors
+    ///
+    /// The device is gone or silent, or does not hold the text.
+    pub fn scene_text(&mut self, identity: &Identity) -> Result<Vec<u8>, DeviceError> {
+        let mut text = Vec::new();
+        for block in 0..u16::from(identity.text_blocks) {
+            match self.ask(REQUEST_TEXT, block * TEXT_BLOCK_BYTES as u16, 0)? {
+                Frame::Text(_, bytes) => text.extend(bytes),
+                _ => return Err(DeviceError::NoText),
+            }
+        }
+        // The last block ends with zeros.
+        text.truncate(text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1));
+        if text.is_empty() { Err(DeviceError::NoText) } else { Ok(text) }
     }
 
     /// Reads the register at a byte address.
@@ -147,6 +172,9 @@ impl<P: Read + Write> Device<P> {
                             if answered == request =>
                         {
                             return Ok(Frame::Identity(answered, identity));
+                        }
+                        Event::Frame(Frame::Text(answered, block)) if answered == request => {
+                            return Ok(Frame::Text(answered, block));
                         }
                         other => self.events.push_back(other),
                     }

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use clap::{Parser, Subcommand};
 use goldtof_device::{Device, DeviceError, Recorder, Watch};
 use goldtof_system::digest::sha256;
+use goldtof_system::files;
 use goldtof_system::printable::printable_path;
 use goldtof_wire::{Content, Event, Frame, Identity};
 use serialport::SerialPort;
@@ -37,6 +38,10 @@ enum Command {
     Identify {
         #[command(flatten)]
         line: Line,
+        /// Takes the scene from the device, whose scene has hardware.scene_text, into this file, which may
+        /// not exist.
+        #[arg(long, value_name = "FILE")]
+        scene_out: Option<PathBuf>,
     },
     /// Shows how the measurement goes, and writes counts as CSV.
     Record {
@@ -102,9 +107,18 @@ fn run(command: &Command) -> Result<(), Failed> {
             }
             Ok(())
         }
-        Command::Identify { line } => {
-            let (_, identity) = line.device()?;
+        Command::Identify { line, scene_out } => {
+            let (mut device, identity) = line.device()?;
             println!("{}", description(&identity));
+            if let Some(path) = scene_out {
+                let text = device.scene_text(&identity)?;
+                if hash(&text)? != identity.scene {
+                    return Err("the scene's text in the device is not what its hash is of".into());
+                }
+                drop(fresh(path)?);
+                files::stage(path, |out| out.write_all(&text))?.publish()?;
+                println!("{} bytes in {}", text.len(), printable_path(path));
+            }
             Ok(())
         }
         Command::Record { line, out, seconds } => record(line, out.as_deref(), *seconds),
@@ -148,7 +162,11 @@ impl Line {
 
 /// The first eight bytes of the SHA-256 of a scene's text.
 fn scene_hash(path: &Path) -> Result<[u8; 8], Failed> {
-    let text = fs::read(path).map_err(|error| format!("{}: {error}", printable_path(path)))?;
+    hash(&fs::read(path).map_err(|error| format!("{}: {error}", printable_path(path)))?)
+}
+
+/// The same of a text.
+fn hash(text: &[u8]) -> Result<[u8; 8], Failed> {
     let digits = sha256(text);
     let mut hash = [0; 8];
     for (byte, k) in hash.iter_mut().zip((0..).step_by(2)) {
@@ -223,6 +241,10 @@ fn description(identity: &Identity) -> String {
         Content::Counts => "counts of phase steps",
         Content::Rows => "rows of a histogram",
         Content::Peaks => "peaks",
+    };
+    let content = match identity.accumulate {
+        1 => content.to_owned(),
+        scans => format!("{content}, each the sum of {scans} scans"),
     };
     let layout = identity.layout;
     format!(

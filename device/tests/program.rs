@@ -29,6 +29,8 @@ fn identity() -> Identity {
         steps: 248,
         code_chips: 31,
         parallel: 1,
+        accumulate: 1,
+        text_blocks: 0,
         scene,
     }
 }

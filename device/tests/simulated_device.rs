@@ -9,8 +9,11 @@ use std::time::Duration;
 use goldtof_device::{Device, DeviceError, Recorder, Sink, Watch};
 use goldtof_wire::{
     Answer, Content, Event, Frame, Identity, Layout, Loss, REQUEST_IDENTITY, REQUEST_READ,
-    REQUEST_WRITE, Request, ResultsFrame, crc32, encode,
+    REQUEST_TEXT, REQUEST_WRITE, Request, ResultsFrame, crc32, encode,
 };
+
+/// The scene's text in the device, two blocks less a byte.
+const TEXT: &[u8; 63] = b"[clock]\nchip_period = \"8 ns\" # of the board\nsamples_per_chip=8\n";
 
 fn identity() -> Identity {
     Identity {
@@ -23,6 +26,8 @@ fn identity() -> Identity {
         steps: 10,
         code_chips: 31,
         parallel: 1,
+        accumulate: 1,
+        text_blocks: 2,
         scene: [1, 2, 3, 4, 5, 6, 7, 8],
     }
 }
@@ -73,6 +78,12 @@ fn answer_requests(mut device: UnixStream, has_registers: bool) {
                 let data = words.get(&asked.address).copied().unwrap_or(0);
                 encode::answer(Answer { request: asked, status, data }, sequence)
             }
+            REQUEST_TEXT => {
+                let mut block = [0; 32];
+                let bytes = TEXT.iter().skip(asked.address.into());
+                block.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
+                encode::text(asked, &block, sequence)
+            }
             _ => encode::identity(asked, &identity(), sequence),
         };
         sequence += 1;
@@ -90,6 +101,7 @@ fn registers_are_written_and_read_though_answers_are_lost() {
         device.write(address, data).expect("it is written");
         assert_eq!(device.read(address).expect("it is read"), data);
     }
+    assert_eq!(device.scene_text(&identity()).expect("it is read"), TEXT);
     let refused = device.read(0x800).unwrap_err();
     assert_eq!(refused.to_string(), "the device refuses address 0x800 (AXI response 3)");
     // What came between is kept.
@@ -110,6 +122,9 @@ fn a_build_without_registers_says_so() {
     device.identify().expect("it answers");
     let error = device.write(4, 1).unwrap_err();
     assert!(matches!(error, DeviceError::NoRegisters), "{error}");
+    let without = Identity { text_blocks: 0, ..identity() };
+    let error = device.scene_text(&without).unwrap_err();
+    assert!(matches!(error, DeviceError::NoText), "{error}");
     host.shutdown(Shutdown::Both).expect("it can be closed");
     answers.join().expect("the device is content");
 }

@@ -1,8 +1,9 @@
 //! A sensor's results on the serial line of `hdl/bridge/` (docs/wire.md): their bits, how much of the line they
 //! take, and what the bridge has to know of the scene.
 
+use goldtof_sensor::sensor::block_ram::BlockRam;
 use goldtof_sensor::sensor::interface::{Counting, Interface};
-use goldtof_wire::{Content, Identity, Layout, Load, Scans};
+use goldtof_wire::{Content, Identity, Layout, Load, MOST_RESULTS_OF_A_FRAME, Scans};
 use thiserror::Error;
 
 /// What of a sensor goes to the line.
@@ -24,6 +25,92 @@ pub struct SlowLine {
     pub advice: String,
 }
 
+/// Scans whose results are added up between core and bridge (`hdl/bridge/result_accumulator.v`), and the
+/// memory that this takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sums {
+    /// Scans of a sum, 2 or more.
+    pub scans: u32,
+    /// Results of a scan, all detectors together.
+    pub results: u64,
+    /// Bits of a result of one scan, `MORE_BITS` and `COUNT_BITS`.
+    one: Layout,
+    /// Bits of a sum.
+    pub sum: Layout,
+    /// The FIFO behind holds 2^n sums: they come in one scan, and leave in all.
+    pub fifo_address_bits: u32,
+}
+
+/// Fewest and most results of a scan that can be added up.
+const RESULTS_OF_SUMS: std::ops::RangeInclusive<u64> = 4..=1 << MOST_ADDRESS_BITS;
+/// Most bits of an address of the bridge's memories.
+const MOST_ADDRESS_BITS: u32 = 14;
+/// Bits of an address of the bridge's FIFO.
+const ADDRESS_BITS: u32 = 10;
+
+/// What a bridge has at its other end, and in its device.
+#[derive(Debug, Clone, Copy)]
+pub struct Line {
+    /// Bits per second.
+    pub baud: u32,
+    /// The device's block RAM.
+    pub block_ram: BlockRam,
+}
+
+impl Sums {
+    /// Those of a scene, if it has some that the bridge can make.
+    pub fn of(interface: &Interface, baud: u32) -> Option<Sums> {
+        let one = Interface { accumulate: 1, ..interface.clone() };
+        let scan = scans(&one, Sent::Results)?;
+        if interface.accumulate < 2 || !RESULTS_OF_SUMS.contains(&scan.results) {
+            return None;
+        }
+        let sum = layout(interface, Sent::Results)?;
+        // What of a scan of sums has not left when its last one comes, and frames that fill meanwhile.
+        let left = 1.0 / Scans { layout: sum, ..scan }.load(baud).share();
+        let waiting = scan.results as f64 * (1.0 - left).max(0.0);
+        let held = waiting as u64 + 2 * MOST_RESULTS_OF_A_FRAME;
+        Some(Sums {
+            scans: interface.accumulate,
+            results: scan.results,
+            one: scan.layout,
+            sum,
+            fifo_address_bits: address_bits(held).clamp(ADDRESS_BITS, MOST_ADDRESS_BITS),
+        })
+    }
+
+    /// Bits that a sum has more than a count.
+    fn scans_bits(&self) -> u32 {
+        address_bits(self.scans.into())
+    }
+
+    /// Blocks of RAM for the sums and the FIFO, whose words have two flags.
+    pub fn blocks(&self, block_ram: &BlockRam) -> u64 {
+        let bits = self.sum.result_bits() as u32;
+        block_ram.blocks_of(1 << address_bits(self.results), bits)
+            + block_ram.blocks_of(1 << self.fifo_address_bits, bits + 2)
+    }
+
+    /// The accumulator's parameters, but for the stream that goes in.
+    pub fn parameters(&self) -> Vec<(&'static str, u64)> {
+        vec![
+            ("ACCUMULATE", self.scans.into()),
+            ("ACCUMULATE_BITS", self.scans_bits().into()),
+            ("ACCUMULATE_RESULTS", self.results),
+            ("ACCUMULATE_RESULTS_BITS", address_bits(self.results).into()),
+            ("ACCUMULATE_COUNT_BITS", self.one.count_bits.into()),
+            ("ACCUMULATE_MORE_BITS", self.one.more_bits.into()),
+            ("ACCUMULATE_SUM_BITS", self.sum.result_bits() as u64),
+            ("FIFO_ADDRESS_BITS", self.fifo_address_bits.into()),
+        ]
+    }
+}
+
+/// Bits of the numbers below `count`.
+fn address_bits(count: u64) -> u32 {
+    count.next_power_of_two().trailing_zeros()
+}
+
 /// Bits of a result; `None` if there is no such result: peaks without a peak detector, or of several
 /// detectors.
 pub fn layout(interface: &Interface, sent: Sent) -> Option<Layout> {
@@ -38,7 +125,9 @@ pub fn layout(interface: &Interface, sent: Sent) -> Option<Layout> {
     };
     match (sent, &interface.counting) {
         (Sent::Results, Counting::Correlator(correlator)) => {
-            layout(correlator.count_bits, 1, correlator.total.map_or(0, |total| total.bits))
+            let more = address_bits(interface.accumulate.into());
+            let total_bits = correlator.total.map_or(0, |total| total.bits + more);
+            layout(correlator.count_bits + more, 1, total_bits)
         }
         (Sent::Results, Counting::Histogram(plan)) => layout(plan.bin_bits, plan.row_bins, 0),
         (Sent::Peaks, _) => {
@@ -48,7 +137,7 @@ pub fn layout(interface: &Interface, sent: Sent) -> Option<Layout> {
     }
 }
 
-/// The results of scans that follow one another without a pause; `None` as of [`layout`].
+/// The results of scans, or of sums of scans, that follow one another without a pause; `None` as of [`layout`].
 pub fn scans(interface: &Interface, sent: Sent) -> Option<Scans> {
     let layout = layout(interface, sent)?;
     let timing = &interface.timing;
@@ -56,7 +145,9 @@ pub fn scans(interface: &Interface, sent: Sent) -> Option<Scans> {
     let detectors = interface.reference_codes.len() as u64;
     let (results, chips) = match &interface.counting {
         Counting::Correlator(_) => {
-            (timing.scan.steps, interface.groups() as f64 * timing.scan.integration_chips as f64)
+            let chips = interface.groups() as f64 * timing.scan.integration_chips as f64;
+            let scans = if sent == Sent::Results { interface.accumulate } else { 1 };
+            (timing.scan.steps, chips * f64::from(scans))
         }
         Counting::Histogram(plan) => (plan.rows, (plan.rows * plan.periods) as f64),
     };
@@ -72,17 +163,40 @@ pub fn scans(interface: &Interface, sent: Sent) -> Option<Scans> {
 /// # Errors
 ///
 /// They come faster than the line carries them; the error says what would fit.
-pub fn check_line(interface: &Interface, sent: Sent, baud: u32) -> Result<Option<Load>, SlowLine> {
+pub fn check_line(
+    interface: &Interface,
+    sent: Sent,
+    line: &Line,
+) -> Result<Option<Load>, SlowLine> {
     let Some(scans) = scans(interface, sent) else { return Ok(None) };
     scans
-        .load(baud)
+        .load(line.baud)
         .check()
         .map(Some)
-        .map_err(|error| SlowLine { advice: advice(interface, error.0), error })
+        .map_err(|error| SlowLine { advice: advice(interface, error.0, line), error })
+}
+
+/// The fewest scans whose sums the line carries and the device has memory for; `None` where there are none,
+/// or where the scene has no place for the key.
+fn accumulated(interface: &Interface, line: &Line) -> Option<u32> {
+    let correlator = interface.correlator()?;
+    if interface.registers.is_some() || correlator.saturates() {
+        return None;
+    }
+    let mut summed = interface.clone();
+    let timing = &mut summed.timing;
+    timing.scan = timing.scan.in_whole_periods(timing.code_chips());
+    (2..=u8::MAX.into()).find(|&scans_of_sum| {
+        summed.accumulate = scans_of_sum;
+        let fits = scans(&summed, Sent::Results)
+            .is_some_and(|scans| scans.load(line.baud).check().is_ok());
+        fits && Sums::of(&summed, line.baud)
+            .is_some_and(|sums| sums.blocks(&line.block_ram) <= line.block_ram.blocks)
+    })
 }
 
 /// What would fit into a line that is too slow.
-fn advice(interface: &Interface, load: Load) -> String {
+fn advice(interface: &Interface, load: Load, line: &Line) -> String {
     let stretch = load.stretch();
     let timing = &interface.timing;
     let integration_us = timing.integration_ps() * 1e-6 * stretch;
@@ -95,6 +209,9 @@ fn advice(interface: &Interface, load: Load) -> String {
             vec![format!("a histogram of {} code periods", (plan.periods as f64 * stretch).ceil())]
         }
     };
+    if let Some(scans) = accumulated(interface, line) {
+        advice.push(format!("accumulate = {scans} (sums of so many scans)"));
+    }
     let parallel = (f64::from(timing.parallel) / stretch) as u32;
     if parallel > 0 && interface.correlator().is_some() {
         advice.push(format!("parallel = {parallel}"));
@@ -141,6 +258,11 @@ pub fn identity(
         steps: small(steps)?,
         code_chips: small(interface.timing.code_chips())?,
         parallel: u16::try_from(interface.parallel()).ok()?,
+        accumulate: match sent {
+            Sent::Results => u8::try_from(interface.accumulate).ok()?,
+            Sent::Peaks => 1,
+        },
+        text_blocks: 0,
         scene,
     })
 }
@@ -153,6 +275,11 @@ pub fn bridge_parameters(
 ) -> Option<Vec<(&'static str, String)>> {
     let layout = layout(interface, sent)?;
     let (tdata_bits, stride, more_first_bit, waits) = match (sent, &interface.counting) {
+        // Sums are packed.
+        (Sent::Results, Counting::Correlator(_)) if interface.accumulate > 1 => {
+            let bits = layout.result_bits() as u32;
+            (bits, bits, layout.count_bits.into(), false)
+        }
         (Sent::Results, Counting::Correlator(correlator)) => {
             let first = correlator.total.map_or(0, |total| total.first_bit);
             (interface.tdata_bits, interface.tdata_bits, first, false)
@@ -182,7 +309,12 @@ pub fn bridge_parameters(
 mod tests {
     use std::path::Path;
 
+    use goldtof_sensor::scene::Target;
+    use goldtof_sensor::sensor::block_ram::block_ram;
+
     use super::*;
+
+    const LINE: Line = Line { baud: 3_000_000, block_ram: block_ram(Target::Ecp525k6) };
 
     /// The interface of a standard scene with other keys.
     fn interface(scene: &str, set: &[(&str, &str)]) -> Interface {
@@ -199,13 +331,12 @@ mod tests {
     #[test]
     fn table_i_fits_three_megabaud_and_sixteen_steps_at_once_do_not() {
         let one = interface("paper-single.toml", &[]);
-        let load = check_line(&one, Sent::Results, 3_000_000)
-            .expect("it fits")
-            .expect("there are results");
+        let load =
+            check_line(&one, Sent::Results, &LINE).expect("it fits").expect("there are results");
         assert!((load.results_per_s - 1.0 / 104.8e-6).abs() < 1e-6, "{load:?}");
 
         let sixteen = interface("paper-single.toml", &[("parallel = 1 ", "parallel = 16 ")]);
-        let error = check_line(&sixteen, Sent::Results, 3_000_000).unwrap_err();
+        let error = check_line(&sixteen, Sent::Results, &LINE).unwrap_err();
         // 13 steps at once fit, 14 do not; as little as a step of 13/16 of the time.
         assert!(error.advice.contains(", or parallel = 13, or "), "{error}");
         for (parallel, fits) in [(13, true), (14, false)] {
@@ -213,10 +344,36 @@ mod tests {
                 "paper-single.toml",
                 &[("parallel = 1 ", &format!("parallel = {parallel} "))],
             );
-            assert_eq!(check_line(&other, Sent::Results, 3_000_000).is_ok(), fits, "{parallel}");
+            assert_eq!(check_line(&other, Sent::Results, &LINE).is_ok(), fits, "{parallel}");
         }
         // Nor do they alone, but their peaks do.
         assert!(error.advice.contains("peaks alone (peak_detector = true)"), "{error}");
+    }
+
+    #[test]
+    fn the_fewest_scans_that_fit_are_told_and_fit() {
+        let sixteen = [("parallel = 1 ", "parallel = 16 ")];
+        let error = check_line(&interface("paper-single.toml", &sixteen), Sent::Results, &LINE)
+            .unwrap_err();
+        assert!(error.advice.contains(", or accumulate = 2 (sums"), "{error}");
+        let summed =
+            interface("paper-single.toml", &[("parallel = 1 ", "accumulate = 2\nparallel = 16 ")]);
+        let load = check_line(&summed, Sent::Results, &LINE).expect("it fits").expect("results");
+        // Frames of 255 sums of 18 bits have 588 bytes; 16 steps take 6 code periods of 2,047 chips, twice.
+        let results_per_s = 16.0 / (2.0 * 12_282.0 * 8e-9);
+        assert!((load.share() - results_per_s / 255.0 * 5_880.0 / 3e6).abs() < 0.001, "{load:?}");
+        let sums = Sums::of(&summed, LINE.baud).expect("there are sums");
+        // |count| <= 2 x 49,128 < 2^17, and a sign.
+        assert_eq!((sums.sum.count_bits, sums.results), (18, 16_376));
+        // Of a scan's 16,376 sums the line carries 80 % while they come: 3,290 and two frames wait, in 4,096.
+        assert_eq!(sums.fifo_address_bits, 12);
+        // 18 blocks of 16,384 x 1, five of 4,096 x 4.
+        assert_eq!(sums.blocks(&LINE.block_ram), 18 + 5);
+        // Where the device has fewer, the key is not named.
+        let small = Line { block_ram: LINE.block_ram.of_device("DP16KD", 22), ..LINE };
+        let error = check_line(&interface("paper-single.toml", &sixteen), Sent::Results, &small)
+            .unwrap_err();
+        assert!(!error.advice.contains("accumulate"), "{error}");
     }
 
     #[test]
@@ -245,7 +402,7 @@ mod tests {
     #[test]
     fn a_histograms_rows_are_too_many_for_a_frame_of_115_us() {
         let histogram = interface("histogram.toml", &[]);
-        let error = check_line(&histogram, Sent::Results, 3_000_000).unwrap_err();
+        let error = check_line(&histogram, Sent::Results, &LINE).unwrap_err();
         assert!(error.advice.contains("a histogram of "), "{error}");
         // The advice holds: so many code periods fit, and one fewer does not.
         let periods: f64 =

@@ -31,10 +31,16 @@ module board_top (
     wire [`BOARD_DETECTORS*`BOARD_SAMPLES_PER_CHIP-1:0]  samples;
     wire [`BOARD_LASERS-1:0]                             chips;
     reg  [`BOARD_LASERS-1:0]                             chips_r;      // half-way to pins on another side
-    wire [`BOARD_TDATA_BITS-1:0]                         tdata;
+    wire [`BOARD_TDATA_BITS-1:0]                         tdata;        // to the bridge
     wire                                                 tvalid;
     wire                                                 tready;
     wire                                                 tlast;
+`ifdef BOARD_ACCUMULATE
+    wire [`BOARD_ACCUMULATE_TDATA_BITS-1:0]              scan_tdata;   // of one scan
+    wire                                                 scan_tvalid;
+    wire                                                 scan_tready;
+    wire                                                 scan_tlast;
+`endif
     wire                                                 overrun;
     wire                                                 saturated;
     reg  [3:0]                                           reset_r = 4'hf; // high at power-up: the core needs a reset
@@ -115,10 +121,17 @@ module board_top (
         .i_rst         (rst),
         .o_laser       (chips),
         .i_samples     (samples),
+`ifdef BOARD_ACCUMULATE
+        .m_axis_tdata  (scan_tdata),
+        .m_axis_tvalid (scan_tvalid),
+        .m_axis_tready (scan_tready),
+        .m_axis_tlast  (scan_tlast),
+`else
         .m_axis_tdata  (tdata),
         .m_axis_tvalid (tvalid),
         .m_axis_tready (tready),
         .m_axis_tlast  (tlast),
+`endif
 `ifdef BOARD_HAS_SATURATED
         .o_saturated   (saturated),
 `endif
@@ -154,6 +167,31 @@ module board_top (
     assign saturated = 1'b0;
 `endif
 
+`ifdef BOARD_ACCUMULATE
+    result_accumulator #(
+        .TDATA_BITS     (`BOARD_ACCUMULATE_TDATA_BITS),
+        .COUNT_BITS     (`BOARD_ACCUMULATE_COUNT_BITS),
+        .MORE_FIRST_BIT (`BOARD_ACCUMULATE_MORE_FIRST_BIT),
+        .MORE_BITS      (`BOARD_ACCUMULATE_MORE_BITS),
+        .SCANS          (`BOARD_ACCUMULATE),
+        .SCANS_BITS     (`BOARD_ACCUMULATE_BITS),
+        .RESULTS        (`BOARD_ACCUMULATE_RESULTS),
+        .RESULTS_BITS   (`BOARD_ACCUMULATE_RESULTS_BITS),
+        .SUM_BITS       (`BOARD_ACCUMULATE_SUM_BITS)
+    ) sums (
+        .i_clk         (clk),
+        .i_rst         (rst),
+        .s_axis_tdata  (scan_tdata),
+        .s_axis_tvalid (scan_tvalid),
+        .s_axis_tready (scan_tready),
+        .s_axis_tlast  (scan_tlast),
+        .m_axis_tdata  (tdata),
+        .m_axis_tvalid (tvalid),
+        .m_axis_tready (tready),
+        .m_axis_tlast  (tlast)
+    );
+`endif
+
     `BOARD_BRIDGE #(
         .TDATA_BITS     (`BOARD_TDATA_BITS),
         .COUNT_BITS     (`BOARD_COUNT_BITS),
@@ -162,7 +200,14 @@ module board_top (
         .MORE_FIRST_BIT (`BOARD_MORE_FIRST_BIT),
         .MORE_BITS      (`BOARD_MORE_BITS),
         .BACK_PRESSURE  (`BOARD_BACK_PRESSURE),
+`ifdef BOARD_FIFO_ADDRESS_BITS
+        .ADDRESS_BITS   (`BOARD_FIFO_ADDRESS_BITS),
+`endif
         .CLOCKS_PER_BIT (`BOARD_UART_CLOCKS_PER_BIT),
+`ifdef BOARD_TEXT
+        .TEXT_BLOCKS    (`BOARD_TEXT_BLOCKS),
+        .TEXT           (`BOARD_TEXT),
+`endif
         .IDENTITY       (`BOARD_IDENTITY)
     ) bridge (
         .i_clk         (clk),

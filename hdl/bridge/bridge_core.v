@@ -16,7 +16,10 @@ module bridge_core #(
     parameter         CLOCKS_PER_BIT = 16,
     parameter         ADDRESS_BITS   = 10,
     parameter         FRAME_RESULTS  = 255,
-    parameter [255:0] IDENTITY       = 256'd0
+    parameter [255:0] IDENTITY       = 256'd0,
+    parameter         TEXT_BLOCKS    = 0,
+    // One block at least, as a vector has a bit.
+    parameter [256*(TEXT_BLOCKS > 0 ? TEXT_BLOCKS : 1)-1:0] TEXT = 256'd0
 ) (
     input  wire                  i_clk,
     input  wire                  i_rst,
@@ -66,6 +69,9 @@ module bridge_core #(
     localparam PLACE_BITS = bits_of(BITS - 1);
 
     generate
+        if (TEXT_BLOCKS < 0 || TEXT_BLOCKS > 128) begin : gen_blocks
+            uart_bridge_needs_TEXT_BLOCKS_of_0_to_128 stop ();
+        end
         if (COUNTS < 1 || COUNT_BITS < 1 || (COUNTS > 1 && COUNT_STRIDE < COUNT_BITS) ||
             (COUNTS - 1) * COUNT_STRIDE + COUNT_BITS > TDATA_BITS || MORE_BITS < 0 ||
             (MORE_BITS > 0 && MORE_FIRST_BIT + MORE_BITS > TDATA_BITS)) begin : gen_fields
@@ -118,6 +124,10 @@ module bridge_core #(
     wire            silence;
     wire            request_bit;
     wire            repeat_bit;
+    wire            text_asked;
+    wire            is_text;
+    wire [4:0]      text_place;
+    wire [7:0]      text_byte;
 
     assign o_rst      = rst;
     assign o_uart_rst = uart_rst;
@@ -195,6 +205,39 @@ module bridge_core #(
         .o_sync  ({saturated, overrun})
     );
 
+    generate
+        if (TEXT_BLOCKS > 0) begin : gen_text
+            localparam TEXT_BITS = bits_of(32 * TEXT_BLOCKS - 1);
+
+            reg  [6:0]  block_r; // the request goes round while it is repeated
+            wire [11:0] address     = {block_r, text_place};
+            wire        unused_text = &{1'b0, address};
+
+            always @(posedge i_uart_clk) begin
+                if (!active) begin
+                    block_r <= o_address[11:5];
+                end
+            end
+
+            scene_text #(
+                .BLOCKS       (TEXT_BLOCKS),
+                .ADDRESS_BITS (TEXT_BITS),
+                .TEXT         (TEXT)
+            ) text (
+                .i_clk     (i_uart_clk),
+                .i_address (address[TEXT_BITS-1:0]),
+                .o_byte    (text_byte)
+            );
+
+            assign is_text = text_asked;
+        end else begin : gen_no_text
+            wire unused_text = &{1'b0, text_asked, text_place, TEXT};
+
+            assign is_text   = 1'b0;
+            assign text_byte = 8'd0;
+        end
+    endgenerate
+
     framer #(
         .BITS          (BITS),
         .PLACE_BITS    (PLACE_BITS),
@@ -215,6 +258,9 @@ module bridge_core #(
         .o_gap_taken (gap_taken),
         .i_answer    (i_answer),
         .i_identify  (i_identify),
+        .i_is_text   (is_text),
+        .o_place     (text_place),
+        .i_text      (text_byte),
         .i_status    (i_status),
         .i_data      (i_data),
         .i_request   (request_bit),
@@ -266,6 +312,7 @@ module bridge_core #(
         .o_request  (o_request),
         .o_transfer (o_transfer),
         .o_write    (o_write),
+        .o_text     (text_asked),
         .o_address  (o_address),
         .o_data     (o_data),
         .o_bit      (request_bit),

@@ -21,6 +21,7 @@ module request_receiver (
     output wire        o_request,  // until i_answered
     output wire        o_transfer, // it reads or writes a register
     output wire        o_write,    // it writes
+    output wire        o_text,     // it asks for the scene's text
     output wire [11:0] o_address,  // this and o_data: until the first i_repeat
     output wire [31:0] o_data,
     output wire        o_bit,      // of the request, the first one of its kind first
@@ -31,10 +32,12 @@ module request_receiver (
     localparam [7:0] SYNC       = 8'h5A;
     localparam [7:0] KIND_READ  = 8'h52; // R
     localparam [7:0] KIND_WRITE = 8'h57; // W
+    localparam [7:0] KIND_TEXT  = 8'h54; // T
 
     reg         request_r;
     reg         transfer_r;
     reg         write_r;
+    reg         text_r;
     reg  [3:0]  byte_r;  // of the request; 0: its first is awaited
     reg  [63:0] bits_r;  // the last 64 before the CRC
     reg         wrong_r; // a bit of the CRC is
@@ -47,6 +50,7 @@ module request_receiver (
     assign o_request  = request_r;
     assign o_transfer = transfer_r;
     assign o_write    = write_r;
+    assign o_text     = text_r;
     assign o_address  = bits_r[27:16];
     assign o_data     = bits_r[63:32];
     assign o_bit      = bits_r[0];
@@ -77,6 +81,7 @@ module request_receiver (
         // The kind is gone when the request is repeated.
         if (!request_r) begin
             write_r    <= bits_r[7:0] == KIND_WRITE;
+            text_r     <= bits_r[7:0] == KIND_TEXT;
             transfer_r <= bits_r[7:0] == KIND_WRITE || bits_r[7:0] == KIND_READ;
         end
         if (i_rst || i_answered) begin

@@ -15,7 +15,10 @@ module uart_bridge_axil #(
     parameter         CLOCKS_PER_BIT = 16,
     parameter         ADDRESS_BITS   = 10,
     parameter         FRAME_RESULTS  = 255,
-    parameter [255:0] IDENTITY       = 256'd0
+    parameter [255:0] IDENTITY       = 256'd0,
+    parameter         TEXT_BLOCKS    = 0,
+    // One block at least, as a vector has a bit.
+    parameter [256*(TEXT_BLOCKS > 0 ? TEXT_BLOCKS : 1)-1:0] TEXT = 256'd0
 ) (
     input  wire                  i_clk,
     input  wire                  i_rst,
@@ -76,7 +79,9 @@ module uart_bridge_axil #(
         .CLOCKS_PER_BIT (CLOCKS_PER_BIT),
         .ADDRESS_BITS   (ADDRESS_BITS),
         .FRAME_RESULTS  (FRAME_RESULTS),
-        .IDENTITY       (IDENTITY)
+        .IDENTITY       (IDENTITY),
+        .TEXT_BLOCKS    (TEXT_BLOCKS),
+        .TEXT           (TEXT)
     ) core (
         .i_clk         (i_clk),
         .i_rst         (i_rst),

@@ -139,7 +139,7 @@ pub(crate) fn _recorded<'py>(
     path: PathBuf,
     detector: Option<&str>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let sensor = scene.sensor();
+    let sensor = Sensor::new(&scene.summed());
     let detector = detector_of(sensor.scene(), detector)?;
     let missing = || {
         let name = &sensor.scene().detectors[detector].name;

@@ -48,10 +48,10 @@ impl PyScene {
         Ok(PyScene { file_name, text, settings: Vec::new(), scene })
     }
 
-    /// The scene as it is now, with another estimator if one is named.
+    /// The scene of what a host gets, as it is now ([`Scene::summed`]), with another estimator if one is named.
     pub(crate) fn with_estimator(&self, estimator: Option<&str>) -> PyResult<Scene> {
         let kind = match estimator {
-            None => return Ok(self.scene.clone()),
+            None => return Ok(self.summed()),
             Some("fft") => EstimatorKind::Fft,
             Some("model") => EstimatorKind::Model,
             Some(other) => {
@@ -60,7 +60,12 @@ impl PyScene {
                 )));
             }
         };
-        self.scene.clone().with_estimator(Some(kind)).map_err(of_whole_scene)
+        self.summed().with_estimator(Some(kind)).map_err(of_whole_scene)
+    }
+
+    /// [`Scene::summed`].
+    pub(crate) fn summed(&self) -> Scene {
+        self.scene.clone().summed()
     }
 
     pub(crate) fn scene(&self) -> &Scene {

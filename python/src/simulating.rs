@@ -130,7 +130,7 @@ pub(crate) fn scans<'py>(
     detector: Option<&str>,
     on_progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let scene = scene.scene().clone();
+    let scene = scene.summed();
     let (detector, tier) = (detector_of(&scene, detector)?, tier(fidelity)?);
     if !tier.draws() {
         return Err(bad_argument("the tier expected draws no counts; expected() has their means"));

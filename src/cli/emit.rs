@@ -75,7 +75,8 @@ impl Command for EmitArguments {
             made_by += &format!(" {word}");
         }
         let mut emission = sensor.emit(&EmitOptions { made_by, ..self.options.clone() })?;
-        emission.board = plan.as_ref().map(|plan| plan.project(&sensor, &emission, &scene));
+        let project = plan.as_ref().map(|plan| plan.project(&sensor, &emission, &scene));
+        emission.board = project.transpose()?;
         let folder = output.folder(&self.out)?;
         deliver::write_into(&emission, &folder)?;
         let mut text = text(&emission, &self.out);

@@ -56,7 +56,7 @@ impl Body for Estimates<'_> {
 
 impl Command for EstimateArguments {
     fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
-        let scene = self.scene.read()?.scene()?.with_estimator(self.options.estimator)?;
+        let scene = self.scene.read()?.scene()?.with_estimator(self.options.estimator)?.summed();
         let sensor = Sensor::new(&scene);
         warn(&sensor, output);
         let file = CountsFile::read(&self.counts)?;

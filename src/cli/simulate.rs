@@ -42,7 +42,7 @@ impl Command for SimulateArguments {
     fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
         let text = self.scene.read()?;
         let options = SimulateOptions { seed, ..self.options };
-        let scene = text.scene()?.with_estimator(options.estimator)?;
+        let scene = text.scene()?.with_estimator(options.estimator)?.summed();
         let sensor = Sensor::new(&scene);
         warn(&sensor, output);
         let order = self.shard.order();
@@ -74,7 +74,7 @@ impl Command for SimulateArguments {
 impl InShards for SimulateJob {
     fn part(&self, part: Part, _: &OutputFolder, _: &Output) -> anyhow::Result<Results> {
         let options = self.options;
-        let sensor = Sensor::new(&self.scene.scene()?.with_estimator(options.estimator)?);
+        let sensor = Sensor::new(&self.scene.scene()?.with_estimator(options.estimator)?.summed());
         let simulated = Simulated::new(&sensor, options)?;
         let scans = part.stretch(options.repetitions);
         let prepared = Prepared::new(&sensor, options.fidelity, options.engine)?;
@@ -82,7 +82,8 @@ impl InShards for SimulateJob {
     }
 
     fn merge(&self, parts: Parts, _: &Path, output: &Output) -> anyhow::Result<Ending> {
-        let sensor = Sensor::new(&self.scene.scene()?.with_estimator(self.options.estimator)?);
+        let sensor =
+            Sensor::new(&self.scene.scene()?.with_estimator(self.options.estimator)?.summed());
         warn(&sensor, output);
         let simulation = shard::simulation(self, &sensor, parts)?;
         tell(self.scene.reference(), &simulation, self.check, output)

@@ -159,7 +159,7 @@ impl View {
         options: &ImageOptions,
         target: Option<&MapTarget>,
     ) -> Result<View, ImageError> {
-        let sensor = sensor.with_estimator(options.estimator)?;
+        let sensor = sensor.with_estimator(options.estimator)?.summed();
         let array = sensor.scene().array.clone().ok_or(ImageError::NoArray)?;
         options.check(&array.lens)?;
         let seen = Seen::of(&sensor, &array, target);

@@ -84,13 +84,16 @@ impl DetectorCounts {
 
 /// The counts of a scan as CSV: number of the measurement, phase step, its
 /// calibrated distance, signed count, name of the detector, and the total count if
-/// the scene's hardware sends it.
+/// the scene's hardware sends it; the chips of a step where a board adds up scans, of which these
+/// are one.
 pub fn counts_csv(sensor: &Sensor, detectors: &[DetectorCounts]) -> String {
-    let heading = match sensor.scene().sends_total_counts() {
-        true => ",total_count",
-        false => "",
+    let scene = sensor.scene();
+    let total = if scene.sends_total_counts() { ",total_count" } else { "" };
+    let (chips, of_chips) = match scene.hardware.accumulate {
+        1 => ("", String::new()),
+        _ => (",integration_chips", format!(",{}", scene.scan.integration_chips)),
     };
-    let mut text = format!("measurement,phase_step,distance_m,count,detector{heading}\n");
+    let mut text = format!("measurement,phase_step,distance_m,count,detector{total}{chips}\n");
     for of_detector in detectors {
         let name = csv_field(&sensor.scene().detectors[of_detector.detector].name);
         let steps = of_detector.distances_m.iter().zip(&of_detector.counts);
@@ -98,10 +101,10 @@ pub fn counts_csv(sensor: &Sensor, detectors: &[DetectorCounts]) -> String {
             let step = sensor.timing().scan.phase_step(Step::at(j));
             let _ = write!(text, "{j},{step},{distance_m:.6},{count},{name}");
             let total = of_detector.totals.as_ref().map(|totals| totals[j]);
-            let _ = match total {
-                Some(total) => writeln!(text, ",{total}"),
-                None => writeln!(text),
-            };
+            if let Some(total) = total {
+                let _ = write!(text, ",{total}");
+            }
+            let _ = writeln!(text, "{of_chips}");
         }
     }
     text

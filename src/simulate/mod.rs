@@ -46,7 +46,7 @@ pub fn simulate(
     mut on_progress: impl FnMut(Progress),
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
-    let sensor = sensor.with_estimator(options.estimator)?;
+    let sensor = sensor.with_estimator(options.estimator)?.summed();
     let prepared = Prepared::new(&sensor, options.fidelity, options.engine)?;
     let simulated = Simulated::new(&sensor, options)?;
     let simulation = simulated.simulate(&prepared, &mut on_progress)?;

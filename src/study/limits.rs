@@ -193,7 +193,7 @@ pub enum LimitsError {
 /// # Errors
 /// When the scene is invalid or has no such detector.
 pub fn limits(text: &SceneText, detector: Option<&str>) -> Result<Limits, LimitsError> {
-    let sensor = Sensor::new(&text.scene()?);
+    let sensor = Sensor::new(&text.scene()?.summed());
     let scene = sensor.scene();
     let detector = detector_named(scene, detector)?;
     let source = scene.detectors[detector].reference;
@@ -299,7 +299,7 @@ impl To {
             let setting = Setting::of(key, &to, "--set").ok()?;
             let mut scene = text.clone();
             scene.settings.push(setting);
-            Some((format!("{key}={to}"), Sensor::new(&scene.scene().ok()?)))
+            Some((format!("{key}={to}"), Sensor::new(&scene.scene().ok()?.summed())))
         })
     }
 

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use goldtof_wire::{
-    Decoder, Event, Frame, Identity, Layout, REQUEST_IDENTITY, REQUEST_READ, REQUEST_WRITE,
-    Request, encode,
+    Decoder, Event, Frame, Identity, Layout, REQUEST_IDENTITY, REQUEST_READ, REQUEST_TEXT,
+    REQUEST_WRITE, Request, encode,
 };
 use rustix::fs::OFlags;
 
@@ -26,10 +26,15 @@ struct Built {
 impl Built {
     /// Of the scene `quick` with other samples per chip and chip period.
     fn new(board: &str, settings: &[&str]) -> Built {
+        Built::of("scenes/quick.toml", board, settings)
+    }
+
+    /// Of a scene like it.
+    fn of(scene: &str, board: &str, settings: &[&str]) -> Built {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let out = folder.path().display().to_string();
         let project = folder.path().join("board");
-        let mut arguments = vec!["emit", "scenes/quick.toml", "--board", board, "--out", &out];
+        let mut arguments = vec!["emit", scene, "--board", board, "--out", &out];
         let settings: Vec<&str> = settings.iter().flat_map(|set| ["--set", *set]).collect();
         arguments.extend(&settings);
         did(&goldtof(&arguments));
@@ -81,6 +86,23 @@ impl Built {
         Running { board, line, layout, decoder: Decoder::new(Some(layout)) }
     }
 
+    /// The host reads what `goldtof run` counts, whose scene has the chip period that the PLL makes.
+    fn is_read_as_run_counts(&self) {
+        let mut running = self.start(&[]);
+        let read = running.first_scan(self.counts.len());
+        let said = running.stop();
+        self.check_identity(&read.identity.expect("it was read"));
+        let expected: Vec<Option<i64>> = self.counts.iter().copied().map(Some).collect();
+        assert_eq!((read.counts, read.lost_frames), (expected, 0), "{said}");
+        // The chip period that the cells' dividers make.
+        let chip_ns: f64 = said
+            .strip_prefix("chip of ")
+            .and_then(|rest| rest.split_once(" ns"))
+            .and_then(|(number, _)| number.parse().ok())
+            .unwrap_or_else(|| panic!("{said}"));
+        let manifest_ps = self.manifest["board"]["chip_period_ps"].as_f64().expect("a number");
+        assert!((chip_ns - manifest_ps / 1e3).abs() < 1e-6, "{chip_ns} ns, {manifest_ps} ps");
+    }
     /// Bits of its results.
     fn layout(&self) -> Layout {
         let count_bits = self.manifest["parameters"]["count_bits"].as_u64().expect("a number");
@@ -145,6 +167,22 @@ impl Running {
         }
     }
 
+    /// The first results, of which none may be lost.
+    fn counts(&mut self, count: usize) -> Vec<i64> {
+        let mut counts = Vec::new();
+        while counts.len() < count {
+            match self.next() {
+                Event::Frame(Frame::Results(frame)) => {
+                    let results = frame.results.iter();
+                    counts.extend(results.map(|result| self.layout.count(*result, 0)));
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        counts.truncate(count);
+        counts
+    }
+
     /// Reads the first scan, and asks the device what it is until it says so.
     fn first_scan(&mut self, steps: usize) -> Read {
         let request = Request { kind: REQUEST_IDENTITY, tag: 7, address: 0 };
@@ -176,7 +214,7 @@ impl Running {
                     assert_eq!(asked, request);
                     read.identity = Some(identity.expect("the device speaks our protocol"));
                 }
-                Event::Frame(Frame::Answer(answer)) => panic!("{answer:?} was not asked for"),
+                Event::Frame(other) => panic!("{other:?} was not asked for"),
             }
         }
         read
@@ -200,6 +238,24 @@ impl Running {
         panic!("no answer to {request:?}");
     }
 
+    /// So many bytes of the scene's text, with zeros behind them.
+    fn scene_text(&mut self, bytes: usize) -> Vec<u8> {
+        let mut text = Vec::new();
+        while text.len() < bytes {
+            let request = Request { kind: REQUEST_TEXT, tag: 5, address: text.len() as u16 };
+            self.ask(&encode::request(request, 0));
+            // The first request may fall into the board's reset.
+            let answer = (0..64).find_map(|_| match self.next() {
+                Event::Frame(Frame::Text(asked, block)) if asked == request => Some(block),
+                _ => None,
+            });
+            text.extend(answer.into_iter().flatten());
+        }
+        assert!(text[bytes..].iter().all(|&byte| byte == 0));
+        text.truncate(bytes);
+        text
+    }
+
     /// Hangs up; what the board said.
     fn stop(mut self) -> String {
         drop(self.line);
@@ -219,23 +275,10 @@ struct Read {
     identity: Option<Identity>,
 }
 
-/// The host reads what `goldtof run` counts, whose scene has the chip period that the PLL makes.
+/// A board whose host reads what `goldtof run` counts.
 fn reads_what_run_counts(board: &str, settings: &[&str]) -> Built {
     let built = Built::new(board, settings);
-    let mut running = built.start(&[]);
-    let read = running.first_scan(built.counts.len());
-    let said = running.stop();
-    built.check_identity(&read.identity.expect("it was read"));
-    let expected: Vec<Option<i64>> = built.counts.iter().copied().map(Some).collect();
-    assert_eq!((read.counts, read.lost_frames), (expected, 0), "{said}");
-    // The chip period that the cells' dividers make.
-    let chip_ns: f64 = said
-        .strip_prefix("chip of ")
-        .and_then(|rest| rest.split_once(" ns"))
-        .and_then(|(number, _)| number.parse().ok())
-        .unwrap_or_else(|| panic!("{said}"));
-    let manifest_ps = built.manifest["board"]["chip_period_ps"].as_f64().expect("a number");
-    assert!((chip_ns - manifest_ps / 1e3).abs() < 1e-6, "{chip_ns} ns, {manifest_ps} ps");
+    built.is_read_as_run_counts();
     built
 }
 
@@ -249,18 +292,54 @@ fn gowin_with_a_chip_period_that_the_pll_misses() {
     let _ = reads_what_run_counts("tang-nano-9k", &[]);
 }
 
-/// The same counts, from where the first scan of a design with registers begins; and its registers through the
-/// bridge.
+/// The same counts, from where the first scan of a design with registers begins; its registers through the
+/// bridge; and the scene's text, from the device itself.
 #[test]
-fn gowin_with_registers() {
-    let built = reads_what_run_counts("tang-nano-9k", &["hardware.registers=axi4-lite"]);
+fn gowin_with_registers_and_the_scenes_text() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = folder.path().join("quick.toml");
+    let quick = fs::read_to_string("scenes/quick.toml").expect("it is there");
+    let hardware = "\n[hardware]\nregisters = \"axi4-lite\"\nscene_text = true\n";
+    fs::write(&scene, quick + hardware).expect("it can be written");
+    let built = Built::of(scene.to_str().expect("text"), "tang-nano-9k", &[]);
+    built.is_read_as_run_counts();
     let mut running = built.start(&[]);
+    let text = fs::read(built.project().join("scene.toml")).expect("it is there");
+    assert!(text.len() > 500);
+    assert_eq!(running.scene_text(text.len()), text);
     assert_eq!(running.answer(REQUEST_READ, 0x000, 0), 0x676f_6c64);
     running.answer(REQUEST_WRITE, 0x018, 64);
     assert_eq!(running.answer(REQUEST_READ, 0x018, 0), 64);
     // Scans of 64 chips in place of 2,500, once the present one has ended; then none.
     running.answer(REQUEST_WRITE, 0x400, 0);
     running.stop();
+}
+
+/// A board that adds up three scans sends what the same board sends one by one, added up.
+#[test]
+fn gowin_with_sums_of_three_scans() {
+    // 81 code periods.
+    let integration = "scan.integration=20108 ns";
+    let single = Built::new("tang-nano-9k", &[integration]);
+    let scene = single.project().join("scene.toml").display().to_string();
+    let photons = single.project().join("photons.bin").display().to_string();
+    did(&goldtof(&["pulses", &scene, "--set", integration, "--scans", "3", "--out", &photons]));
+    let mut running = single.start(&[]);
+    let one_by_one: Vec<i64> = running.counts(3 * 248);
+    running.stop();
+    let expected: Vec<i64> =
+        (0..248).map(|step| one_by_one.iter().skip(step).step_by(248).sum()).collect();
+    assert!(expected.iter().max() > one_by_one[..248].iter().max());
+
+    let summed = Built::new("tang-nano-9k", &[integration, "hardware.accumulate=3"]);
+    fs::copy(&photons, summed.project().join("photons.bin")).expect("they can be copied");
+    let mut running = summed.start(&[]);
+    // Two bits for three of them.
+    running.layout.count_bits += 2;
+    running.decoder = Decoder::new(Some(running.layout));
+    let sums = running.counts(248);
+    running.stop();
+    assert_eq!(sums, expected);
 }
 
 #[test]

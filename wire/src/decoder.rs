@@ -1,7 +1,7 @@
 use crate::{
     ANSWER_BYTES, Answer, CRC_BYTES, FLAG_GAP, FLAG_LAST, FLAG_OVERRUN, FLAG_SATURATED,
     IDENTITY_FRAME_BYTES, Identity, IdentityError, KIND_ANSWER, KIND_IDENTITY, KIND_RESULTS,
-    Layout, RESULTS_HEADER_BYTES, Request, SYNC, crc32,
+    Layout, REQUEST_TEXT, RESULTS_HEADER_BYTES, Request, SYNC, TEXT_BLOCK_BYTES, crc32,
 };
 
 /// A frame of results.
@@ -32,6 +32,9 @@ pub enum Frame {
     Answer(Answer),
     /// What the device is, and the request that it answers.
     Identity(Request, Result<Identity, IdentityError>),
+    /// A block of the scene's text, and the request that it answers. A device that holds none
+    /// ([`Identity::text_blocks`]) answers with its identity's bytes.
+    Text(Request, [u8; TEXT_BLOCK_BYTES]),
 }
 
 /// Frames or results that did not come.
@@ -214,7 +217,10 @@ impl Decoder {
             }),
             _ => {
                 let bytes = std::array::from_fn(|k| body[8 + k]);
-                Frame::Identity(request(), Identity::from_bytes(&bytes))
+                match request() {
+                    request if request.kind == REQUEST_TEXT => Frame::Text(request, bytes),
+                    request => Frame::Identity(request, Identity::from_bytes(&bytes)),
+                }
             }
         }
     }
@@ -235,7 +241,9 @@ impl Decoder {
         let (results, dropped) = match &frame {
             Frame::Results(results) => self.lost_before(results),
             // What was in them shows with the next results.
-            Frame::Answer(_) | Frame::Identity(..) => ((missing == 0).then_some(0), 0),
+            Frame::Answer(_) | Frame::Identity(..) | Frame::Text(..) => {
+                ((missing == 0).then_some(0), 0)
+            }
         };
         if (missing, results, dropped) == (0, Some(0), 0) {
             return Event::Frame(frame);

@@ -37,6 +37,10 @@ pub struct Identity {
     pub code_chips: u32,
     /// Phase steps that are correlated at once.
     pub parallel: u16,
+    /// Scans whose counts are added up before they leave, at least 1.
+    pub accumulate: u8,
+    /// Blocks of [`crate::TEXT_BLOCK_BYTES`] of the scene's text that the device holds; 0: none.
+    pub text_blocks: u8,
     /// The first eight bytes of the scene's SHA-256 (`scene.sha256` of the manifest).
     pub scene: [u8; 8],
 }
@@ -68,10 +72,13 @@ impl Identity {
         bytes[4] = self.layout.more_bits;
         bytes[5] = self.detectors;
         bytes[6] = self.samples_per_chip;
+        // 0 as of before there were sums.
+        bytes[7] = if self.accumulate == 1 { 0 } else { self.accumulate };
         bytes[8..12].copy_from_slice(&self.chip_period_fs.to_le_bytes());
         for (first, number) in [(12, self.first_step), (15, self.steps), (18, self.code_chips)] {
             bytes[first..first + 3].copy_from_slice(&number.to_le_bytes()[..3]);
         }
+        bytes[21] = self.text_blocks;
         bytes[22..24].copy_from_slice(&self.parallel.to_le_bytes());
         bytes[24..].copy_from_slice(&self.scene);
         bytes
@@ -111,6 +118,8 @@ impl Identity {
             steps: number(15, 3),
             code_chips: number(18, 3),
             parallel: number(22, 2) as u16,
+            accumulate: bytes[7].max(1),
+            text_blocks: bytes[21],
             scene: std::array::from_fn(|k| bytes[24 + k]),
         };
         identity.check()?;
@@ -190,6 +199,8 @@ mod tests {
             steps: 16_376,
             code_chips: 2047,
             parallel: 1,
+            accumulate: 1,
+            text_blocks: 0,
             scene: [0x6a, 0x9f, 0xd8, 0x9c, 0x78, 0x5b, 0x0b, 0xa2],
         }
     }
@@ -205,6 +216,12 @@ mod tests {
         ];
         assert_eq!(bytes, expected);
         assert_eq!(Identity::from_bytes(&bytes), Ok(identity));
+        // Sums of 20 scans are told in byte 7, in which one scan is 0; blocks of text in byte 21.
+        let sums = Identity { accumulate: 20, text_blocks: 64, ..identity };
+        let mut expected_sums = expected;
+        (expected_sums[7], expected_sums[21]) = (20, 64);
+        assert_eq!(sums.to_bytes(), expected_sums);
+        assert_eq!(Identity::from_bytes(&expected_sums), Ok(sums));
         let verilog = identity.to_verilog();
         assert_eq!(verilog.len(), "256'h".len() + 64);
         assert!(

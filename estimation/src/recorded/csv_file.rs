@@ -54,6 +54,7 @@ const STEPS: Layout = Layout {
         ("count", "signed count: hits up less hits down"),
         ("detector", "name of the detector"),
         ("total_count", "hits up and hits down together"),
+        ("integration_chips", "chips for which a step's hits were counted; checked"),
     ],
     needed: ["phase_step", "count"],
     row: "phase step",
@@ -518,9 +519,26 @@ fn step_count(row: &CountsRow, sensor: &Sensor) -> Result<(u64, StepCount), Stri
     if let Some(field) = row.field("distance_m") {
         check_distance(field, row, sensor, step)?;
     }
+    if row.field("integration_chips").is_some() {
+        check_integration(row.whole("integration_chips")?, scene)?;
+    }
     let signed = row.whole("count")?;
     let total = row.field("total_count").map(|_| row.whole("total_count"));
     Ok((step.0, possible_count(scene, signed, total.transpose()?)?))
+}
+
+/// Counts of one scan are not those of the sums of several.
+fn check_integration(chips: i128, scene: &Scene) -> Result<(), String> {
+    let expected = scene.scan.integration_chips;
+    if chips == expected.into() {
+        return Ok(());
+    }
+    let integration_ns = scene.clock().ps(chips as f64) * 1e-3;
+    Err(format!(
+        "the count is of {chips} chips, and a step of this scene has {expected}, of all scans that are \
+         added up; counts of one scan, as goldtof run writes them, are estimated with --set \
+         hardware.accumulate=1 --set 'scan.integration={integration_ns} ns'"
+    ))
 }
 
 /// Which bin a row is of, and what it counts.

@@ -85,6 +85,14 @@ impl Scan {
         self.steps == self.steps_per_period
     }
 
+    /// The scan of a histogram, or of one that is added up, which integrates over whole periods of a code of
+    /// `code_chips` chips: the nearest number of them, at least one.
+    #[must_use]
+    pub fn in_whole_periods(self, code_chips: u64) -> Scan {
+        let periods = (self.integration_chips + code_chips / 2) / code_chips;
+        Scan { integration_chips: periods.max(1) * code_chips, ..self }
+    }
+
     /// Phase steps between two steps of the scan, the shorter way round the period.
     pub fn steps_apart(&self, a: Step, b: Step) -> u64 {
         let apart = self.phase_step(a).abs_diff(self.phase_step(b));

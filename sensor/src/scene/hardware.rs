@@ -32,6 +32,12 @@ tables! {
         readout => readout: Readout = choice(Readout::CHOICES), Or("\"queue\""), "\"rows\"";
             "whether each detector has a whole counter and a place in a queue of results, or \
              counts little by little into one memory, as the pixels of an array do";
+        accumulate => accumulate: u32 = integer(1, 255), Or("1"), "4";
+            "scans whose counts a board adds up before they go to its serial line; estimates are \
+             of the sums"
+            "a byte of the line's protocol";
+        scene_text => scene_text: bool = BOOLEAN, Or("false"), "true";
+            "whether a board holds the scene's text, for a host to read by its serial line";
         registers => registers: Registers = choice(Registers::CHOICES), Or("\"none\""), "\"axi4-lite\"";
             "registers by which a host starts and stops scans, and sets first step, number of \
              steps, integration and code, with no new build";
@@ -242,6 +248,10 @@ fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
             "peak_detector",
             "all counts of a histogram follow from it by a correlation on the host, and so does \
              their peak; leave out this key",
+        ),
+        (
+            "accumulate",
+            "a histogram adds up code periods; integrate for longer, and leave out this key",
         ),
         (
             "registers",

@@ -44,6 +44,7 @@ mod sampler;
 mod scan;
 mod setting;
 mod source;
+mod sums;
 mod sunlight;
 mod text;
 mod totals;

@@ -12,7 +12,7 @@ use crate::scan::Clock;
 
 /// Most samples of one scan: 2^60 samples of 1 ns are 36 years, and the number of
 /// a sample in any of 8 scans stays within 64 bits.
-const MAX_SCAN_SAMPLES: u128 = 1 << 60;
+pub(super) const MAX_SCAN_SAMPLES: u128 = 1 << 60;
 /// Most chips of a step: doubles count them one by one.
 const MAX_STEP_CHIPS: f64 = (1_u64 << 53) as f64;
 
@@ -22,8 +22,8 @@ const MOST_PHASE_STEPS: i64 = (MAX_CODE_CHIPS * 64) as i64;
 tables! {
     SCAN = "scan" {
         integration = quantity(Time, "1 ps", "1000000 s"), Needed, "100 us";
-            "integration time of a phase step, rounded to whole chips; of a histogram, to \
-             whole code periods"
+            "integration time of a phase step, rounded to whole chips; of a histogram, \
+             and where scans are added up, to whole code periods"
             "the shortest chip period; eleven days, in which the number of samples stays within 64 \
              bits";
         steps = words("\"all\" or a table of phase steps", Form::AllOr("scan.steps")),
@@ -84,13 +84,6 @@ pub(super) fn read(
         integration_chips: chips?,
         requested_integration_ps: requested_ps?,
     })
-}
-
-/// The scan of a histogram, which integrates over whole periods of a code of
-/// `code_chips` chips: the nearest number of them, at least one.
-pub(super) fn in_whole_periods(scan: Scan, code_chips: u64) -> Scan {
-    let periods = (scan.integration_chips + code_chips / 2) / code_chips;
-    Scan { integration_chips: periods.max(1) * code_chips, ..scan }
 }
 
 fn whole_chips(section: &Section, requested_ps: f64, clock: Clock) -> Option<u64> {

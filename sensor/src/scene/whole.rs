@@ -4,7 +4,7 @@ use super::declare::*;
 use super::names::Names;
 use super::reader::MAX_TABLES;
 use super::{Architecture, Detector, Path, Scene, SceneReference, Source};
-use super::{array, detector, estimator, hardware, movement, scan, source};
+use super::{array, detector, estimator, hardware, movement, scan, source, sums};
 use crate::code::MAX_CODE_CHIPS;
 use crate::scan::Clock;
 
@@ -45,11 +45,11 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
         estimate.map(|(estimator, _)| estimator),
         detectors.as_ref().map_or(2, Vec::len),
     )?;
-    let scan = match hardware.architecture {
-        Architecture::UpDown => scan,
-        Architecture::Histogram => {
-            scan.zip(code_chips).map(|(scan, chips)| scan::in_whole_periods(scan, chips))
-        }
+    // Code periods, or scans, are added up: all of them count alike.
+    let adds_up = hardware.architecture == Architecture::Histogram || hardware.accumulate > 1;
+    let scan = match code_chips.filter(|_| adds_up) {
+        Some(chips) => scan.map(|scan| scan.in_whole_periods(chips)),
+        None => scan,
     };
     let (estimator, other_light) = estimate?;
 
@@ -70,6 +70,7 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     };
     let scene = scene.with_array(array?);
     movement::check_distances(&root.sections("path", usize::MAX), &scene);
+    sums::check(root, &scene);
     detector::check_crosstalk(&root.sections("detector", usize::MAX), &scene);
     Some(scene)
 }

@@ -58,6 +58,12 @@ pub const fn block_ram(target: Target) -> BlockRam {
 }
 
 impl BlockRam {
+    /// The same kind of block in another device, which has so many of them by this name.
+    #[must_use]
+    pub const fn of_device(self, name: &'static str, blocks: u64) -> BlockRam {
+        BlockRam { name, blocks, ..self }
+    }
+
     /// Blocks of a memory of so many words.
     pub fn blocks_of(&self, words: u64, bits: u32) -> u64 {
         let widest = self.shapes.iter().rev().find(|&&(deep, _)| deep >= words);

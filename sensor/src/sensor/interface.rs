@@ -33,6 +33,9 @@ pub struct Interface {
     pub result_latency_clocks: u32,
     /// What hits are counted by.
     pub counting: Counting,
+    /// Scans that a board adds up before their counts go to its line; 1: none. Nothing of it is at these
+    /// ports.
+    pub accumulate: u32,
     /// The registers by which a host sets the scan, if there are any.
     pub registers: Option<Arc<RegisterPlan>>,
 }
@@ -299,6 +302,7 @@ impl Interface {
             tdata_bits,
             result_latency_clocks,
             counting,
+            accumulate: scene.hardware.accumulate,
             registers: None,
         };
         if scene.hardware.registers == Registers::Axi4Lite {

@@ -111,6 +111,12 @@ impl Sensor {
         Ok(Sensor::new(&self.scene.clone().with_estimator(estimator)?))
     }
 
+    /// What a host gets of it: [`Scene::summed`].
+    #[must_use]
+    pub fn summed(&self) -> Sensor {
+        Sensor::new(&self.scene.clone().summed())
+    }
+
     /// The same hardware and light with another estimator.
     pub fn estimated_by(&self, estimator: EstimatorKind) -> Sensor {
         Sensor::new(&self.scene.estimated_by(estimator))

@@ -149,7 +149,7 @@ impl Sweep {
         Ok(Point {
             number,
             values,
-            sensor: Sensor::new(&scene.scene()?.with_estimator(self.options.estimator)?),
+            sensor: Sensor::new(&scene.scene()?.with_estimator(self.options.estimator)?.summed()),
         })
     }
 }

@@ -171,6 +171,8 @@ pub fn scene(
             polarity: Polarity::High,
             peak_detector: false,
             readout: Readout::Queue,
+            accumulate: 1,
+            scene_text: false,
             registers: goldtof::scene::Registers::None,
             buffers: 2,
         },

@@ -113,6 +113,8 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
             polarity: goldtof_sensor::scene::Polarity::High,
             peak_detector: false,
             readout: goldtof_sensor::scene::Readout::Queue,
+            accumulate: 1,
+            scene_text: false,
             registers: goldtof_sensor::scene::Registers::None,
             buffers: 2,
         },

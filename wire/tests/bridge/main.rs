@@ -10,12 +10,13 @@ use std::process::Command;
 
 use goldtof_wire::{
     Answer, Content, Decoder, Event, Frame, Identity, Layout, REQUEST_IDENTITY, REQUEST_READ,
-    REQUEST_WRITE, Request, Tally, encode,
+    REQUEST_TEXT, REQUEST_WRITE, Request, Tally, encode,
 };
 use tempfile::TempDir;
 
 #[path = "../noise/mod.rs"]
 mod noise;
+mod sums;
 
 use noise::Noise;
 
@@ -57,6 +58,27 @@ struct Bridge {
     /// Periods in ps.
     clk_ps: u64,
     uart_clk_ps: u64,
+    /// The scene's text in it.
+    text: &'static str,
+    /// Scans that are added up before it; `layout` is that of the sums, all else of one scan.
+    sums: Option<Summed>,
+}
+
+/// Parameters of `result_accumulator`.
+#[derive(Debug, Clone, Copy)]
+struct Summed {
+    scans: u32,
+    scans_bits: u8,
+    results: u32,
+    results_bits: u32,
+}
+
+impl Summed {
+    /// Bits of a result of one scan.
+    fn of_one(self, sum: Layout) -> Layout {
+        let less = |bits: u8| bits.saturating_sub(self.scans_bits);
+        Layout { count_bits: less(sum.count_bits), more_bits: less(sum.more_bits), ..sum }
+    }
 }
 
 /// Counts of 17 bits in 24, at 125 MHz and 16 clocks of 48 MHz.
@@ -73,6 +95,8 @@ const BRIDGE: Bridge = Bridge {
     frame_results: 255,
     clk_ps: 8000,
     uart_clk_ps: 20_834,
+    text: "",
+    sums: None,
 };
 
 /// A result as it is offered, and after how many clocks.
@@ -113,12 +137,32 @@ impl Bridge {
             steps: 16_376,
             code_chips: 2047,
             parallel: 1,
+            accumulate: 1,
+            text_blocks: self.text.len().div_ceil(32) as u8,
             scene: *b"\x01\x23\x45\x67\x89\xab\xcd\xef",
         }
     }
 
     fn parameters(&self) -> Vec<(&'static str, String)> {
         let identity = self.identity().to_verilog();
+        if let Some(sums) = self.sums {
+            let one = sums.of_one(self.layout);
+            let numbers = [
+                ("TDATA_BITS", self.tdata_bits),
+                ("COUNT_BITS", one.count_bits.into()),
+                ("MORE_FIRST_BIT", self.more_first_bit),
+                ("MORE_BITS", one.more_bits.into()),
+                ("SCANS", sums.scans),
+                ("SCANS_BITS", sums.scans_bits.into()),
+                ("RESULTS", sums.results),
+                ("RESULTS_BITS", sums.results_bits),
+                ("CLOCKS_PER_BIT", self.clocks_per_bit as u32),
+                ("ADDRESS_BITS", self.address_bits),
+                ("FRAME_RESULTS", self.frame_results),
+            ];
+            let numbers = numbers.map(|(name, value)| (name, value.to_string()));
+            return numbers.into_iter().chain([("IDENTITY", identity)]).collect();
+        }
         let numbers = [
             ("TDATA_BITS", self.tdata_bits),
             ("COUNT_BITS", self.layout.count_bits.into()),
@@ -132,11 +176,23 @@ impl Bridge {
             ("FRAME_RESULTS", self.frame_results),
         ];
         let numbers = numbers.map(|(name, value)| (name, value.to_string()));
-        numbers.into_iter().chain([("IDENTITY", identity)]).collect()
+        let text = encode::text_parameter(self.text).map(|(blocks, words)| {
+            // Verilator takes a number, and no concatenation.
+            let digits: String = words.iter().map(|word| &word["256'h".len()..]).collect();
+            let text = format!("{}'h{digits}", 256 * u32::from(blocks));
+            [("TEXT_BLOCKS", blocks.to_string()), ("TEXT", text)]
+        });
+        let all = numbers.into_iter().chain([("IDENTITY", identity)]);
+        all.chain(text.into_iter().flatten()).collect()
     }
 
     /// Builds the model. A wrapper sets the parameters, so that what is built has the same name always.
     fn build(self) -> Model {
+        self.build_with(None)
+    }
+
+    /// The same with another text of the accumulator.
+    fn build_with(self, accumulator: Option<&str>) -> Model {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let bench = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bridge/bench.cpp");
         let mut arguments: Vec<String> = [
@@ -161,9 +217,24 @@ impl Bridge {
         ]
         .map(str::to_owned)
         .into();
-        arguments.push(if self.top == "uart_bridge" { "-O1" } else { "-O1 -DAXIL" }.to_owned());
+        arguments
+            .push(if self.top == "uart_bridge_axil" { "-O1 -DAXIL" } else { "-O1" }.to_owned());
         arguments.extend(self.parameters().iter().map(|(name, value)| format!("-G{name}={value}")));
         arguments.extend(sources(self.memory));
+        if !self.text.is_empty() {
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../hdl/bridge/scene_text.v");
+            arguments.push(file.display().to_string());
+        }
+        if self.sums.is_some() {
+            let source = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+            arguments.push(source("tests/bridge/summing_bridge.v").display().to_string());
+            let mut file = source("../hdl/bridge/result_accumulator.v");
+            if let Some(text) = accumulator {
+                file = folder.path().join("result_accumulator.v");
+                fs::write(&file, text).expect("it can be written");
+            }
+            arguments.push(file.display().to_string());
+        }
         if self.memory == "ecp5" {
             let model = Path::new(env!("CARGO_MANIFEST_DIR"))
                 .join("../tests/hardware/hdl_support/DP16KD.v");
@@ -647,5 +718,59 @@ fn bridges_are_clean_under_three_tools_and_refuse_parameters_by_name() {
             !output.status.success() && said.contains(&format!("uart_bridge_needs_{what}")),
             "{parameter}: {said}"
         );
+    }
+}
+
+/// A text of three blocks and five bytes.
+const TEXT: &str = "# A scene of 101 bytes, which are three blocks and five bytes.\n[clock]\nchip_period = \"8 ns\" # of \u{b5}\n\n";
+
+#[test]
+fn a_host_reads_the_scenes_text_block_by_block() {
+    assert_eq!(TEXT.len().div_ceil(32), 4);
+    for bridge in [
+        Bridge { text: TEXT, ..BRIDGE },
+        Bridge { text: TEXT, top: "uart_bridge_axil", ..bridges()[2] },
+    ] {
+        let model = bridge.build();
+        let bit_clocks = model.bit_ps() / bridge.clk_ps;
+        let offers = bridge.offers(300, 100, 60 * bit_clocks, &mut Noise(8));
+        let requests: Vec<Request> = [96, 0, 64, 32]
+            .into_iter()
+            .chain([0])
+            .enumerate()
+            .map(|(tag, address)| match tag {
+                4 => Request { kind: REQUEST_IDENTITY, tag: 4, address },
+                _ => Request { kind: REQUEST_TEXT, tag: tag as u8, address },
+            })
+            .collect();
+        let pause = 600 + 10 * (14 + bridge.layout.payload_bytes(bridge.frame_results as usize));
+        let mut host = String::from("bits 300\n");
+        for request in &requests {
+            host += &(spoken(&encode::request(*request, 0)) + &format!("bits {pause}\n"));
+        }
+        let outcome = model.run(&offers, &host, (1.0, 1.0), 3);
+        let (events, tally) = outcome.events(bridge.layout);
+        assert_eq!((tally.torn, tally.stray_bytes), (0, 0));
+        let answers: Vec<&Frame> = events
+            .iter()
+            .filter_map(|event| match event {
+                Event::Frame(frame) if !matches!(frame, Frame::Results(_)) => Some(frame),
+                _ => None,
+            })
+            .collect();
+        let expected: Vec<Frame> = requests
+            .iter()
+            .map(|&request| match request.kind {
+                REQUEST_IDENTITY => Frame::Identity(request, Ok(bridge.identity())),
+                _ => {
+                    let mut block = [0; 32];
+                    let bytes = TEXT.bytes().skip(request.address.into());
+                    block.iter_mut().zip(bytes).for_each(|(place, byte)| *place = byte);
+                    Frame::Text(request, block)
+                }
+            })
+            .collect();
+        assert_eq!(answers, expected.iter().collect::<Vec<_>>());
+        assert!(outcome.transfers.is_empty());
     }
 }

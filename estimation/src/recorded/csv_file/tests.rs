@@ -266,3 +266,21 @@ fn what_is_wrong_with_bins_is_said_with_its_line() {
     let (line, problem) = recorded(right.as_bytes(), &of_steps).expect_err("it correlates");
     assert!(line == 1 && problem.contains("architecture = \"histogram\""));
 }
+
+/// Counts of one scan are not taken for the sums of several.
+#[test]
+fn counts_of_other_chips_than_the_scenes_are_refused() {
+    let rows: String = (0..248).map(|k| format!("{k},{k},2511\n")).collect();
+    let text = format!("phase_step,count,integration_chips\n{rows}");
+    let with = |scans: u32| {
+        quick().with(|scene| {
+            scene.hardware.accumulate = scans;
+            scene.scan.integration_chips = 2511;
+        })
+    };
+    assert_eq!(scans(&text, &with(1)), scans(&file(), &quick()));
+    let (line, problem) = recorded(text.as_bytes(), &with(4).summed()).expect_err("one scan");
+    assert_eq!(line, 2);
+    assert!(problem.contains("is of 2511 chips, and a step of this scene has 10044"), "{problem}");
+    assert!(problem.contains("'scan.integration=20088 ns'"), "{problem}");
+}

@@ -119,6 +119,56 @@ pub enum BoardError {
         /// The board.
         board: &'static str,
     },
+    /// A scan that cannot be added up.
+    #[error(
+        "accumulate = {scans}: {board} adds up scans of 4 to 16384 results of up to 128 bits a sum, and this \
+         scene has {steps} phase steps of {detectors} detector(s); scan fewer steps, or integrate for longer"
+    )]
+    Sums {
+        /// Scans of a sum.
+        scans: u32,
+        /// The board.
+        board: &'static str,
+        /// Phase steps of a scan.
+        steps: u64,
+        /// Detectors.
+        detectors: usize,
+    },
+    /// Sums that do not fit.
+    #[error(
+        "the sums of this scan, and the FIFO behind them, take {blocks} {name}, and {board} has {most}; scan \
+         fewer steps, or leave out hardware.accumulate and integrate for longer"
+    )]
+    Memory {
+        /// The board.
+        board: &'static str,
+        /// Blocks of RAM that are needed.
+        blocks: u64,
+        /// What they are called.
+        name: &'static str,
+        /// Blocks that there are.
+        most: u64,
+    },
+    /// A text that is not the whole scene.
+    #[error(
+        "hardware.scene_text: the file's text alone is not the scene, which has {keys} from elsewhere; write \
+         them into the file"
+    )]
+    PartOfText {
+        /// The keys.
+        keys: String,
+    },
+    /// A text that is too long.
+    #[error(
+        "hardware.scene_text: the scene's text has {bytes} bytes, and a device holds 1 to {most}; leave out \
+         comments, or this key"
+    )]
+    LongText {
+        /// Its bytes.
+        bytes: usize,
+        /// Those of a device.
+        most: usize,
+    },
     /// A pin that cannot be what it was chosen for.
     #[error("--pin {port}={site}: {problem}; {board} has {possible}")]
     Pin {

@@ -9,7 +9,7 @@ use super::pll::{Dividers, Frequency};
 use super::table::{Board, Family, Folder, Gear, GearPads, Pad, Pin, Side};
 use crate::scene::SceneText;
 use crate::sensor::Sensor;
-use crate::wire::{Sent, check_line};
+use crate::wire::{Line, Sent, Sums, check_line};
 
 /// By how much a PLL may miss the chip period that the scene asks for.
 const MOST_DEVIATION: f64 = 0.01;
@@ -152,7 +152,9 @@ impl Plan {
         let chip = fast.over(gear.fast_clocks);
         let delay_taps = delay_taps(chip.period_ps(), gear)?;
         let pins = pins_of(sensor, gear, board, choices)?;
-        let load = check_line(sensor.interface(), Sent::Results, board.baud)
+        let line = Line { baud: board.baud, block_ram: board.block_ram() };
+        check_sums(sensor, board, &line)?;
+        let load = check_line(sensor.interface(), Sent::Results, &line)
             .map_err(|line| BoardError::Line { board: board.title, line: Box::new(line) })?
             .ok_or(BoardError::Bridge { board: board.title })?;
         Ok(Plan {
@@ -177,6 +179,26 @@ impl Plan {
         }
         scene.with_chip_period(&format!("{achieved_ps} ps"))
     }
+}
+
+/// Whether the board can make the sums that the scene asks for, and its device has memory for them.
+fn check_sums(sensor: &Sensor, board: &'static Board, line: &Line) -> Result<(), BoardError> {
+    let interface = sensor.interface();
+    if interface.accumulate == 1 {
+        return Ok(());
+    }
+    let sums = Sums::of(interface, board.baud).ok_or(BoardError::Sums {
+        scans: interface.accumulate,
+        board: board.title,
+        steps: interface.timing.scan.steps,
+        detectors: interface.reference_codes.len(),
+    })?;
+    let (blocks, most) = (sums.blocks(&line.block_ram), line.block_ram.blocks);
+    if blocks > most {
+        let name = line.block_ram.name;
+        return Err(BoardError::Memory { board: board.title, blocks, name, most });
+    }
+    Ok(())
 }
 
 /// Samples per chip of the scene, by the board's pins.

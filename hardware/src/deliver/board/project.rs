@@ -2,6 +2,9 @@
 
 use std::fmt::Write as _;
 
+use goldtof_wire::{Identity, MOST_TEXT_BYTES, encode};
+
+use super::error::BoardError;
 use super::made::{BoardPin, BoardProject};
 use super::plan::{Assigned, PinRole, Plan};
 use super::table::Folder;
@@ -10,7 +13,7 @@ use crate::deliver::emission::{Emission, made_by};
 use crate::scene::{Polarity, SceneText};
 use crate::sensor::Sensor;
 use crate::sensor::port::Role;
-use crate::wire::{self, Sent};
+use crate::wire::{self, Sent, Sums};
 
 macro_rules! bridge {
     ($($name:literal)*) => {
@@ -35,6 +38,13 @@ const BRIDGE: [(&str, &str); 13] = bridge![
     "uart_receiver.v"
     "uart_transmitter.v"
 ];
+
+/// Between core and bridge, if scans are added up.
+const ACCUMULATOR: (&str, &str) =
+    ("result_accumulator.v", include_str!("../../../../hdl/bridge/result_accumulator.v"));
+
+/// In the bridge, if the scene's text is.
+const TEXT: (&str, &str) = ("scene_text.v", include_str!("../../../../hdl/bridge/scene_text.v"));
 
 /// Sources of a family.
 fn sources(folder: Folder) -> [(&'static str, &'static str); 4] {
@@ -71,17 +81,31 @@ fn sources(folder: Folder) -> [(&'static str, &'static str); 4] {
 impl Plan {
     /// The project of a design on the board. `sensor` and `scene` have the chip period that the PLL
     /// makes.
-    pub fn project(&self, sensor: &Sensor, emission: &Emission, scene: &SceneText) -> BoardProject {
+    ///
+    /// # Errors
+    /// When the scene's text is to be in the device, and cannot be.
+    pub fn project(
+        &self,
+        sensor: &Sensor,
+        emission: &Emission,
+        scene: &SceneText,
+    ) -> Result<BoardProject, BoardError> {
         let board = self.board;
-        let verilog: Vec<(&str, &str)> =
-            std::iter::once(TOP).chain(BRIDGE).chain(sources(board.family.folder)).collect();
-        let project = Project { plan: self, sensor, emission, verilog };
+        let sums = Sums::of(sensor.interface(), board.baud);
+        let text = sensor.scene().hardware.scene_text.then(|| text_of(scene)).transpose()?;
+        let verilog: Vec<(&str, &str)> = std::iter::once(TOP)
+            .chain(sums.map(|_| ACCUMULATOR))
+            .chain(BRIDGE)
+            .chain(text.as_ref().map(|_| self::TEXT))
+            .chain(sources(board.family.folder))
+            .collect();
+        let project = Project { plan: self, sensor, emission, sums, text, verilog };
         let mut files = vec![project.header()];
         files.extend(project.verilog.iter().map(|(name, text)| file(name, (*text).to_owned())));
         files.extend(project.tool_files());
         files.extend(project.simulation());
         files.push(file("scene.toml", scene.text.clone()));
-        BoardProject {
+        Ok(BoardProject {
             name: board.name.to_owned(),
             part: board.device.part.to_owned(),
             files,
@@ -107,8 +131,20 @@ impl Plan {
                     io_standard: assigned.pin.standard.to_owned(),
                 })
                 .collect(),
-        }
+        })
     }
+}
+
+/// The scene's text as a device holds it: its blocks, and their words.
+fn text_of(scene: &SceneText) -> Result<(u8, Vec<String>), BoardError> {
+    const KEY: &str = "hardware.scene_text";
+    let settings = scene.settings.iter().map(|setting| setting.key_and_value().0);
+    let others: Vec<&str> = settings.filter(|&key| key != KEY).collect();
+    if !others.is_empty() {
+        return Err(BoardError::PartOfText { keys: others.join(", ") });
+    }
+    encode::text_parameter(&scene.text)
+        .ok_or(BoardError::LongText { bytes: scene.text.len(), most: MOST_TEXT_BYTES })
 }
 
 fn file(name: &str, text: String) -> EmittedFile {
@@ -120,6 +156,10 @@ struct Project<'a> {
     plan: &'a Plan,
     sensor: &'a Sensor,
     emission: &'a Emission,
+    /// Scans that are added up.
+    sums: Option<Sums>,
+    /// The scene's text in the device: blocks and words.
+    text: Option<(u8, Vec<String>)>,
     /// Names and texts of the Verilog.
     verilog: Vec<(&'a str, &'a str)>,
 }
@@ -177,6 +217,21 @@ impl Project<'_> {
         for (name, value) in self.bridge() {
             define(name, &value);
         }
+        if let Some(sums) = &self.sums {
+            let interface = self.sensor.interface();
+            define("ACCUMULATE_TDATA_BITS", &interface.tdata_bits);
+            define(
+                "ACCUMULATE_MORE_FIRST_BIT",
+                &interface.total().map_or(0, |total| total.first_bit),
+            );
+            for (name, value) in sums.parameters() {
+                define(name, &value);
+            }
+        }
+        if let Some((blocks, words)) = &self.text {
+            define("TEXT_BLOCKS", blocks);
+            define("TEXT", &format!("{{ \\\n    {}}}", words.join(", \\\n    ")));
+        }
         let has_registers = port(Role::WriteAddress).is_some();
         define("BRIDGE", if has_registers { &"uart_bridge_axil" } else { &"uart_bridge" });
         if has_registers {
@@ -202,7 +257,9 @@ impl Project<'_> {
         let digest = Some(scene.origin.sha256).filter(|digest| !digest.is_empty());
         let digest = digest.unwrap_or_else(|| "0".repeat(64));
         let identity = wire::identity(interface, Sent::Results, chip_period_fs, &digest);
+        let text_blocks = self.text.as_ref().map_or(0, |(blocks, _)| *blocks);
         identity
+            .map(|identity| Identity { text_blocks, ..identity })
             .and_then(|identity| wire::bridge_parameters(interface, Sent::Results, &identity))
             .unwrap_or_default()
     }

@@ -5,6 +5,8 @@ use std::ops::RangeInclusive;
 
 use super::error::BoardError;
 use super::pll::{Feedback, Pll};
+use crate::scene::Target;
+use crate::sensor::block_ram::{BlockRam, block_ram};
 
 /// A board.
 #[derive(Debug)]
@@ -54,6 +56,8 @@ pub struct Device {
     pub loader: &'static str,
     /// A text of the device that the PLL's primitive wants, if it wants one.
     pub pll_device: Option<&'static str>,
+    /// Blocks of its block RAM.
+    pub blocks: u64,
     /// Where the clock divider has to lie for dedicated clock wires, if tools need to be told.
     pub divider_bel: Option<&'static str>,
 }
@@ -90,6 +94,21 @@ pub enum Folder {
     Ice40,
     /// AMD 7-series.
     Xc7,
+}
+
+impl Board {
+    /// The device's block RAM: Lattice FPGA-DS-02012 (ECP5), Gowin DS117 and DS226, Lattice FPGA-DS-02008 (iCE40
+    /// UltraPlus), AMD DS180 (halves of 36 kbit).
+    pub const fn block_ram(&self) -> BlockRam {
+        let (like, name) = match self.family.folder {
+            Folder::Ecp5 => (Target::Ecp525k6, "DP16KD"),
+            // The same shapes as AMD's.
+            Folder::Gowin => (Target::Xc7, "BSRAM"),
+            Folder::Ice40 => (Target::Ice40Hx8k, "SB_RAM40_4K"),
+            Folder::Xc7 => (Target::Xc7, "RAMB18E1"),
+        };
+        block_ram(like).of_device(name, self.device.blocks)
+    }
 }
 
 /// How a detector's samples come about.
@@ -333,6 +352,7 @@ static TANG_NANO_20K: Board = Board {
         pack: "-d GW2A-18C",
         loader: "-b tangnano20k",
         pll_device: Some("GW2AR-18C"),
+        blocks: 46,
         divider_bel: Some("X27Y0/CLKDIV_HCLK0_SECT0"),
     },
     oscillator_hz: 27_000_000,
@@ -374,6 +394,7 @@ static TANG_NANO_9K: Board = Board {
         pack: "-d GW1N-9C",
         loader: "-b tangnano9k",
         pll_device: Some("GW1NR-9C"),
+        blocks: 26,
         divider_bel: Some("X0Y28/CLKDIV_HCLK0_SECT0"),
     },
     oscillator_hz: 27_000_000,
@@ -462,6 +483,7 @@ static ULX3S_12F: Board = ulx3s(
         pack: "--idcode 0x21111043",
         loader: "-b ulx3s",
         pll_device: None,
+        blocks: 32,
         divider_bel: None,
     },
 );
@@ -475,6 +497,7 @@ static ULX3S_85F: Board = ulx3s(
         pack: "",
         loader: "-b ulx3s",
         pll_device: None,
+        blocks: 208,
         divider_bel: None,
     },
 );
@@ -489,6 +512,7 @@ static COLORLIGHT_I5: Board = Board {
         pack: "",
         loader: "-b colorlight-i5",
         pll_device: None,
+        blocks: 56,
         divider_bel: None,
     },
     oscillator_hz: 25_000_000,
@@ -527,6 +551,7 @@ static ICEBREAKER: Board = Board {
         pack: "",
         loader: "-b ice40_generic",
         pll_device: None,
+        blocks: 30,
         divider_bel: None,
     },
     oscillator_hz: 12_000_000,
@@ -561,6 +586,7 @@ static ARTY_A7: Board = Board {
         pack: "",
         loader: "-b arty_a7_35t",
         pll_device: None,
+        blocks: 100,
         divider_bel: None,
     },
     oscillator_hz: 100_000_000,
