@@ -1,12 +1,16 @@
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use goldtof_system::printable::printable_path;
 use goldtof_wire::{
     Decoder, Event, Frame, Identity, IdentityError, REQUEST_IDENTITY, REQUEST_READ, REQUEST_WRITE,
     Request, Tally, encode,
 };
 use thiserror::Error;
+
+use crate::hexadecimal;
 
 /// How often a request is sent before the device is said to be silent.
 const TRIES: u32 = 4;
@@ -16,6 +20,38 @@ const ANSWER_TIME: Duration = Duration::from_millis(400);
 /// What goes wrong with a device.
 #[derive(Debug, Error)]
 pub enum DeviceError {
+    /// Its port cannot be opened.
+    #[error("{port}: {error}")]
+    Port {
+        /// The port's name.
+        port: String,
+        /// What the system says.
+        error: serialport::Error,
+    },
+    /// The scene that it has to be of cannot be read.
+    #[error("{}: {error}", printable_path(path))]
+    Scene {
+        /// The scene's file.
+        path: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// It was built from another scene.
+    #[error(
+        "the device was built from another scene: its hash begins with {}, and that of {} with {}. Load the \
+         bitstream of this scene, or name the scene of this bitstream",
+        hexadecimal(found),
+        printable_path(path),
+        hexadecimal(expected)
+    )]
+    OtherScene {
+        /// The beginning of its scene's SHA-256.
+        found: [u8; 8],
+        /// The beginning of that of the scene's file.
+        expected: [u8; 8],
+        /// The file.
+        path: PathBuf,
+    },
     /// The other end is gone.
     #[error("the device is gone (unplugged, or its line was closed): {0}")]
     Unplugged(io::Error),

@@ -2,8 +2,10 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Seek as _, SeekFrom, Write};
 
-use goldtof_wire::{Content, Identity, Loss, ResultsFrame};
+use goldtof_wire::{Identity, Loss, ResultsFrame};
 use thiserror::Error;
+
+use crate::{Places, Row};
 
 /// Where lines go: a file, which can be cut where the last whole line ends.
 pub trait Sink: Write {
@@ -38,12 +40,10 @@ pub struct RecordError {
 pub struct Recorder<S> {
     counts: S,
     losses: S,
-    identity: Identity,
+    places: Places,
     counts_bytes: u64,
     losses_bytes: u64,
     results: u64,
-    scan: u64,
-    next_index: u64,
 }
 
 impl<S: Sink> Recorder<S> {
@@ -56,18 +56,12 @@ impl<S: Sink> Recorder<S> {
         let mut recorder = Recorder {
             counts,
             losses,
-            identity,
+            places: Places::new(identity),
             counts_bytes: 0,
             losses_bytes: 0,
             results: 0,
-            scan: 0,
-            next_index: 0,
         };
-        let total = if identity.layout.more_bits > 0 && identity.content == Content::Counts {
-            ",total_count"
-        } else {
-            ""
-        };
+        let total = if recorder.places.has_totals() { ",total_count" } else { "" };
         recorder.append_counts(&format!("time_s,scan,detector,phase_step,count{total}\n"), 0)?;
         recorder.append_loss("time_s,scan,frames,results,dropped\n")?;
         Ok(recorder)
@@ -79,23 +73,21 @@ impl<S: Sink> Recorder<S> {
     ///
     /// They cannot be written; those before are.
     pub fn results(&mut self, frame: &ResultsFrame, time_s: f64) -> Result<(), RecordError> {
-        let index = u64::from(frame.index);
-        // A scan whose end is missing ends where another one begins.
-        if index < self.next_index {
-            self.scan += 1;
-        }
         let mut lines = String::new();
-        for (result, index) in frame.results.iter().zip(index..) {
-            self.lines(&mut lines, *result, index, time_s);
-        }
-        let count = frame.results.len() as u64;
-        self.append_counts(&lines, count)?;
-        self.next_index = index + count;
-        if frame.last {
-            self.scan += 1;
-            self.next_index = 0;
-        }
-        Ok(())
+        self.places.rows(frame, |row| {
+            let Row { scan, detector, phase_step, count, .. } = row;
+            let _ = write!(lines, "{time_s:.6},{scan},{detector},{phase_step},{count}");
+            if let Some(total) = row.total {
+                let _ = write!(lines, ",{total}");
+            }
+            lines.push('\n');
+        });
+        self.append_counts(&lines, frame.results.len() as u64)
+    }
+
+    /// The line was interrupted: what comes next is of another scan.
+    pub fn interrupted(&mut self) {
+        self.places.interrupted();
     }
 
     /// Writes that something is missing.
@@ -107,7 +99,9 @@ impl<S: Sink> Recorder<S> {
         let results = loss.results.map_or(String::new(), |results| results.to_string());
         self.append_loss(&format!(
             "{time_s:.6},{},{},{results},{}\n",
-            self.scan, loss.frames, loss.dropped
+            self.places.scan(),
+            loss.frames,
+            loss.dropped
         ))
     }
 
@@ -119,32 +113,6 @@ impl<S: Sink> Recorder<S> {
     /// The files.
     pub fn into_sinks(self) -> (S, S) {
         (self.counts, self.losses)
-    }
-
-    /// A line for each count of a result.
-    fn lines(&self, lines: &mut String, result: u128, index: u64, time_s: f64) {
-        let Identity { layout, content, samples_per_chip, .. } = self.identity;
-        let (detector, step) = self.identity.place(index);
-        let mut line = |phase_step: u64, count: i64, total: Option<u64>| {
-            let _ = write!(lines, "{time_s:.6},{},{detector},{phase_step},{count}", self.scan);
-            if let Some(total) = total {
-                let _ = write!(lines, ",{total}");
-            }
-            lines.push('\n');
-        };
-        match content {
-            Content::Counts => {
-                let total = (layout.more_bits > 0).then(|| layout.more(result));
-                line(self.identity.phase_step(step), layout.count(result, 0), total);
-            }
-            Content::Rows => {
-                for k in 0..layout.counts {
-                    let bin = step * u64::from(samples_per_chip) + u64::from(k);
-                    line(bin, layout.unsigned_count(result, k) as i64, None);
-                }
-            }
-            Content::Peaks => line(layout.more(result), layout.count(result, 0), None),
-        }
     }
 
     fn append_counts(&mut self, lines: &str, results: u64) -> Result<(), RecordError> {

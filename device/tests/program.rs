@@ -1,6 +1,6 @@
 //! The program at a pseudo-terminal, at whose other end a device is simulated.
 
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Output};
@@ -11,14 +11,11 @@ use goldtof_wire::{
     Content, Identity, Layout, REQUEST_BYTES, REQUEST_IDENTITY, Request, ResultsFrame, encode,
 };
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
 
 const SCENE: &str = "# a scene\n";
 
 fn identity() -> Identity {
-    let digits = sha256(SCENE);
-    let scene = std::array::from_fn(|k| {
-        u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).expect("they are digits")
-    });
     Identity {
         content: Content::Counts,
         layout: Layout { count_bits: 17, counts: 1, more_bits: 16 },
@@ -29,8 +26,16 @@ fn identity() -> Identity {
         steps: 248,
         code_chips: 31,
         parallel: 1,
-        scene,
+        scene: hash(SCENE),
     }
+}
+
+/// The first bytes of a scene's digest.
+fn hash(scene: &str) -> [u8; 8] {
+    let digits = sha256(scene);
+    std::array::from_fn(|k| {
+        u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).expect("they are digits")
+    })
 }
 
 /// A pseudo-terminal: the device's end, and the name of the host's.
@@ -48,16 +53,26 @@ fn result(scan: u32, index: u32) -> u128 {
     u128::from(scan * 1000 + index) | u128::from(2 * index) << 17
 }
 
-/// Answers who it is, then sends scans in frames of 62 results, of which the third of each scan is torn; and is
-/// unplugged.
-fn device(mut far: File, scans: u32) {
+/// Sends so many scans of [`result`], of which the third frame of each is torn; and is unplugged.
+fn device(far: File, scans: u32) {
+    send(far, &identity(), scans, true, result);
+}
+
+/// Answers who it is, then sends scans in frames of 62 results; and is unplugged.
+fn send(
+    mut far: File,
+    identity: &Identity,
+    scans: u32,
+    is_torn: bool,
+    result: impl Fn(u32, u32) -> u128,
+) {
     let mut request = [0; REQUEST_BYTES];
     // The terminal is the host's from its first request on.
     far.read_exact(&mut request).expect("a request");
     let asked = Request { kind: REQUEST_IDENTITY, tag: request[2], address: 0 };
     assert_eq!(encode::request(asked, 0), request);
     let mut sequence = 0_u8;
-    far.write_all(&encode::identity(asked, &identity(), sequence)).expect("it goes");
+    far.write_all(&encode::identity(asked, identity, sequence)).expect("it goes");
     for scan in 0..scans {
         for first in (0..248).step_by(62) {
             sequence = sequence.wrapping_add(1);
@@ -68,8 +83,8 @@ fn device(mut far: File, scans: u32) {
                 results,
                 ..ResultsFrame::default()
             };
-            let mut bytes = encode::results(&frame, sequence, identity().layout);
-            if first == 124 {
+            let mut bytes = encode::results(&frame, sequence, identity.layout);
+            if is_torn && first == 124 {
                 bytes.drain(40..50);
             }
             far.write_all(&bytes).expect("it goes");
@@ -158,4 +173,79 @@ fn wrong_addresses_and_ports_are_refused_in_words() {
     assert!(String::from_utf8_lossy(&output.stderr).starts_with("error: no-such-port: "));
     let output = program(folder.path(), "p", &["read", "16x"]);
     assert!(String::from_utf8_lossy(&output.stderr).contains("write a number up to 0xffffffff"));
+}
+
+/// A screen that is 110 columns wide and 34 lines high: the end that shows, and the program's.
+fn screen() -> (File, File) {
+    let (far, name) = line();
+    let size = Winsize { ws_row: 34, ws_col: 110, ws_xpixel: 0, ws_ypixel: 0 };
+    tcsetwinsize(&far, size).expect("it has a size");
+    (far, OpenOptions::new().read(true).write(true).open(name).expect("it opens"))
+}
+
+/// What a screen shows until it has these words, without its colours and movements.
+fn shown(screen: &mut File, words: &str) -> String {
+    let (mut bytes, mut piece) = (Vec::new(), [0; 4096]);
+    loop {
+        let text = plain(&String::from_utf8_lossy(&bytes));
+        if text.contains(words) {
+            return text;
+        }
+        let count = screen.read(&mut piece).unwrap_or_else(|error| panic!("{error}: {text}"));
+        bytes.extend(&piece[..count]);
+    }
+}
+
+/// A text without the sequences that begin with ESC and end with a letter.
+fn plain(text: &str) -> String {
+    let mut pieces = text.split('\u{1b}');
+    let first = pieces.next().unwrap_or_default().to_owned();
+    pieces.fold(first, |mut plain, piece| {
+        let end = piece.find(|letter: char| letter.is_ascii_alphabetic());
+        plain.push_str(end.map_or("", |end| &piece[end + 1..]));
+        plain
+    })
+}
+
+#[test]
+fn the_view_has_the_estimators_distance_and_outlives_the_device() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/quick.toml");
+    let text = fs::read_to_string(scene).expect("it is there");
+    fs::write(folder.path().join("scene.toml"), &text).expect("it can be written");
+    let layout = Layout { count_bits: 17, counts: 1, more_bits: 0 };
+    let quick = Identity { layout, scene: hash(&text), ..identity() };
+    // The correlation of a code of 31 chips with itself: a triangle of one chip on either side, and as good as
+    // nothing elsewhere.
+    let triangle = |_: u32, step: u32| u128::from(30 * 8_u32.saturating_sub(step.abs_diff(21)));
+    let (far, port) = line();
+    let simulated = thread::spawn(move || send(far, &quick, 20, false, triangle));
+    let (mut screen, terminal) = screen();
+    let again = || terminal.try_clone().expect("it can be shared");
+    let mut program = Command::new(env!("CARGO_BIN_EXE_goldtof-device"))
+        .args(["watch", "--scene", "scene.toml", "--out", "counts.csv", "--port", &port])
+        .current_dir(folder.path())
+        .stdin(again())
+        .stdout(again())
+        .stderr(again())
+        .spawn()
+        .expect("the program is there");
+    drop(terminal);
+    // Step 21 is 21 ns after the light left; light is sampled half a nanosecond late on average.
+    let text = shown(&mut screen, "gone: waiting for it");
+    assert!(text.contains("peak 240 at step 21"), "{text}");
+    assert!(text.contains("3.148 m +- 17 mm"), "{text}");
+    simulated.join().expect("the device is content");
+    screen.write_all(b"q").expect("a key");
+    let text = shown(&mut screen, "4960 results in counts.csv");
+    assert!(text.contains("20 scans"), "{text}");
+    assert!(program.wait().expect("it ends").success());
+}
+
+#[test]
+fn a_view_without_a_terminal_says_what_to_do() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = program(folder.path(), "p", &["watch"]);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(errors, "error: `watch` needs a terminal; `record` says the same in lines\n");
 }
