@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use goldtof::Sensor;
 use goldtof_device::{
-    DeviceError, Feed, Line, News, Ranging, Recorder, Reopen, Scan, Scans, Watch, What,
+    Feed, Line, News, Ranging, RecordError, Recorder, Reopen, Report, Scan, Scans, Watch, What,
 };
 use goldtof_system::printable::printable_path;
 use goldtof_wire::{Event, Frame, Identity, Tally};
@@ -19,6 +19,7 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as Terminal, KeyCode, KeyEvent, KeyModifiers};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+use crate::parts::Parts;
 use crate::view::{Answers, State, View};
 use crate::{Failed, Recording, description};
 
@@ -34,18 +35,22 @@ const SILENT: Duration = Duration::from_secs(2);
 struct Session {
     watch: Watch,
     tally: Tally,
-    recorder: Option<Recorder<File>>,
-    out: Option<PathBuf>,
+    out: Option<(Out, PathBuf)>,
     ends: Option<Instant>,
     stopped: Arc<AtomicBool>,
 }
 
 impl Session {
     fn new(identity: Identity, recording: &Recording) -> Result<Session, Failed> {
-        let recorder = recording.out.as_deref().map(|path| {
+        let out = recording.out.as_deref().map(|path| {
             let losses = path.with_added_extension("losses.csv");
-            let recorder = Recorder::new(fresh(path)?, fresh(&losses)?, identity)?;
-            Ok::<Recorder<File>, Failed>(recorder)
+            let out = match path.extension() {
+                Some(ending) if ending == "parquet" => {
+                    Out::Parquet(Parts::new(path, fresh(&losses)?, identity)?)
+                }
+                _ => Out::Csv(Recorder::new(fresh(path)?, fresh(&losses)?, identity)?),
+            };
+            Ok::<(Out, PathBuf), Failed>((out, path.to_owned()))
         });
         // The first signal ends the job, the next one the program.
         let stopped = Arc::new(AtomicBool::new(false));
@@ -61,8 +66,7 @@ impl Session {
         Ok(Session {
             watch: Watch::new(identity),
             tally: Tally::default(),
-            recorder: recorder.transpose()?,
-            out: recording.out.clone(),
+            out: out.transpose()?,
             ends: ends.transpose().map_err(|error| format!("--seconds: {error}"))?,
             stopped,
         })
@@ -76,26 +80,79 @@ impl Session {
     /// Counts and writes.
     fn take(&mut self, news: &News) -> Result<(), Failed> {
         self.tally = news.tally;
-        match (&news.what, &mut self.recorder) {
-            (What::Event(Event::Frame(Frame::Results(frame))), recorder) => {
-                self.watch.results(frame);
-                if let Some(recorder) = recorder {
-                    recorder.results(frame, news.time_s)?;
-                }
-            }
-            (What::Event(Event::Lost(loss)), Some(recorder)) => {
-                recorder.loss(loss, news.time_s)?;
-            }
-            (What::Back, Some(recorder)) => recorder.interrupted(),
-            // Answers to requests that were sent twice.
-            _ => {}
+        if let What::Event(Event::Frame(Frame::Results(frame))) = &news.what {
+            self.watch.results(frame);
         }
-        Ok(())
+        match &mut self.out {
+            Some((out, _)) => Ok(out.take(news)?),
+            None => Ok(()),
+        }
+    }
+
+    /// How it goes since the last report, if that was `every` ago.
+    fn report(&mut self, every: Duration) -> Result<Option<Report>, Failed> {
+        let report = self.watch.report(every, self.tally);
+        if let (Some(_), Some((Out::Parquet(parts), _))) = (&report, &mut self.out) {
+            parts.write_if_due()?;
+        }
+        Ok(report)
     }
 
     /// How many results are written, and where.
     fn written(&self) -> Option<(u64, String)> {
-        Some((self.recorder.as_ref()?.written(), printable_path(self.out.as_deref()?).to_string()))
+        let (out, path) = self.out.as_ref()?;
+        let results = match out {
+            Out::Csv(recorder) => recorder.written(),
+            Out::Parquet(parts) => parts.written(),
+        };
+        Some((results, printable_path(path).to_string()))
+    }
+
+    /// Writes the rest, and says in the end how it went.
+    fn end(mut self) -> Result<(), Failed> {
+        let rest = match &mut self.out {
+            Some((Out::Parquet(parts), _)) => parts.end(),
+            Some((Out::Csv(_), _)) | None => Ok(()),
+        };
+        if let Some(report) = self.report(Duration::ZERO)? {
+            println!("{report}");
+        }
+        if let Some((results, path)) = self.written() {
+            println!("{results} results in {path}");
+        }
+        Ok(rest?)
+    }
+}
+
+/// Where counts go, and losses beside them.
+enum Out {
+    Csv(Recorder<File>),
+    Parquet(Parts),
+}
+
+impl Out {
+    fn take(&mut self, news: &News) -> Result<(), RecordError> {
+        let time_s = news.time_s;
+        match (&news.what, self) {
+            (What::Event(Event::Frame(Frame::Results(frame))), Out::Csv(recorder)) => {
+                recorder.results(frame, time_s)
+            }
+            (What::Event(Event::Frame(Frame::Results(frame))), Out::Parquet(parts)) => {
+                parts.results(frame, time_s)
+            }
+            (What::Event(Event::Lost(loss)), Out::Csv(recorder)) => recorder.loss(loss, time_s),
+            (What::Event(Event::Lost(loss)), Out::Parquet(parts)) => parts.loss(loss, time_s),
+            (What::Back, Out::Csv(recorder)) => {
+                recorder.interrupted();
+                Ok(())
+            }
+            (What::Back, Out::Parquet(parts)) => {
+                parts.interrupted();
+                Ok(())
+            }
+            // Answers to requests that were sent twice.
+            (What::Event(Event::Frame(_)) | What::Gone(_), _) => Ok(()),
+        }
     }
 }
 
@@ -116,27 +173,25 @@ pub(crate) fn record(line: &Line, recording: &Recording) -> Result<(), Failed> {
     println!("{}", description(&identity));
     let mut session = Session::new(identity, recording)?;
     let feed = Feed::start(device, identity, None);
-    let ended = loop {
-        if session.is_over() {
-            break Ok(());
-        }
+    let told = tell(&mut session, &feed);
+    // What waits is written, whatever ended it.
+    let ended = session.end();
+    told.and(ended)
+}
+
+fn tell(session: &mut Session, feed: &Feed) -> Result<(), Failed> {
+    while !session.is_over() {
         if let Some(news) = feed.next(AT_ONCE) {
             session.take(&news)?;
             if let What::Gone(error) = news.what {
-                break Err(error);
+                return Err(error.into());
             }
         }
-        if let Some(report) = session.watch.report(REPORTED, session.tally) {
+        if let Some(report) = session.report(REPORTED)? {
             println!("{report}");
         }
-    };
-    if let Some(report) = session.watch.report(Duration::ZERO, session.tally) {
-        println!("{report}");
     }
-    if let Some((results, path)) = session.written() {
-        println!("{results} results in {path}");
-    }
-    ended.map_err(|error: DeviceError| error.into())
+    Ok(())
 }
 
 /// Shows what comes until the user wants no more; a device that is unplugged is waited for.
@@ -155,13 +210,8 @@ pub(crate) fn watch(line: &Line, recording: &Recording) -> Result<(), Failed> {
     let mut screen = Screen::new()?;
     let shown = show(&mut session, &mut view, &feed, &mut screen, ranging.map(Ranger::start));
     drop(screen);
-    if let Some(report) = session.watch.report(Duration::ZERO, session.tally) {
-        println!("{report}");
-    }
-    if let Some((results, path)) = session.written() {
-        println!("{results} results in {path}");
-    }
-    shown
+    let ended = session.end();
+    shown.and(ended)
 }
 
 fn show(
@@ -203,7 +253,7 @@ fn show(
         if heard.elapsed() > SILENT && !view.is_gone() {
             view.set_state(State::Silent);
         }
-        if let Some(report) = session.watch.report(REPORTED, session.tally) {
+        if let Some(report) = session.report(REPORTED)? {
             view.set_report(report, session.written());
         }
         while event::poll(Duration::ZERO)? {

@@ -15,6 +15,6 @@ pub use device::{Device, DeviceError};
 pub use feed::{Feed, News, Reopen, What};
 pub use line::{Line, hexadecimal};
 pub use ranging::Ranging;
-pub use record::{RecordError, Recorder, Sink};
+pub use record::{Losses, RecordError, Recorder, Sink};
 pub use scans::{DetectorScan, Places, Row, Scan, Scans};
 pub use watch::{Report, Watch};

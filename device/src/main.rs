@@ -1,6 +1,7 @@
 //! `goldtof-device`: reads a sensor at a serial port.
 
 mod job;
+mod parts;
 mod view;
 
 use std::error::Error;
@@ -43,7 +44,7 @@ enum Command {
         #[command(flatten)]
         recording: Recording,
     },
-    /// Says each second how the measurement goes, and writes counts as CSV.
+    /// Says each second how the measurement goes, and writes counts.
     Record {
         #[command(flatten)]
         line: LineArguments,
@@ -74,7 +75,8 @@ enum Command {
 /// What becomes of the counts, and how long.
 #[derive(Debug, clap::Args)]
 struct Recording {
-    /// File for the counts; losses go to FILE.losses.csv, and neither may exist.
+    /// File for the counts, CSV, or NAME.parquet for a folder of Parquet files; losses go to FILE.losses.csv, and
+    /// neither may exist.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Ends after so many seconds; without it by Ctrl-C, or when the device is unplugged (`watch` waits for it).

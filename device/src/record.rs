@@ -38,11 +38,9 @@ pub struct RecordError {
 /// whole or not at all.
 #[derive(Debug)]
 pub struct Recorder<S> {
-    counts: S,
-    losses: S,
+    counts: Lines<S>,
+    losses: Losses<S>,
     places: Places,
-    counts_bytes: u64,
-    losses_bytes: u64,
     results: u64,
 }
 
@@ -53,18 +51,13 @@ impl<S: Sink> Recorder<S> {
     ///
     /// They cannot be written.
     pub fn new(counts: S, losses: S, identity: Identity) -> Result<Recorder<S>, RecordError> {
-        let mut recorder = Recorder {
-            counts,
-            losses,
-            places: Places::new(identity),
-            counts_bytes: 0,
-            losses_bytes: 0,
-            results: 0,
-        };
-        let total = if recorder.places.has_totals() { ",total_count" } else { "" };
-        recorder.append_counts(&format!("time_s,scan,detector,phase_step,count{total}\n"), 0)?;
-        recorder.append_loss("time_s,scan,frames,results,dropped\n")?;
-        Ok(recorder)
+        let places = Places::new(identity);
+        let total = if places.has_totals() { ",total_count" } else { "" };
+        let heading = format!("time_s,scan,detector,phase_step,count{total}\n");
+        let told = |error| RecordError { results: 0, error };
+        let counts = Lines::new(counts, &heading).map_err(told)?;
+        let losses = Losses::new(losses).map_err(told)?;
+        Ok(Recorder { counts, losses, places, results: 0 })
     }
 
     /// Writes the results of a frame that came at `time_s` (seconds since 1970).
@@ -82,7 +75,9 @@ impl<S: Sink> Recorder<S> {
             }
             lines.push('\n');
         });
-        self.append_counts(&lines, frame.results.len() as u64)
+        self.counts.append(&lines).map_err(|error| RecordError { results: self.results, error })?;
+        self.results += frame.results.len() as u64;
+        Ok(())
     }
 
     /// The line was interrupted: what comes next is of another scan.
@@ -96,13 +91,8 @@ impl<S: Sink> Recorder<S> {
     ///
     /// It cannot be written.
     pub fn loss(&mut self, loss: &Loss, time_s: f64) -> Result<(), RecordError> {
-        let results = loss.results.map_or(String::new(), |results| results.to_string());
-        self.append_loss(&format!(
-            "{time_s:.6},{},{},{results},{}\n",
-            self.places.scan(),
-            loss.frames,
-            loss.dropped
-        ))
+        let written = self.losses.write(loss, self.places.scan(), time_s);
+        written.map_err(|error| RecordError { results: self.results, error })
     }
 
     /// Results that are written.
@@ -112,29 +102,57 @@ impl<S: Sink> Recorder<S> {
 
     /// The files.
     pub fn into_sinks(self) -> (S, S) {
-        (self.counts, self.losses)
-    }
-
-    fn append_counts(&mut self, lines: &str, results: u64) -> Result<(), RecordError> {
-        append(&mut self.counts, &mut self.counts_bytes, lines)
-            .map_err(|error| RecordError { results: self.results, error })?;
-        self.results += results;
-        Ok(())
-    }
-
-    fn append_loss(&mut self, line: &str) -> Result<(), RecordError> {
-        append(&mut self.losses, &mut self.losses_bytes, line)
-            .map_err(|error| RecordError { results: self.results, error })
+        (self.counts.sink, self.losses.0.sink)
     }
 }
 
-/// Appends whole lines, or nothing.
-fn append(sink: &mut impl Sink, bytes: &mut u64, lines: &str) -> io::Result<()> {
-    if let Err(error) = sink.write_all(lines.as_bytes()).and_then(|()| sink.flush()) {
-        // A half line is worse than none. If even that fails, the first error says why.
-        let _ = sink.cut(*bytes);
-        return Err(error);
+/// What is missing, as CSV.
+#[derive(Debug)]
+pub struct Losses<S>(Lines<S>);
+
+impl<S: Sink> Losses<S> {
+    /// Writes the heading.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn new(sink: S) -> io::Result<Losses<S>> {
+        Lines::new(sink, "time_s,scan,frames,results,dropped\n").map(Losses)
     }
-    *bytes += lines.len() as u64;
-    Ok(())
+
+    /// Writes what is missing before the next results of a scan.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn write(&mut self, loss: &Loss, scan: u64, time_s: f64) -> io::Result<()> {
+        let results = loss.results.map_or(String::new(), |results| results.to_string());
+        let (frames, dropped) = (loss.frames, loss.dropped);
+        self.0.append(&format!("{time_s:.6},{scan},{frames},{results},{dropped}\n"))
+    }
+}
+
+/// Lines of a file, each of which is there whole or not at all.
+#[derive(Debug)]
+struct Lines<S> {
+    sink: S,
+    bytes: u64,
+}
+
+impl<S: Sink> Lines<S> {
+    fn new(sink: S, heading: &str) -> io::Result<Lines<S>> {
+        let mut lines = Lines { sink, bytes: 0 };
+        lines.append(heading)?;
+        Ok(lines)
+    }
+
+    fn append(&mut self, lines: &str) -> io::Result<()> {
+        if let Err(error) = self.sink.write_all(lines.as_bytes()).and_then(|()| self.sink.flush()) {
+            // A half line is worse than none. If even that fails, the first error says why.
+            let _ = self.sink.cut(self.bytes);
+            return Err(error);
+        }
+        self.bytes += lines.len() as u64;
+        Ok(())
+    }
 }

@@ -251,7 +251,9 @@ impl View {
             let comma = if more.is_empty() { "" } else { "; " };
             let _ = write!(more, "{comma}bias expected of the scene {}", millimetres(bias_m));
         }
-        if let Some(remark) = &report.remark {
+        // That a target is not where the scene has it is no news here.
+        let remark = report.remark.as_deref().and_then(|remark| remark.split("; ").next());
+        if let Some(remark) = remark.filter(|remark| remark.starts_with("coarse")) {
             let comma = if more.is_empty() { "" } else { "; " };
             let _ = write!(more, "{comma}{remark}");
         }
@@ -338,6 +340,7 @@ impl View {
         }
         let (low, high) = bounds(all().map(|point| point.1));
         let (from, to) = bounds(all().map(|point| point.0));
+        let to = to.max(from + 1.0);
         let dots = curves.iter().enumerate().map(|(k, curve)| {
             let dataset = Dataset::default().marker(Marker::Braille).graph_type(GraphType::Scatter);
             dataset.data(curve).style(colour(k))
@@ -412,7 +415,7 @@ fn bounds(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
         numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
     match high - low {
         span if span > 1e-6 => (low, high),
-        _ if low.is_finite() => (low - 0.5e-3, high + 0.5e-3),
+        _ if low.is_finite() => (low, high + 1e-3),
         _ => (0.0, 1.0),
     }
 }
