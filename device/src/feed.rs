@@ -1,4 +1,4 @@
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -40,6 +40,14 @@ pub enum What {
 pub struct Feed {
     news: Receiver<News>,
     stop: Arc<AtomicBool>,
+    requests: Sender<Asked>,
+}
+
+/// A register to read, or to write with data; and where the answer goes.
+struct Asked {
+    address: u16,
+    data: Option<u32>,
+    answer: Sender<Result<u32, DeviceError>>,
 }
 
 /// Opens the same device again.
@@ -52,13 +60,14 @@ impl Feed {
         P: Read + Write + Send + 'static,
     {
         let (sender, news) = channel();
+        let (requests, asked) = channel();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         thread::spawn(move || {
-            let reader = Reader { sender, stopped, identity, before: Tally::default() };
+            let reader = Reader { sender, asked, stopped, identity, before: Tally::default() };
             reader.run(device, reopen);
         });
-        Feed { news, stop }
+        Feed { news, stop, requests }
     }
 
     /// What came next, if anything does within this time. After [`What::Gone`] without a way back nothing does.
@@ -74,6 +83,33 @@ impl Feed {
     }
 }
 
+impl Feed {
+    /// Reads the register at a byte address; results that come meanwhile are kept.
+    ///
+    /// # Errors
+    ///
+    /// As [`Device::read`].
+    pub fn read(&self, address: u16) -> Result<u32, DeviceError> {
+        self.ask(address, None)
+    }
+
+    /// Writes the register at a byte address.
+    ///
+    /// # Errors
+    ///
+    /// As [`Device::write`].
+    pub fn write(&self, address: u16, data: u32) -> Result<(), DeviceError> {
+        self.ask(address, Some(data)).map(drop)
+    }
+
+    fn ask(&self, address: u16, data: Option<u32>) -> Result<u32, DeviceError> {
+        let gone = || DeviceError::Unplugged(io::ErrorKind::BrokenPipe.into());
+        let (answer, answered) = channel();
+        self.requests.send(Asked { address, data, answer }).map_err(|_| gone())?;
+        answered.recv().map_err(|_| gone())?
+    }
+}
+
 impl Drop for Feed {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
@@ -83,6 +119,7 @@ impl Drop for Feed {
 /// The thread that reads.
 struct Reader {
     sender: Sender<News>,
+    asked: Receiver<Asked>,
     stopped: Arc<AtomicBool>,
     identity: Identity,
     /// What came before the device was last opened.
@@ -92,6 +129,14 @@ struct Reader {
 impl Reader {
     fn run<P: Read + Write>(mut self, mut device: Device<P>, mut reopen: Option<Reopen<P>>) {
         while !self.stopped.load(Ordering::Relaxed) {
+            for Asked { address, data, answer } in self.asked.try_iter() {
+                let told = match data {
+                    Some(data) => device.write(address, data).map(|()| data),
+                    None => device.read(address),
+                };
+                // Who asked may be gone.
+                let _ = answer.send(told);
+            }
             let what = match device.next_event() {
                 Ok(None) => continue,
                 Ok(Some(event)) => What::Event(event),

@@ -439,3 +439,130 @@ fn envelope(points: &[(f64, f64)], columns: usize) -> Vec<(f64, f64)> {
     };
     points.chunks(points.len().div_ceil(columns)).flat_map(ends).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use goldtof::scene::DetectorIndex;
+    use goldtof_wire::{Layout as Bits, Tally};
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    use super::*;
+
+    fn quick() -> Identity {
+        Identity {
+            content: Content::Counts,
+            layout: Bits { count_bits: 17, counts: 1, more_bits: 0 },
+            detectors: 1,
+            samples_per_chip: 8,
+            chip_period_fs: 8_000_000,
+            first_step: 0,
+            steps: 248,
+            code_chips: 31,
+            parallel: 1,
+            scene: [1, 2, 3, 4, 5, 6, 7, 8],
+        }
+    }
+
+    /// A scan with a triangle of a chip on either side of a step.
+    fn scan(number: u64, peak: u64) -> Scan {
+        let counts =
+            (0..248).map(|step: u64| 30 * 8_u64.saturating_sub(step.abs_diff(peak)) as i64);
+        let of = DetectorScan {
+            phase_steps: (0..248).collect(),
+            counts: counts.collect(),
+            totals: Vec::new(),
+        };
+        Scan { number, time_s: 0.0, detectors: vec![of] }
+    }
+
+    fn drawn(view: &View, columns: u16, rows: u16) -> String {
+        let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+        terminal.draw(|frame| view.draw(frame)).unwrap();
+        let cells = terminal.backend().buffer().content();
+        let lines = cells.chunks(usize::from(columns));
+        lines.map(|line| line.iter().map(|cell| cell.symbol()).collect::<String>() + "\n").collect()
+    }
+
+    #[test]
+    fn without_a_scene_the_distance_is_the_largest_counts() {
+        let mut view = View::new("/dev/ttyUSB1", 3_000_000, quick(), None);
+        let text = drawn(&view, 100, 30);
+        assert!(text.contains("no whole scan yet") && text.contains("scene unknown"), "{text}");
+        view.set_scan(scan(4, 21));
+        let text = drawn(&view, 100, 30);
+        // A step of a nanosecond is 149.9 mm, and a number anywhere within it scatters by a root of 12 of that.
+        assert!(text.contains("3.148 m +- 43 mm   peak 240 at step 21"), "{text}");
+        assert!(text.contains(" counts of scan 4 over distance in m "), "{text}");
+        // 248 steps are 37.2 m; three chips on either side of the peak are 24 steps.
+        assert!(text.contains("37.02"), "{text}");
+        view.zoom();
+        let text = drawn(&view, 100, 30);
+        assert!(text.contains("6.75") && !text.contains("37.02"), "{text}");
+    }
+
+    fn answers(number: u64, distance_m: f64) -> Answers {
+        let sensor = Sensor::load("../scenes/quick.toml").unwrap();
+        let empty = goldtof::estimate::report::expected_errors(&sensor, DetectorIndex(0));
+        Answers {
+            scan: number,
+            of: vec![Ok(EstimateReport { distance_m: Some(distance_m), ..empty })],
+        }
+    }
+
+    #[test]
+    fn means_and_scatter_are_those_of_the_last_scans_round_the_period() {
+        let sensor = Sensor::load("../scenes/quick.toml").unwrap();
+        let mut view = View::new("p", 3_000_000, quick(), Some(&sensor));
+        view.set_scan(scan(0, 0));
+        // The range of 31 chips of 8 ns is 37.174 m: these lie round 0.
+        for (number, distance_m) in (0..).zip([0.010, 37.164, 0.020, 37.154]) {
+            view.set_answers(answers(number, distance_m));
+        }
+        let text = drawn(&view, 120, 30);
+        // -20, -10, 10 and 20 mm: a standard deviation of the root of 1000 / 3.
+        assert!(text.contains("scatter 18 mm"), "{text}");
+        let (mean, error) = (text.contains(" 0.0000 m +- 9.1 mm"), text.contains(" 37.17"));
+        assert!(text.contains("mean of 4 scans") && (mean || error), "{text}");
+        view.clear();
+        assert!(!drawn(&view, 120, 30).contains("mean of"));
+    }
+
+    #[test]
+    fn losses_flags_and_a_device_that_is_gone_are_told() {
+        let mut view = View::new("p", 3_000_000, quick(), None);
+        let tally =
+            Tally { lost_frames: 3, lost_results: 186, torn: 2, dropped: 7, ..Tally::default() };
+        let report = Report {
+            elapsed: Duration::from_secs(12),
+            scans: 40,
+            results_per_s: 496.0,
+            bytes_per_s: 150_000.0,
+            peak: None,
+            overrun: true,
+            saturated: false,
+            tally,
+        };
+        view.set_report(report, Some((9920, "counts.csv".to_owned())));
+        view.set_state(State::Gone("the device is gone".to_owned()));
+        let text = drawn(&view, 100, 30);
+        for told in [
+            "gone: waiting for it",
+            "496 results/s, 2.00 scans/s",
+            // 150 kB of ten bits each.
+            "150.0 kB/s, 50 % of the line",
+            "40 in 12 s",
+            "3 frames, 186 results",
+            "7 in the bridge",
+            "2, doubled 0",
+            "OVERRUN",
+            "9920 results in counts.csv",
+        ] {
+            assert!(text.contains(told), "{told} is not in\n{text}");
+        }
+        // A small terminal has less, and no panic.
+        (1..40).for_each(|size| drop(drawn(&view, 3 * size, size)));
+    }
+}

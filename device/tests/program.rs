@@ -10,6 +10,8 @@ use goldtof_system::digest::sha256;
 use goldtof_wire::{
     Content, Identity, Layout, REQUEST_BYTES, REQUEST_IDENTITY, Request, ResultsFrame, encode,
 };
+use parquet::file::reader::{FileReader as _, SerializedFileReader};
+use parquet::record::Field;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 
@@ -274,8 +276,8 @@ fn the_view_has_the_estimators_distance_and_outlives_the_device() {
         .spawn()
         .expect("the program is there");
     drop(terminal);
-    // Step 21 is 21 ns, of which the scene's detector takes 2.25 ns and the wait for a sample half a nanosecond: 18.25
-    // ns there and back are 2.736 m. The standard deviation is what `goldtof estimate` says of this scene.
+    // Step 21 is 21 ns, of which 1.75 are the detector's, and 1 is that of samples: half of it is the wait for the next
+    // one. 18.25 ns there and back are 2.736 m; the standard deviation is what `goldtof estimate` says of this scene.
     let text = shown(&mut screen, "gone: waiting for it");
     assert!(text.contains("peak 240 at step 21"), "{text}");
     assert!(text.contains("2.736 m +- 17 mm"), "{text}");
@@ -292,4 +294,44 @@ fn a_view_without_a_terminal_says_what_to_do() {
     let output = program(folder.path(), "p", &["watch"]);
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(errors, "error: `watch` needs a terminal; `record` says the same in lines\n");
+}
+
+#[test]
+fn a_folder_of_parquet_files_has_the_rows_of_the_csv() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("scene.toml"), SCENE).expect("it can be written");
+    for out in ["counts.csv", "counts.parquet"] {
+        let (far, port) = line();
+        let simulated = thread::spawn(move || device(far, 20));
+        let output =
+            program(folder.path(), &port, &["record", "--scene", "scene.toml", "--out", out]);
+        simulated.join().expect("the device is content");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(said.ends_with(&format!("3720 results in {out}\n")), "{said}");
+        // A device that is gone is told though all of it is written.
+        assert_eq!(output.status.code(), Some(1));
+    }
+    let csv = fs::read_to_string(folder.path().join("counts.csv")).expect("it is there");
+    let files = fs::read_dir(folder.path().join("counts.parquet")).expect("it is there");
+    let files: Vec<_> = files.map(|file| file.expect("it can be read").file_name()).collect();
+    assert_eq!(files, ["000000.parquet"]);
+    let file = File::open(folder.path().join("counts.parquet/000000.parquet")).expect("it opens");
+    let reader = SerializedFileReader::new(file).expect("it is whole");
+    let rows = reader.get_row_iter(None).expect("it has rows");
+    let mut lines = csv.lines();
+    let heading = lines.next().expect("a heading");
+    let (mut before, mut number) = (0.0, 0);
+    for (row, line) in rows.zip(lines) {
+        let row = row.expect("it can be read");
+        let (names, values): (Vec<_>, Vec<_>) = row.get_column_iter().unzip();
+        assert_eq!(names.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(","), heading);
+        let Field::Double(time_s) = values[0] else { panic!("{row}") };
+        // Seconds since 1970 that do not go back, of a year in which this was written or later.
+        assert!(*time_s >= before && *time_s > 1.7e9, "{time_s}");
+        before = *time_s;
+        let numbers: Vec<String> = values[1..].iter().map(|value| value.to_string()).collect();
+        assert_eq!(numbers.join(","), line.split_once(',').expect("fields").1);
+        number += 1;
+    }
+    assert_eq!(number, 3720);
 }
