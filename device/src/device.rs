@@ -17,6 +17,10 @@ const TRIES: u32 = 4;
 /// How long an answer may take: a frame that is on the line first, and what a USB adapter adds.
 const ANSWER_TIME: Duration = Duration::from_millis(400);
 
+/// How many reads in a row have to time out before the line is silent: bytes of a frame follow one another on any
+/// line, but a simulated board is as slow as its machine is busy.
+const SILENT_READS: u32 = 3;
+
 /// What goes wrong with a device.
 #[derive(Debug, Error)]
 pub enum DeviceError {
@@ -86,6 +90,8 @@ pub struct Device<P> {
     events: VecDeque<Event>,
     tag: u8,
     piece: Vec<u8>,
+    /// Reads in a row that timed out.
+    timed_out: u32,
 }
 
 impl<P: Read + Write> Device<P> {
@@ -97,6 +103,7 @@ impl<P: Read + Write> Device<P> {
             events: VecDeque::new(),
             tag: 0,
             piece: vec![0; 1 << 16],
+            timed_out: 0,
         }
     }
 
@@ -199,13 +206,16 @@ impl<P: Read + Write> Device<P> {
             Ok(0) => Err(DeviceError::Unplugged(io::ErrorKind::UnexpectedEof.into())),
             Ok(count) => {
                 self.decoder.push(&self.piece[..count]);
+                self.timed_out = 0;
                 Ok(())
             }
             Err(error) => match error.kind() {
                 io::ErrorKind::Interrupted => Ok(()),
-                // Longer than a frame takes at any rate: bytes of one would have come.
                 io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => {
-                    self.decoder.silence();
+                    self.timed_out += 1;
+                    if self.timed_out.is_multiple_of(SILENT_READS) {
+                        self.decoder.silence();
+                    }
                     Ok(())
                 }
                 _ => Err(DeviceError::Unplugged(error)),

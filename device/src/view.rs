@@ -377,7 +377,10 @@ impl View {
                 format!("{} in {:.0} s", report.scans, report.elapsed.as_secs_f64()),
                 plain,
             );
-            let lost = format!("{} frames, {} results", tally.lost_frames, tally.lost_results);
+            let mut lost = format!("{} frames, {} results", tally.lost_frames, tally.lost_results);
+            if tally.uncertain > 0 {
+                let _ = write!(lost, ", {} x unknown", tally.uncertain);
+            }
             say("lost", lost, bad(tally.lost_frames > 0));
             let in_bridge = format!("{} in the bridge", tally.dropped);
             say("dropped", in_bridge, bad(tally.dropped > 0));
