@@ -342,7 +342,7 @@ impl View {
         let (from, to) = bounds(all().map(|point| point.0));
         let to = to.max(from + 1.0);
         let dots = curves.iter().enumerate().map(|(k, curve)| {
-            let dataset = Dataset::default().marker(Marker::Braille).graph_type(GraphType::Scatter);
+            let dataset = Dataset::default().marker(Marker::Dot).graph_type(GraphType::Scatter);
             dataset.data(curve).style(colour(k))
         });
         let chart = Chart::new(dots.collect())

@@ -166,7 +166,7 @@ impl PyDevice {
     /// How much has come so far, and how much has not.
     #[getter]
     fn tally<'py>(&self, python: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let tally = self.with(|open| Ok(open.tally))?;
+        let tally = python.detach(|| self.with(|open| Ok(open.tally)))?;
         let told = PyDict::new(python);
         told.set_item("bytes", tally.bytes)?;
         told.set_item("frames", tally.frames)?;
@@ -191,8 +191,10 @@ impl PyDevice {
     }
 
     /// Gives the port back.
-    fn close(&self) -> PyResult<()> {
-        *self.open.lock().map_err(failed)? = None;
-        Ok(())
+    fn close(&self, python: Python<'_>) -> PyResult<()> {
+        python.detach(|| {
+            *self.open.lock().map_err(failed)? = None;
+            Ok(())
+        })
     }
 }

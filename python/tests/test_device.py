@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import select
 import struct
 import threading
 import time
@@ -28,6 +29,7 @@ class Simulated:
         self.sequence = 0
         self.registers = {0: 0x676F6C64} if registers else None
         self.sent = threading.Lock()
+        self.gone = False
         self.answers = threading.Thread(target=self._answer, daemon=True)
         self.answers.start()
 
@@ -47,6 +49,10 @@ class Simulated:
             while True:
                 request = b""
                 while len(request) < 13:
+                    # A terminal that is read stays open for as long.
+                    while not select.select([self.far], [], [], 0.05)[0]:
+                        if self.gone:
+                            return
                     request += os.read(self.far, 13 - len(request))
                 kind, tag, address, data, crc = struct.unpack("<xBBHII", request)
                 assert crc == zlib.crc32(request[1:9])
@@ -83,6 +89,8 @@ class Simulated:
                     self.send(ord("C"), int(last), body)
 
     def unplug(self) -> None:
+        self.gone = True
+        self.answers.join()
         os.close(self.near)
         # What is not read when a terminal goes is lost.
         time.sleep(0.5)
