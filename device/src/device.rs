@@ -1,21 +1,61 @@
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use goldtof_system::printable::printable_path;
 use goldtof_wire::{
     Decoder, Event, Frame, Identity, IdentityError, REQUEST_IDENTITY, REQUEST_READ, REQUEST_TEXT,
     REQUEST_WRITE, Request, TEXT_BLOCK_BYTES, Tally, encode,
 };
 use thiserror::Error;
 
+use crate::hexadecimal;
+
 /// How often a request is sent before the device is said to be silent.
 const TRIES: u32 = 4;
 /// How long an answer may take: a frame that is on the line first, and what a USB adapter adds.
 const ANSWER_TIME: Duration = Duration::from_millis(400);
 
+/// How many reads in a row have to time out before the line is silent: bytes of a frame follow one another on any
+/// line, but a simulated board is as slow as its machine is busy.
+const SILENT_READS: u32 = 3;
+
 /// What goes wrong with a device.
 #[derive(Debug, Error)]
 pub enum DeviceError {
+    /// Its port cannot be opened.
+    #[error("{port}: {error}")]
+    Port {
+        /// The port's name.
+        port: String,
+        /// What the system says.
+        error: serialport::Error,
+    },
+    /// The scene that it has to be of cannot be read.
+    #[error("{}: {error}", printable_path(path))]
+    Scene {
+        /// The scene's file.
+        path: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// It was built from another scene.
+    #[error(
+        "the device was built from another scene: its hash begins with {}, and that of {} with {}. Load the \
+         bitstream of this scene, or name the scene of this bitstream",
+        hexadecimal(found),
+        printable_path(path),
+        hexadecimal(expected)
+    )]
+    OtherScene {
+        /// The beginning of its scene's SHA-256.
+        found: [u8; 8],
+        /// The beginning of that of the scene's file.
+        expected: [u8; 8],
+        /// The file.
+        path: PathBuf,
+    },
     /// The other end is gone.
     #[error("the device is gone (unplugged, or its line was closed): {0}")]
     Unplugged(io::Error),
@@ -56,6 +96,8 @@ pub struct Device<P> {
     events: VecDeque<Event>,
     tag: u8,
     piece: Vec<u8>,
+    /// Reads in a row that timed out.
+    timed_out: u32,
 }
 
 impl<P: Read + Write> Device<P> {
@@ -67,6 +109,7 @@ impl<P: Read + Write> Device<P> {
             events: VecDeque::new(),
             tag: 0,
             piece: vec![0; 1 << 16],
+            timed_out: 0,
         }
     }
 
@@ -191,13 +234,16 @@ impl<P: Read + Write> Device<P> {
             Ok(0) => Err(DeviceError::Unplugged(io::ErrorKind::UnexpectedEof.into())),
             Ok(count) => {
                 self.decoder.push(&self.piece[..count]);
+                self.timed_out = 0;
                 Ok(())
             }
             Err(error) => match error.kind() {
                 io::ErrorKind::Interrupted => Ok(()),
-                // Longer than a frame takes at any rate: bytes of one would have come.
                 io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => {
-                    self.decoder.silence();
+                    self.timed_out += 1;
+                    if self.timed_out.is_multiple_of(SILENT_READS) {
+                        self.decoder.silence();
+                    }
                     Ok(())
                 }
                 _ => Err(DeviceError::Unplugged(error)),

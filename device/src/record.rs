@@ -2,8 +2,10 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Seek as _, SeekFrom, Write};
 
-use goldtof_wire::{Content, Identity, Loss, ResultsFrame};
+use goldtof_wire::{Identity, Loss, ResultsFrame};
 use thiserror::Error;
+
+use crate::{Places, Row};
 
 /// Where lines go: a file, which can be cut where the last whole line ends.
 pub trait Sink: Write {
@@ -36,14 +38,10 @@ pub struct RecordError {
 /// whole or not at all.
 #[derive(Debug)]
 pub struct Recorder<S> {
-    counts: S,
-    losses: S,
-    identity: Identity,
-    counts_bytes: u64,
-    losses_bytes: u64,
+    counts: Lines<S>,
+    losses: Losses<S>,
+    places: Places,
     results: u64,
-    scan: u64,
-    next_index: u64,
 }
 
 impl<S: Sink> Recorder<S> {
@@ -53,24 +51,13 @@ impl<S: Sink> Recorder<S> {
     ///
     /// They cannot be written.
     pub fn new(counts: S, losses: S, identity: Identity) -> Result<Recorder<S>, RecordError> {
-        let mut recorder = Recorder {
-            counts,
-            losses,
-            identity,
-            counts_bytes: 0,
-            losses_bytes: 0,
-            results: 0,
-            scan: 0,
-            next_index: 0,
-        };
-        let total = if identity.layout.more_bits > 0 && identity.content == Content::Counts {
-            ",total_count"
-        } else {
-            ""
-        };
-        recorder.append_counts(&format!("time_s,scan,detector,phase_step,count{total}\n"), 0)?;
-        recorder.append_loss("time_s,scan,frames,results,dropped\n")?;
-        Ok(recorder)
+        let places = Places::new(identity);
+        let total = if places.has_totals() { ",total_count" } else { "" };
+        let heading = format!("time_s,scan,detector,phase_step,count{total}\n");
+        let told = |error| RecordError { results: 0, error };
+        let counts = Lines::new(counts, &heading).map_err(told)?;
+        let losses = Losses::new(losses).map_err(told)?;
+        Ok(Recorder { counts, losses, places, results: 0 })
     }
 
     /// Writes the results of a frame that came at `time_s` (seconds since 1970).
@@ -79,23 +66,23 @@ impl<S: Sink> Recorder<S> {
     ///
     /// They cannot be written; those before are.
     pub fn results(&mut self, frame: &ResultsFrame, time_s: f64) -> Result<(), RecordError> {
-        let index = u64::from(frame.index);
-        // A scan whose end is missing ends where another one begins.
-        if index < self.next_index {
-            self.scan += 1;
-        }
         let mut lines = String::new();
-        for (result, index) in frame.results.iter().zip(index..) {
-            self.lines(&mut lines, *result, index, time_s);
-        }
-        let count = frame.results.len() as u64;
-        self.append_counts(&lines, count)?;
-        self.next_index = index + count;
-        if frame.last {
-            self.scan += 1;
-            self.next_index = 0;
-        }
+        self.places.rows(frame, |row| {
+            let Row { scan, detector, phase_step, count, .. } = row;
+            let _ = write!(lines, "{time_s:.6},{scan},{detector},{phase_step},{count}");
+            if let Some(total) = row.total {
+                let _ = write!(lines, ",{total}");
+            }
+            lines.push('\n');
+        });
+        self.counts.append(&lines).map_err(|error| RecordError { results: self.results, error })?;
+        self.results += frame.results.len() as u64;
         Ok(())
+    }
+
+    /// The line was interrupted: what comes next is of another scan.
+    pub fn interrupted(&mut self) {
+        self.places.interrupted();
     }
 
     /// Writes that something is missing.
@@ -104,11 +91,8 @@ impl<S: Sink> Recorder<S> {
     ///
     /// It cannot be written.
     pub fn loss(&mut self, loss: &Loss, time_s: f64) -> Result<(), RecordError> {
-        let results = loss.results.map_or(String::new(), |results| results.to_string());
-        self.append_loss(&format!(
-            "{time_s:.6},{},{},{results},{}\n",
-            self.scan, loss.frames, loss.dropped
-        ))
+        let written = self.losses.write(loss, self.places.scan(), time_s);
+        written.map_err(|error| RecordError { results: self.results, error })
     }
 
     /// Results that are written.
@@ -118,55 +102,57 @@ impl<S: Sink> Recorder<S> {
 
     /// The files.
     pub fn into_sinks(self) -> (S, S) {
-        (self.counts, self.losses)
-    }
-
-    /// A line for each count of a result.
-    fn lines(&self, lines: &mut String, result: u128, index: u64, time_s: f64) {
-        let Identity { layout, content, samples_per_chip, .. } = self.identity;
-        let (detector, step) = self.identity.place(index);
-        let mut line = |phase_step: u64, count: i64, total: Option<u64>| {
-            let _ = write!(lines, "{time_s:.6},{},{detector},{phase_step},{count}", self.scan);
-            if let Some(total) = total {
-                let _ = write!(lines, ",{total}");
-            }
-            lines.push('\n');
-        };
-        match content {
-            Content::Counts => {
-                let total = (layout.more_bits > 0).then(|| layout.more(result));
-                line(self.identity.phase_step(step), layout.count(result, 0), total);
-            }
-            Content::Rows => {
-                for k in 0..layout.counts {
-                    let bin = step * u64::from(samples_per_chip) + u64::from(k);
-                    line(bin, layout.unsigned_count(result, k) as i64, None);
-                }
-            }
-            Content::Peaks => line(layout.more(result), layout.count(result, 0), None),
-        }
-    }
-
-    fn append_counts(&mut self, lines: &str, results: u64) -> Result<(), RecordError> {
-        append(&mut self.counts, &mut self.counts_bytes, lines)
-            .map_err(|error| RecordError { results: self.results, error })?;
-        self.results += results;
-        Ok(())
-    }
-
-    fn append_loss(&mut self, line: &str) -> Result<(), RecordError> {
-        append(&mut self.losses, &mut self.losses_bytes, line)
-            .map_err(|error| RecordError { results: self.results, error })
+        (self.counts.sink, self.losses.0.sink)
     }
 }
 
-/// Appends whole lines, or nothing.
-fn append(sink: &mut impl Sink, bytes: &mut u64, lines: &str) -> io::Result<()> {
-    if let Err(error) = sink.write_all(lines.as_bytes()).and_then(|()| sink.flush()) {
-        // A half line is worse than none. If even that fails, the first error says why.
-        let _ = sink.cut(*bytes);
-        return Err(error);
+/// What is missing, as CSV.
+#[derive(Debug)]
+pub struct Losses<S>(Lines<S>);
+
+impl<S: Sink> Losses<S> {
+    /// Writes the heading.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn new(sink: S) -> io::Result<Losses<S>> {
+        Lines::new(sink, "time_s,scan,frames,results,dropped\n").map(Losses)
     }
-    *bytes += lines.len() as u64;
-    Ok(())
+
+    /// Writes what is missing before the next results of a scan.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn write(&mut self, loss: &Loss, scan: u64, time_s: f64) -> io::Result<()> {
+        let results = loss.results.map_or(String::new(), |results| results.to_string());
+        let (frames, dropped) = (loss.frames, loss.dropped);
+        self.0.append(&format!("{time_s:.6},{scan},{frames},{results},{dropped}\n"))
+    }
+}
+
+/// Lines of a file, each of which is there whole or not at all.
+#[derive(Debug)]
+struct Lines<S> {
+    sink: S,
+    bytes: u64,
+}
+
+impl<S: Sink> Lines<S> {
+    fn new(sink: S, heading: &str) -> io::Result<Lines<S>> {
+        let mut lines = Lines { sink, bytes: 0 };
+        lines.append(heading)?;
+        Ok(lines)
+    }
+
+    fn append(&mut self, lines: &str) -> io::Result<()> {
+        if let Err(error) = self.sink.write_all(lines.as_bytes()).and_then(|()| self.sink.flush()) {
+            // A half line is worse than none. If even that fails, the first error says why.
+            let _ = self.sink.cut(self.bytes);
+            return Err(error);
+        }
+        self.bytes += lines.len() as u64;
+        Ok(())
+    }
 }

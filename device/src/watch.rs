@@ -1,15 +1,19 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use goldtof_wire::{Content, Identity, ResultsFrame, Tally};
+use goldtof_wire::{Identity, ResultsFrame, Tally};
+
+use crate::Places;
 
 /// How a measurement goes: the newest scan's largest count, the rate, and what is missing.
 #[derive(Debug, Clone)]
 pub struct Watch {
     identity: Identity,
+    places: Places,
     began: Instant,
-    /// Results since the last report, and when it was.
+    /// Results since the last report, and when it was; bytes until then.
     results: u64,
+    bytes: u64,
     reported: Instant,
     scans: u64,
     /// Phase step and count of the largest one so far of this scan, and of the last whole one.
@@ -28,6 +32,8 @@ pub struct Report {
     pub scans: u64,
     /// Results per second since the last report.
     pub results_per_s: f64,
+    /// Bytes per second since then, of whatever the line carried.
+    pub bytes_per_s: f64,
     /// Phase step, count and distance in metres of the last scan's largest count, and a step in metres.
     pub peak: Option<(u64, i64, f64, f64)>,
     /// Flags of the core.
@@ -44,8 +50,10 @@ impl Watch {
         let now = Instant::now();
         Watch {
             identity,
+            places: Places::new(identity),
             began: now,
             results: 0,
+            bytes: 0,
             reported: now,
             scans: 0,
             largest: None,
@@ -57,25 +65,15 @@ impl Watch {
 
     /// Takes the results of a frame.
     pub fn results(&mut self, frame: &ResultsFrame) {
-        let Identity { layout, content, samples_per_chip, .. } = self.identity;
         if frame.index == 0 {
             self.largest = None;
         }
-        for (result, index) in frame.results.iter().zip(u64::from(frame.index)..) {
-            let (_, step) = self.identity.place(index);
-            match content {
-                Content::Counts => {
-                    self.larger(self.identity.phase_step(step), layout.count(*result, 0))
-                }
-                Content::Peaks => self.larger(layout.more(*result), layout.count(*result, 0)),
-                Content::Rows => {
-                    for k in 0..layout.counts {
-                        let bin = step * u64::from(samples_per_chip) + u64::from(k);
-                        self.larger(bin, layout.unsigned_count(*result, k) as i64);
-                    }
-                }
+        let largest = &mut self.largest;
+        self.places.rows(frame, |row| {
+            if largest.is_none_or(|(_, largest)| row.count > largest) {
+                *largest = Some((row.phase_step, row.count));
             }
-        }
+        });
         self.results += frame.results.len() as u64;
         self.overrun |= frame.overrun;
         self.saturated |= frame.saturated;
@@ -91,8 +89,9 @@ impl Watch {
         if since < every {
             return None;
         }
-        let results_per_s = self.results as f64 / since.as_secs_f64().max(1e-9);
-        self.results = 0;
+        let per_s = |number: u64| number as f64 / since.as_secs_f64().max(1e-9);
+        let results_per_s = per_s(std::mem::take(&mut self.results));
+        let bytes_per_s = per_s(tally.bytes - std::mem::replace(&mut self.bytes, tally.bytes));
         self.reported = Instant::now();
         let peak = self.peak.map(|(step, count)| {
             let distance_m = |step: u64| self.identity.distance_m(step as f64);
@@ -102,17 +101,12 @@ impl Watch {
             elapsed: self.began.elapsed(),
             scans: self.scans,
             results_per_s,
+            bytes_per_s,
             peak,
             overrun: self.overrun,
             saturated: self.saturated,
             tally,
         })
-    }
-
-    fn larger(&mut self, step: u64, count: i64) {
-        if self.largest.is_none_or(|(_, largest)| count > largest) {
-            self.largest = Some((step, count));
-        }
     }
 }
 

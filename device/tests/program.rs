@@ -1,6 +1,6 @@
 //! The program at a pseudo-terminal, at whose other end a device is simulated.
 
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Output};
@@ -10,15 +10,14 @@ use goldtof_system::digest::sha256;
 use goldtof_wire::{
     Content, Identity, Layout, REQUEST_BYTES, REQUEST_IDENTITY, Request, ResultsFrame, encode,
 };
+use parquet::file::reader::{FileReader as _, SerializedFileReader};
+use parquet::record::Field;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
 
 const SCENE: &str = "# a scene\n";
 
 fn identity() -> Identity {
-    let digits = sha256(SCENE);
-    let scene = std::array::from_fn(|k| {
-        u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).expect("they are digits")
-    });
     Identity {
         content: Content::Counts,
         layout: Layout { count_bits: 17, counts: 1, more_bits: 16 },
@@ -31,8 +30,16 @@ fn identity() -> Identity {
         parallel: 1,
         accumulate: 1,
         text_blocks: 0,
-        scene,
+        scene: hash(SCENE),
     }
+}
+
+/// The first bytes of a scene's digest.
+fn hash(scene: &str) -> [u8; 8] {
+    let digits = sha256(scene);
+    std::array::from_fn(|k| {
+        u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).expect("they are digits")
+    })
 }
 
 /// A pseudo-terminal: the device's end, and the name of the host's.
@@ -50,16 +57,26 @@ fn result(scan: u32, index: u32) -> u128 {
     u128::from(scan * 1000 + index) | u128::from(2 * index) << 17
 }
 
-/// Answers who it is, then sends scans in frames of 62 results, of which the third of each scan is torn; and is
-/// unplugged.
-fn device(mut far: File, scans: u32) {
+/// Sends so many scans of [`result`], of which the third frame of each is torn; and is unplugged.
+fn device(far: File, scans: u32) {
+    send(far, &identity(), scans, true, result);
+}
+
+/// Answers who it is, then sends scans in frames of 62 results; and is unplugged.
+fn send(
+    mut far: File,
+    identity: &Identity,
+    scans: u32,
+    is_torn: bool,
+    result: impl Fn(u32, u32) -> u128,
+) {
     let mut request = [0; REQUEST_BYTES];
     // The terminal is the host's from its first request on.
     far.read_exact(&mut request).expect("a request");
     let asked = Request { kind: REQUEST_IDENTITY, tag: request[2], address: 0 };
     assert_eq!(encode::request(asked, 0), request);
     let mut sequence = 0_u8;
-    far.write_all(&encode::identity(asked, &identity(), sequence)).expect("it goes");
+    far.write_all(&encode::identity(asked, identity, sequence)).expect("it goes");
     for scan in 0..scans {
         for first in (0..248).step_by(62) {
             sequence = sequence.wrapping_add(1);
@@ -70,8 +87,8 @@ fn device(mut far: File, scans: u32) {
                 results,
                 ..ResultsFrame::default()
             };
-            let mut bytes = encode::results(&frame, sequence, identity().layout);
-            if first == 124 {
+            let mut bytes = encode::results(&frame, sequence, identity.layout);
+            if is_torn && first == 124 {
                 bytes.drain(40..50);
             }
             far.write_all(&bytes).expect("it goes");
@@ -160,4 +177,163 @@ fn wrong_addresses_and_ports_are_refused_in_words() {
     assert!(String::from_utf8_lossy(&output.stderr).starts_with("error: no-such-port: "));
     let output = program(folder.path(), "p", &["read", "16x"]);
     assert!(String::from_utf8_lossy(&output.stderr).contains("write a number up to 0xffffffff"));
+}
+
+/// A screen that is 110 columns wide and 34 lines high: the end that shows, and the program's.
+fn screen() -> (File, File) {
+    let (far, name) = line();
+    let size = Winsize { ws_row: 34, ws_col: 110, ws_xpixel: 0, ws_ypixel: 0 };
+    tcsetwinsize(&far, size).expect("it has a size");
+    (far, OpenOptions::new().read(true).write(true).open(name).expect("it opens"))
+}
+
+/// A terminal's screen, of what a program sends there: text, moves of the cursor (`CSI row;column H`), all else
+/// left out.
+struct Shown {
+    rows: Vec<Vec<char>>,
+    at: (usize, usize),
+    /// What has come of a sequence, from behind ESC on.
+    sequence: Option<String>,
+    bytes: Vec<u8>,
+}
+
+impl Shown {
+    fn new() -> Shown {
+        Shown { rows: vec![vec![' '; 110]; 34], at: (0, 0), sequence: None, bytes: Vec::new() }
+    }
+
+    fn take(&mut self, bytes: &[u8]) {
+        self.bytes.extend(bytes);
+        let whole = match str::from_utf8(&self.bytes) {
+            Ok(text) => text.len(),
+            Err(error) => error.valid_up_to(),
+        };
+        let rest = self.bytes.split_off(whole);
+        let text = String::from_utf8(std::mem::replace(&mut self.bytes, rest)).expect("checked");
+        text.chars().for_each(|letter| self.letter(letter));
+    }
+
+    fn letter(&mut self, letter: char) {
+        match (&mut self.sequence, letter) {
+            (Some(sequence), letter) if letter.is_ascii_alphabetic() => {
+                if letter == 'H' {
+                    let numbers = sequence.trim_start_matches('[').split(';');
+                    let mut numbers =
+                        numbers.map(|number| number.parse::<usize>().unwrap_or(1) - 1);
+                    self.at = (numbers.next().unwrap_or(0), numbers.next().unwrap_or(0));
+                }
+                self.sequence = None;
+            }
+            (Some(sequence), letter) => sequence.push(letter),
+            (None, '\u{1b}') => self.sequence = Some(String::new()),
+            (None, '\r') => self.at.1 = 0,
+            (None, '\n') => self.at.0 += 1,
+            (None, letter) => {
+                let (row, column) = self.at;
+                if let Some(cell) = self.rows.get_mut(row).and_then(|row| row.get_mut(column)) {
+                    *cell = letter;
+                }
+                self.at.1 += 1;
+            }
+        }
+    }
+
+    fn text(&self) -> String {
+        self.rows.iter().map(|row| row.iter().collect::<String>() + "\n").collect()
+    }
+}
+
+/// What a screen shows once it has these words.
+fn shown(screen: &mut File, words: &str) -> String {
+    let (mut shown, mut piece) = (Shown::new(), [0; 4096]);
+    while !shown.text().contains(words) {
+        let count =
+            screen.read(&mut piece).unwrap_or_else(|error| panic!("{error}:\n{}", shown.text()));
+        shown.take(&piece[..count]);
+    }
+    shown.text()
+}
+
+#[test]
+fn the_view_has_the_estimators_distance_and_outlives_the_device() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/quick.toml");
+    let text = fs::read_to_string(scene).expect("it is there");
+    fs::write(folder.path().join("scene.toml"), &text).expect("it can be written");
+    let layout = Layout { count_bits: 17, counts: 1, more_bits: 0 };
+    let quick = Identity { layout, scene: hash(&text), ..identity() };
+    // The correlation of a code of 31 chips with itself: a triangle of one chip on either side, and as good as
+    // nothing elsewhere.
+    let triangle = |_: u32, step: u32| u128::from(30 * 8_u32.saturating_sub(step.abs_diff(21)));
+    let (far, port) = line();
+    let simulated = thread::spawn(move || send(far, &quick, 20, false, triangle));
+    let (mut screen, terminal) = screen();
+    let again = || terminal.try_clone().expect("it can be shared");
+    let mut program = Command::new(env!("CARGO_BIN_EXE_goldtof-device"))
+        .args(["watch", "--scene", "scene.toml", "--out", "counts.csv", "--port", &port])
+        .current_dir(folder.path())
+        .stdin(again())
+        .stdout(again())
+        .stderr(again())
+        .spawn()
+        .expect("the program is there");
+    drop(terminal);
+    // Step 21 is 21 ns, of which 1.75 are the detector's, and 1 is that of samples: half of it is the wait for the next
+    // one. 18.25 ns there and back are 2.736 m; the standard deviation is what `goldtof estimate` says of this scene.
+    let text = shown(&mut screen, "gone: waiting for it");
+    assert!(text.contains("peak 240 at step 21"), "{text}");
+    assert!(text.contains("2.736 m +- 17 mm"), "{text}");
+    simulated.join().expect("the device is content");
+    screen.write_all(b"q").expect("a key");
+    let text = shown(&mut screen, "4960 results in counts.csv");
+    assert!(text.contains("20 scans"), "{text}");
+    assert!(program.wait().expect("it ends").success());
+}
+
+#[test]
+fn a_view_without_a_terminal_says_what_to_do() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = program(folder.path(), "p", &["watch"]);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(errors, "error: `watch` needs a terminal; `record` says the same in lines\n");
+}
+
+#[test]
+fn a_folder_of_parquet_files_has_the_rows_of_the_csv() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("scene.toml"), SCENE).expect("it can be written");
+    for out in ["counts.csv", "counts.parquet"] {
+        let (far, port) = line();
+        let simulated = thread::spawn(move || device(far, 20));
+        let output =
+            program(folder.path(), &port, &["record", "--scene", "scene.toml", "--out", out]);
+        simulated.join().expect("the device is content");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(said.ends_with(&format!("3720 results in {out}\n")), "{said}");
+        // A device that is gone is told though all of it is written.
+        assert_eq!(output.status.code(), Some(1));
+    }
+    let csv = fs::read_to_string(folder.path().join("counts.csv")).expect("it is there");
+    let files = fs::read_dir(folder.path().join("counts.parquet")).expect("it is there");
+    let files: Vec<_> = files.map(|file| file.expect("it can be read").file_name()).collect();
+    assert_eq!(files, ["000000.parquet"]);
+    let file = File::open(folder.path().join("counts.parquet/000000.parquet")).expect("it opens");
+    let reader = SerializedFileReader::new(file).expect("it is whole");
+    let rows = reader.get_row_iter(None).expect("it has rows");
+    let mut lines = csv.lines();
+    let heading = lines.next().expect("a heading");
+    let (mut before, mut number) = (0.0, 0);
+    for (row, line) in rows.zip(lines) {
+        let row = row.expect("it can be read");
+        let (names, values): (Vec<_>, Vec<_>) = row.get_column_iter().unzip();
+        assert_eq!(names.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(","), heading);
+        let Field::Double(time_s) = values[0] else { panic!("{row}") };
+        // Seconds since 1970 that do not go back, of a year in which this was written or later.
+        assert!(*time_s >= before && *time_s > 1.7e9, "{time_s}");
+        before = *time_s;
+        let numbers: Vec<String> = values[1..].iter().map(|value| value.to_string()).collect();
+        assert_eq!(numbers.join(","), line.split_once(',').expect("fields").1);
+        number += 1;
+    }
+    assert_eq!(number, 3720);
 }

@@ -13,6 +13,7 @@ Quantities are in SI units, which their names end in. What jobs report has the n
 command line's JSON; errors are :class:`GoldtofError` with the words of the command line.
 """
 
+from . import device
 from ._goldtof import (
     SPEED_OF_LIGHT_M_PER_S,
     GoldtofError,
@@ -51,6 +52,7 @@ __all__ = [
     "codes",
     "correlation",
     "cosim",
+    "device",
     "emit",
     "estimate",
     "expected",

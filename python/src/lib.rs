@@ -6,6 +6,7 @@
 //! a numpy array.
 
 mod arguments;
+mod device;
 mod errors;
 mod estimating;
 mod guarded;
@@ -32,6 +33,7 @@ fn _goldtof(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::PyScene>()?;
     module.add_function(wrap_pyfunction!(scene::_scene, module)?)?;
     module.add_class::<model::PyModel>()?;
+    module.add_class::<device::PyDevice>()?;
     module.add_class::<scoreboard::PyScoreboard>()?;
     module.add_function(wrap_pyfunction!(hardware::codes, module)?)?;
     module.add_function(wrap_pyfunction!(hardware::correlation, module)?)?;

@@ -32,7 +32,6 @@ mod manual;
 mod merge;
 mod new;
 mod output;
-mod parquet;
 pub mod plan;
 mod provenance;
 mod pulses;

@@ -1,14 +1,17 @@
 //! The tables and the plot of a sweep, whose rows are never held all at once.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::ops::Range;
 
 use serde::Serialize;
 
-use super::parquet::parquet;
 use crate::files::OutputFolder;
+use crate::report::parquet::{self, ParquetFailed};
 use crate::report::table::Table;
-use crate::study::sweep::{Plot, StoreError, Sweep, contradicted, empty};
+use crate::scene::SceneReference;
+use crate::study::sweep::{Plot, StoreError, Sweep, SweepOptions, contradicted, empty};
+use crate::version::VERSION;
 
 /// Points whose rows are held at once, and stand together in the Parquet file.
 const AT_ONCE: usize = 8192;
@@ -23,6 +26,26 @@ pub(super) struct Rows<'a> {
     pub sweep: &'a Sweep,
     /// Those of points that follow one another.
     pub of: &'a dyn Fn(Range<usize>) -> Result<Table, StoreError>,
+}
+
+/// What the Parquet file says of itself, as JSON.
+#[derive(Serialize)]
+struct About<'a> {
+    goldtof: &'a str,
+    scene: SceneReference,
+    sweep: &'a SweepOptions,
+    units: BTreeMap<&'a str, &'a str>,
+}
+
+fn about(sweep: &Sweep, columns: &Table) -> String {
+    let about = About {
+        goldtof: VERSION,
+        scene: sweep.scene.reference(),
+        sweep: &sweep.options,
+        units: columns.units(),
+    };
+    // It is texts and numbers, which are always JSON.
+    serde_json::to_string(&about).unwrap_or_default()
 }
 
 /// What was written.
@@ -64,7 +87,13 @@ impl Rows<'_> {
             Ok(())
         })?;
         let binary = folder.stage(PARQUET, |out| {
-            parquet(out, self.sweep, self.tables()).map_err(io::Error::other)
+            let columns = empty(&self.sweep.options.over);
+            let about = about(self.sweep, &columns);
+            let written = parquet::write(out, "sweep", &about, &columns, self.tables());
+            written.map_err(|error| match error.is::<ParquetFailed>() {
+                true => io::Error::other(format!("{error}; {CSV} has all of it")),
+                false => io::Error::other(error),
+            })
         })?;
         let name = &self.sweep.point(0)?.sensor.scene().name.clone();
         let svg = folder.stage(PLOT, |out| out.write_all(plot.svg(name).as_bytes()))?;

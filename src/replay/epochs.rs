@@ -2,6 +2,9 @@
 
 use serde::Serialize;
 
+use super::folding::{Sampled, TOGETHER};
+use crate::scan::Sampler;
+
 /// Epochs that are fitted by one straight line: long enough to average their jitter, short enough to
 /// follow a clock that drifts.
 const EPOCHS_OF_A_LINE: usize = 4096;
@@ -11,6 +14,10 @@ const FARTHEST: f64 = 0.25;
 const MOST_MISSING: u64 = 64;
 /// The clock of the recording is within this share of the scene's.
 pub(super) const MOST_OFFSET: f64 = 2e-3;
+
+/// Doubles from here to its double are whole numbers: adding it rounds to one, and the sum's lowest bits are that
+/// number.
+const WHOLE: f64 = (1_u64 << 52) as f64;
 
 /// What the epochs of a recording say of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, schemars::JsonSchema)]
@@ -55,11 +62,83 @@ impl Line {
         self.first
     }
 
-    /// Where a time is, in epochs' periods since the first epoch: whole ones, and a share.
+    /// Where a time is, in epochs' periods since the line's first epoch.
     #[inline]
-    pub fn place(&self, ticks: u64) -> (u64, f64) {
+    pub fn place(&self, ticks: u64) -> f64 {
         let since = (ticks as i64 - self.origin as i64) as f64 - self.offset;
-        (self.first, since * self.per_tick)
+        since * self.per_tick
+    }
+
+    /// Where samples show photons whose pulses are `pulse` samples wide. What is earlier than the line gets any place.
+    pub fn sample(
+        &self,
+        photons: &[u64],
+        samples_of_epoch: u64,
+        sampler: &Sampler,
+        pulse: f64,
+        sampled: &mut Sampled,
+    ) {
+        let span = (self.until - self.origin) as f64;
+        let most = span.max((span * self.per_tick + 2.0) * samples_of_epoch as f64 + pulse);
+        if sampler.is_even() && most < WHOLE {
+            return self.sample_evenly(photons, samples_of_epoch as f64, pulse, sampled);
+        }
+        for (k, &ticks) in photons.iter().enumerate() {
+            // The line's own jitter may put its first photon before its first epoch.
+            let more = self.place(ticks).max(0.0);
+            let whole = more as u64;
+            let within = (more - whole as f64) * samples_of_epoch as f64;
+            let of_epoch = sampler.first_from(within);
+            sampled.since_line[k] = whole * samples_of_epoch + of_epoch;
+            sampled.of_epoch[k] = of_epoch;
+            sampled.high[k] = sampler.first_from(within + pulse) - of_epoch;
+        }
+    }
+
+    /// The same of samples that are equally far apart, with the widest vectors that the processor has: no operation
+    /// differs.
+    fn sample_evenly(&self, photons: &[u64], of_epoch: f64, pulse: f64, sampled: &mut Sampled) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has the instructions, as just made sure.
+            return unsafe { self.sample_avx2(photons, of_epoch, pulse, sampled) };
+        }
+        self.sample_in_loops(photons, of_epoch, pulse, sampled);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn sample_avx2(&self, photons: &[u64], of_epoch: f64, pulse: f64, sampled: &mut Sampled) {
+        self.sample_in_loops(photons, of_epoch, pulse, sampled);
+    }
+
+    /// Loops without branches and conversions, of which a compiler makes vectors, and short ones, so that it does not
+    /// wait: the numbers are those of [`Line::place`] and [`Sampler::first_from`] to the last bit.
+    #[inline(always)]
+    fn sample_in_loops(&self, photons: &[u64], of_epoch: f64, pulse: f64, sampled: &mut Sampled) {
+        const BITS: u64 = (1 << 52) - 1;
+        let nearest = |number: f64| (number + WHOLE) - WHOLE;
+        let whole_of = |number: f64| (number + WHOLE).to_bits() & BITS;
+        let floor = |number: f64| nearest(number) - f64::from(u8::from(nearest(number) > number));
+        let ceil = |number: f64| nearest(number) + f64::from(u8::from(nearest(number) < number));
+        let (mut bases, mut places) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+        for ((ticks, base), place) in photons.iter().zip(&mut bases).zip(&mut places) {
+            let since = ticks.wrapping_sub(self.origin) & BITS;
+            let since = f64::from_bits(since | WHOLE.to_bits()) - WHOLE - self.offset;
+            let more = (since * self.per_tick).max(0.0);
+            *base = floor(more) * of_epoch;
+            *place = (more - floor(more)) * of_epoch;
+        }
+        let Sampled { since_line, of_epoch, high } = sampled;
+        for ((place, of_epoch), high) in places.iter_mut().zip(of_epoch).zip(high) {
+            let first = ceil(*place);
+            *of_epoch = whole_of(first);
+            *high = whole_of(ceil(*place + pulse) - first);
+            *place = first;
+        }
+        for ((base, first), since_line) in bases.iter().zip(&places).zip(since_line) {
+            *since_line = whole_of(base + first);
+        }
     }
 }
 
@@ -192,6 +271,42 @@ impl Clock {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scan::Sample;
+
+    /// Quick places are those of plain arithmetic, at borders of samples and epochs, too.
+    #[test]
+    fn equal_samples_are_found_to_the_last_bit() {
+        let (origin, until) = (1 << 50, (1 << 50) + 4_000_000_000);
+        for (offset, period, epoch, pulse) in [
+            (0.0, 16_000.0, 16_000, 7.0),
+            (-3.25, 16_376_000.4, 16_376, 0.4),
+            (2.5, 999.9, 248, 20.5),
+        ] {
+            let per_tick = 1.0 / period;
+            let line =
+                Line { origin, offset, per_tick, first: 5, from: origin, until, begins: true };
+            let mut random = 1_u64;
+            let photons: Vec<u64> = (0..TOGETHER as u64)
+                .map(|k| {
+                    random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                    let places =
+                        [k, k * 1000, k * period as u64, (random >> 33) % (until - origin)];
+                    origin + places[(k % 4) as usize]
+                })
+                .collect();
+            let mut sampled = Sampled::default();
+            line.sample(&photons, epoch, &Sampler::default(), pulse, &mut sampled);
+            for (k, &ticks) in photons.iter().enumerate() {
+                let more = line.place(ticks).max(0.0);
+                let within = (more - more.floor()) * epoch as f64;
+                let first = Sample(more.floor() as u64 * epoch + within.ceil() as u64);
+                assert_eq!(Sample(sampled.since_line[k]), first, "{ticks}");
+                assert_eq!(sampled.of_epoch[k], within.ceil() as u64, "{ticks}");
+                let high = (within + pulse).ceil() - within.ceil();
+                assert_eq!(sampled.high[k], high as u64, "{ticks}");
+            }
+        }
+    }
 
     /// Epochs of 100,000.25 ticks with jitter of +-3 ticks, of which some are missing, one comes twice
     /// and there is a pause: every place is found again within the jitter's average.
@@ -226,8 +341,8 @@ mod tests {
         for number in [0.5, 4_500.25, 9_000.75] {
             let ticks = of(number).round() as u64;
             let line = lines.iter().find(|line| (line.from..line.until).contains(&ticks)).unwrap();
-            let (first, more) = line.place(ticks);
-            assert!((first as f64 + more - number).abs() < 1e-5, "{number}: {first} {more}");
+            let place = line.first() as f64 + line.place(ticks);
+            assert!((place - number).abs() < 1e-5, "{number}: {place}");
         }
     }
 }

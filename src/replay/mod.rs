@@ -6,25 +6,26 @@
 //! the sampler of the hardware sees it.
 
 mod epochs;
+mod folding;
 
 use std::io::Read;
 use std::sync::Arc;
 
-use goldtof_tags::{Channel, Tag, TagError, TagReader};
+use goldtof_tags::{Channel, TagError, TagReader};
 use serde::Serialize;
 
 pub use self::epochs::Epochs;
 use self::epochs::{Clock, Line, MOST_OFFSET};
+use self::folding::{Folding, Samples};
 use crate::document::Body;
 use crate::histogram::{Histogram, HistogramError};
-use crate::photons::{Level, Pulse, StepCount};
+use crate::photons::{Pulse, StepCount};
 use crate::recorded::{Assessment, RecordedHistogram, RecordedScan, assess, assess_histogram};
 use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::photons::Recorded;
 use crate::reference::predictor::{Reference, ReferenceError};
 use crate::reference::stimulus::clocks_for_scans;
-use crate::scan::{Sample, Sampler};
-use crate::scene::{Architecture, DetectorIndex, EstimatorKind, Scene};
+use crate::scene::{Architecture, Detector, DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
 
@@ -162,58 +163,6 @@ pub enum ReplayError {
 /// Most photons that are kept until the next epochs.
 const MOST_WAITING: usize = 1 << 25;
 
-/// A detector's photons on their way into bins and pulses.
-struct Folding {
-    detector: DetectorIndex,
-    /// Samples that a pulse is high for.
-    pulse_samples: f64,
-    sampler: Sampler,
-    bins: Vec<u64>,
-    level: Level,
-    last: u64,
-    photons: u64,
-    unseen: u64,
-    pulses: Vec<Pulse>,
-}
-
-impl Folding {
-    fn take(&mut self, line: &Line, ticks: u64, samples: &Samples) {
-        let (first, more) = line.place(ticks);
-        // The line's own jitter may put its first photon before its first epoch.
-        let more = more.max(0.0);
-        let whole = more as i64;
-        let within = (more - whole as f64) * samples.of_epoch as f64;
-        let base = (first + whole as u64) * samples.of_epoch;
-        let of_epoch = self.sampler.first_from(within);
-        // Where two lines meet a photon may come before one that was earlier by a tick.
-        let rises = (base + of_epoch).max(self.last);
-        let ends = base + self.sampler.first_from(within + self.pulse_samples);
-        let pulse = Pulse { first: Sample(rises), end: Sample(ends.max(rises)) };
-        self.last = rises;
-        self.photons += 1;
-        let leaves_no_trace = pulse.end == pulse.first;
-        if leaves_no_trace || !self.level.rises(&pulse) {
-            self.unseen += 1;
-        } else {
-            // An epoch is of whole code periods, mostly of one.
-            let mut bin = of_epoch as usize;
-            while bin >= self.bins.len() {
-                bin -= self.bins.len();
-            }
-            self.bins[bin] += 1;
-        }
-        if rises < samples.of_scan && !leaves_no_trace {
-            self.pulses.push(pulse);
-        }
-    }
-}
-
-/// How many samples there are between two epochs, and in a scan.
-struct Samples {
-    of_epoch: u64,
-    of_scan: u64,
-}
-
 /// Reads a recording and folds it by the sensor's code. `on_records` hears how many records have been read.
 ///
 /// # Errors
@@ -238,46 +187,33 @@ pub fn replay<R: Read>(
         of_epoch: bins as u64 * options.epoch_periods,
         of_scan: sensor.timing().sampling().samples_of(sensor.interface().scan_clocks()),
     };
-    let mut foldings: Vec<Folding> = DetectorIndex::of(&scene.detectors)
-        .map(|detector| Folding {
-            detector,
-            pulse_samples: scene.detectors[detector].pulse_width_ps / sample_ps,
-            sampler: scene.detectors[detector].sampler.clone(),
-            bins: vec![0; bins],
-            level: Level::default(),
-            last: 0,
-            photons: 0,
-            unseen: 0,
-            pulses: Vec::new(),
+    let mut foldings: Vec<Folding> = scene
+        .detectors
+        .iter()
+        .map(|detector| {
+            Folding::new(detector.pulse_width_ps / sample_ps, detector.sampler.clone(), bins)
         })
         .collect();
-    let mut waiting: Vec<(u64, usize)> = Vec::new();
-    let mut tags: Vec<Tag> = Vec::new();
-    let (mut of_other_channels, mut scan_is_whole) = (0, true);
-    let mut fold = |line: Line, waiting: &mut Vec<(u64, usize)>| {
+    // Of each detector the photons that wait for the next line, and the marks.
+    let channels: Vec<Channel> = options.photons.iter().copied().chain([options.epoch]).collect();
+    let mut waiting: Vec<Vec<u64>> = vec![Vec::new(); channels.len()];
+    let mut scan_is_whole = true;
+    let mut fold = |line: Line, waiting: &mut [Vec<u64>]| {
         // A pause within the scan leaves it without its photons.
         let reached = line.first() * samples.of_epoch;
         scan_is_whole &= !line.begins || reached == 0 || reached >= samples.of_scan;
-        let beyond = waiting.iter().position(|photon| photon.0 >= line.until);
-        for (ticks, which) in waiting.drain(..beyond.unwrap_or(waiting.len())) {
-            if ticks >= line.from {
-                foldings[which].take(&line, ticks, &samples);
-            }
+        for (folding, waiting) in foldings.iter_mut().zip(waiting) {
+            folding.fold(&line, waiting, &samples);
         }
     };
-    while reader.read(&mut tags)? {
-        for tag in &tags {
-            if tag.channel == options.epoch {
-                if let Some(line) = clock.mark(tag.ticks) {
-                    fold(line, &mut waiting);
-                }
-            } else if let Some(which) = options.photons.iter().position(|c| *c == tag.channel) {
-                waiting.push((tag.ticks, which));
-            } else {
-                of_other_channels += 1;
+    while reader.read_channels(&channels, &mut waiting)? {
+        let marks = waiting.last_mut().map(std::mem::take).unwrap_or_default();
+        for ticks in marks {
+            if let Some(line) = clock.mark(ticks) {
+                fold(line, &mut waiting);
             }
         }
-        if waiting.len() > MOST_WAITING {
+        if waiting.iter().map(Vec::len).sum::<usize>() > MOST_WAITING {
             return Err(ReplayError::Epochs(format!(
                 "channel {} has no two epochs within {MOST_WAITING} photons: --epoch names the channel of \
                  the code's epochs",
@@ -292,27 +228,29 @@ pub fn replay<R: Read>(
     let epochs = clock.found(options.epoch_periods);
     check_epochs(&epochs, options, sensor, period_ps)?;
     let seconds = epochs.periods as f64 * sensor.timing().code_period_ps() * 1e-12;
-    let replayed = |folding: &Folding| Replayed {
-        detector: scene.detectors[folding.detector].name.clone(),
+    let replayed = |(detector, folding): (&Detector, &Folding)| Replayed {
+        detector: detector.name.clone(),
         photons: folding.photons,
         unseen: folding.unseen,
         rate_cps: folding.photons as f64 / seconds,
     };
-    let detectors: Vec<Replayed> = foldings.iter().map(replayed).collect();
+    let detectors: Vec<Replayed> = scene.detectors.iter().zip(&foldings).map(replayed).collect();
     if let Some(number) = detectors.iter().position(|detector| detector.photons == 0) {
         return Err(ReplayError::Channels(format!(
-            "channel {} has no photon between the first and the last epoch; {of_other_channels} records \
-             are of channels that were not named",
-            options.photons[number]
+            "channel {} has no photon between the first and the last epoch; {} records are of \
+             channels that were not named",
+            options.photons[number],
+            reader.of_other_channels()
         )));
     }
     let is_whole = scan_is_whole && epochs.periods * bins as u64 >= samples.of_scan;
     let pulses = foldings.iter_mut().map(|folding| std::mem::take(&mut folding.pulses)).collect();
-    let histogram = |folding: Folding| {
+    let histogram = |(detector, folding): (DetectorIndex, &Folding)| {
         let samples_per_chip = sensor.clock().samples_per_chip;
-        let histogram = Histogram::new(folding.bins, samples_per_chip, epochs.periods)?;
-        Ok(RecordedHistogram { detector: folding.detector, histogram })
+        let histogram = Histogram::new(folding.bins(), samples_per_chip, epochs.periods)?;
+        Ok(RecordedHistogram { detector, histogram })
     };
+    let histograms = DetectorIndex::of(&scene.detectors).zip(&foldings).map(histogram);
     Ok(Replay {
         file: RecordingFile {
             kind: reader.kind(),
@@ -321,12 +259,12 @@ pub fn replay<R: Read>(
             announced_records: reader.announced(),
             torn_bytes: reader.torn_bytes(),
             disordered: reader.disordered(),
-            of_other_channels,
+            of_other_channels: reader.of_other_channels(),
             epochs,
         },
         detectors,
         scan: is_whole.then(|| Arc::new(pulses)),
-        histograms: foldings.into_iter().map(histogram).collect::<Result<_, HistogramError>>()?,
+        histograms: histograms.collect::<Result<_, HistogramError>>()?,
     })
 }
 

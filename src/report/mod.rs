@@ -13,6 +13,8 @@ mod layers;
 pub(crate) mod limits;
 mod offsets;
 pub(crate) mod page;
+#[cfg(feature = "parquet")]
+pub mod parquet;
 pub mod plan;
 pub mod provenance;
 pub(crate) mod quantities;

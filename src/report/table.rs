@@ -94,6 +94,7 @@ macro_rules! cell {
 
 cell! {
     f64: Number, self => Value::Number(self);
+    i64: Integer, self => Value::Integer(self);
     u64: Integer, self => i64::try_from(self).map_or(Value::Number(self as f64), Value::Integer);
     u32: Integer, self => Value::Integer(self.into());
     bool: Truth, self => Value::Truth(self);

@@ -1,6 +1,7 @@
 //! Records of 32 bits of the T2 mode, by instrument (PicoQuant, "Unified TTTR file format").
 
-use super::{Channel, Tag};
+use super::Channel;
+use super::sink::{RUN, Sink};
 
 /// How times go on where a record's bits end.
 #[derive(Debug, Clone, Copy)]
@@ -65,56 +66,77 @@ impl Unwrap {
         }
     }
 
-    /// Decodes whole records.
-    pub fn decode(&mut self, bytes: &[u8], tags: &mut Vec<Tag>) {
-        tags.reserve(bytes.len() / 4);
-        let records = bytes
-            .chunks_exact(4)
-            .map(|four| u32::from_le_bytes([four[0], four[1], four[2], four[3]]));
+    /// Decodes whole records. Most stand among others of one input, so that they are looked at in runs.
+    pub fn decode(&mut self, bytes: &[u8], sink: &mut impl Sink) {
+        let (time_bits, inputs) = match self.kind {
+            Kind::PicoHarp => (28, 15),
+            Kind::HydraHarp1 | Kind::HydraHarp2 => (25, 64),
+        };
+        let time = (1_u32 << time_bits) - 1;
+        let record = |four: &[u8]| u32::from_le_bytes([four[0], four[1], four[2], four[3]]);
+        let mut runs = bytes.chunks_exact(4 * RUN);
+        for run in &mut runs {
+            // Plain loops without branches, which a compiler makes vectors of.
+            let (mut records, mut ticks) = ([0_u32; RUN], [0_u64; RUN]);
+            for (to, four) in records.iter_mut().zip(run.chunks_exact(4)) {
+                *to = record(four);
+            }
+            for (to, record) in ticks.iter_mut().zip(&records) {
+                *to = self.base + u64::from(record & time);
+            }
+            let channel = records[0] >> time_bits;
+            let differ =
+                records.iter().fold(0, |bits, record| bits | (record ^ records[0])) & !time;
+            // Of one channel, so that records rise as their times do.
+            let falls = records.windows(2).fold(false, |falls, two| falls | (two[1] < two[0]));
+            if differ == 0 && !falls && channel < inputs {
+                sink.run(&ticks, Channel::Input(channel as u16 + 1));
+            } else {
+                records.iter().for_each(|&record| self.one(record, sink));
+            }
+        }
+        runs.remainder().chunks_exact(4).for_each(|four| self.one(record(four), sink));
+    }
+
+    fn one(&mut self, record: u32, sink: &mut impl Sink) {
         match self.kind {
-            Kind::PicoHarp => records.for_each(|record| self.picoharp(record, tags)),
-            Kind::HydraHarp1 => {
-                records.for_each(|record| self.hydraharp(record, HYDRAHARP_1_OVERFLOW, tags));
-            }
-            Kind::HydraHarp2 => {
-                records.for_each(|record| self.hydraharp(record, HYDRAHARP_2_OVERFLOW, tags));
-            }
+            Kind::PicoHarp => self.picoharp(record, sink),
+            Kind::HydraHarp1 => self.hydraharp(record, HYDRAHARP_1_OVERFLOW, sink),
+            Kind::HydraHarp2 => self.hydraharp(record, HYDRAHARP_2_OVERFLOW, sink),
         }
     }
 
-    #[inline]
-    fn picoharp(&mut self, record: u32, tags: &mut Vec<Tag>) {
+    fn picoharp(&mut self, record: u32, sink: &mut impl Sink) {
         let (channel, time) = (record >> 28, u64::from(record & 0x0FFF_FFFF));
         if channel != 15 {
-            tags.push(Tag { ticks: self.base + time, channel: Channel::Input(channel as u16 + 1) });
+            sink.tag(self.base + time, Channel::Input(channel as u16 + 1));
             return;
         }
         match record & 15 {
             0 => self.base += PICOHARP_OVERFLOW,
             // The marker's bits are the lowest of its time, which is no finer than them.
-            bits => markers(bits, self.base + time, tags),
+            bits => markers(bits, self.base + time, sink),
         }
     }
 
-    #[inline]
-    fn hydraharp(&mut self, record: u32, overflow: u64, tags: &mut Vec<Tag>) {
+    fn hydraharp(&mut self, record: u32, overflow: u64, sink: &mut impl Sink) {
         let (channel, time) = ((record >> 25) & 63, u64::from(record & 0x01FF_FFFF));
         if record >> 31 == 0 {
-            tags.push(Tag { ticks: self.base + time, channel: Channel::Input(channel as u16 + 1) });
+            sink.tag(self.base + time, Channel::Input(channel as u16 + 1));
             return;
         }
         match channel {
             63 if overflow == HYDRAHARP_2_OVERFLOW => self.base += overflow * time.max(1),
             63 => self.base += overflow,
-            0 => tags.push(Tag { ticks: self.base + time, channel: Channel::Sync }),
-            bits => markers(bits & 15, self.base + time, tags),
+            0 => sink.tag(self.base + time, Channel::Sync),
+            bits => markers(bits & 15, self.base + time, sink),
         }
     }
 }
 
 /// A record for each of the four marker inputs that a record has.
-fn markers(bits: u32, ticks: u64, tags: &mut Vec<Tag>) {
+fn markers(bits: u32, ticks: u64, sink: &mut impl Sink) {
     for marker in (0..4).filter(|marker| bits >> marker & 1 == 1) {
-        tags.push(Tag { ticks, channel: Channel::Marker(marker + 1) });
+        sink.tag(ticks, Channel::Marker(marker + 1));
     }
 }

@@ -44,6 +44,7 @@ pub struct Level {
 impl Level {
     /// Whether a pulse, which begins no earlier than the one before it, begins with a high
     /// sample after a low one.
+    #[inline]
     pub fn rises(&mut self, pulse: &Pulse) -> bool {
         let rises = self.low_from.is_none_or(|low_from| low_from < pulse.first);
         self.low_from = self.low_from.max(Some(pulse.end));

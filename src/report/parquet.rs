@@ -1,5 +1,4 @@
-//! The table of a sweep as a Parquet file: int64, double, boolean and UTF-8 columns, null where the
-//! CSV has nothing.
+//! Tables as Parquet files: int64, double, boolean and UTF-8 columns, null where the CSV has nothing.
 //!
 //! The format is Apache's, <https://parquet.apache.org/docs/file-format/>. Pages are not
 //! compressed: dictionaries make short work of what repeats, and every reader takes them.
@@ -15,68 +14,44 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
-use serde::Serialize;
 
-use crate::report::table::{Column, Kind, Table, Value};
-use crate::scene::SceneReference;
-use crate::study::sweep::{Sweep, SweepOptions, empty};
-use crate::version::VERSION;
+use super::table::{Column, Kind, Table, Value};
 
 /// What is kept under `goldtof` for every reader, and where pandas keeps what it gives as
 /// `DataFrame.attrs`.
 const KEYS: [&str; 2] = ["goldtof", "PANDAS_ATTRS"];
 
-/// What the file says of itself, as JSON.
-#[derive(Serialize)]
-struct About<'a> {
-    goldtof: &'a str,
-    scene: SceneReference,
-    sweep: &'a SweepOptions,
-    units: BTreeMap<&'a str, &'a str>,
+/// A table could not be written as Parquet.
+#[derive(Debug, thiserror::Error)]
+#[error("the table cannot be written as Parquet: {0}")]
+pub struct ParquetFailed(ParquetError);
+
+impl Table {
+    /// The unit of each column that has one, as a file says of itself.
+    pub fn units(&self) -> BTreeMap<&str, &str> {
+        let units = self.columns.iter().filter_map(|column| {
+            let unit = column.unit.as_deref()?;
+            Some((column.name.as_str(), unit))
+        });
+        units.collect()
+    }
 }
 
-/// The table could not be written as Parquet.
-#[derive(Debug, thiserror::Error)]
-#[error("the table cannot be written as Parquet: {0}; sweep.csv has all of it")]
-struct ParquetFailed(ParquetError);
-
-/// Writes the tables of a sweep as a Parquet file, each as a group of rows: the same bytes for the
-/// same sweep. The file's metadata have, as JSON under `goldtof` and as the attributes of a frame of
-/// pandas, what the numbers are of and the unit of each column that has one.
+/// Writes tables with the columns of one, each as a group of rows: the same bytes for the same tables. The file's schema
+/// is called `name`; its metadata have `about`, which is JSON, under `goldtof` and as the attributes of a
+/// frame of pandas.
 ///
 /// # Errors
-/// When it cannot be written, or a part grows beyond what the format can number.
-pub(super) fn parquet(
-    out: impl Write + Send,
-    sweep: &Sweep,
-    tables: impl Iterator<Item = anyhow::Result<Table>>,
-) -> anyhow::Result<()> {
-    let columns = empty(&sweep.options.over);
-    let units = columns.columns.iter().filter_map(|column| {
-        let unit = column.unit.as_deref()?;
-        Some((column.name.as_str(), unit))
-    });
-    let about = About {
-        goldtof: VERSION,
-        scene: sweep.scene.reference(),
-        sweep: &sweep.options,
-        units: units.collect(),
-    };
-    // It is texts and numbers, which are always JSON.
-    let about = serde_json::to_string(&about).unwrap_or_default();
-    file(out, "sweep", (&KEYS, &about), &columns, tables)
-}
-
-/// Writes tables with the columns of one. The file's schema is called `name`; its metadata have a
-/// text under each of some keys.
-fn file(
+/// When it cannot be written, or a part grows beyond what the format can number; what a table's making
+/// fails with.
+pub fn write<E: From<ParquetFailed>>(
     out: impl Write + Send,
     name: &str,
-    (keys, about): (&[&str], &str),
+    about: &str,
     columns: &Table,
-    tables: impl Iterator<Item = anyhow::Result<Table>>,
-) -> anyhow::Result<()> {
-    let metadata = keys.iter().map(|key| KeyValue::new((*key).to_owned(), about.to_owned()));
+    tables: impl Iterator<Item = Result<Table, E>>,
+) -> Result<(), E> {
+    let metadata = KEYS.iter().map(|key| KeyValue::new((*key).to_owned(), about.to_owned()));
     let properties =
         WriterProperties::builder().set_key_value_metadata(Some(metadata.collect())).build();
     let schema = schema(columns, name).map_err(ParquetFailed)?;
@@ -128,17 +103,17 @@ fn fill(
     writer: &mut SerializedColumnWriter<'_>,
 ) -> Result<(), ParquetError> {
     match table.columns[place].kind {
-        Kind::Integer => write::<Int64Type>(table, place, writer, |value| match value {
+        Kind::Integer => column::<Int64Type>(table, place, writer, |value| match value {
             Value::Integer(number) => Some(*number),
             _ => None,
         }),
-        Kind::Number => write::<DoubleType>(table, place, writer, Value::number),
-        Kind::Truth => write::<BoolType>(table, place, writer, |value| match value {
+        Kind::Number => column::<DoubleType>(table, place, writer, Value::number),
+        Kind::Truth => column::<BoolType>(table, place, writer, |value| match value {
             Value::Truth(truth) => Some(*truth),
             _ => None,
         }),
         Kind::Text | Kind::Quoted => {
-            write::<ByteArrayType>(table, place, writer, |value| match value {
+            column::<ByteArrayType>(table, place, writer, |value| match value {
                 Value::Text(text) if !text.is_empty() => Some(ByteArray::from(text.as_str())),
                 _ => None,
             })
@@ -146,7 +121,7 @@ fn fill(
     }
 }
 
-fn write<D: DataType>(
+fn column<D: DataType>(
     table: &Table,
     place: usize,
     writer: &mut SerializedColumnWriter<'_>,
@@ -190,8 +165,8 @@ mod tests {
 
     fn reader(table: &Table) -> SerializedFileReader<File> {
         let kept = tempfile::tempfile().unwrap();
-        let about = (&["key"][..], "about");
-        file(&kept, "name", about, table, std::iter::once(Ok(table.clone()))).unwrap();
+        let tables = std::iter::once(Ok::<Table, ParquetFailed>(table.clone()));
+        write(&kept, "name", "about", table, tables).unwrap();
         SerializedFileReader::new(kept).unwrap()
     }
 
@@ -213,7 +188,7 @@ mod tests {
         assert_eq!((names, file.num_rows()), (vec!["number", "truth", "text"], 0));
         assert_eq!(file.schema().name(), "name");
         let about = file.key_value_metadata().unwrap();
-        let about = about.iter().find(|about| about.key == "key").unwrap();
+        let about = about.iter().find(|about| about.key == "goldtof").unwrap();
         assert_eq!(about.value.as_deref(), Some("about"));
         assert!(fields(&table).is_empty());
     }
