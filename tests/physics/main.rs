@@ -33,6 +33,7 @@ mod optics_uneven_samples;
 mod own_light_under_other_clocks;
 mod parallel_steps_share_their_light;
 mod parts_left_out_change_nothing;
+mod passive_recharge;
 mod recorded_counts_are_diagnosed;
 mod recorded_histograms_are_diagnosed;
 mod recordings_are_replayed;

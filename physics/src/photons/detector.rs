@@ -298,7 +298,7 @@ impl DetectorModel {
 
     /// Its dead time, of rates per chip.
     pub fn dead_time(&self) -> DeadTime {
-        DeadTime(self.dead_time_chips)
+        DeadTime { length: self.dead_time_chips, is_prolonged: self.is_paralyzable }
     }
 
     /// What it remembers under all of its light.

@@ -67,8 +67,8 @@ tables! {
              dead times of warm-up are within 64 bits of chips";
         recharge => recharge: Recharge = choice(Recharge::CHOICES), Or("\"active\""), "\"passive\"";
             "what light does within the dead time: nothing (\"active\", non-paralyzable), or \
-             begin it anew (\"passive\", paralyzable), which photons are simulated for and \
-             nothing is expected of";
+             begin it anew (\"passive\", paralyzable), of which nothing is expected beside \
+             afterpulsing";
         afterpulsing = table("detector.afterpulsing"),
             Otherwise("none"), "{ probability = 0.137, time_constant = \"5 ns\" }";
             "avalanches that an avalanche causes later";
