@@ -49,9 +49,10 @@ fn constant_light_gives_the_rate_and_the_variance_of_the_closed_form() {
                 let mean = detected * time_s;
                 let told = format!("{rate:e} {dead_time_s:e} {chips}: {found:?} {mean} {variance}");
                 assert!((found.total_mean / mean - 1.0).abs() < 1e-6, "{told}");
-                // The ends of a step are those of whole chips' cells.
-                assert!((found.total_variance / variance - 1.0).abs() < 1e-4, "{told}");
-                assert!((found.signed_variance / variance - 1.0).abs() < 1e-4, "{told}");
+                // What the ends of long steps divide is left out, a thousandth at most.
+                let limit = if chips > 300 { 1e-3 } else { 1e-5 };
+                assert!((found.total_variance / variance - 1.0).abs() < limit, "{told}");
+                assert!((found.signed_variance / variance - 1.0).abs() < limit, "{told}");
             }
         }
     }

@@ -1,5 +1,7 @@
 //! What a dead time makes of a rate, and back.
 
+use crate::scene::Detector;
+
 /// Most of the time that a detector is taken to be blind: beyond it a detected rate hardly tells
 /// the primary one.
 const MOST_BLIND: f64 = 0.95;
@@ -14,6 +16,11 @@ pub struct DeadTime {
 }
 
 impl DeadTime {
+    /// That of a detector, which in the unit of time that is wanted is as long as `length`.
+    pub fn of(spad: &Detector, length: f64) -> DeadTime {
+        DeadTime { length, is_prolonged: spad.is_paralyzable() }
+    }
+
     /// Share of the time in which a detector of a `detected` rate is ready.
     pub fn ready_share(self, detected: f64) -> f64 {
         let in_dead_time = detected * self.length;

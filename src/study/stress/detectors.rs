@@ -136,7 +136,7 @@ fn passive_recharge_expected() -> Result<Measured, CaseError> {
     let dead_time_s = 14e-9;
     let mut errors = Vec::new();
     for primary_cps in [1e6, 50e6, 1e9] {
-        let scene = constant_light(primary_cps, 2_000, |spad| {
+        let scene = constant_light(primary_cps, 100, |spad| {
             (spad.dead_time_ps, spad.recharge) = (14e3, Recharge::Passive);
         })?;
         let model = model(&scene);
