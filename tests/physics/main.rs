@@ -17,6 +17,7 @@ mod histogram_estimates;
 mod histogram_walk_is_corrected;
 mod lasers_and_detectors_as_they_are;
 mod light_is_told_apart;
+mod macropixels;
 mod missed_peaks_are_predicted;
 mod moving_paths_are_fitted;
 mod optics_crosstalk;

@@ -57,6 +57,12 @@ pub enum MeanResponseError {
          none: simulate it photon by photon"
     )]
     Crosstalk,
+    /// Several cells make one level.
+    #[error(
+        "the detector has several cells; the mean response is solved for a single one: simulate it \
+         photon by photon"
+    )]
+    Cells,
     /// There are no counts with such moments.
     #[error(
         "the counts' means or covariances are no finite numbers below 2^53; the tiers events and \
@@ -187,6 +193,9 @@ pub(super) fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     }
     if model.crosstalk.is_some() {
         return Err(MeanResponseError::Crosstalk);
+    }
+    if model.pixel.is_some() {
+        return Err(MeanResponseError::Cells);
     }
     if let Some(afterpulsing) = model.afterpulsing
         && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS
