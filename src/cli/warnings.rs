@@ -42,7 +42,7 @@ fn warn_of_saturation(sensor: &Sensor, output: &Output) {
         let path = &scene.paths[index];
         let (source, spad) = (&scene.sources[path.source], &scene.detectors[path.detector]);
         let primary_hz = LinkBudget::of(scene, index).primary_hz;
-        let in_dead_time = primary_hz * spad.dead_time_ps * 1e-12;
+        let in_dead_time = primary_hz * spad.dead_time_ps * 1e-12 / f64::from(spad.cells);
         if in_dead_time > SATURATED {
             output.note(&format!(
                 "warning: detector {} saturates: path {index} would fire it {primary_hz:.2e} times a second, \

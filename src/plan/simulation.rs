@@ -8,7 +8,8 @@ use crate::light::distance_m;
 use crate::response::check_merging;
 use crate::scan::Sampler;
 use crate::scene::{
-    Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse, Path, SourceIndex,
+    Combination, Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse, Path,
+    SourceIndex,
 };
 use crate::sensor::Sensor;
 use goldtof_hardware::parts::{kept, labelled, left_out};
@@ -141,7 +142,31 @@ fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
         jitter(detector, name("jitter")),
         pulse_sampling(sensor, index, name("pulse_sampling")),
     ];
-    parts.into_iter().chain(crosstalk).collect()
+    let cells = (detector.cells > 1).then(|| cells(detector, name("cells")));
+    parts.into_iter().chain(crosstalk).chain(cells).collect()
+}
+
+/// SPADs behind one input.
+fn cells(detector: &Detector, part: String) -> Part {
+    let combined = match (detector.combination, detector.coincidence) {
+        (Combination::Xor, _) => "high while an odd number of their pulses is".to_owned(),
+        (Combination::Or, 1) => "high while any of their pulses is".to_owned(),
+        (Combination::Or, most) => format!("high while {most} of their pulses overlap"),
+    };
+    let talk = match detector.cell_crosstalk {
+        Some(talk) if talk.probability > 0.0 => {
+            format!("; {} % of avalanches fire another of them", 100.0 * talk.probability)
+        }
+        _ => String::new(),
+    };
+    kept(
+        part,
+        format!(
+            "{} SPADs behind one input, which is {combined}{talk}; no expectation, no bound and no \
+             fit: simulated photon by photon",
+            detector.cells
+        ),
+    )
 }
 
 /// Avalanches that other detectors cause.

@@ -262,7 +262,8 @@ impl LightUsed {
         let model = DetectorModel::new(sensor, detector);
         let response = MeanResponse::of_tier(&model, CountingTier::Sampled).ok();
         let detected_rate_cps = response.map(|response| response.detection_rate_hz());
-        let ready = |rate_cps| DeadTime(spad.dead_time_ps * 1e-12).ready_share(rate_cps);
+        let dead_time = DeadTime::of(spad, spad.dead_time_ps * 1e-12);
+        let ready = |rate_cps| dead_time.ready_share(rate_cps);
         LightUsed {
             own_primary_hz,
             other_primary_hz,

@@ -8,13 +8,13 @@
 use super::CountingTier;
 use super::approximation::Approximation;
 use super::fit::slipping::SlippingLight;
-use super::fit::{FittedPath, ModelEstimate, check_shared_light, own_threshold};
+use super::fit::{FittedPath, ModelEstimate, check_shared_light, folds_over, own_threshold};
 use super::missed::errors_wrap;
 use super::prediction::Prediction;
 use super::truth::Asked;
 use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
-use crate::response::{MeanResponse, MeanResponseError};
+use crate::response::{Light, MeanResponse, MeanResponseError};
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
@@ -25,6 +25,8 @@ use crate::sensor::Sensor;
 /// What does not hold.
 pub(super) fn check_scene(asked: &Asked) -> Result<(), Approximation> {
     outside_scan(asked).check()?;
+    let model = DetectorModel::new(asked.sensor, asked.detector);
+    folds_over(&model, Light::of(&model).brightest_per_chip()).check()?;
     match clamped(asked) {
         // Without a response the expectation fails for that reason.
         Err(_) | Ok(None) => Ok(()),

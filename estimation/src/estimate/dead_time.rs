@@ -60,6 +60,12 @@ pub enum Uncorrected {
          alone does not show its light"
     )]
     Crosstalk,
+    /// Several cells are blind at different times.
+    #[error(
+        "the detector has several cells, so that its histogram does not show which of them were \
+         blind"
+    )]
+    Cells,
     /// Bins are of different widths.
     #[error(
         "the detector's samples are not equally far apart, so that the histogram does not show \
@@ -85,6 +91,9 @@ pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, U
     }
     if sensor.scene().hears_others(detector) {
         return Err(Uncorrected::Crosstalk);
+    }
+    if spad.cells > 1 {
+        return Err(Uncorrected::Cells);
     }
     if !spad.sampler.is_even() {
         return Err(Uncorrected::UnevenSamples);

@@ -1,29 +1,71 @@
-//! What a non-paralyzable dead time makes of a rate, and back.
+//! What a dead time makes of a rate, and back.
+
+use crate::scene::Detector;
 
 /// Most of the time that a detector is taken to be blind: beyond it a detected rate hardly tells
 /// the primary one.
 const MOST_BLIND: f64 = 0.95;
 
-/// A non-paralyzable dead time, in the unit of time that rates are of, under light that does not
-/// change within it.
+/// A dead time, in the unit of time that rates are of, under light that does not change within it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DeadTime(pub f64);
+pub struct DeadTime {
+    /// How long it is.
+    pub length: f64,
+    /// Whether each arrival within it begins it anew (paralyzable).
+    pub is_prolonged: bool,
+}
 
 impl DeadTime {
+    /// That of a detector, which in the unit of time that is wanted is as long as `length`.
+    pub fn of(spad: &Detector, length: f64) -> DeadTime {
+        DeadTime { length, is_prolonged: spad.is_paralyzable() }
+    }
+
     /// Share of the time in which a detector of a `detected` rate is ready.
     pub fn ready_share(self, detected: f64) -> f64 {
-        1.0 - (detected * self.0).min(MOST_BLIND)
+        let in_dead_time = detected * self.length;
+        match self.is_prolonged {
+            false => 1.0 - in_dead_time.min(MOST_BLIND),
+            true => (-primary_in_dead_time(in_dead_time)).exp(),
+        }
     }
 
-    /// Rate that is detected of a `primary` one: r / (1 + r D).
+    /// Rate that is detected of a `primary` one: r / (1 + r D), or, where arrivals prolong it,
+    /// r exp(-r D).
     pub fn detected(self, primary: f64) -> f64 {
-        primary / (1.0 + primary * self.0)
+        let in_dead_time = primary * self.length;
+        match self.is_prolonged {
+            false => primary / (1.0 + in_dead_time),
+            true => primary * (-in_dead_time).exp(),
+        }
     }
 
-    /// The primary rate of a `detected` one, the inverse of [`DeadTime::detected`].
+    /// The primary rate of a `detected` one, the inverse of [`DeadTime::detected`]: the lower one
+    /// of two where arrivals prolong the dead time, and 1 / D for more than can be detected.
     pub fn primary(self, detected: f64) -> f64 {
-        detected / self.ready_share(detected)
+        match self.is_prolonged {
+            false => detected / self.ready_share(detected),
+            true => primary_in_dead_time(detected * self.length) / self.length,
+        }
     }
+}
+
+/// The x <= 1 of x exp(-x) = `detected` in a dead time, which is at most 1 / e.
+fn primary_in_dead_time(detected: f64) -> f64 {
+    if detected >= (-1.0_f64).exp() {
+        return 1.0;
+    }
+    // Halving gets near x = 1, where Newton's steps would not.
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..f64::MANTISSA_DIGITS {
+        let between: f64 = 0.5 * (low + high);
+        if between * (-between).exp() < detected {
+            low = between;
+        } else {
+            high = between;
+        }
+    }
+    low
 }
 
 #[cfg(test)]
@@ -33,12 +75,28 @@ mod tests {
     /// 50 million per second and 14 ns: blind for 0.7 of 1.7.
     #[test]
     fn rates_lead_there_and_back() {
-        let dead_time = DeadTime(14e-9);
+        let dead_time = DeadTime { length: 14e-9, is_prolonged: false };
         let detected = dead_time.detected(50e6);
         assert!((detected - 50e6 / 1.7).abs() < 1e-3);
         assert!((dead_time.ready_share(detected) - 1.0 / 1.7).abs() < 1e-12);
         assert!((dead_time.primary(detected) - 50e6).abs() < 1e-3);
         // A rate that no such detector has.
         assert!((dead_time.primary(1e9) - 20e9).abs() < 1.0);
+    }
+
+    /// The same of a dead time that arrivals prolong: ready for exp(-0.7) of the time. 120 million
+    /// per second are beyond 1 / D, and detected as often as some 37.8 million.
+    #[test]
+    fn prolonged_rates_lead_back_to_the_lower_one() {
+        let dead_time = DeadTime { length: 14e-9, is_prolonged: true };
+        let detected = dead_time.detected(50e6);
+        assert!((detected - 50e6 * (-0.7_f64).exp()).abs() < 1e-3);
+        assert!((dead_time.ready_share(detected) - (-0.7_f64).exp()).abs() < 1e-12);
+        assert!((dead_time.primary(detected) - 50e6).abs() < 1e-3);
+        let folded = dead_time.primary(dead_time.detected(120e6));
+        let ratio: f64 = folded / 120e6;
+        // x exp(-x) alike at both: ln(ratio) = (ratio - 1) 1.68.
+        assert!(folded < 1.0 / 14e-9 && (ratio.ln() - (ratio - 1.0) * 1.68).abs() < 1e-12);
+        assert!((dead_time.primary(1e9) * 14e-9 - 1.0).abs() < 1e-12);
     }
 }

@@ -10,12 +10,13 @@ use super::light::{ExcessLight, LightRates};
 use super::memory::Memory;
 use super::movement::Movement;
 use super::paths::{number_of, paths_to};
+use super::pixel::Pixel;
 use super::random::{Part, StreamKey};
 use super::shape::PulseShape;
 use super::tail::Tail;
 use crate::code::Code;
 use crate::scan::{Group, Sampler, Timing};
-use crate::scene::{CounterTiming, DetectorIndex, PathIndex};
+use crate::scene::{CounterTiming, Detector, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// The ready-made numbers behind every phase step of one detector.
@@ -51,6 +52,8 @@ pub struct DetectorModel {
     pub(crate) warm_up_chips: i64,
     /// The detectors whose crosstalk it hears.
     pub(crate) crosstalk: Option<Arc<Coupled>>,
+    /// Its cells, where it has several; all else here is of them together.
+    pub(crate) pixel: Option<Arc<Pixel>>,
 }
 
 /// One way of crosstalk, from one detector of some to another.
@@ -133,6 +136,8 @@ pub(crate) const JITTER_BOUND_SIGMAS: f64 = 10.0;
 
 /// What a pending afterpulse costs at each avalanche, in detections of the plain loop.
 const PENDING_WORK: f64 = 0.02;
+/// What looking for the next avalanche costs for each cell, in the same.
+const LOOK_WORK: f64 = 0.05;
 
 impl DetectorModel {
     /// The model of detector `detector` (an index into the scene's detectors).
@@ -157,6 +162,19 @@ impl DetectorModel {
     /// The model of a detector that hears no other one.
     pub(crate) fn alone(sensor: &Sensor, detector: DetectorIndex) -> DetectorModel {
         let spad = &sensor.scene().detectors[detector];
+        let number = number_of(&spad.name);
+        let mut model = DetectorModel::of_spad(sensor, detector, spad, number);
+        model.pixel = Pixel::of(sensor, detector, number);
+        model
+    }
+
+    /// The model of one SPAD in the place of a detector, with random numbers of its own.
+    pub(crate) fn of_spad(
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        spad: &Detector,
+        number: u64,
+    ) -> DetectorModel {
         let clock = sensor.clock();
         let chips = |ps: f64| clock.chips(ps);
 
@@ -187,7 +205,7 @@ impl DetectorModel {
         let reference = sensor.scene().sources[spad.reference].code.clone();
         let jitter_ps = spad.jitter_std_ps();
         let mut model = DetectorModel {
-            number: number_of(&spad.name),
+            number,
             timing: *sensor.timing(),
             excess,
             constant_per_chip: clock.per_chip(constant_hz),
@@ -206,6 +224,7 @@ impl DetectorModel {
             counter: spad.counter,
             warm_up_chips: 0,
             crosstalk: None,
+            pixel: None,
             reference,
         };
         model.warm_up_chips = model.warm_up();
@@ -298,7 +317,7 @@ impl DetectorModel {
 
     /// Its dead time, of rates per chip.
     pub fn dead_time(&self) -> DeadTime {
-        DeadTime(self.dead_time_chips)
+        DeadTime { length: self.dead_time_chips, is_prolonged: self.is_paralyzable }
     }
 
     /// What it remembers under all of its light.
@@ -317,6 +336,9 @@ impl DetectorModel {
     /// Bound on the detections per chip: what the brightest light makes with its
     /// afterpulses, where an avalanche begets less than one, and one in a dead time.
     pub fn most_detections_per_chip(&self) -> f64 {
+        if let Some(pixel) = &self.pixel {
+            return pixel.cells.iter().map(DetectorModel::most_detections_per_chip).sum();
+        }
         let primary = self.brightest_per_chip();
         let begotten = self.afterpulsing.map_or(0.0, |a| a.mean_per_avalanche);
         let alone = 1.0 - begotten + primary * self.dead_time_chips;
@@ -327,6 +349,12 @@ impl DetectorModel {
     /// What a chip costs at most, in detections of the plain loop without afterpulses:
     /// an avalanche goes over all afterpulses that are pending.
     pub fn most_work_per_chip(&self) -> f64 {
+        if let Some(pixel) = &self.pixel {
+            // The next one is looked for among all cells.
+            let looked_for = 1.0 + LOOK_WORK * pixel.cells.len() as f64;
+            let cells = pixel.cells.iter().map(DetectorModel::most_work_per_chip);
+            return looked_for * cells.sum::<f64>();
+        }
         // A paralyzable detector's arrivals are drawn one by one, counted or not.
         let lost = if self.is_paralyzable { self.brightest_per_chip() } else { 0.0 };
         let own = (self.most_detections_per_chip() + lost)

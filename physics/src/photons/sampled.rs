@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::detector::DetectorModel;
 use super::fast::{CHIP_BITS, Recorder, RegisteredTicks};
-use super::step::{Detection, StepDetections};
+use super::step::{Detection, GroupDetections};
 use crate::scan::{Group, Sample, Sampler, Sampling};
 
 /// The samples during which one detection's pulse is high.
@@ -78,7 +78,7 @@ pub struct PulseStream<'m> {
 #[derive(Debug, Clone)]
 enum Detections<'m> {
     /// By the plain loop, and the pulse that was found, but not asked for yet.
-    OneByOne { group: Box<StepDetections<'m>>, pending: Option<Pulse> },
+    OneByOne { group: GroupDetections<'m>, pending: Option<Pulse> },
     /// By the vector lanes, some groups ahead; and how many of the present one's are used.
     Recorded { recorder: Arc<Recorder<'m>>, groups: VecDeque<Vec<RegisteredTicks>>, used: usize },
 }
@@ -99,7 +99,7 @@ impl<'m> PulseStream<'m> {
             seed,
             repetition,
             group: Group(0),
-            detections: Detections::OneByOne { group: Box::new(group), pending: None },
+            detections: Detections::OneByOne { group, pending: None },
             group_start: Sample(0),
             last: None,
             ended: false,
@@ -123,7 +123,7 @@ impl<'m> PulseStream<'m> {
                 used: 0,
             },
             None => {
-                let group = Box::new(model.step(seed, repetition, first));
+                let group = model.step(seed, repetition, first);
                 Detections::OneByOne { group, pending: None }
             }
         };
@@ -157,8 +157,8 @@ impl<'m> PulseStream<'m> {
         match &mut self.detections {
             Detections::OneByOne { group, pending } => {
                 let model = self.model;
-                let sampled = |detection| sample(detection, model, start);
-                while let Some(pulse) = pending.take().or_else(|| group.next().map(sampled)) {
+                let sampled = |pulse| sample(pulse, model, start);
+                while let Some(pulse) = pending.take().or_else(|| group.next_pulse().map(sampled)) {
                     if pulse.first >= until {
                         *pending = Some(pulse);
                         return false;
@@ -216,7 +216,7 @@ impl<'m> PulseStream<'m> {
         self.group_start += group_samples(self.model);
         match &mut self.detections {
             Detections::OneByOne { group, .. } => {
-                **group = self.model.step(self.seed, repetition, number);
+                *group = self.model.step(self.seed, repetition, number);
             }
             Detections::Recorded { groups, used, .. } => {
                 groups.pop_front();
@@ -246,14 +246,18 @@ fn next_group(
 
 /// The samples of a detection's pulse in a group that starts at `start`.
 #[inline]
-fn sample(detection: Detection, model: &DetectorModel, start: Sample) -> Pulse {
+fn sample(
+    (detection, width_chips): (Detection, f64),
+    model: &DetectorModel,
+    start: Sample,
+) -> Pulse {
     let samples_per_chip = model.timing.clock.samples_per_chip;
     let chip_start = start + Sampling::new(samples_per_chip).samples_of(detection.chip);
     let sample_at_or_after =
         |chips: f64| chip_start + model.sampler.first_from(chips * f64::from(samples_per_chip));
     Pulse {
         first: sample_at_or_after(detection.fraction),
-        end: sample_at_or_after(detection.fraction + model.pulse_width_chips),
+        end: sample_at_or_after(detection.fraction + width_chips),
     }
 }
 

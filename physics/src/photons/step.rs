@@ -5,6 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::avalanches::Avalanches;
 use super::crosstalk::Others;
 use super::detector::{DetectorModel, JITTER_BOUND_SIGMAS};
+use super::pixel::PixelPulses;
 use super::random::{Part, StreamKey, StreamRng};
 use super::reorder::ReorderBuffer;
 use super::time::ChipTime;
@@ -23,12 +24,10 @@ pub struct Detection {
 /// (eq. 9: every path's and the background's).
 #[derive(Debug, Clone)]
 pub struct StepDetections<'m> {
-    model: &'m DetectorModel,
     detector: Avalanches<'m>,
     /// Those whose crosstalk it hears.
     others: Option<Box<Others<'m>>>,
-    jitter: Option<StreamRng>,
-    tail: Option<StreamRng>,
+    registration: Registration<'m>,
     registered: ReorderBuffer,
     /// No time that is still to be registered comes before it.
     horizon: ChipTime,
@@ -38,8 +37,76 @@ pub struct StepDetections<'m> {
 impl DetectorModel {
     /// Simulates the light of a group of steps of scan number `repetition`. The result
     /// depends on the arguments alone.
-    pub fn step(&self, seed: u64, repetition: u64, group: Group) -> StepDetections<'_> {
-        StepDetections::new(self, self.key(seed, repetition, group))
+    pub fn step(&self, seed: u64, repetition: u64, group: Group) -> GroupDetections<'_> {
+        let key = self.key(seed, repetition, group);
+        match &self.pixel {
+            None => GroupDetections::OfSpad(self, Box::new(StepDetections::new(self, key))),
+            Some(pixel) => GroupDetections::OfPixel(Box::new(PixelPulses::new(self, pixel, key))),
+        }
+    }
+}
+
+/// What one group of phase steps counts, in order: detections of a SPAD, or rising edges of the level
+/// that a pixel's cells make.
+#[derive(Debug, Clone)]
+pub enum GroupDetections<'m> {
+    /// Of a detector that is a single SPAD.
+    OfSpad(&'m DetectorModel, Box<StepDetections<'m>>),
+    /// Of a detector with several cells.
+    OfPixel(Box<PixelPulses<'m>>),
+}
+
+impl GroupDetections<'_> {
+    /// The next one, and for how many chips its pulse is high.
+    #[inline]
+    pub fn next_pulse(&mut self) -> Option<(Detection, f64)> {
+        match self {
+            GroupDetections::OfSpad(model, detections) => {
+                detections.next().map(|detection| (detection, model.pulse_width_chips))
+            }
+            GroupDetections::OfPixel(pulses) => pulses.next(),
+        }
+    }
+}
+
+impl Iterator for GroupDetections<'_> {
+    type Item = Detection;
+
+    #[inline]
+    fn next(&mut self) -> Option<Detection> {
+        self.next_pulse().map(|(detection, _)| detection)
+    }
+}
+
+/// Delay and jitter from the avalanche to its registered time.
+#[derive(Debug, Clone)]
+pub struct Registration<'m> {
+    model: &'m DetectorModel,
+    jitter: Option<StreamRng>,
+    tail: Option<StreamRng>,
+}
+
+impl<'m> Registration<'m> {
+    pub fn new(model: &'m DetectorModel, key: &StreamKey) -> Registration<'m> {
+        Registration {
+            model,
+            jitter: model.jitter_chips.map(|_| key.stream(Part::Jitter)),
+            tail: model.tail.as_ref().map(|_| key.stream(Part::Tail)),
+        }
+    }
+
+    /// The registered time of an avalanche.
+    #[inline]
+    pub fn register(&mut self, avalanche: ChipTime) -> ChipTime {
+        let mut shift = self.model.delay_chips;
+        if let (Some(rng), Some(sigma)) = (&mut self.jitter, self.model.jitter_chips) {
+            let normal: f64 = StandardNormal.sample(rng);
+            shift += sigma * normal.clamp(-JITTER_BOUND_SIGMAS, JITTER_BOUND_SIGMAS);
+        }
+        if let (Some(rng), Some(tail)) = (&mut self.tail, &self.model.tail) {
+            shift += tail.draw(rng);
+        }
+        avalanche.shifted(shift)
     }
 }
 
@@ -51,11 +118,9 @@ impl<'m> StepDetections<'m> {
             Box::new(Others::new(coupled, model, key))
         });
         StepDetections {
-            model,
             detector,
             others,
-            jitter: model.jitter_chips.map(|_| key.stream(Part::Jitter)),
-            tail: model.tail.as_ref().map(|_| key.stream(Part::Tail)),
+            registration: Registration::new(model, &key),
             registered: ReorderBuffer::default(),
             horizon: Avalanches::start(model, &key, model.warm_up_chips),
             end: ChipTime::at_chip(
@@ -82,20 +147,6 @@ impl<'m> StepDetections<'m> {
         self.horizon = self.detector.registered_from(ready);
         avalanche
     }
-
-    /// Delay and jitter from the avalanche to its registered time.
-    #[inline]
-    fn register(&mut self, avalanche: ChipTime) -> ChipTime {
-        let mut shift = self.model.delay_chips;
-        if let (Some(rng), Some(sigma)) = (&mut self.jitter, self.model.jitter_chips) {
-            let normal: f64 = StandardNormal.sample(rng);
-            shift += sigma * normal.clamp(-JITTER_BOUND_SIGMAS, JITTER_BOUND_SIGMAS);
-        }
-        if let (Some(rng), Some(tail)) = (&mut self.tail, &self.model.tail) {
-            shift += tail.draw(rng);
-        }
-        avalanche.shifted(shift)
-    }
 }
 
 impl Iterator for StepDetections<'_> {
@@ -104,7 +155,7 @@ impl Iterator for StepDetections<'_> {
     #[inline]
     fn next(&mut self) -> Option<Detection> {
         loop {
-            while let Some(time) = self.registered.pop_before(self.horizon) {
+            while let Some((time, ())) = self.registered.pop_before(self.horizon) {
                 if time >= self.end {
                     // Nothing that follows is earlier.
                     self.horizon = self.end;
@@ -118,8 +169,8 @@ impl Iterator for StepDetections<'_> {
                 return None;
             }
             let avalanche = self.fire();
-            let time = self.register(avalanche);
-            self.registered.insert(time);
+            let time = self.registration.register(avalanche);
+            self.registered.insert(time, ());
         }
     }
 }

@@ -45,18 +45,24 @@ pub enum MeanResponseError {
         /// Why their number is not worked out.
         obstacle: &'static str,
     },
-    /// The dead time has no fixed length.
+    /// Afterpulses prolong the dead time after which others come.
     #[error(
-        "recharge is passive, so that light within a dead time prolongs it; the mean response is \
-         solved for recharge = \"active\": simulate it photon by photon"
+        "recharge is passive, so that afterpulses within a dead time prolong it; the mean response \
+         of recharge = \"passive\" is solved without afterpulsing: simulate it photon by photon"
     )]
-    PassiveRecharge,
+    AfterpulsesProlong,
     /// Other detectors fire it, which have detections of their own.
     #[error(
         "crosstalk of other detectors fires it; the mean response is solved for detectors that hear \
          none: simulate it photon by photon"
     )]
     Crosstalk,
+    /// Several cells make one level.
+    #[error(
+        "the detector has several cells; the mean response is solved for a single one: simulate it \
+         photon by photon"
+    )]
+    Cells,
     /// There are no counts with such moments.
     #[error(
         "the counts' means or covariances are no finite numbers below 2^53; the tiers events and \
@@ -182,11 +188,14 @@ pub enum MeanResponseError {
 /// Whether a detector is one whose mean response is solved, whatever its light.
 pub(super) fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     let ps = |chips: f64| model.timing.clock.ps(chips);
-    if model.is_paralyzable {
-        return Err(MeanResponseError::PassiveRecharge);
+    if model.is_paralyzable && model.afterpulsing.is_some() {
+        return Err(MeanResponseError::AfterpulsesProlong);
     }
     if model.crosstalk.is_some() {
         return Err(MeanResponseError::Crosstalk);
+    }
+    if model.pixel.is_some() {
+        return Err(MeanResponseError::Cells);
     }
     if let Some(afterpulsing) = model.afterpulsing
         && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS

@@ -9,10 +9,9 @@ use super::correlator::{Correlator, MeanCount, Source};
 use super::forward::{self, AllAndMerged};
 use super::grid::{Grid, Kinks, Samples, frame_chips};
 use super::light::Light;
-use super::poisson;
 use super::sampling::{self, Sampling};
 use super::tier::{CountingTier, EdgeTiming};
-use super::{MAX_STATES, MeanResponseError, with_states};
+use super::{MAX_STATES, MeanResponseError, paralyzable, poisson, with_states};
 use crate::photons::DetectorModel;
 use crate::scan::Step;
 
@@ -284,6 +283,9 @@ impl<'m> MeanResponse<'m> {
 fn detections(model: &DetectorModel, grid: &Grid) -> Result<AllAndMerged, MeanResponseError> {
     if model.dead_time_chips <= 0.0 {
         return Ok(poisson::solve(grid).0);
+    }
+    if model.is_paralyzable {
+        return Ok(paralyzable::solve(grid));
     }
     let needed = states_needed(model.afterpulsing, model.dead_time_chips);
     if needed > MAX_STATES {

@@ -11,7 +11,8 @@
 //! the dead time, a_j the rate of avalanches after which j afterpulses stay
 //! pending, and K\[j\]\[m\] the probability that m are pending when the dead time
 //! ends: Binomial(j, exp(-D / tau)) survivors and a Poisson number of new ones.
-//! The mean detection rate is the sum of a_j.
+//! The mean detection rate is the sum of a_j. With passive recharge each arrival begins the dead
+//! time anew, and what is left of the chain is a closed form ([`paralyzable`]).
 //!
 //! It is solved once per light, on cells that end where the light changes
 //! ([`grid`]); the correlator's edges then fall where they will, on the
@@ -56,6 +57,7 @@ mod integrator;
 mod light;
 mod moments;
 mod pairs;
+mod paralyzable;
 mod poisson;
 mod sampling;
 mod scan_moments;

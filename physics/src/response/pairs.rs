@@ -7,7 +7,7 @@ use super::light::Light;
 use super::poisson::{self, Waiting};
 use super::span::{Reach, Span};
 use super::variance::Backwards;
-use super::{MAX_STATES, MeanResponseError, variance, with_states};
+use super::{MAX_STATES, MeanResponseError, paralyzable, variance, with_states};
 use crate::photons::DetectorModel;
 
 /// What the detections of one code period know of later ones.
@@ -119,6 +119,9 @@ fn solve(
         let (detections, waiting) = poisson::solve(grid);
         return Ok((detections, Box::new(waiting)));
     }
+    if model.is_paralyzable {
+        return Ok((paralyzable::solve(grid), Box::new(Prolonged)));
+    }
     let needed = states_needed(model.afterpulsing, model.dead_time_chips);
     if needed > MAX_STATES {
         return Err(MeanResponseError::TooManyAfterpulses { limit: MAX_STATES });
@@ -141,6 +144,15 @@ impl<const M: usize> States for Solved<M> {
 impl States for Waiting {
     fn excess(&self, grid: &Grid, _: &Detections, signs: &[&[f64]], span: &Span) -> Vec<Vec<f64>> {
         signs.iter().map(|signs| Waiting::excess(self, grid, signs, span)).collect()
+    }
+}
+
+/// A dead time that arrivals prolong: it has no state beside its detections.
+struct Prolonged;
+
+impl States for Prolonged {
+    fn excess(&self, grid: &Grid, of: &Detections, signs: &[&[f64]], span: &Span) -> Vec<Vec<f64>> {
+        signs.iter().map(|signs| paralyzable::excess(grid, of, signs, span)).collect()
     }
 }
 

@@ -278,6 +278,8 @@ fn obstacle(model: &DetectorModel) -> Option<&'static str> {
     let dead_time = model.dead_time_chips;
     if dead_time > 0.0 && is_short(dead_time) && is_short(model.pulse_width_chips) {
         Some("a dead time and a pulse that are both shorter than a sample")
+    } else if model.is_paralyzable {
+        Some("recharge = \"passive\"")
     } else if model.tail.is_some() {
         Some("jitter with a tail")
     } else if jitter_samples > LARGEST_JITTER_SAMPLES {

@@ -42,6 +42,10 @@ tables! {
         sampler: Sampler,
         /// What its avalanches cause at its neighbours.
         crosstalk: Option<Crosstalk>,
+        /// Dark counts of each cell, where they are not spread evenly.
+        cell_dark_count_rates_cps: Vec<f64>,
+        /// What an avalanche of a cell causes at another one of the same detector.
+        cell_crosstalk: Option<Crosstalk>,
     }
     of DETECTOR = "detector" {
         name = words("a text that is not empty", Form::Text), Needed, "\"spad\"";
@@ -67,8 +71,8 @@ tables! {
              dead times of warm-up are within 64 bits of chips";
         recharge => recharge: Recharge = choice(Recharge::CHOICES), Or("\"active\""), "\"passive\"";
             "what light does within the dead time: nothing (\"active\", non-paralyzable), or \
-             begin it anew (\"passive\", paralyzable), which photons are simulated for and \
-             nothing is expected of";
+             begin it anew (\"passive\", paralyzable), of which nothing is expected beside \
+             afterpulsing";
         afterpulsing = table("detector.afterpulsing"),
             Otherwise("none"), "{ probability = 0.137, time_constant = \"5 ns\" }";
             "avalanches that an avalanche causes later";
@@ -98,6 +102,33 @@ tables! {
             Otherwise("none"), "{ probability = 0.02, delay = \"300 ps\" }";
             "avalanches that an avalanche causes at the detectors before and after this one in the \
              scene, which photons are simulated for and nothing is expected of";
+        cells => cells: u32 = integer(1, 64), Or("1"), "4";
+            "SPADs behind the detector's input (a macropixel), each with its share of the light and \
+             with dead time, afterpulses and pulses of its own; photons are simulated for several and \
+             nothing is expected of them"
+            "the next arrival is looked for among all of them";
+        combination => combination: Combination = choice(Combination::CHOICES), Or("\"or\""), "\"xor\"";
+            "when cells' pulses make the level high: where `coincidence` of them overlap (\"or\"), or \
+             where their number is odd, as behind a tree of XOR gates (\"xor\")";
+        coincidence => coincidence: u32 = integer(1, 64), Or("1"), "2";
+            "how many cells' pulses have to overlap; 1 is an OR"
+            "as for `cells`";
+        cell_dark_count_rates = quantity(Rate, "0 cps", "1000000 Gcps"),
+            Otherwise("`dark_count_rate`, spread evenly"), "10 kcps";
+            "list of the dark counts of each cell, in place of `dark_count_rate`: hot cells"
+            "one in a femtosecond";
+        cell_crosstalk = table("detector.cell_crosstalk"),
+            Otherwise("none"), "{ probability = 0.05, delay = \"100 ps\" }";
+            "avalanches that an avalanche causes at another cell of the same detector";
+    }
+
+    CELL_CROSSTALK = "detector.cell_crosstalk" {
+        probability = number(0.0, 1.0), Needed, "0.05";
+            "chance that an avalanche fires another cell if that is ready, each as likely"
+            "a probability";
+        delay = quantity(Time, "0 s", "10 us"), Or("0 s"), "100 ps";
+            "how much later"
+            "no longer than a detection's own delays";
     }
 
     /// Avalanches that an avalanche causes at neighbouring detectors.
@@ -165,6 +196,22 @@ impl Detector {
         self.crosstalk.filter(|crosstalk| crosstalk.probability > 0.0)
     }
 
+    /// One of its cells as a detector, which has its share of the light and its dark counts.
+    #[must_use]
+    pub fn cell(&self, number: u32) -> Detector {
+        let share = 1.0 / f64::from(self.cells);
+        let dark_count_rates_cps = &self.cell_dark_count_rates_cps;
+        Detector {
+            photon_detection_probability: share * self.photon_detection_probability,
+            dark_count_rate_cps: match dark_count_rates_cps.get(number as usize) {
+                Some(&rate_cps) => rate_cps,
+                None => share * self.dark_count_rate_cps,
+            },
+            cells: 1,
+            ..self.clone()
+        }
+    }
+
     /// Whether light within the dead time prolongs it.
     pub fn is_paralyzable(&self) -> bool {
         self.recharge == Recharge::Passive && self.dead_time_ps > 0.0
@@ -185,6 +232,17 @@ choices! {
         /// It begins the dead time anew, uncounted: the detector recharges slowly and fires again
         /// before its pulse has left the comparator (paralyzable).
         Passive = "passive",
+    }
+}
+
+choices! {
+    /// What several cells' pulses make of the input's level.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Combination {
+        /// It is high while as many pulses overlap as [`Detector::coincidence`] says.
+        Or = "or",
+        /// It is high while an odd number of pulses is.
+        Xor = "xor",
     }
 }
 
@@ -210,6 +268,12 @@ pub(super) fn read(
     let counter = read_counter(&section, clock);
     let sampler = sampler::read(&section, clock);
     let crosstalk = read_crosstalk(&section);
+    let cell_dark_count_rates_cps =
+        section.quantities("cell_dark_count_rates", "[\"10 kcps\", \"1 Mcps\"]");
+    let cell_crosstalk = read_cell_crosstalk(&section);
+    if let Some(keys) = &keys {
+        check_cells(&section, keys, &cell_dark_count_rates_cps, cell_crosstalk);
+    }
     section.finish();
     let keys = keys?;
     let half_dead_time = || Some((0.5 * keys.dead_time_ps).max(clock?.sample_period_ps()));
@@ -225,6 +289,12 @@ pub(super) fn read(
         counter: counter?,
         sampler: sampler?,
         crosstalk,
+        dark_count_rate_cps: match cell_dark_count_rates_cps.is_empty() {
+            true => keys.dark_count_rate_cps,
+            false => cell_dark_count_rates_cps.iter().sum(),
+        },
+        cell_dark_count_rates_cps,
+        cell_crosstalk,
         ..keys
     })
 }
@@ -262,6 +332,52 @@ fn read_crosstalk(detector: &Section) -> Option<Crosstalk> {
     crosstalk
 }
 
+fn read_cell_crosstalk(detector: &Section) -> Option<Crosstalk> {
+    let section = detector.section("cell_crosstalk")?;
+    let (probability, delay_ps) = (section.number("probability"), section.quantity("delay"));
+    section.finish();
+    Some(Crosstalk { probability: probability?, delay_ps: delay_ps? })
+}
+
+/// Reports what is said of cells and does not hold together.
+fn check_cells(
+    section: &Section,
+    keys: &Detector,
+    dark_count_rates_cps: &[f64],
+    crosstalk: Option<Crosstalk>,
+) {
+    let Detector { cells, coincidence, combination, .. } = *keys;
+    if coincidence > cells {
+        let message = format!("no {coincidence} pulses overlap of cells = {cells}; write fewer");
+        section.report("coincidence", &message);
+    } else if coincidence > 1 && combination == Combination::Xor {
+        section.report(
+            "coincidence",
+            "combination = \"xor\" takes an odd number of pulses; leave one of the two out",
+        );
+    }
+    let given = dark_count_rates_cps.len();
+    if given > 0 && given != cells as usize {
+        let message = format!("{given} rates for cells = {cells}; write one for each cell");
+        section.report("cell_dark_count_rates", &message);
+    } else if given > 0 && section.get("dark_count_rate").is_some() {
+        section.report("cell_dark_count_rates", "dark_count_rate is given, too; leave it out");
+    }
+    if crosstalk.is_none() {
+        return;
+    }
+    let report = |message: &str| section.report("cell_crosstalk", message);
+    if cells == 1 {
+        report("the detector has no other cell; leave it out, or write cells = 2 or more");
+    } else if keys.dead_time_ps == 0.0 {
+        report("cells without dead time would fire one another without end; give it a dead_time");
+    } else if keys.is_paralyzable() {
+        report(
+            "it is simulated between cells of recharge = \"active\" alone; leave one of the two out",
+        );
+    }
+}
+
 /// Detectors that fire one another are simulated together, each of them for each.
 pub(super) const MOST_TALKING: usize = 16;
 
@@ -271,6 +387,15 @@ pub(super) fn check_crosstalk(sections: &[Section], scene: &Scene) {
     let mut talking = 0;
     for (number, (section, spad)) in sections.iter().zip(&scene.detectors).enumerate() {
         if spad.crosstalk().is_none() {
+            continue;
+        }
+        let mut all =
+            Scene::neighbours(scene, DetectorIndex(number)).chain([DetectorIndex(number)]);
+        if all.any(|one| scene.detectors[one].cells > 1) {
+            section.report(
+                "crosstalk",
+                "it is simulated between detectors of one cell each; leave out cells, or this",
+            );
             continue;
         }
         talking += 1;

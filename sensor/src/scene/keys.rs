@@ -152,7 +152,7 @@ impl Key {
     /// tables of a room, `polynomials` a list of lists.
     pub fn lists(&self) -> usize {
         match self.name {
-            "jitter" | "widths" | "plane" | "sphere" | "light" => 1,
+            "jitter" | "widths" | "cell_dark_count_rates" | "plane" | "sphere" | "light" => 1,
             "polynomials" => 2,
             _ => 0,
         }

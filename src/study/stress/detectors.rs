@@ -7,9 +7,9 @@ use super::statistics::{differing, seen, step_s};
 use super::stiff::quick_trap_behind_dead_time;
 use crate::light::photon_rate_hz;
 use crate::photons::{Level, PulseStream};
-use crate::response::MeanResponse;
+use crate::response::{CountingTier, MeanResponse, SecondMoments};
 use crate::scan::{Sample, Sampler, Step};
-use crate::scene::{self, Crosstalk, Recharge, Scene};
+use crate::scene::{self, Combination, Crosstalk, Recharge, Scene};
 
 pub(super) const CASES: &[Case] = cases! {
     Detectors quick "detection-probability-0":
@@ -27,6 +27,23 @@ pub(super) const CASES: &[Case] = cases! {
          pair density is r^2 beyond D and 0 within, so the variance of N counts in T is r T - \
          r^2 D (2 T - D)",
         passive_recharge;
+    Detectors quick "passive-recharge-in-the-mean-response":
+        "largest error of the expected mean and variance of the counts, 1, 50 and 1,000 Mcps behind a \
+         dead time of 14 ns that each arrival begins anew, relative to them",
+        "the same, without noise: nothing is averaged over the fold at lambda D = 1",
+        |_| passive_recharge_expected();
+    Detectors quick "sixteen-cells-by-or-and-xor":
+        "deviations of the mean count of sixteen cells behind an OR, an XOR tree and a coincidence of \
+         two, 20, 200 and 1,000 Mcps, pulses of 7 ns, dead times of 14 ns",
+        "cells are independent renewal processes of rate m and high for q = m w: 16 m (1 - q)^15 edges \
+         of an OR, 16 m of an XOR, 240 m q (1 - q)^14 where two overlap",
+        sixteen_cells;
+    Detectors quick "crosstalk-of-probability-1-between-cells":
+        "deviation of the mean count of two cells that fire one another at once, behind an OR and a \
+         coincidence of both, 20 and 300 Mcps, dead time 14 ns",
+        "both are one SPAD in the light of two: lambda / (1 + lambda D), and each pulse overlaps the \
+         other's",
+        certain_crosstalk_of_cells;
     Detectors quick "crosstalk-of-probability-1":
         "deviation of the mean count of one of two detectors that fire one another at once, 20 and \
          100 Mcps each behind 14 ns",
@@ -127,6 +144,24 @@ fn passive_recharge(seed: u64) -> Result<Measured, CaseError> {
     Measured::deviation(deviations)
 }
 
+fn passive_recharge_expected() -> Result<Measured, CaseError> {
+    let dead_time_s = 14e-9;
+    let mut errors = Vec::new();
+    for primary_cps in [1e6, 50e6, 1e9] {
+        let scene = constant_light(primary_cps, 100, |spad| {
+            (spad.dead_time_ps, spad.recharge) = (14e3, Recharge::Passive);
+        })?;
+        let model = model(&scene);
+        let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
+        let found = SecondMoments::new(&response)?.of_step(Step(0));
+        let (rate, time_s) = (primary_cps * (-primary_cps * dead_time_s).exp(), step_s(&scene));
+        let fewer = rate * rate * dead_time_s * (2.0 * time_s - dead_time_s);
+        errors.push((found.total_mean / (rate * time_s) - 1.0).abs());
+        errors.push((found.total_variance / (rate * time_s - fewer) - 1.0).abs());
+    }
+    Measured::largest(errors, "of the moment", 1e-4)
+}
+
 /// Constant light seen through seven narrow bins and a wide one, and pulses that none of them misses.
 fn narrow_bins_scene(rate_cps: f64) -> Result<Scene, CaseError> {
     let scene = constant_light(rate_cps, 31_000, |spad| {
@@ -184,6 +219,41 @@ fn certain_crosstalk(seed: u64) -> Result<Measured, CaseError> {
         scene.detectors.push(second);
         let both_cps = 2.0 * primary_cps;
         deviations.push(rate_z(&scene, 248, seed, both_cps / (1.0 + both_cps * 14e-9)));
+    }
+    Measured::deviation(deviations)
+}
+
+fn sixteen_cells(seed: u64) -> Result<Measured, CaseError> {
+    let mut deviations = Vec::new();
+    for primary_cps in [20e6, 200e6, 1e9] {
+        let of_cell = primary_cps / 16.0 / (1.0 + primary_cps / 16.0 * 14e-9);
+        let high: f64 = of_cell * 7e-9;
+        for (combination, coincidence, rate) in [
+            (Combination::Or, 1, 16.0 * of_cell * (1.0 - high).powi(15)),
+            (Combination::Xor, 1, 16.0 * of_cell),
+            (Combination::Or, 2, 240.0 * of_cell * high * (1.0 - high).powi(14)),
+        ] {
+            let scene = constant_light(primary_cps, 31_000, |spad| {
+                (spad.dead_time_ps, spad.pulse_width_ps, spad.cells) = (14e3, 7e3, 16);
+                (spad.combination, spad.coincidence) = (combination, coincidence);
+            })?;
+            deviations.push(rate_z(&scene, 8, seed, rate));
+        }
+    }
+    Measured::deviation(deviations)
+}
+
+fn certain_crosstalk_of_cells(seed: u64) -> Result<Measured, CaseError> {
+    let mut deviations = Vec::new();
+    for primary_cps in [20e6, 300e6] {
+        for coincidence in [1, 2] {
+            let scene = constant_light(primary_cps, 2_000, |spad| {
+                (spad.dead_time_ps, spad.cells, spad.coincidence) = (14e3, 2, coincidence);
+                spad.cell_crosstalk = Some(Crosstalk { probability: 1.0, delay_ps: 0.0 });
+            })?;
+            let rate = primary_cps / (1.0 + primary_cps * 14e-9);
+            deviations.push(rate_z(&scene, 248, seed, rate));
+        }
     }
     Measured::deviation(deviations)
 }

@@ -127,6 +127,48 @@ pub fn detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Ve
     registered
 }
 
+/// When the level of several cells behind one input rises, and what is the case at each of some
+/// instants: of each cell the registered times, each of which makes a pulse of `width`. By sorting all
+/// edges; `is_high` says what so many pulses make of the level.
+pub fn level_of_cells(
+    registered: &[Vec<f64>],
+    width: f64,
+    is_high: impl Fn(usize) -> bool,
+) -> Vec<[f64; 2]> {
+    let mut edges = Vec::new();
+    for times in registered {
+        // A cell's own pulses that overlap are one.
+        let mut until = f64::NEG_INFINITY;
+        for &time in times {
+            if time > until {
+                edges.push((time, 1));
+            } else {
+                edges.retain(|edge| *edge != (until, -1));
+            }
+            until = time + width;
+            edges.push((until, -1));
+        }
+    }
+    edges.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut pulses: Vec<[f64; 2]> = Vec::new();
+    let (mut high, mut was_high) = (0_i64, false);
+    for (time, change) in edges {
+        high += change;
+        let now = is_high(high as usize);
+        match (was_high, now) {
+            (false, true) => pulses.push([time, f64::INFINITY]),
+            (true, false) => {
+                if let Some(last) = pulses.last_mut() {
+                    last[1] = time;
+                }
+            }
+            _ => {}
+        }
+        was_high = now;
+    }
+    pulses
+}
+
 /// Rising edges of a level that is looked at `chips` times at each of some instants of a chip, which
 /// are in chips: it is high for `width` after each of the `registered` times, which are in order. The
 /// number of each look at which it is high and was low before, from 0.

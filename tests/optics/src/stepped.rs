@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use goldtof_physics::response::MeanCount;
 use goldtof_sensor::scan::Step;
-use goldtof_sensor::scene::{Detector, JitterTail, LaserResponse, Scene, Source};
+use goldtof_sensor::scene::{Detector, JitterTail, LaserResponse, Recharge, Scene, Source};
 
 /// States: this many afterpulses pending at most.
 const STATES: usize = 5;
@@ -36,6 +36,10 @@ impl<'s> Stepped<'s> {
         let dead = whole(spad.dead_time_ps);
         let period = per_chip * scene.sources[0].code.chips.len();
         let light = primary_rates(scene, period, per_chip, whole);
+        if spad.recharge == Recharge::Passive {
+            assert_eq!(spad.afterpulsing_probability, 0.0);
+            return Stepped::of_rates(scene, step_ps, prolonged(&light, dead));
+        }
         let chain = Chain::new(spad, step_ps);
 
         let warm_up = (100 * dead).div_ceil(period) * period;
@@ -61,6 +65,10 @@ impl<'s> Stepped<'s> {
             line[step % dead] = ends.map(|avalanches| chain.after_dead_time(&avalanches));
             ready = next;
         }
+        Stepped::of_rates(scene, step_ps, rates)
+    }
+
+    fn of_rates(scene: &'s Scene, step_ps: f64, rates: Vec<[f64; 2]>) -> Stepped<'s> {
         let mut cumulative = vec![0.0];
         for ends in &rates {
             cumulative.push(cumulative[cumulative.len() - 1] + 0.5 * (ends[0] + ends[1]));
@@ -187,6 +195,17 @@ impl<'s> Stepped<'s> {
             + x * (start + 0.5 * x * (end - start))
             + turns * self.hits_per_period()
     }
+}
+
+/// Rates at both ends of every step of a detector whose dead time each arrival begins anew: it
+/// fires where none of the steps of one dead time before had an arrival.
+fn prolonged(light: &[f64], dead: usize) -> Vec<[f64; 2]> {
+    let period = light.len();
+    let none_before = |step: usize| -> f64 {
+        (1..=dead).map(|back| (-light[(step + dead * period - back) % period]).exp()).product()
+    };
+    let steps = light.iter().enumerate();
+    steps.map(|(step, lambda)| [step, step + 1].map(|end| lambda * none_before(end))).collect()
 }
 
 /// Primary rate in every step of a code period, per step.

@@ -329,7 +329,7 @@ impl<'m> Descent<'_, 'm> {
         let per_primary = detected / primary.max(f64::MIN_POSITIVE);
         let dead_time = self.problem.model.dead_time();
         // A pattern of chips lowers what follows it within itself by half.
-        let pattern = per_primary / (1.0 + 0.5 * primary * dead_time.0.min(1.0));
+        let pattern = per_primary / (1.0 + 0.5 * primary * dead_time.length.min(1.0));
         [pattern, per_primary * dead_time.ready_share(detected)]
     }
 

@@ -13,8 +13,8 @@ use super::one_path::OnePathFit;
 use super::parameters::Parameters;
 use super::problem::{Problem, window};
 use super::scoring::likeliest_of;
-use super::start;
 use super::template::Axis;
+use super::{folds_over, start};
 use crate::estimate::bound::bound;
 use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, distance_m};
 use crate::photons::{DetectorModel, StepCount};
@@ -138,6 +138,7 @@ impl<'s> Fitter<'s> {
         let air = self.air.get_or_init(|| air::look_for(sensor, detector, self.other, &problem));
         let air = air.as_ref().map_err(Clone::clone)?;
         let found = joint::all_light(air, &problem, &self.moments, counts)?;
+        folds_over(&self.model, found.hypothesis.parameters.brightest()).check()?;
         Ok(found.estimate(air, &problem))
     }
 }
@@ -166,6 +167,7 @@ impl Fitter<'_> {
         if fitted.end.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
             return Err(FitError::TooFast { limit_m_per_s: distance_m(1e12 * limit) });
         }
+        folds_over(&self.model, fitted.end.parameters.brightest()).check()?;
         let estimate = fitted.estimate(&problem);
         if is_under_slipping_light {
             self.check_stands_out(&problem, &estimate)?;

@@ -117,6 +117,20 @@ pub fn check_shared_light(sensor: &Sensor, detector: DetectorIndex) -> Result<()
     }
 }
 
+/// That more light makes more detections, which a dead time that arrivals prolong ends: beyond one
+/// arrival in a dead time there are fewer, and counts fold over to those of less light.
+pub fn folds_over(model: &DetectorModel, brightest_per_chip: f64) -> Approximation {
+    let dead_time = model.dead_time();
+    let arrivals = brightest_per_chip * dead_time.length;
+    Approximation {
+        name: "that more light makes more detections (recharge = \"passive\" folds over)",
+        measure: "arrivals in a dead time while every laser is on",
+        size: if dead_time.is_prolonged { arrivals } else { 0.0 },
+        bound: 1.0,
+        concerns_misses: true,
+    }
+}
+
 /// The warning for fits to steps that share their light.
 pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> {
     let parallel = sensor.timing().parallel;

@@ -56,7 +56,7 @@ pub fn start(
         CountingTier::Sampled => (spad.pulse_width_ps / sample_ps).min(1.0),
     };
     let detected = largest.total / sensor.timing().scan.integration_chips as f64 / seen;
-    let dead_time = DeadTime(sensor.clock().chips(spad.dead_time_ps));
+    let dead_time = DeadTime::of(spad, sensor.clock().chips(spad.dead_time_ps));
     let mean = dead_time.primary(detected) * (1.0 - spad.afterpulsing_probability);
     let zeros = 1.0 - ones;
     if ones * zeros <= 0.0 {

@@ -34,6 +34,9 @@ pub enum OutsideDomain {
     /// The lanes know one detector.
     #[error("crosstalk of other detectors; the lanes take detectors that hear none")]
     Crosstalk,
+    /// The lanes know one SPAD.
+    #[error("the detector has several cells; the lanes take those that are a single SPAD")]
+    Cells,
     /// A dead time is part of a wait, which is shorter than a table.
     #[error("the dead time is {dead_time_chips} chips; the lanes take less than {limit_chips}")]
     DeadTimeTooLong {
@@ -131,6 +134,9 @@ impl Tables {
         }
         if model.crosstalk.is_some() {
             return Err(OutsideDomain::Crosstalk);
+        }
+        if model.pixel.is_some() {
+            return Err(OutsideDomain::Cells);
         }
         check_lengths(model)?;
         check_quickness(model)?;

@@ -22,7 +22,7 @@ pub use schema::schema;
 
 use super::array::{AMBIENT, ARRAY, LIGHT, PLANE, SPHERE};
 use super::budget::{BACKGROUND, LINK};
-use super::detector::{AFTERPULSING, COUNTER, CROSSTALK, DETECTOR, JITTER_TAIL};
+use super::detector::{AFTERPULSING, CELL_CROSSTALK, COUNTER, CROSSTALK, DETECTOR, JITTER_TAIL};
 use super::estimator::ESTIMATE;
 use super::hardware::HARDWARE;
 use super::keys::KeyTable;
@@ -33,7 +33,7 @@ use super::source::{CODE, PATH, SOURCE};
 use super::whole::CLOCK;
 
 /// Every table of a scene.
-pub(super) const TABLES: [&KeyTable; 22] = [
+pub(super) const TABLES: [&KeyTable; 23] = [
     &CLOCK,
     &SOURCE,
     &CODE,
@@ -44,6 +44,7 @@ pub(super) const TABLES: [&KeyTable; 22] = [
     &COUNTER,
     &SAMPLER,
     &CROSSTALK,
+    &CELL_CROSSTALK,
     &PATH,
     &LINK,
     &FLUCTUATION,

@@ -10,7 +10,7 @@ fn needed(table: &KeyTable, name: &str) -> Vec<(&'static str, String)> {
     let examples = table.keys().filter(must_be).filter(|key| key.name != "code");
     let mut keys: Vec<_> = examples.map(|key| (key.name, key.example_toml())).collect();
     let more: &[(&str, &str)] = match table.path {
-        "detector" => &[("dead_time", "\"14 ns\"")],
+        "detector" => &[("dead_time", "\"14 ns\""), ("cells", "2")],
         "path" => &[("distance", "\"100 m\"")],
         "source.code" => &[("degree", "5")],
         "scan.steps" if ["around", "halfwidth"].contains(&name) => {
@@ -74,6 +74,7 @@ fn scene_with(changed: &str, name: &'static str, value: &str) -> String {
                 ("background", &BACKGROUND),
                 ("sampler", &SAMPLER),
                 ("crosstalk", &CROSSTALK),
+                ("cell_crosstalk", &CELL_CROSSTALK),
             ][..],
         ),
         ("[[path]]", &PATH, &[("fluctuation", &FLUCTUATION), ("link", &LINK)][..]),

@@ -1,0 +1,237 @@
+//! Several SPADs behind one input: a macropixel.
+//!
+//! Each cell is a detector of its own, with as large a share of the light, and dead time,
+//! afterpulses, dark counts and jitter that are its alone; only crosstalk ties cells together. A
+//! registered detection makes the cell's own pulse, of the detector's pulse width, and the level of
+//! the input follows from how many cells' pulses there are at a time: what is counted, and sampled,
+//! are that level's rising edges. Pulses of the group of steps before do not reach into a group.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use rand::RngExt as _;
+
+use super::avalanches::Avalanches;
+use super::detector::DetectorModel;
+use super::random::{Part, StreamKey, StreamRng, scatter};
+use super::reorder::ReorderBuffer;
+use super::step::{Detection, Registration};
+use super::time::ChipTime;
+use crate::scene::{Combination, DetectorIndex};
+use crate::sensor::Sensor;
+
+/// The cells of a detector that has several.
+#[derive(Debug, Clone)]
+pub struct Pixel {
+    pub cells: Vec<DetectorModel>,
+    combination: Combination,
+    /// So many pulses at once make the level high.
+    coincidence: u32,
+    pulse_width_chips: f64,
+    /// Chance that an avalanche fires one of the other cells, and how much later.
+    crosstalk: Option<(f64, f64)>,
+}
+
+impl Pixel {
+    /// The cells of a detector; none of one that is a single SPAD.
+    pub fn of(sensor: &Sensor, detector: DetectorIndex, number: u64) -> Option<Arc<Pixel>> {
+        let spad = &sensor.scene().detectors[detector];
+        let cells = (0..spad.cells).filter(|_| spad.cells > 1).map(|cell| {
+            let of_cell = spad.cell(cell);
+            DetectorModel::of_spad(sensor, detector, &of_cell, scatter(number, cell.into()))
+        });
+        let cells: Vec<_> = cells.collect();
+        let chips = |ps: f64| sensor.clock().chips(ps);
+        (!cells.is_empty()).then(|| {
+            Arc::new(Pixel {
+                cells,
+                combination: spad.combination,
+                coincidence: spad.coincidence,
+                pulse_width_chips: chips(spad.pulse_width_ps),
+                crosstalk: spad
+                    .cell_crosstalk
+                    .map(|talk| (talk.probability, chips(talk.delay_ps)))
+                    .filter(|(probability, _)| *probability > 0.0),
+            })
+        })
+    }
+
+    /// The level while so many cells' pulses are high.
+    fn level(&self, high: u32) -> bool {
+        match self.combination {
+            Combination::Or => high >= self.coincidence,
+            Combination::Xor => high % 2 == 1,
+        }
+    }
+}
+
+/// Pulses of a pixel's level in one group of phase steps, in order.
+#[derive(Debug, Clone)]
+pub struct PixelPulses<'m> {
+    cells: Vec<Cell<'m>>,
+    /// Which avalanches fire other cells, and which of them.
+    talk: StreamRng,
+    registered: ReorderBuffer<usize>,
+    line: Line<'m>,
+    end: ChipTime,
+}
+
+#[derive(Debug, Clone)]
+struct Cell<'m> {
+    detector: Avalanches<'m>,
+    registration: Registration<'m>,
+}
+
+impl<'m> PixelPulses<'m> {
+    pub fn new(model: &'m DetectorModel, pixel: &'m Pixel, key: StreamKey) -> PixelPulses<'m> {
+        let cells = pixel.cells.iter().map(|cell| {
+            let key = cell.key(key.seed, key.repetition, key.group);
+            let mut detector = Avalanches::new(cell, &key, model.warm_up_chips);
+            if pixel.crosstalk.is_some() {
+                detector.listen();
+            }
+            Cell { detector, registration: Registration::new(cell, &key) }
+        });
+        let chips = i64::try_from(model.timing.scan.integration_chips).unwrap_or(i64::MAX);
+        PixelPulses {
+            cells: cells.collect(),
+            talk: key.stream(Part::Crosstalk),
+            registered: ReorderBuffer::default(),
+            line: Line::new(pixel),
+            end: ChipTime::at_chip(chips),
+        }
+    }
+
+    /// When and where the next avalanche is registered; none after the group's end.
+    fn next_registered(&mut self) -> Option<(ChipTime, usize)> {
+        loop {
+            let (cell, first) = self.next_avalanche();
+            let horizon = self.cells[cell].detector.registered_from(first);
+            if let Some(registered) = self.registered.pop_before(horizon) {
+                return Some(registered).filter(|(time, _)| *time < self.end);
+            }
+            if horizon >= self.end {
+                return None;
+            }
+            let (avalanche, _) = self.cells[cell].detector.fire(self.end);
+            let time = self.cells[cell].registration.register(avalanche);
+            // What is registered before the group's start belongs to the one before.
+            if time.chip >= 0 {
+                self.registered.insert(time, cell);
+            }
+            self.cause(cell, avalanche);
+        }
+    }
+
+    /// The cell that fires next, and when.
+    fn next_avalanche(&self) -> (usize, ChipTime) {
+        let mut first = (0, ChipTime::NEVER);
+        for (number, cell) in self.cells.iter().enumerate() {
+            let next = cell.detector.next_arrival();
+            if next < first.1 {
+                first = (number, next);
+            }
+        }
+        first
+    }
+
+    /// What an avalanche makes of other cells: one of them, each as likely, may fire.
+    fn cause(&mut self, from: usize, avalanche: ChipTime) {
+        let Some((probability, delay_chips)) = self.line.pixel.crosstalk else { return };
+        if self.talk.random::<f64>() < probability {
+            let others = self.cells.len() - 1;
+            let to = (from + 1 + self.talk.random_range(0..others)) % self.cells.len();
+            self.cells[to].detector.hear(avalanche.after(delay_chips));
+        }
+    }
+}
+
+impl Iterator for PixelPulses<'_> {
+    /// When the level rises, and for how many chips it is high.
+    type Item = (Detection, f64);
+
+    fn next(&mut self) -> Option<(Detection, f64)> {
+        while self.line.pulses.is_empty() {
+            match self.next_registered() {
+                Some((time, cell)) => self.line.pulse(time, cell),
+                None => {
+                    self.line.pass(ChipTime::NEVER);
+                    break;
+                }
+            }
+        }
+        let (rise, fall) = self.line.pulses.pop_front()?;
+        let width_chips = (fall.chip - rise.chip) as f64 + (fall.fraction - rise.fraction);
+        let chip = u64::try_from(rise.chip).unwrap_or_default();
+        Some((Detection { chip, fraction: rise.fraction }, width_chips))
+    }
+}
+
+/// The level of the input.
+#[derive(Debug, Clone)]
+struct Line<'m> {
+    pixel: &'m Pixel,
+    /// Until when each cell's pulse is high, of those that are.
+    high_until: Vec<Option<ChipTime>>,
+    high: u32,
+    /// When the level rose, while it is high.
+    rise: Option<ChipTime>,
+    /// When it rose and fell.
+    pulses: VecDeque<(ChipTime, ChipTime)>,
+}
+
+impl<'m> Line<'m> {
+    fn new(pixel: &'m Pixel) -> Line<'m> {
+        Line {
+            pixel,
+            high_until: vec![None; pixel.cells.len()],
+            high: 0,
+            rise: None,
+            pulses: VecDeque::new(),
+        }
+    }
+
+    /// A detection of a cell, no earlier than the one before it. One while the cell's pulse is high
+    /// prolongs that.
+    fn pulse(&mut self, time: ChipTime, cell: usize) {
+        self.pass(time);
+        let until = time.after(self.pixel.pulse_width_chips);
+        if self.high_until[cell].replace(until).is_none() {
+            self.high += 1;
+            self.change(time);
+        }
+    }
+
+    /// All pulses that end until a time end.
+    fn pass(&mut self, time: ChipTime) {
+        while self.high > 0 {
+            let mut first = (ChipTime::NEVER, 0);
+            for (cell, until) in self.high_until.iter().enumerate() {
+                if let Some(until) = until.filter(|until| *until < first.0) {
+                    first = (until, cell);
+                }
+            }
+            if first.0 > time {
+                return;
+            }
+            self.high_until[first.1] = None;
+            self.high -= 1;
+            self.change(first.0);
+        }
+    }
+
+    /// Another number of pulses is high from a time on.
+    fn change(&mut self, time: ChipTime) {
+        match (self.rise, self.pixel.level(self.high)) {
+            (None, true) => self.rise = Some(time),
+            (Some(rise), false) => {
+                self.rise = None;
+                // Of a pulse that begins as another ends nothing is seen.
+                if rise < time {
+                    self.pulses.push_back((rise, time));
+                }
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! Several SPADs behind one input: against closed forms, and against a simulator that lists every
+//! edge of every cell.
+
+use goldtof::estimate::histogram::{Uncorrected, dead_time};
+use goldtof::photons::fast::{OutsideDomain, StepCounter};
+use goldtof::photons::{DetectorModel, Level, PulseStream, StepCount};
+use goldtof::response::{MeanResponse, MeanResponseError};
+use goldtof::scan::{Group, Sample};
+use goldtof::scene::{self, Combination, Crosstalk, Detector, DetectorIndex, Scene};
+use goldtof::sensor::Sensor;
+use optics_support::{
+    Moments, assert_within_standard_errors, code, ideal_scene, naive, repeated, table_i_scene,
+};
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+
+const SPAD: DetectorIndex = DetectorIndex(0);
+
+fn model(scene: &Scene) -> DetectorModel {
+    DetectorModel::new(&Sensor::new(scene), SPAD)
+}
+
+/// Constant light on a pixel, whose cells have the dead time of Table I and pulses of 7 ns.
+fn constant_light(rate_cps: f64, change: impl FnOnce(&mut Detector)) -> Scene {
+    let mut scene = ideal_scene(code(&[1]), rate_cps, 1_000);
+    let spad = &mut scene.detectors[0];
+    (spad.dead_time_ps, spad.pulse_width_ps) = (14e3, 7e3);
+    change(spad);
+    scene
+}
+
+fn totals(scene: &Scene, seed: u64, steps: u64) -> Moments {
+    let model = model(scene);
+    let mut counts = vec![StepCount::ZERO; steps as usize];
+    StepCounter::new(&model).count(seed, 0..steps, 0..1, &mut counts);
+    Moments::of(counts.iter().map(|count| count.total as f64))
+}
+
+/// Each cell is a renewal process of rate m = (lambda / K) / (1 + lambda D / K), independent of the
+/// others, whose pulse of width w <= D is high for a share q = m w of the time. The level of M
+/// overlapping pulses rises where one begins while M - 1 of the other K - 1 are high. That of an odd
+/// number rises where a pulse begins while an even number of others is high, and where one ends while
+/// an odd number is: as often as all cells fire.
+#[test]
+fn constant_light_gives_the_rates_of_independent_renewal_processes() {
+    for (cells, rate) in [(4, 1e4), (4, 20e6), (4, 200e6), (16, 200e6), (16, 1e9), (2, 50e6)] {
+        for (combination, coincidence) in
+            [(Combination::Or, 1), (Combination::Or, 2), (Combination::Xor, 1)]
+        {
+            let scene = constant_light(rate, |spad| {
+                (spad.cells, spad.combination) = (cells, combination);
+                spad.coincidence = coincidence;
+            });
+            let of_cell = rate / f64::from(cells) / (1.0 + rate / f64::from(cells) * 14e-9);
+            let (all, high) = (of_cell * f64::from(cells), of_cell * 7e-9);
+            let others = cells - 1;
+            let expected = match (combination, coincidence) {
+                (Combination::Xor, _) => all,
+                (Combination::Or, 1) => all * (1.0 - high).powi(others as i32),
+                (Combination::Or, _) => {
+                    all * f64::from(others) * high * (1.0 - high).powi(others as i32 - 1)
+                }
+            };
+            let found = totals(&scene, 31, repeated(250, 4_000));
+            let told = format!("{cells} cells, {combination:?} of {coincidence}, {rate:e}");
+            if expected * 8e-6 * found.count > 10.0 {
+                // Pulses that overlap the start of a step are not known in it: one of some thousands.
+                let edge = 2.0 * all * 7e-9 / (all * 8e-6);
+                let slack = edge * expected * 8e-6 / found.standard_error();
+                assert_within_standard_errors(found.z(expected * 8e-6), 4.0 + slack, &told);
+            }
+        }
+    }
+}
+
+/// Registered times of every cell in chips, each a detector of its own with its share of the light.
+fn naive_cells(scene: &Scene, rng: &mut StdRng, chips: f64) -> Vec<Vec<f64>> {
+    let spad = &scene.detectors[0];
+    let dark = &spad.cell_dark_count_rates_cps;
+    let cells = (0..spad.cells as usize).map(|number| {
+        let mut alone = scene.clone();
+        let cell = &mut alone.detectors[0];
+        cell.photon_detection_probability /= f64::from(spad.cells);
+        cell.dark_count_rate_cps = dark
+            .get(number)
+            .copied()
+            .unwrap_or_else(|| spad.dark_count_rate_cps / f64::from(spad.cells));
+        naive::detections(&alone, rng, chips, 60.0)
+    });
+    cells.collect()
+}
+
+/// Modulated light, dead time and afterpulses, a hot cell; 10^4 to 10^9 primary detections per second.
+/// Rising edges in continuous time and at the samples, by sample of the code period.
+#[test]
+fn modulated_light_is_counted_as_by_a_simulator_of_all_edges() {
+    let chips = 7 * 40;
+    for (number, (cells, rate, combination, coincidence)) in [
+        (4, 1e4, Combination::Or, 1),
+        (4, 40e6, Combination::Or, 1),
+        (4, 160e6, Combination::Or, 2),
+        (4, 160e6, Combination::Xor, 1),
+        (16, 1e9, Combination::Or, 3),
+        (16, 1e9, Combination::Xor, 1),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mut scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), rate, chips);
+        let spad = &mut scene.detectors[0];
+        spad.jitter_ps.clear();
+        (spad.cells, spad.combination, spad.coincidence) = (cells, combination, coincidence);
+        // Longer than the dead time: a cell's own pulses overlap, too.
+        spad.pulse_width_ps = if number == 2 { 17e3 } else { 5e3 };
+        spad.cell_dark_count_rates_cps = vec![10e3; cells as usize];
+        spad.cell_dark_count_rates_cps[1] = 2e6;
+        let width = spad.pulse_width_ps / 8e3;
+        let is_high = |high: usize| match combination {
+            Combination::Or => high >= coincidence as usize,
+            Combination::Xor => high % 2 == 1,
+        };
+        let steps = repeated(400, 20_000);
+        let model = model(&scene);
+        let told = format!("{cells} cells, {combination:?} of {coincidence}, {rate:e}");
+        let mut rng = StdRng::seed_from_u64(300 + number as u64);
+        // Columns: edges by eighth of a chip of the code, all of them, and sampled ones.
+        let samples = 7 * 8;
+        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+        for step in 0..steps {
+            let mut row = vec![0.0; samples + 2];
+            for detection in model.step(5, 0, Group(step)) {
+                let place = (detection.chip as f64 + detection.fraction) * 8.0;
+                row[place as usize % samples] += 1.0;
+                row[samples] += 1.0;
+            }
+            let mut pulses = Vec::new();
+            PulseStream::new(&model, 5, step).advance(Sample(chips * 8), &mut pulses);
+            let mut level = Level::default();
+            let rises = pulses.iter().filter(|pulse| level.rises(pulse));
+            row[samples + 1] = rises.filter(|pulse| pulse.first.0 < chips * 8).count() as f64;
+            ours.push(row);
+
+            let mut row = vec![0.0; samples + 2];
+            let cells = naive_cells(&scene, &mut rng, chips as f64);
+            let pulses = naive::level_of_cells(&cells, width, is_high);
+            for [rise, _] in &pulses {
+                row[(rise * 8.0) as usize % samples] += 1.0;
+                row[samples] += 1.0;
+            }
+            let mut was_high = false;
+            let mut place = 0;
+            for sample in 0..chips * 8 {
+                let instant = sample as f64 / 8.0;
+                while pulses.get(place).is_some_and(|[_, fall]| *fall <= instant) {
+                    place += 1;
+                }
+                let now = pulses.get(place).is_some_and(|[rise, _]| *rise <= instant);
+                row[samples + 1] += f64::from(u8::from(now && !was_high));
+                was_high = now;
+            }
+            theirs.push(row);
+        }
+        let mut squares = Vec::new();
+        for column in 0..samples + 2 {
+            let [a, b] = [&ours, &theirs].map(|rows| Moments::of(rows.iter().map(|r| r[column])));
+            let error = a.standard_error().hypot(b.standard_error());
+            if error > 0.0 && a.mean * a.count > 20.0 {
+                let z = (a.mean - b.mean) / error;
+                let limit = if column < samples { 4.5 } else { 3.5 };
+                assert_within_standard_errors(z, limit, &format!("{told}: column {column}"));
+                squares.push(z * z);
+            }
+            if column == samples && a.mean > 5.0 {
+                let z = (a.variance / b.variance).ln() / (4.0 / a.count).sqrt();
+                assert_within_standard_errors(z, 4.5, &format!("{told}: variance"));
+            }
+        }
+        if squares.len() > 10 {
+            let z = Moments::of(squares);
+            let n = z.count;
+            assert_within_standard_errors((z.mean - 1.0) / (2.0 / n).sqrt(), 4.5, &told);
+        }
+    }
+}
+
+/// Two cells that fire one another at once and surely are one SPAD in the light of both, whose pulses
+/// come in pairs that an OR makes one: lambda / (1 + lambda D). A coincidence of both has as many, an
+/// XOR sees none.
+#[test]
+fn certain_crosstalk_between_two_cells_makes_them_one() {
+    for rate in [5e6, 40e6, 300e6] {
+        for (combination, coincidence, share) in
+            [(Combination::Or, 1, 1.0), (Combination::Or, 2, 1.0), (Combination::Xor, 1, 0.0)]
+        {
+            let scene = constant_light(rate, |spad| {
+                (spad.cells, spad.combination) = (2, combination);
+                spad.coincidence = coincidence;
+                spad.cell_crosstalk = Some(Crosstalk { probability: 1.0, delay_ps: 0.0 });
+            });
+            let found = totals(&scene, 17, repeated(250, 4_000));
+            let expected = share * rate / (1.0 + rate * 14e-9) * 8e-6;
+            if share > 0.0 {
+                assert_within_standard_errors(found.z(expected), 4.0, &format!("{rate:e}"));
+            } else {
+                assert_eq!(found.mean, 0.0, "{rate:e}");
+            }
+        }
+    }
+}
+
+/// At low light each avalanche has p further ones, 300 ps later at another cell. Pulses of 100 ps do not
+/// overlap, so that all are counted; p + p^2 + p^3 of each as every one of them may cause another.
+#[test]
+fn crosstalk_between_cells_adds_its_probability() {
+    let scene = constant_light(1e6, |spad| {
+        (spad.cells, spad.pulse_width_ps) = (16, 100.0);
+        spad.cell_crosstalk = Some(Crosstalk { probability: 0.1, delay_ps: 300.0 });
+    });
+    let found = totals(&scene, 23, repeated(20_000, 400_000));
+    // One of 15 others is the one that fired, which is blind: 0.1 less 0.1 / 15 from the second on.
+    let (first, more) = (0.1, 0.1 * 14.0 / 15.0);
+    let clusters = 1e6 * 8e-6 / (1.0 + 1e6 / 16.0 * 14e-9 * (1.0 + first));
+    let expected = clusters * (1.0 + first / (1.0 - more));
+    // What is within 0.1 % of the rate: cells that are blind by chance.
+    let slack = 1e-3 * expected / found.standard_error();
+    assert_within_standard_errors(found.z(expected), 3.0 + slack, "counts with crosstalk");
+}
+
+#[test]
+fn one_cell_is_a_detector_as_ever() {
+    let scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), 40e6, 2_800);
+    let with = |change: fn(&mut Detector)| {
+        let mut scene = scene.clone();
+        change(&mut scene.detectors[0]);
+        let counted: Vec<_> = model(&scene).step(3, 0, Group(2)).collect();
+        assert!(!counted.is_empty());
+        counted
+    };
+    let plain = with(|_| {});
+    assert_eq!(plain, with(|spad| spad.cells = 1));
+    assert_ne!(plain, with(|spad| spad.cells = 2));
+}
+
+#[test]
+fn what_rests_on_one_spad_refuses_cells_by_name() {
+    let mut scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), 8e6, 2_800);
+    scene.detectors[0].cells = 4;
+    let model = model(&scene);
+    assert_eq!(MeanResponse::new(&model).map(|_| ()), Err(MeanResponseError::Cells));
+    assert_eq!(StepCounter::new(&model).outside_domain(), Some(OutsideDomain::Cells));
+    assert_eq!(dead_time(&Sensor::new(&scene), SPAD).map(|_| ()), Err(Uncorrected::Cells));
+}
+
+#[test]
+fn what_does_not_hold_together_is_told_in_the_scene() {
+    let quick = std::fs::read_to_string("scenes/quick.toml").unwrap();
+    for (keys, told) in [
+        ("cells = 65", "outside"),
+        ("cells = 2\ncoincidence = 3", "no 3 pulses overlap of cells = 2"),
+        ("coincidence = 2", "no 2 pulses overlap of cells = 1"),
+        ("cells = 4\ncombination = \"xor\"\ncoincidence = 2", "an odd number of pulses"),
+        ("cells = 4\ncombination = \"and\"", "not known"),
+        ("cells = 2\ncell_dark_count_rates = [\"1 kcps\"]", "1 rates for cells = 2"),
+        (
+            "cells = 2\ncell_dark_count_rates = [\"1 kcps\", \"2 kcps\"]",
+            "dark_count_rate is given, too",
+        ),
+        ("cell_crosstalk = { probability = 0.1 }", "no other cell"),
+        (
+            "cells = 2\nrecharge = \"passive\"\ncell_crosstalk = { probability = 0.1 }",
+            "recharge = \"active\" alone",
+        ),
+    ] {
+        let text = quick.replace("[[detector]]", &format!("[[detector]]\n{keys}"));
+        let error = scene::parse("x.toml", &text).expect_err(told).to_string();
+        assert!(error.contains(told), "{told}: {error}");
+    }
+}
