@@ -14,7 +14,7 @@ use crate::image::{ImageOptions, image};
 use crate::math::Sample;
 use crate::photons::fast::StepCounter;
 use crate::photons::{Detection, DetectorModel, StepCount, count_step};
-use crate::response::{CountSampler, MeanCount, MeanResponse, MeanResponseError};
+use crate::response::{CountSampler, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::{Group, Step};
 use crate::scene::{DetectorIndex, PathIndex, Scene};
 use crate::sensor::Sensor;
@@ -171,6 +171,16 @@ pub(super) fn mean_count(scene: &Scene, step: Step) -> Result<MeanCount, CaseErr
     let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
     let means = some(1, [zero, undefined], || vec![response.mean_count(step)]);
     means.first().copied().ok_or_else(|| "nothing is expected".into())
+}
+
+/// Mean and variance that are expected of the total count of one step.
+pub(super) fn moments_of_total(scene: &Scene, step: Step) -> Result<[f64; 2], CaseError> {
+    let model = model(scene);
+    let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
+    let moments = SecondMoments::new(&response)?.of_step(step);
+    let read = || vec![[moments.total_mean, moments.total_variance]];
+    let moments = some(1, [[0.0; 2], [f64::NAN; 2]], read);
+    moments.first().copied().ok_or_else(|| "nothing is expected".into())
 }
 
 /// What is expected of a scene's first path, by a tier.
