@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::folding::{Sampled, TOGETHER};
 use crate::scan::Sampler;
 
 /// Epochs that are fitted by one straight line: long enough to average their jitter, short enough to
@@ -36,6 +35,25 @@ pub struct Epochs {
     pub period_error_fraction: f64,
     /// Scatter of the marks about straight lines, root mean square.
     pub jitter_std_s: f64,
+}
+
+/// Photons whose places are found together.
+pub(super) const TOGETHER: usize = 256;
+
+/// What samples show of some photons.
+pub(super) struct Sampled {
+    /// The first sample that is taken at a photon's time or later, from the line's first epoch on.
+    pub since_line: [u64; TOGETHER],
+    /// The same from the photon's own epoch on.
+    pub of_epoch: [u64; TOGETHER],
+    /// Samples that its pulse is high for.
+    pub high: [u64; TOGETHER],
+}
+
+impl Default for Sampled {
+    fn default() -> Sampled {
+        Sampled { since_line: [0; TOGETHER], of_epoch: [0; TOGETHER], high: [0; TOGETHER] }
+    }
 }
 
 /// A straight stretch of the recording: what its ticks are in code periods.

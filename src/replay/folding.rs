@@ -1,27 +1,8 @@
 //! Photons of a detector on their way into bins and pulses.
 
-use super::epochs::Line;
+use super::epochs::{Line, Sampled, TOGETHER};
 use crate::photons::{Level, Pulse};
 use crate::scan::{Sample, Sampler};
-
-/// Photons whose places are found together.
-pub(super) const TOGETHER: usize = 256;
-
-/// What samples show of some photons.
-pub(super) struct Sampled {
-    /// The first sample that is taken at a photon's time or later, from the line's first epoch on.
-    pub since_line: [u64; TOGETHER],
-    /// The same from the photon's own epoch on.
-    pub of_epoch: [u64; TOGETHER],
-    /// Samples that its pulse is high for.
-    pub high: [u64; TOGETHER],
-}
-
-impl Default for Sampled {
-    fn default() -> Sampled {
-        Sampled { since_line: [0; TOGETHER], of_epoch: [0; TOGETHER], high: [0; TOGETHER] }
-    }
-}
 
 /// How many samples there are between two epochs, and in a scan.
 pub(super) struct Samples {

@@ -53,6 +53,7 @@ fn what_rows_cannot_have_is_refused() {
         ("hardware.peak_detector=true", "leave out peak_detector"),
         ("hardware.counter_width=6", "exact counts; leave out counter_width"),
         ("hardware.registers=axi4-lite", "steps of a length that is built in"),
+        ("hardware.accumulate=2", "scans that are sent as they are; leave out accumulate"),
         ("scan.integration=56 ns", "phase steps of at least 8 chips, and these have 7"),
     ] {
         let error = scene(&[setting]).expect_err(setting);

@@ -215,6 +215,7 @@ fn check_readout(
         ),
         (hardware.peak_detector, "one count after another to the host; leave out peak_detector"),
         (hardware.counter_width.is_some(), "exact counts; leave out counter_width"),
+        (hardware.accumulate > 1, "scans that are sent as they are; leave out accumulate"),
         (
             hardware.registers != Registers::None,
             "steps of a length that is built in; leave out registers",
