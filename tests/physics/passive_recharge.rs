@@ -51,7 +51,8 @@ fn constant_light_gives_the_rate_and_the_variance_of_the_closed_form() {
                 assert!((found.total_mean / mean - 1.0).abs() < 1e-6, "{told}");
                 // The pairs that the ends of a long step divide are left out: r^2 D^2, which is a thousandth
                 // of a mean of 200 at most.
-                let limit = if chips > 300 { 1e-3 * mean } else { 1e-5 * variance };
+                let is_long = time_s > 300.0 * dead_time_s;
+                let limit = if is_long { 1e-3 * mean } else { 1e-5 * variance };
                 assert!((found.total_variance - variance).abs() < limit, "{told}");
                 assert!((found.signed_variance - variance).abs() < limit, "{told}");
             }

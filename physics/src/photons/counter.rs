@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use super::detector::DetectorModel;
 use super::random::Part;
-use super::step::Detection;
+use super::registration::Detection;
 use crate::scan::Step;
 
 /// What the counter shows at the end of a phase step.

@@ -10,13 +10,12 @@ use super::light::{ExcessLight, LightRates};
 use super::memory::Memory;
 use super::movement::Movement;
 use super::paths::{number_of, paths_to};
-use super::pixel::Pixel;
-use super::random::{Part, StreamKey};
+use super::random::{Part, StreamKey, scatter};
 use super::shape::PulseShape;
 use super::tail::Tail;
 use crate::code::Code;
 use crate::scan::{Group, Sampler, Timing};
-use crate::scene::{CounterTiming, Detector, DetectorIndex, PathIndex};
+use crate::scene::{Combination, CounterTiming, Detector, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
 /// The ready-made numbers behind every phase step of one detector.
@@ -54,6 +53,51 @@ pub struct DetectorModel {
     pub(crate) crosstalk: Option<Arc<Coupled>>,
     /// Its cells, where it has several; all else here is of them together.
     pub(crate) pixel: Option<Arc<Pixel>>,
+}
+
+/// The cells of a detector that has several.
+#[derive(Debug, Clone)]
+pub struct Pixel {
+    pub cells: Vec<DetectorModel>,
+    combination: Combination,
+    /// So many pulses at once make the level high.
+    coincidence: u32,
+    pub pulse_width_chips: f64,
+    /// Chance that an avalanche fires one of the other cells, and how much later.
+    pub crosstalk: Option<(f64, f64)>,
+}
+
+impl Pixel {
+    /// The cells of a detector; none of one that is a single SPAD.
+    pub fn of(sensor: &Sensor, detector: DetectorIndex, number: u64) -> Option<Arc<Pixel>> {
+        let spad = &sensor.scene().detectors[detector];
+        let cells = (0..spad.cells).filter(|_| spad.cells > 1).map(|cell| {
+            let of_cell = spad.cell(cell);
+            DetectorModel::of_spad(sensor, detector, &of_cell, scatter(number, cell.into()))
+        });
+        let cells: Vec<_> = cells.collect();
+        let chips = |ps: f64| sensor.clock().chips(ps);
+        (!cells.is_empty()).then(|| {
+            Arc::new(Pixel {
+                cells,
+                combination: spad.combination,
+                coincidence: spad.coincidence,
+                pulse_width_chips: chips(spad.pulse_width_ps),
+                crosstalk: spad
+                    .cell_crosstalk
+                    .map(|talk| (talk.probability, chips(talk.delay_ps)))
+                    .filter(|(probability, _)| *probability > 0.0),
+            })
+        })
+    }
+
+    /// The level while so many cells' pulses are high.
+    pub fn level(&self, high: u32) -> bool {
+        match self.combination {
+            Combination::Or => high >= self.coincidence,
+            Combination::Xor => high % 2 == 1,
+        }
+    }
 }
 
 /// One way of crosstalk, from one detector of some to another.

@@ -7,63 +7,15 @@
 //! are that level's rising edges. Pulses of the group of steps before do not reach into a group.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use rand::RngExt as _;
 
 use super::avalanches::Avalanches;
-use super::detector::DetectorModel;
-use super::random::{Part, StreamKey, StreamRng, scatter};
+use super::detector::{DetectorModel, Pixel};
+use super::random::{Part, StreamKey, StreamRng};
+use super::registration::{Detection, Registration};
 use super::reorder::ReorderBuffer;
-use super::step::{Detection, Registration};
 use super::time::ChipTime;
-use crate::scene::{Combination, DetectorIndex};
-use crate::sensor::Sensor;
-
-/// The cells of a detector that has several.
-#[derive(Debug, Clone)]
-pub struct Pixel {
-    pub cells: Vec<DetectorModel>,
-    combination: Combination,
-    /// So many pulses at once make the level high.
-    coincidence: u32,
-    pulse_width_chips: f64,
-    /// Chance that an avalanche fires one of the other cells, and how much later.
-    crosstalk: Option<(f64, f64)>,
-}
-
-impl Pixel {
-    /// The cells of a detector; none of one that is a single SPAD.
-    pub fn of(sensor: &Sensor, detector: DetectorIndex, number: u64) -> Option<Arc<Pixel>> {
-        let spad = &sensor.scene().detectors[detector];
-        let cells = (0..spad.cells).filter(|_| spad.cells > 1).map(|cell| {
-            let of_cell = spad.cell(cell);
-            DetectorModel::of_spad(sensor, detector, &of_cell, scatter(number, cell.into()))
-        });
-        let cells: Vec<_> = cells.collect();
-        let chips = |ps: f64| sensor.clock().chips(ps);
-        (!cells.is_empty()).then(|| {
-            Arc::new(Pixel {
-                cells,
-                combination: spad.combination,
-                coincidence: spad.coincidence,
-                pulse_width_chips: chips(spad.pulse_width_ps),
-                crosstalk: spad
-                    .cell_crosstalk
-                    .map(|talk| (talk.probability, chips(talk.delay_ps)))
-                    .filter(|(probability, _)| *probability > 0.0),
-            })
-        })
-    }
-
-    /// The level while so many cells' pulses are high.
-    fn level(&self, high: u32) -> bool {
-        match self.combination {
-            Combination::Or => high >= self.coincidence,
-            Combination::Xor => high % 2 == 1,
-        }
-    }
-}
 
 /// Pulses of a pixel's level in one group of phase steps, in order.
 #[derive(Debug, Clone)]

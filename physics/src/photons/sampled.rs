@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::detector::DetectorModel;
 use super::fast::{CHIP_BITS, Recorder, RegisteredTicks};
-use super::step::{Detection, GroupDetections};
+use super::registration::Detection;
+use super::step::GroupDetections;
 use crate::scan::{Group, Sample, Sampler, Sampling};
 
 /// The samples during which one detection's pulse is high.

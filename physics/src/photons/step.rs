@@ -1,24 +1,14 @@
 //! One phase step, photon by photon.
 
-use rand_distr::{Distribution, StandardNormal};
-
 use super::avalanches::Avalanches;
 use super::crosstalk::Others;
-use super::detector::{DetectorModel, JITTER_BOUND_SIGMAS};
+use super::detector::DetectorModel;
 use super::pixel::PixelPulses;
-use super::random::{Part, StreamKey, StreamRng};
+use super::random::StreamKey;
+use super::registration::{Detection, Registration};
 use super::reorder::ReorderBuffer;
 use super::time::ChipTime;
 use crate::scan::Group;
-
-/// The registered time of a detection, relative to the start of its step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Detection {
-    /// Whole chips.
-    pub chip: u64,
-    /// Offset inside the chip, 0 <= fraction < 1.
-    pub fraction: f64,
-}
 
 /// The detections of one group of phase steps in order of registered time, of all light that arrives
 /// (eq. 9: every path's and the background's).
@@ -75,38 +65,6 @@ impl Iterator for GroupDetections<'_> {
     #[inline]
     fn next(&mut self) -> Option<Detection> {
         self.next_pulse().map(|(detection, _)| detection)
-    }
-}
-
-/// Delay and jitter from the avalanche to its registered time.
-#[derive(Debug, Clone)]
-pub struct Registration<'m> {
-    model: &'m DetectorModel,
-    jitter: Option<StreamRng>,
-    tail: Option<StreamRng>,
-}
-
-impl<'m> Registration<'m> {
-    pub fn new(model: &'m DetectorModel, key: &StreamKey) -> Registration<'m> {
-        Registration {
-            model,
-            jitter: model.jitter_chips.map(|_| key.stream(Part::Jitter)),
-            tail: model.tail.as_ref().map(|_| key.stream(Part::Tail)),
-        }
-    }
-
-    /// The registered time of an avalanche.
-    #[inline]
-    pub fn register(&mut self, avalanche: ChipTime) -> ChipTime {
-        let mut shift = self.model.delay_chips;
-        if let (Some(rng), Some(sigma)) = (&mut self.jitter, self.model.jitter_chips) {
-            let normal: f64 = StandardNormal.sample(rng);
-            shift += sigma * normal.clamp(-JITTER_BOUND_SIGMAS, JITTER_BOUND_SIGMAS);
-        }
-        if let (Some(rng), Some(tail)) = (&mut self.tail, &self.model.tail) {
-            shift += tail.draw(rng);
-        }
-        avalanche.shifted(shift)
     }
 }
 
