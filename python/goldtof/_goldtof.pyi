@@ -23,6 +23,7 @@ __all__ = [
     "_estimate",
     "_recorded",
     "_replay",
+    "_Device",
     "read_tags",
     "_scene",
     "cosim",
@@ -182,10 +183,12 @@ def _replay(
     epoch: str,
     epoch_periods: int,
 ) -> dict[str, Any]: ...
+
+@final
 class _Device:
-    def __init__(
-        self, port: str, *, scene: str | PathLike[str] | None = None, baud: int = 3_000_000
-    ) -> None: ...
+    def __new__(
+        cls, port: str, *, scene: str | PathLike[str] | None = None, baud: int = 3_000_000
+    ) -> _Device: ...
     @property
     def identity(self) -> dict[str, Any]: ...
     @property
