@@ -1,8 +1,8 @@
 //! goldtof for Python: the classes and functions of the package `goldtof`.
 //!
-//! Jobs that may take long run in a thread of their own ([`waiting`]) without Python's
+//! Jobs that may take long run in a thread of their own (`waiting`) without Python's
 //! lock, so that Ctrl-C and other threads work. What jobs report is the JSON of the
-//! command line as Python's own types ([`values`]); what is as long as a scan or a run is
+//! command line as Python's own types (`values`); what is as long as a scan or a run is
 //! a numpy array.
 
 mod arguments;

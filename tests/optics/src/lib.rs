@@ -33,7 +33,7 @@ pub fn code(chips: &[u8]) -> Arc<Code> {
     })
 }
 
-/// c[t] = XOR of c[t - e], from all ones.
+/// `c[t]` = XOR of `c[t - e]`, from all ones.
 pub fn m_sequence(degree: usize, exponents: &[usize]) -> Vec<u8> {
     let length = (1 << degree) - 1;
     let mut chips = vec![1_u8; degree];
