@@ -197,8 +197,7 @@ impl PlannedGroup {
 }
 
 fn shortened(interface: &Interface, chips: u64) -> u64 {
-    let rows = interface.correlator().and_then(|correlator| correlator.rows);
-    rows.map_or(chips, |rows| rows.shortened(chips))
+    interface.rows().map_or(chips, |rows| rows.shortened(chips))
 }
 
 fn peak_clocks(interface: &Interface) -> u64 {

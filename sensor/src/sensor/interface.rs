@@ -357,6 +357,11 @@ impl Interface {
         }
     }
 
+    /// How counts are read out by rows, if they are.
+    pub fn rows(&self) -> Option<&RowPlan> {
+        self.correlator()?.rows.as_ref()
+    }
+
     /// The total counts, if the hardware sends them.
     pub fn total(&self) -> Option<&TotalCount> {
         self.correlator()?.total.as_ref()

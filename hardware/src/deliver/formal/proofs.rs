@@ -177,11 +177,11 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
     if interface.registers.is_some() {
         proofs.iter_mut().for_each(|proof| proof.freed.push("register_memory"));
     }
-    if interface.histogram().is_some() || is_read_by_rows(interface) {
+    if interface.histogram().is_some() || interface.rows().is_some() {
         // Words in memories are beyond these proofs, and reset does not reach a memory's registers.
         proofs.iter_mut().for_each(|proof| proof.freed.push(BLOCK_MEMORY));
     }
-    if is_read_by_rows(interface) {
+    if interface.rows().is_some() {
         proofs.iter_mut().for_each(|proof| proof.freed.push("lookup_memory"));
     }
     proofs
@@ -243,16 +243,12 @@ fn controller(interface: &Interface) -> (&'static str, &'static str) {
     }
 }
 
-fn is_read_by_rows(interface: &Interface) -> bool {
-    interface.correlator().is_some_and(|correlator| correlator.rows.is_some())
-}
-
 /// For each detector where its reference is delayed; like ones are made by a loop.
 fn channels(design: &Design) -> Vec<String> {
     let top = design.files.last().map_or("", |file| file.text.as_str());
     let interface = design.interface();
     let detectors = interface.reference_codes.len();
-    if is_read_by_rows(interface) {
+    if interface.rows().is_some() {
         return row_references(interface);
     }
     let channel = |d: usize| match (detectors, top.contains("begin : gen_channel")) {
@@ -283,9 +279,9 @@ fn row_references(interface: &Interface) -> Vec<String> {
 /// The references of all samples of a detector, and their place.
 fn window(interface: &Interface, d: u32, channel: &str) -> (String, String) {
     let bits = interface.lanes() + interface.parallel() - 1;
-    let stepper = match is_read_by_rows(interface) {
-        true => channel.to_owned(),
-        false => format!("{channel}.stepper"),
+    let stepper = match interface.rows() {
+        Some(_) => channel.to_owned(),
+        None => format!("{channel}.stepper"),
     };
     (part("windows", d, bits), format!("{stepper}.o_window"))
 }

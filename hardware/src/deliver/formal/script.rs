@@ -54,8 +54,7 @@ pub(super) fn properties(design: &Design) -> EmittedFile {
         top = design.top(),
         script = script_name(design),
     );
-    let is_read_by_rows = interface.correlator().is_some_and(|counts| counts.rows.is_some());
-    if interface.histogram().is_some() || is_read_by_rows {
+    if interface.histogram().is_some() || interface.rows().is_some() {
         let _ = writeln!(text, "// What a {BLOCK_MEMORY} gives is anything, at any clock.");
     }
     let _ = write!(
@@ -68,7 +67,7 @@ pub(super) fn properties(design: &Design) -> EmittedFile {
         Some(_) => &OF_HISTOGRAMS,
         // What of codes and scans does not follow from the scene alone is not proven.
         None if interface.registers.is_some() => &OF_CORRELATORS[2..],
-        None if is_read_by_rows => &OF_CORRELATORS[..OF_CORRELATORS.len() - 2],
+        None if interface.rows().is_some() => &OF_CORRELATORS[..OF_CORRELATORS.len() - 2],
         None => &OF_CORRELATORS,
     };
     let given = |is_there: bool, parts: &'static [&'static str]| if is_there { parts } else { &[] };
