@@ -21,13 +21,12 @@ use crate::document::Body;
 use crate::histogram::{Histogram, HistogramError};
 use crate::photons::{Pulse, StepCount};
 use crate::recorded::{Assessment, RecordedHistogram, RecordedScan, assess, assess_histogram};
-use crate::reference::blocks::{Block, BlockMaker};
+use crate::reference::blocks;
 use crate::reference::photons::Recorded;
 use crate::reference::predictor::{Reference, ReferenceError};
 use crate::reference::stimulus::clocks_for_scans;
 use crate::scene::{Architecture, Detector, DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
-use crate::sensor::layout::Layout;
 
 /// Which channels of a recording are which.
 #[derive(Debug, Clone)]
@@ -388,15 +387,11 @@ pub fn counts_of(
         DetectorIndex::of(&sensor.scene().detectors).map(of_detector).collect();
     let mut reference = Reference::new(interface.clone())?;
     let mut stimulus = Recorded::new(Arc::clone(pulses), interface);
-    let layout = Layout::of(interface);
-    let clocks = clocks_for_scans(interface, 1);
-    let mut blocks = BlockMaker::new(&mut reference, &mut stimulus, &layout, clocks);
-    let mut block = Block::default();
-    while blocks.make(&mut block) {
-        for result in blocks.take_finished().filter(|result| result.scan == 0) {
+    blocks::results(&mut reference, &mut stimulus, clocks_for_scans(interface, 1), &mut |result| {
+        if result.scan == 0 {
             let count = StepCount { signed: result.count, total: result.total };
             scans[result.detector.0].counts.push(count);
         }
-    }
+    });
     Ok(scans)
 }

@@ -25,7 +25,7 @@ use crate::estimate::PredictionError;
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::photons::fast::StepCounter;
-use crate::reference::blocks::{Block, BlockMaker};
+use crate::reference::blocks;
 use crate::reference::photons::Photons;
 use crate::reference::predictor::{Reference, ReferenceError, StepResult};
 use crate::reference::stimulus::clocks_for_scans;
@@ -377,21 +377,18 @@ fn events(wanted: &Wanted, on_scan: &mut dyn FnMut(&[StepCount])) {
 
 fn sampled(wanted: &Wanted, on_scan: &mut dyn FnMut(&[StepCount])) -> Result<(), ScansError> {
     let interface = wanted.sensor.interface();
-    let layout = Layout::of(interface);
     let detectors = wanted.models();
     let from = begun_by(&detectors, wanted.scans.start);
     let clocks = clocks_for_scans(interface, wanted.scans.end - from);
     let mut reference = Reference::new(interface.clone())?;
     let mut photons = Photons::from_scan(&detectors, interface, wanted.seed, from);
     let mut collector = Collector::new(interface, from, wanted.scans.clone(), on_scan);
-    let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
-    let mut block = Block::default();
-    while maker.make(&mut block) {
-        for result in maker.take_finished().filter(|r| r.detector == wanted.detector) {
+    blocks::results(&mut reference, &mut photons, clocks, &mut |result| {
+        if result.detector == wanted.detector {
             let count = StepCount { signed: result.count, total: result.total };
             collector.take(result.scan, count);
         }
-    }
+    });
     Ok(())
 }
 

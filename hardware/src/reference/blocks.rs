@@ -187,14 +187,17 @@ impl<'a> BlockMaker<'a> {
         let clocks = &self.drive.surroundings.clocks;
         let at = |clock: u64| (clock.clamp(clocks.start, clocks.end) - clocks.start) as usize;
         let mut paint = |clocks: Range<usize>, level: bool| {
-            let records = inputs[clocks.start * words..clocks.end * words].chunks_exact_mut(words);
-            for record in records {
-                for (word, bits) in field.words() {
+            for (word, bits) in field.words() {
+                let records =
+                    inputs[clocks.start * words..clocks.end * words].chunks_exact_mut(words);
+                for record in records {
                     record[word] = if level { record[word] | bits } else { record[word] & !bits };
                 }
             }
         };
-        paint(0..at(clocks.end), rest);
+        if rest {
+            paint(0..at(clocks.end), rest);
+        }
         for other in self.drive.surroundings.away_from_rest(field.port.role) {
             paint(at(other.start)..at(other.end), !rest);
         }
@@ -229,9 +232,36 @@ impl<'a> BlockMaker<'a> {
             );
         }
         if self.reference.interface().polarity == Polarity::Low {
-            for record in inputs.chunks_exact_mut(words) {
-                field.words().for_each(|(word, bits)| record[word] ^= bits);
+            for (word, bits) in field.words() {
+                inputs.chunks_exact_mut(words).for_each(|record| record[word] ^= bits);
             }
         }
+    }
+}
+
+/// Results of the phase steps that a stimulus makes in so many clocks, in order, with no record of any
+/// port.
+pub fn results(
+    reference: &mut Reference,
+    stimulus: &mut dyn Stimulus,
+    clocks: u64,
+    on_result: &mut dyn FnMut(StepResult),
+) {
+    let detectors = reference.interface().reference_codes.len();
+    let mut levels = vec![Level::new(reference.interface().lanes()); detectors];
+    let mut drive = Drive::new(detectors);
+    let mut hits: Vec<Vec<Sample>> = vec![Vec::new(); detectors];
+    let mut next = 0;
+    while next < clocks {
+        let block = next..(next + BLOCK_CLOCKS).min(clocks);
+        next = block.end;
+        drive.start(block.clone());
+        stimulus.drive(&mut drive);
+        for ((level, pulses), hits) in levels.iter_mut().zip(&drive.pulses).zip(&mut hits) {
+            hits.clear();
+            level.paint(block.clone(), pulses, |_, _| (), hits);
+        }
+        reference.predict_results(&drive.surroundings, &hits);
+        reference.take_finished().for_each(&mut *on_result);
     }
 }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 pub use self::counting::{GroupSigns, SampleSigns};
 use self::hosted::Hosted;
-use super::canvas::{Canvas, Changes, EveryClock};
+use super::canvas::{Canvas, Changes, EveryClock, Unseen};
 use super::coverage::{CoverTable, ResetPoint, ResetState, Running, ScanPoint};
 use super::exercise::Exercised;
 use super::histogram::HistogramModel;
@@ -297,6 +297,11 @@ impl Reference {
         changes: &mut Changes,
     ) {
         self.predict_into(block, hits, changes);
+    }
+
+    /// [`Reference::predict`], of blocks of any length, and only what [`Reference::take_finished`] has.
+    pub fn predict_results(&mut self, block: &Surroundings, hits: &[Vec<Sample>]) {
+        self.predict_into(block, hits, &mut Unseen);
     }
 
     fn predict_into(
