@@ -7,9 +7,10 @@ pub mod icarus;
 pub mod naive_sensor;
 pub mod stimulus;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::deliver::{HdlError, emit};
@@ -32,8 +33,14 @@ pub fn recurrence(exponents: &[u32], seed: &[u8], length: usize) -> Vec<u8> {
     chips
 }
 
-/// The `which`-th primitive polynomial of a degree, found by its period.
+/// The `which`-th primitive polynomial of a degree, found by its period, once for all tests.
 pub fn primitive(degree: u32, which: usize) -> Vec<u32> {
+    static FOUND: Mutex<BTreeMap<(u32, usize), Vec<u32>>> = Mutex::new(BTreeMap::new());
+    let mut found = FOUND.lock().expect("nobody has panicked");
+    found.entry((degree, which)).or_insert_with(|| search_primitive(degree, which)).clone()
+}
+
+fn search_primitive(degree: u32, which: usize) -> Vec<u32> {
     let period = (1usize << degree) - 1;
     let is_primitive = |exponents: &[u32]| {
         let n = degree as usize;
