@@ -15,6 +15,33 @@ pub struct Row {
     pub total: Option<u64>,
 }
 
+/// The largest of counts that come one after another.
+#[derive(Debug, Clone, Default)]
+pub struct Largest {
+    /// Phase step and count.
+    largest: Option<(u64, i64)>,
+    least: i64,
+    counts: u64,
+}
+
+impl Largest {
+    /// Takes a count.
+    pub fn take(&mut self, phase_step: u64, count: i64) {
+        self.least = if self.counts == 0 { count } else { self.least.min(count) };
+        self.counts += 1;
+        if self.largest.is_none_or(|(_, largest)| count > largest) {
+            self.largest = Some((phase_step, count));
+        }
+    }
+
+    /// Phase step and count of it; none where nothing stands out: every count is the same, or the only one
+    /// is 0.
+    pub fn peak(&self) -> Option<(u64, i64)> {
+        let rest = if self.counts > 1 { self.least } else { 0 };
+        self.largest.filter(|&(_, largest)| largest != rest)
+    }
+}
+
 /// Puts the results of frames at their places.
 #[derive(Debug, Clone)]
 pub struct Places {

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use goldtof::Sensor;
 use goldtof::estimate::distance_m;
 use goldtof::estimate::report::EstimateReport;
-use goldtof_device::{DetectorScan, Report, Scan, hexadecimal};
+use goldtof_device::{DetectorScan, Largest, Report, Scan, hexadecimal};
 use goldtof_wire::{Content, Identity};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -224,7 +224,10 @@ impl View {
                 )
             }
             (None, Some(_), Some(_)) => ("...".to_owned(), String::new()),
-            (None, None, _) => ("no whole scan yet".to_owned(), String::new()),
+            (None, None, _) if self.scan.is_none() => {
+                ("no whole scan yet".to_owned(), String::new())
+            }
+            (None, None, _) => ("no peak".to_owned(), "every count is the same".to_owned()),
         };
         let first = vec![name, Span::from(told).style(bold), Span::from(at_peak)];
         let more = Span::from(format!("{:13}{more}", "")).style(Color::Gray);
@@ -408,8 +411,9 @@ fn colour(detector: usize) -> Color {
 
 /// Phase step and count of the largest count.
 fn peak(of: &DetectorScan) -> Option<(u64, i64)> {
-    let counts = of.phase_steps.iter().copied().zip(of.counts.iter().copied());
-    counts.reduce(|best, other| if other.1 > best.1 { other } else { best })
+    let mut largest = Largest::default();
+    of.phase_steps.iter().zip(&of.counts).for_each(|(&step, &count)| largest.take(step, count));
+    largest.peak()
 }
 
 /// The least and the greatest of some numbers, which are not the same.

@@ -3,7 +3,7 @@ use std::time::{Duration, Instant};
 
 use goldtof_wire::{Identity, ResultsFrame, Tally};
 
-use crate::Places;
+use crate::{Largest, Places};
 
 /// How a measurement goes: the newest scan's largest count, the rate, and what is missing.
 #[derive(Debug, Clone)]
@@ -16,8 +16,10 @@ pub struct Watch {
     bytes: u64,
     reported: Instant,
     scans: u64,
-    /// Phase step and count of the largest one so far of this scan, and of the last whole one.
-    largest: Option<(u64, i64)>,
+    /// Of the result that comes next, unless one of this scan is missing.
+    next_index: Option<u32>,
+    /// Of this scan so far; phase step and count of the last whole one's.
+    largest: Largest,
     peak: Option<(u64, i64)>,
     overrun: bool,
     saturated: bool,
@@ -28,13 +30,14 @@ pub struct Watch {
 pub struct Report {
     /// Time since the beginning.
     pub elapsed: Duration,
-    /// Scans that came to their end.
+    /// Scans of which every result came.
     pub scans: u64,
     /// Results per second since the last report.
     pub results_per_s: f64,
     /// Bytes per second since then, of whatever the line carried.
     pub bytes_per_s: f64,
-    /// Phase step, count and distance in metres of the last scan's largest count, and a step in metres.
+    /// Phase step, count and distance in metres of the last scan's largest count, and a step in metres; none
+    /// before a scan was whole, and where nothing stands out.
     pub peak: Option<(u64, i64, f64, f64)>,
     /// Flags of the core.
     pub overrun: bool,
@@ -56,7 +59,8 @@ impl Watch {
             bytes: 0,
             reported: now,
             scans: 0,
-            largest: None,
+            next_index: None,
+            largest: Largest::default(),
             peak: None,
             overrun: false,
             saturated: false,
@@ -66,20 +70,19 @@ impl Watch {
     /// Takes the results of a frame.
     pub fn results(&mut self, frame: &ResultsFrame) {
         if frame.index == 0 {
-            self.largest = None;
+            (self.largest, self.next_index) = (Largest::default(), Some(0));
         }
+        // What is missing could have had the peak.
+        let follows = self.next_index == Some(frame.index);
+        self.next_index = follows.then(|| frame.index + frame.results.len() as u32);
         let largest = &mut self.largest;
-        self.places.rows(frame, |row| {
-            if largest.is_none_or(|(_, largest)| row.count > largest) {
-                *largest = Some((row.phase_step, row.count));
-            }
-        });
+        self.places.rows(frame, |row| largest.take(row.phase_step, row.count));
         self.results += frame.results.len() as u64;
         self.overrun |= frame.overrun;
         self.saturated |= frame.saturated;
-        if frame.last {
+        if frame.last && follows {
             self.scans += 1;
-            self.peak = self.largest.take();
+            self.peak = std::mem::take(largest).peak();
         }
     }
 
@@ -128,7 +131,8 @@ impl fmt::Display for Report {
                     step_m / 12_f64.sqrt()
                 )?;
             }
-            None => write!(f, "  no whole scan yet")?,
+            None if self.scans == 0 => write!(f, "  no whole scan yet")?,
+            None => write!(f, "  no peak: every count is the same")?,
         }
         let tally = &self.tally;
         write!(

@@ -260,6 +260,37 @@ fn the_watch_tells_the_largest_count_of_the_last_scan_and_its_distance() {
 }
 
 #[test]
+fn no_peak_is_told_of_counts_that_are_all_the_same_or_where_some_are_missing() {
+    let mut watch = Watch::new(Identity { first_step: 0, steps: 248, ..identity() });
+    let frame = |index: u32, results: Vec<u128>, last| ResultsFrame {
+        index,
+        last,
+        results,
+        ..ResultsFrame::default()
+    };
+    let mut said = |frames: &[ResultsFrame]| {
+        frames.iter().for_each(|frame| watch.results(frame));
+        watch.report(Duration::ZERO, Default::default()).expect("it is due").to_string()
+    };
+    let with_peak = || (0..248).map(|step| 100 * u128::from(step == 21)).collect::<Vec<_>>();
+    // Without its first half, and without its second frame.
+    let text = said(&[frame(124, with_peak()[124..].to_vec(), true)]);
+    assert!(text.contains("0 scans") && text.contains("no whole scan yet"), "{text}");
+    let text = said(&[frame(0, vec![0; 20], false), frame(100, vec![0; 148], true)]);
+    assert!(text.contains("0 scans") && text.contains("no whole scan yet"), "{text}");
+    let text = said(&[frame(0, vec![3; 124], false), frame(124, vec![3; 124], true)]);
+    assert!(
+        text.contains("1 scans") && text.contains("no peak: every count is the same"),
+        "{text}"
+    );
+    let text = said(&[frame(0, with_peak(), true)]);
+    assert!(text.contains("2 scans") && text.contains("peak 100 at step 21: 3.148"), "{text}");
+    // The last whole one stands.
+    let text = said(&[frame(0, vec![7; 124], false), frame(200, vec![500; 48], true)]);
+    assert!(text.contains("2 scans") && text.contains("peak 100 at step 21"), "{text}");
+}
+
+#[test]
 fn a_request_of_another_kind_is_not_taken_for_an_answer() {
     // The identity answers a request with another tag: an answer that came too late.
     let (host, mut far) = line();
