@@ -6,8 +6,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use goldtof::code::{Code, CodeSpec, Family, Generator};
+use goldtof::estimate::report::estimate_scan;
 use goldtof::recorded::{Cause, RecordedScan, against_scene, assess};
-use goldtof::scene::{self, DetectorIndex, Setting, SourceIndex};
+use goldtof::scene::{self, DetectorIndex, EstimatorKind, Setting, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
@@ -88,6 +89,58 @@ fn a_sensor_that_is_as_its_scene_says_is_seldom_accused() {
         assert!(accused[0] < 0.01, "{what}: {accused:?}");
         assert!(accused[1] < 0.1, "{what}: {accused:?}");
     }
+}
+
+/// Counts of a beam that is blocked have a largest one, too. It is no distance, by either estimator, and what
+/// is wrong is not sought among codes and clocks; the background may be another one where totals tell it.
+#[test]
+fn a_blocked_beam_gives_no_distance_and_is_named() {
+    let blocked = "path.transmission=1e-9";
+    let bright = "detector.background_rate=2 Mcps";
+    for (what, settings, has_totals, estimator) in [
+        ("signed counts", &[blocked][..], false, EstimatorKind::Fft),
+        ("with totals", &[blocked], true, EstimatorKind::Fft),
+        ("with totals, fitted", &[blocked], true, EstimatorKind::Model),
+        ("in brighter background", &[blocked, bright], true, EstimatorKind::Model),
+    ] {
+        let with_totals = ["hardware.total_counts=true"];
+        let more = if has_totals { &with_totals[..] } else { &[] };
+        let built = quick(&[settings, more].concat());
+        let written = quick(more).estimated_by(estimator);
+        let (mut distances, mut named, mut all) = (0, 0, 0);
+        scans(&built, DetectorIndex(0), Tier::Sampled, 5, scans_or(40), |counts| {
+            let detector = DetectorIndex(0);
+            let scan = RecordedScan { detector, counts: counts.to_vec(), has_totals };
+            let found = assess(&written, &scan);
+            let chance = found.estimate.chance_bound_fraction.expect("theory covers it");
+            assert!(chance < 0.5 || found.estimate.distance_m.is_none(), "{found}");
+            distances += u64::from(found.estimate.distance_m.is_some());
+            named += u64::from(found.diagnosis.expect("it is known").causes == [Cause::NoLight]);
+            all += 1;
+        })
+        .unwrap();
+        println!("{what}: a distance of {distances} of {all}, no light named in {named}");
+        // At most half by the bound, which is above the chance; no light explains all but 0.2 %.
+        let [_, most] = binomial_interval(distances, all);
+        assert!(most <= 0.5, "{what}: {distances} of {all}");
+        assert!(named * 20 >= all * 19, "{what}: {named} of {all}");
+    }
+}
+
+/// Light that is a hundredth of the scene's, whose peak stands out, is not taken for none.
+#[test]
+fn dim_light_is_not_taken_for_none() {
+    let built = quick(&["source.mean_power=2 pW", "hardware.total_counts=true"]);
+    let written = quick(&["hardware.total_counts=true"]);
+    for (causes, sentence) in said(&built, &written, true, 5) {
+        assert!(causes.contains(&Cause::LightLevel), "{sentence}");
+    }
+    scans(&built, DetectorIndex(0), Tier::Sampled, 5, 20, |counts| {
+        let found = estimate_scan(&written, DetectorIndex(0), counts);
+        assert!(found.chance_bound_fraction.is_some_and(|chance| chance < 0.01), "{found:?}");
+        assert!((found.distance_m.expect("a peak") - 3.2).abs() < 1.0, "{found:?}");
+    })
+    .unwrap();
 }
 
 /// Seven hits in a step: the tests would accuse one right scene of five.

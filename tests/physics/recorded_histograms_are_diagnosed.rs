@@ -76,6 +76,7 @@ fn what_is_wrong_with_a_sensor_is_named() {
         (&["detector.dead_time=20 ns"], Cause::DeadTime),
         (&["detector.delay=0.5 ns"], Cause::Offset),
         (&["source.code.index=3"], Cause::Code),
+        (&["path.transmission=1e-9"], Cause::NoLight),
     ] {
         let built = histogram(settings);
         let found = assessments(&built, &written, histograms_or(5));
@@ -84,6 +85,10 @@ fn what_is_wrong_with_a_sensor_is_named() {
         let (named, of) = (named.count(), found.len());
         println!("{settings:?}: {cause:?} named {named} of {of}, alone {alone}");
         assert!(named * 10 >= of * 8, "{settings:?}: {named} of {of}");
+        // Light of another code has no peak of this one.
+        let has_peak = !matches!(cause, Cause::NoLight | Cause::Code);
+        let distances = found.iter().filter(|one| one.estimate.distance_m.is_some()).count();
+        assert_eq!(distances, if has_peak { of } else { 0 }, "{settings:?}");
     }
 }
 

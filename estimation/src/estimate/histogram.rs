@@ -16,7 +16,7 @@ use super::{
 use crate::histogram::Histogram;
 use crate::histogram::correction::{CorrectionError, DeadTime, PrimaryLight};
 use crate::histogram::correlation::Correlator;
-use crate::photons::DetectorModel;
+use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, PathIndex};
@@ -24,6 +24,19 @@ use crate::sensor::Sensor;
 
 /// A share of misses that is the sum of all steps' chances, which count the same photons.
 const SURELY_FOUND: f64 = 1e-7;
+
+/// Counts of all phase steps, which follow from a histogram.
+pub fn step_counts(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    histogram: &Histogram,
+) -> Vec<StepCount> {
+    let code = sensor.reference(detector);
+    let correlator = Correlator::new(code, sensor.clock().samples_per_chip);
+    let total = histogram.total();
+    let signed = correlator.signed_counts(histogram).into_iter();
+    signed.map(|signed| StepCount { signed, total }).collect()
+}
 
 /// Why a histogram does not give a distance.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

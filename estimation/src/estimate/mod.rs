@@ -22,6 +22,7 @@
 
 mod approximation;
 pub mod bound;
+pub mod chance;
 pub mod coverage;
 mod dead_time;
 mod effort;

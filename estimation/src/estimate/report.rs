@@ -6,9 +6,10 @@ use std::fmt::Display;
 use serde::Serialize;
 
 use super::bound::{bound, bound_and_remark};
+use super::chance::{self, DOUBTFUL, NO_PEAK};
 use super::coverage;
 use super::evidence::{Evidence, Expectation, ExpectedErrors, Family};
-use super::histogram::{self, PhaseOfHistogram};
+use super::histogram::{self, PhaseOfHistogram, step_counts};
 use super::theory::covered;
 use super::truth::Asked;
 use super::unwrap::{check_normal, fold, fold_distance};
@@ -47,8 +48,12 @@ pub struct EstimateReport {
     /// first.
     pub path: Option<PathIndex>,
     /// The estimate; null if the counts do not have a peak, or no modulated light could
-    /// have caused one.
+    /// have caused one, or noise alone is as likely to.
     pub distance_m: Option<f64>,
+    /// At most this share of scans without any light of the source has a count as large as the
+    /// largest one ([`crate::estimate::chance`]); null without counts, or where theory says nothing
+    /// of such scans. From 0.5 on there is no estimate.
+    pub chance_bound_fraction: Option<f64>,
     /// That path's distance, folded into the unambiguous range.
     pub true_distance_m: Option<f64>,
     /// When a moving path has it, from the start of the scan: when the scan passes
@@ -236,7 +241,10 @@ impl EstimateReport {
         let is_modulated = check_modulated(sensor, detector).map_err(|reason| reason.to_string());
         let walks = is_modulated.is_ok().then(|| walks(sensor, detector, counted)).flatten();
         let ranging = Ranging::of(sensor, detector);
-        let measured_ps = is_modulated.and_then(|()| self.answer(&ranging, counted));
+        let measured_ps = is_modulated.and_then(|()| {
+            self.check_chance(sensor, detector, counted)?;
+            self.answer(&ranging, counted)
+        });
         if let Err(reason) = &measured_ps {
             self.add_remark(&format!("no estimate: {reason}"));
         }
@@ -245,6 +253,37 @@ impl EstimateReport {
         }
         let of_steps = matches!(counted, Counted::Steps(_));
         self.compare(&ranging, measured_ps.ok(), of_steps);
+    }
+
+    /// Whether noise alone could have made the largest count: then there is no estimate.
+    fn check_chance(
+        &mut self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        counted: Counted,
+    ) -> Result<(), String> {
+        let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
+        let fraction = match counted {
+            Counted::Bins(histogram) => {
+                Some(chance::of_histogram(&step_counts(sensor, detector, histogram)))
+            }
+            Counted::Steps(counts) if is_histogram => Some(chance::of_histogram(counts)),
+            Counted::Steps(counts) => chance::of_steps(sensor, detector, counts),
+        };
+        self.chance_bound_fraction = fraction;
+        let Some(fraction) = fraction.filter(|&fraction| fraction >= DOUBTFUL) else {
+            return Ok(());
+        };
+        let as_large = format!(
+            "without any light of \"{}\" up to {:.0} % of scans have a count as large as the largest",
+            self.source,
+            fraction * 1e2
+        );
+        if fraction >= NO_PEAK {
+            return Err(as_large);
+        }
+        self.add_remark(&format!("the peak may be chance: {as_large}"));
+        Ok(())
     }
 
     /// The estimate of the scene's estimator: the delay, in ps, or why it failed.

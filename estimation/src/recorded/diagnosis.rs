@@ -15,6 +15,7 @@ use super::Cause;
 use super::codes::{self, Candidate};
 use super::hypothesis::{Change, SceneFit, Unknown, fit};
 use super::observed::{Observed, differences};
+use crate::estimate::chance::without_own_light;
 use crate::estimate::evidence::Family;
 use crate::estimate::fit::FitError;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
@@ -90,6 +91,9 @@ pub(super) fn diagnose(
     let hits = examination.fitted.expected.hits();
     if hits < FEWEST_HITS {
         return Ok(examination.too_few_hits(hits));
+    }
+    if let Some(dark) = examination.without_light() {
+        return Ok(dark);
     }
     while examination.take_in_best() {}
     let codes = match examination.is_explained() {
@@ -188,6 +192,42 @@ impl Examination<'_> {
         self.unknowns.push(unknown);
         self.fitted = fitted;
         true
+    }
+
+    /// The diagnosis of counts that a scene without any light of the own source explains, and better than
+    /// the scene does: whatever else is freed would be fitted to noise.
+    fn without_light(&mut self) -> Option<(Diagnosis, SceneFit)> {
+        let detector = self.observed.detector();
+        let dark = without_own_light(self.sensor, detector);
+        // Signed counts alone do not tell the background: it is the scene's.
+        let unknowns: &[Unknown] =
+            if self.observed.tells_light() { &[Unknown::Constant] } else { &[] };
+        let fitted = fit(&dark, self.observed, unknowns, Change::default()).ok()?;
+        let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
+        let explains = fitted.p_value.is_none_or(|p| p >= family().level());
+        if !explains || gain <= critical() {
+            return None;
+        }
+        let own = &self.scene.sources[self.scene.detectors[detector].reference].name;
+        let diagnosis = Diagnosis {
+            causes: vec![Cause::NoLight],
+            sentence: format!(
+                "the counts are those of a scene without any light of \"{own}\": the beam is blocked, the \
+                 laser off, or the target out of reach"
+            ),
+            tests: vec![TestOutcome {
+                cause: Cause::NoLight,
+                statistic: gain,
+                p_value: Some(chance(gain)),
+                rejects: true,
+                scene_value: None,
+                fitted_value: None,
+                fitted_value_std: None,
+                unit: "",
+            }],
+            not_tested: Vec::new(),
+        };
+        Some((diagnosis, fitted))
     }
 
     /// No diagnosis: the tests do not keep their level where hits are few.

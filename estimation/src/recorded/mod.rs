@@ -60,6 +60,9 @@ use crate::sensor::Sensor;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
+    /// None of the own source's light arrives: the beam is blocked, the laser off, or the target out of
+    /// reach.
+    NoLight,
     /// The sources' power, the transmission, or the detection probability.
     LightLevel,
     /// Dark counts, background, or other light that is not modulated.

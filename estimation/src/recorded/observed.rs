@@ -9,10 +9,9 @@ use crate::estimate::CountingTier;
 use crate::estimate::fit::FitError;
 use crate::estimate::fit::moments::PerDetection;
 use crate::estimate::fit::weights::Weights;
-use crate::estimate::histogram::dead_time;
+use crate::estimate::histogram::{dead_time, step_counts};
 use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
 use crate::histogram::correction::DeadTime;
-use crate::histogram::correlation::Correlator;
 use crate::histogram::innovations::{Innovations, deviance};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{CountMoments, MeanCount, MeanResponse, SecondMoments};
@@ -75,13 +74,7 @@ impl Observed<'_> {
     pub fn step_counts(self, sensor: &Sensor) -> Vec<StepCount> {
         match self {
             Observed::Steps(scan) => scan.counts.clone(),
-            Observed::Bins(recorded) => {
-                let code = sensor.reference(recorded.detector);
-                let correlator = Correlator::new(code, sensor.clock().samples_per_chip);
-                let total = recorded.histogram.total();
-                let signed = correlator.signed_counts(&recorded.histogram).into_iter();
-                signed.map(|signed| StepCount { signed, total }).collect()
-            }
+            Observed::Bins(recorded) => step_counts(sensor, recorded.detector, &recorded.histogram),
         }
     }
 
