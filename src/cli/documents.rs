@@ -36,6 +36,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         crate::study::reproduce::Reproduction,
         crate::run::Run,
         crate::simulate::repeat::Simulation,
+        crate::simulate::track::TrackReport,
         crate::study::stress::StressReport,
         super::stress::CaseList,
         super::sweep::SweepReport,

@@ -17,6 +17,7 @@ use crate::sensor::Sensor;
 use crate::shard::{self, Job, Part, Parts, Results, SimulateJob};
 use crate::simulate::repeat::{Simulated, Simulation};
 use crate::simulate::scans::Prepared;
+use crate::simulate::track::Tracking;
 use crate::simulate::{SimulateOptions, forecast, simulate};
 
 #[derive(Debug, Args)]
@@ -32,6 +33,14 @@ pub(super) struct SimulateArguments {
     /// standard deviation as CSV, for example --expected expected.csv
     #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     pub expected: Option<PathBuf>,
+    /// Acquire targets and follow each for so many updates, for example --track=64 (the default):
+    /// --repeat is how many
+    #[arg(long, value_name = "UPDATES", num_args = 0..=1, require_equals = true, default_missing_value = "64",
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000), conflicts_with_all = ["shard", "expected"])]
+    pub track: Option<u64>,
+    /// With --track, draw the fastest target over the gain (SVG), for example --speeds speeds.svg
+    #[arg(long, value_name = "FILE", requires = "track")]
+    pub speeds: Option<PathBuf>,
     #[command(flatten)]
     pub check: CheckArgument,
     #[command(flatten)]
@@ -45,6 +54,9 @@ impl Command for SimulateArguments {
         let scene = text.scene()?.with_estimator(options.estimator)?.summed();
         let sensor = Sensor::new(&scene);
         warn(&sensor, output);
+        if let Some(updates) = self.track {
+            return self.track(&sensor, &options, updates, text.reference(), output);
+        }
         let order = self.shard.order();
         let scans = order.as_ref().map_or(options.repetitions, |order| {
             let stretch = order.part.stretch(options.repetitions);
@@ -68,6 +80,26 @@ impl Command for SimulateArguments {
         }
         let simulation = simulate(&sensor, options, |_| ())?;
         tell(text.reference(), &simulation, self.check.check, output)
+    }
+}
+
+impl SimulateArguments {
+    /// Targets, acquired and followed.
+    fn track(
+        &self,
+        sensor: &Sensor,
+        options: &SimulateOptions,
+        updates: u64,
+        scene: SceneReference,
+        output: &Output,
+    ) -> anyhow::Result<Ending> {
+        let tracking = Tracking::new(sensor, options)?;
+        let report = tracking.track(options.repetitions, updates)?;
+        if let Some(path) = &self.speeds {
+            files::write(path, &tracking.speeds_svg()?)?;
+        }
+        output.answer(Some(scene), &report, &report.to_text())?;
+        Ok(Ending::of_check(self.check.check, report.expectation_holds))
     }
 }
 

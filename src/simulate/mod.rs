@@ -23,6 +23,7 @@ pub mod pulses;
 pub mod repeat;
 mod run_up;
 pub mod scans;
+pub mod track;
 
 use std::time::Instant;
 

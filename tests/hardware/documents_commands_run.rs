@@ -25,6 +25,7 @@ const SKIPPED: &[(&str, &str)] = &[
     ("image-glass.toml --out", "half a minute of fits; tests/interface has a smaller one"),
     ("--repeat 2000", "half a minute of simulation"),
     ("--repeat 112", "minutes of simulation"),
+    ("--track", "minutes of photons; the tests of simulate::track have a few"),
     ("cargo install", "a release build; a test of its own would take as long"),
 ];
 /// The words that stand for a user's own, and one of each.

@@ -238,6 +238,8 @@ fn documents(work: &Path) -> Vec<Value> {
             all.push(document(&words));
         }
     }
+    let tracking = "tests/scenes/tracking.toml";
+    all.push(document(&["simulate", tracking, "--track=2", "--repeat", "2"]));
     all.push(document(&["cosim", quick, "--stimulus", "adversarial", "--vcd", &at("w.vcd")]));
     all.push(mismatch(work));
     let sweep = ["--over", "path.distance=1 m, 2 m", "--fidelity", "expected"];

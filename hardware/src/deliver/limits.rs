@@ -19,6 +19,9 @@ pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(),
     if periods.clone().any(|period| period != interface.reference_codes[0].len()) {
         return Err(HdlError::CodeLengths { found: periods.collect() });
     }
+    if sensor.scene().hardware.track {
+        return Err(HdlError::Tracking);
+    }
     match &interface.counting {
         Counting::Correlator(correlator) => check_correlator(sensor, interface, correlator)?,
         Counting::Histogram(plan) => check_histogram(sensor, plan)?,

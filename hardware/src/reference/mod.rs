@@ -26,3 +26,4 @@ mod registers;
 mod resets;
 pub mod stimulus;
 mod stream;
+pub mod tracking;

@@ -36,9 +36,9 @@ impl<'m> Avalanches<'m> {
     /// Ready so many chips before the group of `key`, or a little later.
     pub fn new(model: &'m DetectorModel, key: &StreamKey, warm_up_chips: i64) -> Avalanches<'m> {
         let start = Avalanches::start(model, key, warm_up_chips);
-        let start_in_scan = model.timing.start_of_group(key.group);
-        let start_in_scan = i64::try_from(start_in_scan.0).unwrap_or(i64::MAX);
-        let start_in_all = model.timing.first_chip(key.repetition, key.group);
+        let start_in_scan = model.chips_of_movement(key.group);
+        let start_in_scan = i64::try_from(start_in_scan).unwrap_or(i64::MAX);
+        let start_in_all = model.chip_of_all(key.repetition, key.group);
         let excess = model
             .excess
             .iter()

@@ -14,7 +14,7 @@ use super::random::{Part, StreamKey, scatter};
 use super::shape::PulseShape;
 use super::tail::Tail;
 use crate::code::Code;
-use crate::scan::{Group, Sampler, Timing};
+use crate::scan::{Chip, Group, Sampler, Timing};
 use crate::scene::{Combination, CounterTiming, Detector, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
@@ -53,6 +53,8 @@ pub struct DetectorModel {
     pub(crate) crosstalk: Option<Arc<Coupled>>,
     /// Its cells, where it has several; all else here is of them together.
     pub(crate) pixel: Option<Arc<Pixel>>,
+    /// Where its groups stand, if not one scan after another.
+    pub(crate) anchor: Option<Anchor>,
 }
 
 /// The cells of a detector that has several.
@@ -98,6 +100,15 @@ impl Pixel {
             Combination::Xor => high % 2 == 1,
         }
     }
+}
+
+/// A scan whose first group has a number, and begins at a time, of its own: the light goes on, and the codes begin anew.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Anchor {
+    /// Its first group.
+    group: Group,
+    /// Chips from the first scan's start to it.
+    chips: u64,
 }
 
 /// One way of crosstalk, from one detector of some to another.
@@ -269,6 +280,7 @@ impl DetectorModel {
             warm_up_chips: 0,
             crosstalk: None,
             pixel: None,
+            anchor: None,
             reference,
         };
         model.warm_up_chips = model.warm_up();
@@ -330,9 +342,43 @@ impl DetectorModel {
         (moved, 1e-3 * self.timing.clock.sample_period_chips())
     }
 
+    /// Its next scan begins `chips` after its first one, with phase step `first_step` at group `group`, and with the
+    /// codes' first chips. Light and movement go on: groups of other numbers have random numbers of their own. The plain
+    /// loop knows of it, of repetition 0 and one phase step at a time; the vector lanes leave it alone.
+    pub fn begin_scan(&mut self, group: Group, first_step: u64, chips: u64) {
+        let scan = &mut self.timing.scan;
+        let before = group.0 % scan.steps_per_period;
+        scan.first_step = (first_step + scan.steps_per_period - before) % scan.steps_per_period;
+        self.anchor = Some(Anchor { group, chips });
+    }
+
+    /// First chip of a group, from the first chip of its codes on: of the scan, and of all scans.
+    fn chips_of_codes(&self, repetition: u64, group: Group) -> Chip {
+        match self.anchor {
+            None => self.timing.first_chip(repetition, group),
+            Some(anchor) => self.timing.start_of_group(Group(group.0 - anchor.group.0)),
+        }
+    }
+
+    /// Chips from the start of a scan, at which paths have their own delays, to a group.
+    pub(crate) fn chips_of_movement(&self, group: Group) -> u128 {
+        match self.anchor {
+            None => self.timing.start_of_group(group).0,
+            Some(anchor) => self.chips_of_codes(0, group).0 + u128::from(anchor.chips),
+        }
+    }
+
+    /// First chip of a group among those of all scans.
+    pub(crate) fn chip_of_all(&self, repetition: u64, group: Group) -> Chip {
+        match self.anchor {
+            None => self.timing.first_chip(repetition, group),
+            Some(_) => Chip(self.chips_of_movement(group)),
+        }
+    }
+
     /// Position in a code of `length` chips at which a group starts.
     pub(crate) fn code_position(&self, repetition: u64, group: Group, length: u64) -> i64 {
-        self.timing.first_chip(repetition, group).of_code(length) as i64
+        self.chips_of_codes(repetition, group).of_code(length) as i64
     }
 
     /// How long before a step its simulation starts.

@@ -59,6 +59,6 @@ pub use dead_time::DeadTime;
 pub use detector::DetectorModel;
 pub use full::OptionalPart;
 pub use registration::Detection;
-pub use sampled::{Level, Pulse, PulseStream};
+pub use sampled::{Level, Pulse, PulseStream, pulses_of_group};
 pub use shape::{Gate, PulseShape, Strand};
 pub use step::{GroupDetections, StepDetections};

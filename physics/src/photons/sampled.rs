@@ -245,6 +245,19 @@ fn next_group(
     model.timing.is_gapless().then_some((repetition + 1, Group(0)))
 }
 
+/// The pulses of one group alone from the plain loop, in order; `start` is its first sample.
+pub fn pulses_of_group(
+    model: &DetectorModel,
+    seed: u64,
+    repetition: u64,
+    group: Group,
+    start: Sample,
+) -> impl Iterator<Item = Pulse> + '_ {
+    let detections = model.step(seed, repetition, group);
+    let pulses = detections.map(move |detection| sample(detection, model, start));
+    pulses.filter(|pulse| pulse.first < pulse.end)
+}
+
 /// The samples of a detection's pulse in a group that starts at `start`.
 #[inline]
 fn sample(

@@ -1,7 +1,7 @@
 //! Table `[hardware]`.
 
 use super::declare::*;
-use super::{EstimatorKind, Scan, TotalsMissing};
+use super::{EstimatorKind, Scan, Scene, TotalsMissing};
 
 tables! {
     /// Target and options of the hardware. Without `counter_width` counts are as wide as no stimulus
@@ -41,6 +41,16 @@ tables! {
         registers => registers: Registers = choice(Registers::CHOICES), Or("\"none\""), "\"axi4-lite\"";
             "registers by which a host starts and stops scans, and sets first step, number of \
              steps, integration and code, with no new build";
+        track => track: bool = BOOLEAN, Or("false"), "true";
+            "whether the hardware, once a scan has found a target, follows it with a window of two chips";
+        track_gain => track_gain: Share = choice(Share::CHOICES), Or("\"1/4\""), "\"1/2\"";
+            "share of its distance from the peak by which the window moves each time; a host sets others";
+        track_threshold => track_threshold: Share = choice(Share::CHOICES), Or("\"1/2\""), "\"1/4\"";
+            "share of the followed light below which a window has lost it; a host sets others";
+        track_patience => track_patience: u32 = integer(1, 15), Or("4"), "1";
+            "windows without the light, one after another, after which a whole scan looks for the target; a \
+             host sets others"
+            "four bits of a register";
         buffers => buffers: u32 = integer(1, 2), Or("2"), "1";
             "histograms that each detector has memory for: with 2 one counts while the \
              other is read, as slowly as the receiver likes; with 1 a row leaves at each \
@@ -89,6 +99,36 @@ choices! {
         None = "none",
         /// By an AXI4-Lite slave (ARM IHI 0022, chapter B1) of 32 bits.
         Axi4Lite = "axi4-lite",
+    }
+}
+
+choices! {
+    /// A share that hardware takes by shifts.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Share {
+        /// All of it.
+        Whole = "1",
+        /// Half of it, and so on.
+        Half = "1/2",
+        /// A quarter.
+        Quarter = "1/4",
+        /// An eighth.
+        Eighth = "1/8",
+        /// A sixteenth.
+        Sixteenth = "1/16",
+        /// A 32nd.
+        Part32 = "1/32",
+        /// A 64th.
+        Part64 = "1/64",
+        /// A 128th.
+        Part128 = "1/128",
+    }
+}
+
+impl Share {
+    /// How often it is halved.
+    pub fn halvings(self) -> u32 {
+        self as u32
     }
 }
 
@@ -237,6 +277,55 @@ fn check_readout(
     }
 }
 
+/// Reports what a scene lacks whose hardware is to follow a target.
+pub(super) fn check_tracking(section: &Section, scene: &Scene) {
+    let hardware = &scene.hardware;
+    if !hardware.track {
+        for key in ["track_gain", "track_threshold", "track_patience"] {
+            if section.get(key).is_some() {
+                section.report(
+                    key,
+                    "no target is followed; write track = true, or leave out this key",
+                );
+            }
+        }
+        return;
+    }
+    if hardware.architecture == Architecture::Histogram {
+        // Told with all that a histogram has no use for.
+        return;
+    }
+    let complain = |message: &str| section.report("track", message);
+    let (window, scan) = (2 * u64::from(scene.samples_per_chip), scene.timing().scan);
+    if window > scan.steps_per_period {
+        complain(&format!(
+            "the window of two chips has {window} phase steps, and the code period {}; use a longer code",
+            scan.steps_per_period
+        ));
+    }
+    if hardware.registers == Registers::None {
+        complain("a host turns it on and off; write registers = \"axi4-lite\"");
+    }
+    if !hardware.peak_detector {
+        complain("the window begins at a scan's peak; write peak_detector = true");
+    }
+    if hardware.parallel > 1 {
+        complain("a window moves by single phase steps; leave out `parallel`");
+    }
+    if hardware.readout == Readout::Rows {
+        complain("rows are for many detectors, and a window follows what one sees; leave out `readout`");
+    }
+    if scene.detectors.iter().any(|detector| detector.cells > 1) {
+        complain("what a window is expected to see is known of single SPADs; leave out `cells`");
+    }
+    if scene.detectors.len() > 1 {
+        complain(&format!(
+            "a window follows what one detector sees, and the scene has {}; emit a sensor for each",
+            scene.detectors.len()
+        ));
+    }
+}
+
 /// A histogram has every phase step and every hit: nothing chooses among them.
 fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
     for (key, why) in [
@@ -253,6 +342,10 @@ fn check_histogram(section: &Section, scan: Option<&Scan>, parallel: u32) {
         (
             "accumulate",
             "a histogram adds up code periods; integrate for longer, and leave out this key",
+        ),
+        (
+            "track",
+            "a histogram has every phase step at once, and follows any target; leave out this key",
         ),
         (
             "registers",

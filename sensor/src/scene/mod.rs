@@ -61,7 +61,7 @@ pub use detector::*;
 pub use error::{SceneError, SceneErrors};
 pub use estimator::{EstimatorKind, OtherLight, TotalsMissing};
 pub use hardware::{
-    Architecture, Hardware, LEAST_CHIPS_OF_ROWS, Polarity, Readout, Registers, Target,
+    Architecture, Hardware, LEAST_CHIPS_OF_ROWS, Polarity, Readout, Registers, Share, Target,
 };
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use lookup::{Entry, quantity_text};

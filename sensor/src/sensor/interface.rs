@@ -9,8 +9,9 @@ use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
 use super::registers::{Hardware, RegisterPlan, Settings, is_same, seed_of};
 use super::rows::{RowPlan, signed_bits};
+use super::track::TrackPlan;
 use crate::code::Code;
-use crate::scan::{Grouping, Timing};
+use crate::scan::{Grouping, PERIODS_OF_PREPARATION, Timing};
 use crate::scene::{Architecture, Polarity, Readout, Registers, Scene, Source, Target};
 
 /// The hardware that a scene needs, as seen from outside.
@@ -385,6 +386,14 @@ impl Interface {
     /// Clocks from the end of reset to the first word of the first scan, less one.
     pub fn lead_clocks(&self) -> u64 {
         self.start_clocks() + self.timing.preparation_chips
+    }
+
+    /// Chips from the first of a window to that of the next: the window, until its last count is there and has been
+    /// weighed, until codes have begun anew, and a scan's preparation.
+    pub fn window_pitch_chips(&self, track: &TrackPlan) -> u64 {
+        let window = track.window_steps() * self.timing.scan.integration_chips;
+        let turn = u64::from(self.result_latency_clocks + track.decision_clocks() + 1);
+        window + turn + self.start_clocks() + PERIODS_OF_PREPARATION * self.timing.code_chips()
     }
 
     /// Results that a group sends: one for each phase step and detector, or the rows of

@@ -27,6 +27,7 @@ pub mod peak;
 pub mod port;
 pub mod registers;
 pub mod rows;
+pub mod track;
 
 use std::path::Path;
 

@@ -169,20 +169,7 @@ pub fn scene(
         },
         estimator: EstimatorKind::Fft,
         other_light: OtherLight::Given,
-        hardware: Hardware {
-            target: Target::Ecp525k6,
-            parallel: 1,
-            counter_width,
-            total_counts: None,
-            architecture: goldtof::scene::Architecture::UpDown,
-            polarity: Polarity::High,
-            peak_detector: false,
-            readout: Readout::Queue,
-            accumulate: 1,
-            scene_text: false,
-            registers: goldtof::scene::Registers::None,
-            buffers: 2,
-        },
+        hardware: Hardware { counter_width, ..Hardware::default() },
         array: None,
     }
 }

@@ -13,7 +13,7 @@ use goldtof_sensor::code::{Code, Generator};
 use goldtof_sensor::scan::{Sample, Step};
 use goldtof_sensor::scene::{
     CounterTiming, Detector, DetectorIndex, EstimatorKind, Hardware, LaserResponse, OtherLight,
-    Path, Scan, Scene, Source, SourceClock, SourceIndex, Target,
+    Path, Scan, Scene, Source, SourceClock, SourceIndex,
 };
 
 /// How often a test repeats what it counts: as often as every change needs, or, where
@@ -104,20 +104,7 @@ pub fn ideal_scene(code: Arc<Code>, mean_rate_cps: f64, integration_chips: u64) 
         scan,
         estimator: EstimatorKind::Fft,
         other_light: OtherLight::Given,
-        hardware: Hardware {
-            target: Target::Ecp525k6,
-            parallel: 1,
-            counter_width: None,
-            total_counts: None,
-            architecture: goldtof_sensor::scene::Architecture::UpDown,
-            polarity: goldtof_sensor::scene::Polarity::High,
-            peak_detector: false,
-            readout: goldtof_sensor::scene::Readout::Queue,
-            accumulate: 1,
-            scene_text: false,
-            registers: goldtof_sensor::scene::Registers::None,
-            buffers: 2,
-        },
+        hardware: Hardware::default(),
         array: None,
     }
 }

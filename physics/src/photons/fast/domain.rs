@@ -23,6 +23,9 @@ pub enum OutsideDomain {
         /// Its index.
         path: PathIndex,
     },
+    /// Scans that do not follow one another.
+    #[error("scans begin when they like; the lanes take those that follow one another")]
+    Anchored,
     /// The tables would fill the memory.
     #[error("a code has {chips} chips; the lanes take up to {limit}")]
     CodeTooLong {
@@ -134,6 +137,9 @@ impl Tables {
         }
         if model.crosstalk.is_some() {
             return Err(OutsideDomain::Crosstalk);
+        }
+        if model.anchor.is_some() {
+            return Err(OutsideDomain::Anchored);
         }
         if model.pixel.is_some() {
             return Err(OutsideDomain::Cells);

@@ -1,0 +1,505 @@
+//! A target that is acquired and then tracked: the rule of the hardware, in whole numbers, with simulated photons in
+//! its loop, beside what theory says of it.
+
+mod plot;
+mod run;
+mod text;
+mod theory;
+mod windows;
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use self::run::{Course, Outcome, Run};
+use self::theory::Peak;
+use self::windows::Windows;
+use super::effort::{self, TooMuch};
+use super::{SimulateOptions, Tier};
+use crate::document::Body;
+use crate::estimate::{CountingTier, bound::bound, calibration_offset_ps, distance_m};
+use crate::photons::DetectorModel;
+use crate::photons::random::scatter;
+use crate::reference::tracking::Follower;
+use crate::response::MeanResponseError;
+use crate::scene::{DetectorIndex, Movement, PathIndex};
+use crate::sensor::Sensor;
+use crate::sensor::track::{TrackPlan, TrackSetting};
+
+/// The one detector: scenes that follow targets have no other.
+const DETECTOR: DetectorIndex = DetectorIndex(0);
+/// Speeds that are tried, as shares of the fastest that theory lets one expect.
+const SPEEDS: [f64; 12] = [0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2];
+/// Targets of each speed, all of which have to be held.
+const TARGETS: u64 = 8;
+/// Standard errors within which a measured value bears an expectation out.
+const MOST_ERRORS: f64 = 5.0;
+/// What theory leaves out, as a share of a standard deviation: for `expectation_holds`.
+const THEORY_SHARE: f64 = 0.1;
+/// Updates after a target was taken away by which that has to be told.
+const UPDATES_TO_TELL: u32 = 2;
+
+/// Why tracking is not simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum TrackError {
+    /// The scene says nothing of it.
+    #[error(
+        "the scene follows no target; write track = true, registers = \"axi4-lite\" and peak_detector = true in \
+         [hardware]"
+    )]
+    NotInScene,
+    /// A tier without photons, or with Verilog.
+    #[error(
+        "a window goes where its own photons lead it; write --fidelity events or sampled, not {0}"
+    )]
+    NotOfTier(Tier),
+    /// What is to be followed is not one target.
+    #[error(
+        "one target is followed, and {0} paths of the reference's own light lead to the detector"
+    )]
+    NotOnePath(usize),
+    /// A path that trembles.
+    #[error(
+        "the path fluctuates, and what is expected of a window holds at a constant speed; leave out path.fluctuation"
+    )]
+    Fluctuates,
+    /// Expected counts cannot be had.
+    #[error(transparent)]
+    MeanResponse(#[from] MeanResponseError),
+    /// It would take too long.
+    #[error(transparent)]
+    TooMuch(#[from] TooMuch),
+}
+
+/// How a simulated target was acquired and tracked; distances are those of the target in the middle of a window's time.
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+pub struct TrackReport {
+    /// The scene's name.
+    #[serde(skip)]
+    pub scene: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// How counts were got from photons.
+    pub fidelity: Tier,
+    /// Share of its distance from the peak by which the window moves.
+    #[serde(rename = "gain_fraction")]
+    pub gain: f64,
+    /// Share of the followed light below which a window has lost it.
+    #[serde(rename = "threshold_fraction")]
+    pub threshold: f64,
+    /// Phase steps of a window.
+    pub window_steps: u64,
+    /// Updates a second.
+    pub update_rate_hz: f64,
+    /// Targets, each in a run of its own.
+    pub targets: u64,
+    /// Updates of each, after those in which it settles.
+    pub updates: u64,
+    /// Those that were acquired.
+    pub acquired: u64,
+    /// From the first scan's start to the end of the first window with the target's light; mean over the targets.
+    pub time_to_lock_s: Option<f64>,
+    /// The longest.
+    pub longest_time_to_lock_s: Option<f64>,
+    /// One scan and one window.
+    pub expected_time_to_lock_s: f64,
+    /// Speed of the target.
+    pub velocity_m_per_s: f64,
+    /// Mean error of the position.
+    pub bias_m: Option<f64>,
+    /// Its standard error.
+    pub bias_std_error_m: Option<f64>,
+    /// What the exact mean counts lead to: the lag of a target that moves; none of one too fast.
+    pub expected_bias_m: Option<f64>,
+    /// Standard deviation of the position.
+    pub std_m: Option<f64>,
+    /// Its standard error.
+    pub std_std_error_m: Option<f64>,
+    /// That of a loop of the first order.
+    pub expected_std_m: f64,
+    /// Cramer-Rao bound of a distance from the counts of one window; none where there is none.
+    pub window_bound_m: Option<f64>,
+    /// The same of the position: of windows that are weighed with (1 - gain)^n.
+    pub bound_m: Option<f64>,
+    /// Standard deviation over that.
+    pub std_over_bound: Option<f64>,
+    /// Targets that were lost though they were there.
+    pub lost: u64,
+    /// Targets that were taken away.
+    pub taken_away: u64,
+    /// Of these those that were told within two updates, that of the window in which it happened included.
+    pub told_in_time: u64,
+    /// Most updates that it took; none if some were never told.
+    pub most_updates_to_tell: Option<u32>,
+    /// Fastest target that was held, with every slower one: of eight each, at 12 speeds.
+    pub fastest_m_per_s: f64,
+    /// What theory lets one expect.
+    pub expected_fastest_m_per_s: f64,
+    /// Whether nothing that was measured contradicts what is expected.
+    pub expectation_holds: bool,
+    /// Wall time.
+    pub run_time_s: f64,
+}
+
+impl Body for TrackReport {
+    const NAME: &'static str = "track";
+}
+
+/// The fastest target that is held with one gain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fastest {
+    /// Share of its distance from the peak by which the window moves.
+    pub gain: f64,
+    /// Measured, and the next speed, at which some were lost.
+    pub held_m_per_s: [f64; 2],
+    /// As theory lets one expect.
+    pub expected_m_per_s: f64,
+}
+
+/// A sensor whose hardware follows a target, ready to be simulated.
+pub struct Tracking<'s> {
+    sensor: &'s Sensor,
+    plan: TrackPlan,
+    path: PathIndex,
+    tier: Tier,
+    seed: u64,
+    /// Round its peak at the start of a scan.
+    peak: Peak,
+}
+
+impl<'s> Tracking<'s> {
+    /// Of a sensor.
+    ///
+    /// # Errors
+    /// When its hardware follows nothing, when there is not one target at a constant speed, or where the tier has no
+    /// photons.
+    pub fn new(sensor: &'s Sensor, options: &SimulateOptions) -> Result<Tracking<'s>, TrackError> {
+        let scene = sensor.scene();
+        let correlator = sensor.interface().correlator().ok_or(TrackError::NotInScene)?;
+        let plan = TrackPlan::of(&scene.hardware, sensor.timing(), correlator.count_bits);
+        let plan = plan.ok_or(TrackError::NotInScene)?;
+        let tier = options.fidelity;
+        if !matches!(tier, Tier::Events | Tier::Sampled) {
+            return Err(TrackError::NotOfTier(tier));
+        }
+        let own: Vec<PathIndex> = scene.own_paths(DETECTOR).collect();
+        let &[path] = &own[..] else {
+            return Err(TrackError::NotOnePath(own.len()));
+        };
+        if scene.paths[path].movement.is_some_and(|movement| movement.fluctuation.is_some()) {
+            return Err(TrackError::Fluctuates);
+        }
+        let peak = Peak::new(&sensor.still_at(0.0), DETECTOR, path, tier.counting())?;
+        Ok(Tracking { sensor, plan, path, tier, seed: options.seed, peak })
+    }
+
+    fn gain_of(halvings: u32) -> f64 {
+        0.5_f64.powi(halvings as i32)
+    }
+
+    fn setting(&self) -> TrackSetting {
+        TrackSetting { is_on: true, ..self.plan.setting }
+    }
+
+    fn counting(&self) -> CountingTier {
+        self.tier.counting()
+    }
+
+    fn metres(&self, steps: f64) -> f64 {
+        distance_m(steps * self.sensor.clock().sample_period_ps())
+    }
+
+    fn seconds(&self, chips: f64) -> f64 {
+        self.sensor.clock().ps(chips) * 1e-12
+    }
+
+    fn course(&self, velocity_m_per_s: f64) -> Course {
+        let (clock, scan) = (self.sensor.clock(), self.sensor.timing().scan);
+        let pitch = self.sensor.interface().window_pitch_chips(&self.plan);
+        let window_steps = self.plan.window_steps();
+        let offset_ps = calibration_offset_ps(self.sensor, DETECTOR, self.counting());
+        let delay_ps = self.sensor.scene().paths[self.path].delay_ps + offset_ps;
+        Course {
+            first_step: scan.first_step,
+            steps: scan.steps,
+            window_steps,
+            integration_chips: scan.integration_chips,
+            turn_chips: pitch - window_steps * scan.integration_chips,
+            steps_per_period: scan.steps_per_period,
+            place: delay_ps / clock.sample_period_ps(),
+            steps_per_chip: velocity_m_per_s * self.seconds(1.0) / self.metres(1.0),
+        }
+    }
+
+    fn velocity(&self) -> f64 {
+        self.sensor.scene().paths[self.path].movement.map_or(0.0, |m| m.velocity_m_per_s)
+    }
+
+    /// Speed of a target that goes so many steps from window to window.
+    fn speed(&self, course: &Course, way: f64) -> f64 {
+        self.metres(way) / self.seconds(course.pitch_chips() as f64)
+    }
+
+    /// Of what goes from window to window the share that falls into one phase step.
+    fn share_of_step(course: &Course) -> f64 {
+        course.integration_chips as f64 / course.pitch_chips() as f64
+    }
+
+    /// Follows `targets` targets for `updates` updates each.
+    ///
+    /// # Errors
+    /// When that would take too long.
+    pub fn track(&self, targets: u64, updates: u64) -> Result<TrackReport, TrackError> {
+        let started = Instant::now();
+        let setting = self.setting();
+        let gain = Tracking::gain_of(setting.gain_halvings);
+        let course = self.course(self.velocity());
+        // What is left of the scan's distance is (1 - gain)^settling: below a hundredth.
+        let settling = (5.0 / gain).ceil() as u64;
+        self.check_effort(targets, course.steps + (settling + updates) * course.window_steps)?;
+        let model = DetectorModel::new(self.sensor, DETECTOR);
+        let outcomes: Vec<Outcome> = (0..targets)
+            .into_par_iter()
+            .map(|number| {
+                let windows = Windows::new(&model, self.counting(), self.seed, number);
+                let run = Run::new(course, windows, Follower::new(self.plan, setting));
+                run.acquire_and_follow(settling, updates, scatter(self.seed, number))
+            })
+            .collect();
+        let fastest = self.fastest(setting.gain_halvings)?;
+        let report = self.report(&course, &outcomes, updates, fastest);
+        Ok(TrackReport { run_time_s: started.elapsed().as_secs_f64(), ..report })
+    }
+
+    /// Whether so many runs of so many phase steps are not too much.
+    fn check_effort(&self, runs: u64, steps: u64) -> Result<(), TooMuch> {
+        let scans = (runs as f64 * steps as f64 / self.sensor.timing().scan.steps as f64).ceil();
+        effort::check(self.sensor, DETECTOR, self.tier, scans as u64)
+    }
+
+    /// The fastest target that is held with a gain of so many halvings.
+    ///
+    /// # Errors
+    /// When it would take too long to find it.
+    pub fn fastest(&self, gain_halvings: u32) -> Result<Fastest, TooMuch> {
+        let setting = TrackSetting { gain_halvings, ..self.setting() };
+        let gain = Tracking::gain_of(gain_halvings);
+        let course = self.course(0.0);
+        // A lag takes some of the loop's own time to build up.
+        let updates = 12 + (12.0 / gain) as u64;
+        self.check_effort(SPEEDS.len() as u64 * TARGETS, updates * course.window_steps)?;
+        let sign = if self.velocity() < 0.0 { -1.0 } else { 1.0 };
+        let threshold = Tracking::gain_of(setting.threshold_halvings);
+        let share = Tracking::share_of_step(&course);
+        let way = self.peak.fastest(sign, share, gain, threshold);
+        let expected = self.speed(&course, way);
+        let is_held = |speed: f64| {
+            let velocity = sign * speed;
+            let sensor = self.sensor.with(|scene| {
+                scene.paths[self.path].movement =
+                    Some(Movement { velocity_m_per_s: velocity, fluctuation: None });
+            });
+            let model = DetectorModel::new(&sensor, DETECTOR);
+            (0..TARGETS).into_par_iter().all(|number| {
+                let windows = Windows::new(&model, self.counting(), self.seed, number);
+                let run =
+                    Run::new(self.course(velocity), windows, Follower::new(self.plan, setting));
+                run.holds(self.peak.height().round() as i64, updates)
+            })
+        };
+        let mut held = [0.0, SPEEDS[0] * expected];
+        for share in SPEEDS {
+            held[1] = share * expected;
+            if !is_held(share * expected) {
+                break;
+            }
+            held[0] = share * expected;
+        }
+        Ok(Fastest { gain, held_m_per_s: held, expected_m_per_s: expected })
+    }
+
+    fn report(
+        &self,
+        course: &Course,
+        outcomes: &[Outcome],
+        updates: u64,
+        fastest: Fastest,
+    ) -> TrackReport {
+        let gain = fastest.gain;
+        let pitch = course.pitch_chips() as f64;
+        let way = course.steps_per_chip * pitch;
+        let locks: Vec<f64> =
+            outcomes.iter().filter_map(|o| o.locked_chips).map(|c| c as f64).collect();
+        let steady = Steady::of(outcomes);
+        let expected_bias = match course.steps_per_chip == 0.0 {
+            true => Some(self.peak.bias_at_rest(course.place, gain)),
+            false => self.peak.lag(way, Tracking::share_of_step(course), gain),
+        };
+        let expected_std_m = self.metres(self.peak.position_std(gain));
+        let window_bound_m = self.window_bound_m(course);
+        let bound_m = window_bound_m.map(|bound_m| bound_m * (gain / (2.0 - gain)).sqrt());
+        let metres = |steps: Option<f64>| steps.map(|steps| self.metres(steps));
+        let told: Vec<Option<u32>> = outcomes
+            .iter()
+            .filter(|outcome| outcome.locked_chips.is_some() && !outcome.was_lost)
+            .map(|outcome| outcome.updates_to_tell)
+            .collect();
+        let mut report = TrackReport {
+            scene: self.sensor.scene().name.clone(),
+            seed: self.seed,
+            fidelity: self.tier,
+            gain,
+            threshold: Tracking::gain_of(self.plan.setting.threshold_halvings),
+            window_steps: course.window_steps,
+            update_rate_hz: 1.0 / self.seconds(pitch),
+            targets: outcomes.len() as u64,
+            updates,
+            acquired: locks.len() as u64,
+            time_to_lock_s: (!locks.is_empty())
+                .then(|| self.seconds(locks.iter().sum::<f64>() / locks.len() as f64)),
+            longest_time_to_lock_s: locks.iter().copied().reduce(f64::max).map(|c| self.seconds(c)),
+            expected_time_to_lock_s: self
+                .seconds((course.steps * course.integration_chips) as f64 + pitch),
+            velocity_m_per_s: self.velocity(),
+            bias_m: metres(steady.map(|steady| steady.bias.0)),
+            bias_std_error_m: metres(steady.map(|steady| steady.bias.1)),
+            expected_bias_m: metres(expected_bias),
+            std_m: metres(steady.map(|steady| steady.std.0)),
+            std_std_error_m: metres(steady.map(|steady| steady.std.1)),
+            expected_std_m,
+            window_bound_m,
+            bound_m,
+            std_over_bound: None,
+            lost: outcomes.iter().filter(|outcome| outcome.was_lost).count() as u64,
+            taken_away: told.len() as u64,
+            told_in_time: told
+                .iter()
+                .filter(|told| told.is_some_and(|updates| updates <= UPDATES_TO_TELL))
+                .count() as u64,
+            most_updates_to_tell: told
+                .iter()
+                .copied()
+                .collect::<Option<Vec<u32>>>()
+                .and_then(|told| told.into_iter().max()),
+            fastest_m_per_s: fastest.held_m_per_s[0],
+            expected_fastest_m_per_s: fastest.expected_m_per_s,
+            expectation_holds: true,
+            run_time_s: 0.0,
+        };
+        report.std_over_bound = report.std_m.zip(bound_m).map(|(std_m, bound_m)| std_m / bound_m);
+        report.expectation_holds = report.holds();
+        report
+    }
+
+    /// The bound of the counts of a window with the light in its middle.
+    fn window_bound_m(&self, course: &Course) -> Option<f64> {
+        let still = self.sensor.still_at(0.0).with(|scene| {
+            let first = course.place.round() as i64 - self.plan.half_steps() as i64;
+            scene.scan.first_step = first.rem_euclid(course.steps_per_period as i64) as u64;
+            scene.scan.steps = course.window_steps;
+        });
+        bound(&still, DETECTOR, self.counting()).ok()?.of_path(self.path)
+    }
+}
+
+/// Mean and standard deviation of the error, each with its standard error, in steps.
+#[derive(Debug, Clone, Copy)]
+struct Steady {
+    bias: (f64, f64),
+    std: (f64, f64),
+}
+
+impl Steady {
+    /// Of the updates of targets that were held. Those of one target follow from one another, those of different targets do
+    /// not: standard errors are from what differs from target to target. None with fewer than two.
+    fn of(outcomes: &[Outcome]) -> Option<Steady> {
+        let targets: Vec<&[f64]> = outcomes
+            .iter()
+            .filter(|outcome| !outcome.was_lost && !outcome.errors.is_empty())
+            .map(|outcome| &outcome.errors[..])
+            .collect();
+        if targets.len() < 2 {
+            return None;
+        }
+        let of_each = |of: &dyn Fn(f64) -> f64| -> (f64, f64) {
+            let means = targets.iter().map(|errors| {
+                errors.iter().map(|error| of(*error)).sum::<f64>() / errors.len() as f64
+            });
+            let means: Vec<f64> = means.collect();
+            let count = means.len() as f64;
+            let mean = means.iter().sum::<f64>() / count;
+            let variance =
+                means.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            (mean, (variance / count).sqrt())
+        };
+        let bias = of_each(&|error| error);
+        let square = of_each(&|error| (error - bias.0).powi(2));
+        let std = square.0.sqrt();
+        Some(Steady { bias, std: (std, 0.5 * square.1 / std) })
+    }
+}
+
+impl TrackReport {
+    /// Whether nothing that was measured contradicts what is expected.
+    fn holds(&self) -> bool {
+        let is_near = |measured: Option<f64>, error: Option<f64>, expected: Option<f64>| {
+            let known = measured.zip(error).zip(expected);
+            known.is_none_or(|((measured, error), expected)| {
+                (measured - expected).abs()
+                    <= MOST_ERRORS * error + THEORY_SHARE * self.expected_std_m
+            })
+        };
+        self.told_in_time == self.taken_away
+            && is_near(self.bias_m, self.bias_std_error_m, self.expected_bias_m)
+            && is_near(self.std_m, self.std_std_error_m, Some(self.expected_std_m))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sensor(velocity: &str) -> Sensor {
+        let scene = "tests/scenes/tracking.toml";
+        Sensor::load_with(scene, &[format!("path.velocity={velocity}").parse().expect("a setting")])
+            .expect("the scene is valid")
+    }
+
+    fn tracked(velocity: &str, tier: Tier, targets: u64) -> TrackReport {
+        let sensor = sensor(velocity);
+        let tracking = Tracking::new(&sensor, &tier.scans(1)).expect("it can be simulated");
+        tracking.track(targets, 16).expect("it is little")
+    }
+
+    /// Each against theory, and the scatter against a bound that knows nothing of the rule.
+    #[test]
+    fn targets_are_tracked_as_theory_says() {
+        for (velocity, tier) in [("0 m/s", Tier::Events), ("40 m/s", Tier::Sampled)] {
+            let report = tracked(velocity, tier, 24);
+            assert!(report.expectation_holds, "{velocity} {tier}: {report:#?}");
+            assert_eq!((report.acquired, report.lost), (24, 0), "{report:#?}");
+            let ratio = report.std_over_bound.expect("there is a bound");
+            assert!((0.8..1.2).contains(&ratio), "{velocity} {tier}: {report:#?}");
+            assert_eq!(report.told_in_time, 24, "{report:#?}");
+            let fastest = report.fastest_m_per_s / report.expected_fastest_m_per_s;
+            assert!((0.8..=1.2).contains(&fastest), "{report:#?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_simulated_is_refused_by_name() {
+        let refused = |sensor: &Sensor, tier: Tier| match Tracking::new(sensor, &tier.scans(1)) {
+            Ok(_) => String::new(),
+            Err(error) => error.to_string(),
+        };
+        let moving = sensor("1 m/s");
+        assert!(
+            refused(&moving, Tier::Counts).contains("--fidelity events or sampled, not counts")
+        );
+        let none = moving.with(|scene| scene.hardware.track = false);
+        assert!(refused(&none, Tier::Events).contains("track = true"));
+        let two = moving.with(|scene| scene.paths.push(scene.paths[0].clone()));
+        assert!(refused(&two, Tier::Events).contains("2 paths"));
+    }
+}
