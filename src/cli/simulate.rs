@@ -33,8 +33,8 @@ pub(super) struct SimulateArguments {
     /// standard deviation as CSV, for example --expected expected.csv
     #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     pub expected: Option<PathBuf>,
-    /// Acquire targets and follow each for so many updates, for example --track=64 (the default):
-    /// --repeat is how many
+    /// Acquire --repeat targets and follow each for 64 updates, for example --track --repeat 24, or for
+    /// so many, --track=200
     #[arg(long, value_name = "UPDATES", num_args = 0..=1, require_equals = true, default_missing_value = "64",
         value_parser = clap::value_parser!(u64).range(1..=1_000_000), conflicts_with_all = ["shard", "expected"])]
     pub track: Option<u64>,

@@ -254,8 +254,8 @@ pub fn pulses_of_group(
     start: Sample,
 ) -> impl Iterator<Item = Pulse> + '_ {
     let detections = model.step(seed, repetition, group);
-    let pulses = detections
-        .map(move |detection| sample((detection, model.pulse_width_chips), model, start));
+    let pulses =
+        detections.map(move |detection| sample((detection, model.pulse_width_chips), model, start));
     pulses.filter(|pulse| pulse.first < pulse.end)
 }
 

@@ -313,7 +313,9 @@ pub(super) fn check_tracking(section: &Section, scene: &Scene) {
         complain("a window moves by single phase steps; leave out `parallel`");
     }
     if hardware.readout == Readout::Rows {
-        complain("rows are for many detectors, and a window follows what one sees; leave out `readout`");
+        complain(
+            "rows are for many detectors, and a window follows what one sees; leave out `readout`",
+        );
     }
     if scene.detectors.iter().any(|detector| detector.cells > 1) {
         complain("what a window is expected to see is known of single SPADs; leave out `cells`");

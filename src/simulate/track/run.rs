@@ -55,6 +55,9 @@ pub(super) struct Outcome {
     pub locked_chips: Option<u64>,
     /// How far the position was off after each update that was asked for, in steps.
     pub errors: Vec<f64>,
+    /// Windows since then with all of its light, and those of them that said they had not.
+    pub lit_windows: u64,
+    pub false_alarms: u64,
     /// Whether it was lost though it was there.
     pub was_lost: bool,
     /// Updates from when it was taken away until that was told; none if it was not.
@@ -95,7 +98,10 @@ impl<'m> Run<'m> {
         }
         outcome.locked_chips = Some(self.chips - self.course.turn_chips);
         for update in 0..settling + updates {
-            let Some(error) = self.window(u64::MAX) else {
+            let error = self.window(u64::MAX);
+            outcome.lit_windows += 1;
+            outcome.false_alarms += u64::from(!self.follower.is_locked());
+            let Some(error) = error else {
                 outcome.was_lost = true;
                 return outcome;
             };

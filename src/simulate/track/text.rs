@@ -43,13 +43,14 @@ impl TrackReport {
             "  standard deviation {} +- {}; expected {}",
             millimetres(self.std_m),
             millimetres(self.std_std_error_m),
-            millimetres(Some(self.expected_std_m)),
+            self.expected_std_m.map_or_else(|| "no hold".to_owned(), |std| millimetres(Some(std))),
         );
         let _ = write!(
             text,
-            "  Cramer-Rao bound  {} of one window, {} at this gain",
-            millimetres(self.window_bound_m),
-            millimetres(self.bound_m)
+            "  Cramer-Rao bound  {} of one window ({} with total counts, too), {} at this gain",
+            millimetres(Some(self.window_bound_m)),
+            millimetres(Some(self.window_bound_with_totals_m)),
+            millimetres(Some(self.bound_m))
         );
         let _ = match self.std_over_bound {
             Some(ratio) => writeln!(text, "; measured over bound {ratio:.3}"),
@@ -66,6 +67,11 @@ impl TrackReport {
                 Some(most) => format!(", all within {most}"),
                 None => String::new(),
             }
+        );
+        let _ = writeln!(
+            text,
+            "  false alarms      {} of {} windows; expected share {:.1e}",
+            self.false_alarms, self.lit_windows, self.expected_false_alarm_fraction
         );
         let _ = writeln!(
             text,

@@ -1,11 +1,13 @@
 //! What a window that follows its own peak is expected to do: from the exact mean counts, without random numbers.
 
 use crate::estimate::{CountingTier, calibration_offset_ps};
+use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
+use crate::sensor::track::LIGHT_HALVINGS;
 
 /// Places between two phase steps at which the expected counts are known.
 const PLACES: usize = 8;
@@ -30,8 +32,8 @@ pub(super) struct Peak {
     samples_per_chip: usize,
     /// Mean counts, [`PLACES`] of them a step, from two chips before the light's delay on.
     counts: Vec<f64>,
-    /// Variance of a step's count: nearly the same for all.
-    pub variance: f64,
+    /// Variance of a step's count, mean over a window: it is nearly the same for all of them.
+    variance: f64,
 }
 
 /// What the rule makes of a window on average.
@@ -78,9 +80,10 @@ impl Peak {
                 }
             }
         }
-        let middle = [Step::at(reach / 2), Step::at(3 * reach / 2)];
-        let moments = SecondMoments::new(&response)?.of_steps(&middle);
-        let variance = moments.iter().map(|moment| moment.signed_variance).sum::<f64>() / 2.0;
+        let window: Vec<Step> = (reach / 2..3 * reach / 2).map(Step::at).collect();
+        let moments = SecondMoments::new(&response)?.of_steps(&window);
+        let variances = moments.iter().map(|moment| moment.signed_variance);
+        let variance = variances.sum::<f64>() / window.len() as f64;
         Ok(Peak { samples_per_chip, counts, variance })
     }
 
@@ -146,20 +149,61 @@ impl Peak {
         mean
     }
 
-    /// Standard deviation of what a window says of the light's delay, in steps.
-    fn std(&self) -> f64 {
-        let steps = 2.0 * self.samples_per_chip as f64;
-        0.5 * self.samples_per_chip as f64 * (steps * self.variance).sqrt() / self.light()
+    /// Standard deviation of the sum of a window's counts, and of the difference of its halves.
+    fn sum_std(&self) -> f64 {
+        (2.0 * self.samples_per_chip as f64 * self.variance).sqrt()
     }
 
-    /// Standard deviation of the position, in steps: of a loop of the first order whose windows err independently.
-    pub fn position_std(&self, gain: f64) -> f64 {
-        self.std() * (gain / (2.0 - gain)).sqrt()
+    /// Standard deviation of what a window says of the light's delay, in steps, where it says `seen` on average. Of
+    /// d = S D / (2 A), D and A have the same variance and, as halves have the same one, no covariance.
+    fn std(&self, seen: Seen) -> f64 {
+        let half_chip = 0.5 * self.samples_per_chip as f64;
+        self.sum_std() / seen.light * half_chip.hypot(seen.offset)
+    }
+
+    /// Standard deviation of the position, in steps, of a target that the windows' middles are so many steps before on
+    /// average.
+    ///
+    /// A window that is a step farther behind says K less, with K = 1 at the target and less away from it, so that
+    /// the loop x' = (1 - g K) x has noise from two sources. Each window's own has the variance s^2 of the counts. And
+    /// middles are at whole steps and a half, from the position by o - o', with o what is owed, which is anything
+    /// between 0 and 1 from window to window: 1 - K of that does not cancel. Together
+    ///
+    /// g^2 s^2 / (1 - a^2) + g^2 (1 - K)^2 / (6 (1 + a)),  a = 1 - g K,
+    ///
+    /// at the target s^2 g / (2 - g).
+    fn std_about(&self, before: f64, walk: f64, gain: f64) -> f64 {
+        const APART: f64 = 0.5;
+        let [below, seen, above] = [-APART, 0.0, APART].map(|by| self.seen_from(before + by, walk));
+        let slope = (above.offset - below.offset) / (2.0 * APART);
+        let kept = 1.0 - gain * slope;
+        let noise = self.std(seen).powi(2) / (1.0 - kept * kept);
+        let middles = (1.0 - slope).powi(2) / (6.0 * (1.0 + kept));
+        gain * (noise + middles).sqrt()
+    }
+
+    /// The same of a target that goes `way` steps from window to window, of which it is in a phase step `share`;
+    /// none where it is not held.
+    pub fn position_std(&self, way: f64, share: f64, gain: f64) -> Option<f64> {
+        let before = match way == 0.0 {
+            true => 0.0,
+            false => self.distance(way, share, gain)? * way.signum(),
+        };
+        Some(self.std_about(before, way * share, gain))
+    }
+
+    /// The share of windows with the target in their middle that say they have not its light. What is expected
+    /// of them is the mean of the windows so far, weighed with (1 - 1/16)^n.
+    pub fn false_alarms(&self, threshold: f64) -> f64 {
+        let weight = 0.5_f64.powi(LIGHT_HALVINGS as i32);
+        let expected_variance = weight / (2.0 - weight);
+        let std = self.sum_std() * (1.0 + threshold * threshold * expected_variance).sqrt();
+        normal_cdf((threshold - 1.0) * self.light() / std)
     }
 
     /// How far from the light's delay the position of a target at rest stays, in steps; the delay is `place` steps.
     pub fn bias_at_rest(&self, place: f64, gain: f64) -> f64 {
-        let sigma = self.position_std(gain);
+        let sigma = self.std_about(0.0, 0.0, gain);
         // How far the loop thinks to be from the light, if the position is on average so far behind it.
         let pull = |behind: f64| -> f64 {
             let of = |(sigmas, weight): (f64, f64)| {
@@ -178,6 +222,12 @@ impl Peak {
     /// How far behind the middle of a window's time the position is that follows from it, in steps, of a target that goes
     /// `way` steps from window to window, of which it is in a phase step `share`; none where it is not held.
     pub fn lag(&self, way: f64, share: f64, gain: f64) -> Option<f64> {
+        let before = self.distance(way, share, gain)?;
+        Some(way.signum() * (way.abs() - before))
+    }
+
+    /// How far before the target the middles of its windows are, in steps: so far that g d is its way from window to window.
+    fn distance(&self, way: f64, share: f64, gain: f64) -> Option<f64> {
         let (size, walk) = (way.abs(), way * share);
         // The later half of a window sees a target that goes away longer than the earlier one: the sign matters.
         let pull = |before: f64| gain * self.seen_from(before * way.signum(), walk).offset.abs();
@@ -188,14 +238,12 @@ impl Peak {
                 light > 0.5 * self.light()
             })
             .find(|before| pull(*before) >= size)?;
-        let before = root((before - 0.1).max(0.0), before, |at| size - pull(at));
-        Some(way.signum() * (size - before))
+        Some(root((before - 0.1).max(0.0), before, |at| size - pull(at)))
     }
 
     /// Steps from window to window of the fastest target that is held.
     pub fn fastest(&self, sign: f64, share: f64, gain: f64, threshold: f64) -> f64 {
-        let sigma = (2.0 * self.samples_per_chip as f64 * self.variance).sqrt();
-        let least = threshold * self.light() + MARGIN_SIGMAS * sigma;
+        let least = threshold * self.light() + MARGIN_SIGMAS * self.sum_std();
         let most_pull = |way: f64| {
             (0..20 * self.samples_per_chip)
                 .map(|tenth| f64::from(tenth as u32) / 10.0)
@@ -228,7 +276,13 @@ fn root(mut low: f64, mut high: f64, function: impl Fn(f64) -> f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
     use super::*;
+    use crate::reference::tracking::{Follower, Sums};
+    use crate::sensor::track::{TrackPlan, TrackSetting};
 
     /// An ideal triangle of 8 steps, 1000 high.
     fn triangle(variance: f64) -> Peak {
@@ -258,8 +312,72 @@ mod tests {
     fn a_window_scatters_as_the_bound_of_a_triangle() {
         let peak = triangle(400.0);
         let bound = 8.0 / 1000.0 * (400.0_f64 / 16.0).sqrt();
-        assert!((peak.position_std(1.0) / bound - 1.0).abs() < 1e-9);
-        assert!((peak.position_std(0.25) / bound - (1.0_f64 / 7.0).sqrt()).abs() < 1e-9);
+        for gain in [1.0, 0.25] {
+            let std = peak.position_std(0.0, 0.0, gain).expect("it is held");
+            assert!(
+                (std / bound / (gain / (2.0 - gain)).sqrt() - 1.0).abs() < 0.01,
+                "{gain} {std}"
+            );
+        }
+    }
+
+    /// The rule itself, with gain 1/4, before a target that goes `way` steps from window to window; counts are drawn from
+    /// normal laws. Mean and standard deviation of the position's error, and the share of windows that say they have no
+    /// light.
+    fn drawn(peak: &Peak, way: f64) -> (f64, f64, f64) {
+        const PERIOD: f64 = 2048.0;
+        let away = |steps: f64| (steps + 0.5 * PERIOD).rem_euclid(PERIOD) - 0.5 * PERIOD;
+        let setting =
+            TrackSetting { is_on: true, gain_halvings: 2, threshold_halvings: 1, patience: 15 };
+        let (step_bits, period_steps) = (11, PERIOD as u64);
+        let plan = TrackPlan { sample_bits: 3, step_bits, period_steps, count_bits: 24, setting };
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+        let mut normal = move || -> f64 { StandardNormal.sample(&mut rng) };
+        let mut follower = Follower::new(plan, setting);
+        let mut place = 100.3;
+        follower.found(100, peak.height() as i64);
+        let (mut errors, mut unlocked) = (Vec::new(), 0.0);
+        for update in 0..20_000 {
+            let first = follower.window().expect("it is not lost");
+            place += way;
+            let count = |step: u64| {
+                let mean = peak.count(away((first + step) as f64 - place));
+                (mean + peak.variance.sqrt() * normal()).round() as i64
+            };
+            follower.counted(Sums::of(&(0..16).map(count).collect::<Vec<_>>()));
+            unlocked += f64::from(u8::from(!follower.is_locked()));
+            if update >= 100 {
+                errors.push(away(follower.position_steps().expect("it is not lost") - place));
+            }
+        }
+        let count = errors.len() as f64;
+        let mean = errors.iter().sum::<f64>() / count;
+        let variance = errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / count;
+        (mean, variance.sqrt(), unlocked / 20_000.0)
+    }
+
+    /// At rest and at two speeds; lag makes the scatter larger, at the second speed by half.
+    #[test]
+    fn drawn_counts_lag_and_scatter_as_expected() {
+        let peak = triangle(400.0);
+        for (way, most) in [(0.0, 0.03), (0.2, 0.05), (0.45, 0.08)] {
+            let (mean, std, _) = drawn(&peak, way);
+            let lag = if way == 0.0 { 0.0 } else { peak.lag(way, 0.0, 0.25).expect("it is held") };
+            let expected = peak.position_std(way, 0.0, 0.25).expect("it is held");
+            println!("{way}: {mean} {lag}, {std} {expected}");
+            assert!((mean - lag).abs() < 0.05, "{way}: {mean}, expected {lag}");
+            assert!((std / expected - 1.0).abs() < most, "{way}: {std}, expected {expected}");
+        }
+    }
+
+    /// With two standard deviations between light and threshold one window in 40 says it has no light.
+    #[test]
+    fn drawn_counts_unlock_as_often_as_expected() {
+        let peak = triangle(250_000.0);
+        let (_, _, share) = drawn(&peak, 0.0);
+        let expected = peak.false_alarms(0.5);
+        assert!((0.01..0.04).contains(&expected), "{expected}");
+        assert!((share / expected - 1.0).abs() < 0.2, "{share}, expected {expected}");
     }
 
     #[test]
