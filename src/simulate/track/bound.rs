@@ -23,9 +23,13 @@ pub(super) struct Information {
 }
 
 impl Information {
-    /// Of a window that begins at a phase step. The delay of the detector's own light, its strength, that of all other
-    /// light and the background are unknown. Steps count photons of their own, and their covariance is exact; what the
-    /// counts' variances tell of the delay is left out, as in [`crate::estimate::bound`].
+    /// Of a window that begins at a phase step, with the delay of the detector's own light and all strengths unknown. Steps
+    /// count photons of their own, and their covariance is exact; what the counts' variances tell of the delay is left
+    /// out, as in [`crate::estimate::bound`].
+    ///
+    /// The background is unknown where total counts tell it. In signed counts it is seen only by the walk of the
+    /// delay that it causes by dead time. Without totals it is taken as known: that walk is a bias of the position, and
+    /// no scatter.
     ///
     /// # Errors
     /// When the mean response cannot be had.
@@ -66,14 +70,16 @@ impl Information {
             })?);
         }
         let constant_step = RATE_STEP * light.brightest_per_chip();
-        others.push(slopes(&|light, by| light.constant_per_chip += by * constant_step)?);
+        let background = slopes(&|light, by| light.constant_per_chip += by * constant_step)?;
         let all: Vec<Step> = Step::all(steps).collect();
         let response = MeanResponse::to_light(&model, light.clone(), tier)?;
         let moments = SecondMoments::new(&response)?.of_steps(&all);
+        let signed = left(&moments, &delay, &others, |moment, [signed, _]| {
+            [signed / moment.signed_variance.sqrt(), 0.0]
+        });
+        others.push(background);
         Ok(Information {
-            signed: left(&moments, &delay, &others, |moment, [signed, _]| {
-                [signed / moment.signed_variance.sqrt(), 0.0]
-            }),
+            signed,
             with_totals: left(&moments, &delay, &others, |moment, [signed, total]| {
                 let [a, b, c] = moment.whitening();
                 [a * signed, b * signed + c * total]

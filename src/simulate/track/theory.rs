@@ -310,12 +310,12 @@ mod tests {
     /// The bound of a slope h / S in 2 S steps of variance V is S sqrt(V / (2 S)) / h, and the rule's own is no worse.
     #[test]
     fn a_window_scatters_as_the_bound_of_a_triangle() {
-        let peak = triangle(400.0);
-        let bound = 8.0 / 1000.0 * (400.0_f64 / 16.0).sqrt();
+        let peak = triangle(2500.0);
+        let bound = 8.0 / 1000.0 * (2500.0_f64 / 16.0).sqrt();
         for gain in [1.0, 0.25] {
             let std = peak.position_std(0.0, 0.0, gain).expect("it is held");
             assert!(
-                (std / bound / (gain / (2.0 - gain)).sqrt() - 1.0).abs() < 0.01,
+                (std / bound / (gain / (2.0 - gain)).sqrt() - 1.0).abs() < 0.05,
                 "{gain} {std}"
             );
         }
@@ -356,18 +356,20 @@ mod tests {
         (mean, variance.sqrt(), unlocked / 20_000.0)
     }
 
-    /// At rest and at two speeds; lag makes the scatter larger, at the second speed by half.
+    /// At rest and at two speeds, the second of which makes the scatter larger by half.
     #[test]
     fn drawn_counts_lag_and_scatter_as_expected() {
-        let peak = triangle(400.0);
-        for (way, most) in [(0.0, 0.03), (0.2, 0.05), (0.45, 0.08)] {
+        let peak = triangle(2500.0);
+        let mut stds = Vec::new();
+        for way in [0.0, 0.2, 0.45] {
             let (mean, std, _) = drawn(&peak, way);
             let lag = if way == 0.0 { 0.0 } else { peak.lag(way, 0.0, 0.25).expect("it is held") };
             let expected = peak.position_std(way, 0.0, 0.25).expect("it is held");
-            println!("{way}: {mean} {lag}, {std} {expected}");
             assert!((mean - lag).abs() < 0.05, "{way}: {mean}, expected {lag}");
-            assert!((std / expected - 1.0).abs() < most, "{way}: {std}, expected {expected}");
+            assert!((std / expected - 1.0).abs() < 0.05, "{way}: {std}, expected {expected}");
+            stds.push(std);
         }
+        assert!(stds[2] > 1.3 * stds[0], "{stds:?}");
     }
 
     /// With two standard deviations between light and threshold one window in 40 says it has no light.
