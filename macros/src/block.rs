@@ -5,19 +5,27 @@ use quote::{ToTokens, quote};
 use syn::parse::{Parse, ParseStream};
 use syn::spanned::Spanned;
 use syn::{
-    Attribute, Error, Expr, Field, Fields, GenericArgument, Ident, ItemStruct, Lit, Meta,
-    PathArguments, PathSegment, Result, Token, Type, parse_quote,
+    Attribute, Error, Expr, Field, Fields, GenericArgument, Ident, ItemStruct, Lit, PathArguments,
+    PathSegment, Result, Token, Type, parse_quote,
 };
 
-/// The struct under `#[block(about)]`, or a bundle of ports under `#[block]`, with its constructor.
+use crate::text::{doc_line, header, text};
+
+/// The struct under `#[block(module)]`, or a bundle of ports under `#[block]`, with its constructor.
 pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
     let is_bundle = about.is_empty();
     let mut item: ItemStruct = syn::parse2(item)?;
+    let about = match is_bundle {
+        true => TokenStream::new(),
+        false => syn::parse2::<Description>(about)?.with_header(&item.attrs)?,
+    };
+    item.attrs.retain(|attribute| !attribute.path().is_ident("when"));
     let Fields::Named(fields) = &mut item.fields else {
         return Err(Error::new_spanned(&item, "a block's fields have names"));
     };
     let (mut parameters, mut values, mut parts) = (Vec::new(), Vec::new(), Vec::new());
     let (mut inputs, mut shown) = (Vec::new(), None);
+    let (mut arguments, mut sizes) = (Vec::new(), Vec::new());
     let mut section = Section::default();
     for field in &mut fields.named {
         let name = field.ident.clone().expect("named fields");
@@ -29,11 +37,14 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
         section.holds_for(ty, &mut words.under);
         if words.given {
             parameters.push(quote!(#name: #ty));
+            arguments.push(name.clone());
             parts.push(name);
             continue;
         }
         if words.is_of_parameter(ty) {
             parameters.push(quote!(#name: #ty));
+            arguments.push(name.clone());
+            sizes.extend(words.size.map(|takes| (name, words.doc, takes)));
         } else if let Some(value) = words.set {
             values.push(quote!(let #name: #ty = #value;));
         } else {
@@ -51,11 +62,13 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
     if !is_bundle {
         fields.named.push(parse_quote!(about: About));
         parts.push(parse_quote!(about));
-        values.push(quote!(let about = #about;));
     }
     let names: Vec<_> = fields.named.iter().filter_map(|field| field.ident.clone()).collect();
     let block = &item.ident;
     let visibility = &item.vis;
+    let sizes =
+        sizes.into_iter().map(|(name, doc, takes)| size(block, &arguments, &name, &doc, &takes));
+    let sizes: TokenStream = sizes.collect();
     let (start, end, logic) = match is_bundle {
         false => (quote!(visit_start_scope), quote!(visit_end_scope), None),
         true => {
@@ -63,6 +76,7 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
             (quote!(visit_start_namespace), quote!(visit_end_namespace), Some(logic))
         }
     };
+    let about = (!is_bundle).then(|| quote!(let about = #about #sizes;));
     let passed_on = shown.as_ref().map(|(bundle, _)| quote!(self.#bundle.set(port, value);));
     let shown = shown.map(|(bundle, ty)| shown_bundle(block, &bundle, &ty));
     Ok(quote! {
@@ -75,6 +89,7 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
             /// The block of these numbers.
             #visibility fn new(#(#parameters),*) -> #block {
                 #(#values)*
+                #about
                 #block { #(#names),* }
             }
         }
@@ -108,6 +123,53 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
             }
         }
     })
+}
+
+/// What describes a block: its module's name, with more calls behind the header that its doc comment
+/// makes; or an expression for all of it.
+struct Description {
+    module: Option<Ident>,
+    rest: TokenStream,
+}
+
+impl Parse for Description {
+    fn parse(input: ParseStream) -> Result<Description> {
+        let is_name = |after: ParseStream| {
+            after.parse::<Ident>().is_ok() && (after.is_empty() || after.peek(Token![,]))
+        };
+        let module = match is_name(&input.fork()) {
+            true => Some(input.parse()?),
+            false => None,
+        };
+        if module.is_some() && !input.is_empty() {
+            input.parse::<Token![,]>()?;
+        }
+        Ok(Description { module, rest: input.parse()? })
+    }
+}
+
+impl Description {
+    fn with_header(self, attributes: &[Attribute]) -> Result<TokenStream> {
+        let rest = self.rest;
+        match self.module {
+            Some(module) => {
+                header(&module.to_string(), attributes).map(|header| quote!(#header #rest))
+            }
+            None => Ok(rest),
+        }
+    }
+}
+
+/// A parameter in which instances may differ, and the same block with another one.
+fn size(block: &Ident, arguments: &[Ident], name: &Ident, doc: &str, takes: &Expr) -> TokenStream {
+    let parameter = name.to_string().to_uppercase();
+    let others = arguments.iter().filter(|argument| *argument != name);
+    quote! {
+        .size((#parameter, #doc), #name, #takes, {
+            #(let #others = Clone::clone(&#others);)*
+            move |#name| #block::new(#(Clone::clone(&#arguments)),*)
+        })
+    }
 }
 
 /// The names in a bundle are the block's own.
@@ -186,6 +248,9 @@ struct Words {
     given: bool,
     shown: bool,
     set: Option<Expr>,
+    size: Option<Expr>,
+    /// Whether the comment is the first one's of a row of like signals.
+    is_of_first: bool,
 }
 
 /// `#[reset(value)]` or `#[reset(value, constant)]`.
@@ -245,6 +310,7 @@ impl Words {
                 "given" => words.given = true,
                 "shown" => words.shown = true,
                 "set" => words.set = Some(attribute.parse_args()?),
+                "size" => words.size = Some(attribute.parse_args()?),
                 _ => others.push(attribute),
             }
         }
@@ -261,17 +327,11 @@ impl Words {
     }
 
     fn add_doc(&mut self, attribute: &Attribute) {
-        let Meta::NameValue(meta) = &attribute.meta else {
-            return;
-        };
-        let Expr::Lit(literal) = &meta.value else {
-            return;
-        };
-        if let Lit::Str(text) = &literal.lit {
+        if let Some(line) = doc_line(attribute) {
             if !self.doc.is_empty() {
                 self.doc.push(' ');
             }
-            self.doc.push_str(text.value().trim());
+            self.doc.push_str(&line);
         }
     }
 
@@ -289,15 +349,21 @@ impl Words {
             }
             "Vec" if self.each.is_some() => {
                 let Each { name, numbers } = self.each.take().expect("checked");
+                self.is_of_first =
+                    self.about.is_none() && self.is.is_none() && !self.doc.is_empty();
+                let is_of_first = self.is_of_first;
                 let part = self.part(argument(segment)?)?;
-                return Ok(quote!((#numbers).map(|#name| #part).collect()));
+                return Ok(match is_of_first {
+                    true => quote!((#numbers).enumerate().map(|(nth, #name)| #part).collect()),
+                    false => quote!((#numbers).map(|#name| #part).collect()),
+                });
             }
             "Input" | "Output" | "Local" => self.net(segment)?,
             "Register" => self.register(segment)?,
             "Constant" => {
                 let value = needed(self.value.take(), ty, "value(number)")?;
                 let width = needed(self.width.take(), ty, "width(bits)")?;
-                let about = self.about();
+                let about = self.about()?;
                 let number = std::mem::take(&mut self.number).then(|| quote!(.number()));
                 let constant = quote!(Constant::new(#value, (#width) as u32, #about)#number);
                 self.under_heading(constant)
@@ -310,7 +376,7 @@ impl Words {
 
     fn net(&mut self, segment: &PathSegment) -> Result<TokenStream> {
         let kind = &segment.ident;
-        let about = self.about();
+        let about = self.about()?;
         let net = if is_bit(segment)? {
             quote!(#kind::bit(#about))
         } else {
@@ -328,7 +394,7 @@ impl Words {
     }
 
     fn register(&mut self, segment: &PathSegment) -> Result<TokenStream> {
-        let about = self.about();
+        let about = self.about()?;
         let (value, constant) = match self.reset.take() {
             Some(reset) => (Some(reset.value), reset.constant),
             None => (None, None),
@@ -351,12 +417,15 @@ impl Words {
         Ok(register)
     }
 
-    fn about(&mut self) -> TokenStream {
-        let doc = &self.doc;
-        match self.about.take() {
+    fn about(&mut self) -> Result<TokenStream> {
+        let doc = text(&self.doc)?;
+        Ok(match self.about.take() {
             Some(about) => about.into_token_stream(),
-            None => quote!(#doc),
-        }
+            None if self.is_of_first => {
+                quote!(if nth == 0 { #doc.to_string() } else { String::new() })
+            }
+            None => doc,
+        })
     }
 
     /// What a part has no use for is a mistake.

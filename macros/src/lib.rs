@@ -7,7 +7,12 @@
 //! is elaboration**, and leaves no gate.
 //!
 //! ```ignore
-//! #[block(About::new("edge_detector", "one hit per rising edge"))]
+//! #[block(edge_detector)]
+//! /// one hit per rising edge
+//! ///
+//! /// Of two neighbouring samples at most one is a rising edge.
+//! ///
+//! /// - Latency: 1 clock
 //! pub struct EdgeDetector {
 //!     lanes: usize,
 //!     #[set(lanes.div_ceil(2))]
@@ -52,18 +57,24 @@
 //! reads a signal, and every construct of Rust that is no hardware.
 //!
 //! # Blocks
-//! `#[block(about)]` makes the constructor `new` and rust-hdl's `Block`. `new` takes the
+//! `#[block(module)]` makes the constructor `new` and rust-hdl's `Block`. `new` takes the
 //! parameters, which are the fields of which nothing says how they are made, and parts that are `#[given]`;
 //! `#[set(expression)]` follows from those above it, and every part is as its field says, in which all fields
-//! above it have their names. `about` describes the module; without it the block is
-//! a bundle: ports, registers and parts that stand in the block which has it, as if they were declared there. `#[kernel]` over a plain
+//! above it have their names. Without a module's name the block is a bundle: ports, registers and parts that stand in the block which has it, as if they were declared there. `#[kernel]` over a plain
 //! `impl` gives it functions, which that block calls. `#[shown]` over a bundle makes its ports the block's own for whoever
-//! has the block; the block's kernel names the bundle. The doc comment is the comment
-//! in the Verilog. Beside it:
+//! has the block; the block's kernel names the bundle.
+//!
+//! Doc comments are the comments of the Verilog, in which `{expression}` stands for its value. That of the block,
+//! which stands behind `#[block]`, is its module's header: title, notes, and as items `- Label: text` labelled facts;
+//! `#[when(condition)]` before a paragraph or an item leaves it out where that does not hold. `#[block(module, .calls())]` adds
+//! to it, and `#[block(expression)]` is all of it. That of a row of like signals stands beside the first.
+//! `#[size(least..=most)]` of a parameter, a `usize`, makes it one of the module where instances differ in it.
+//!
+//! Beside a field:
 //! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
 //! of the block; `#[value(number)]` of a constant, and `#[number]` if it is no pattern of bits; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
-//! `#[under("heading")]` over ports or constants, up to another heading, an empty one, or another kind of field; `#[about(text)]` for a comment that depends on
-//! parameters; `#[is(expression)]` for any other part.
+//! `#[under("heading")]` over ports or constants, up to another heading, an empty one, or another kind of field; `#[about(text)]` for a comment that one expression
+//! makes; `#[is(expression)]` for any other part.
 
 use proc_macro::TokenStream;
 
@@ -71,6 +82,7 @@ mod block;
 mod connect;
 mod elaboration;
 mod kernel;
+mod text;
 
 /// Makes a block's constructor from its fields; see the crate's documentation.
 #[proc_macro_attribute]

@@ -39,12 +39,11 @@ fn the_doc_comment_is_the_verilog_comment() {
     );
     makes(
         quote! {
-            /// a bit
-            #[about(bit_about(plan))]
+            /// a bit of {plan.bits}
             #[under("Flags")]
             o_bit: Output<bool>
         },
-        quote!(Output::bit(bit_about(plan)).under("Flags")),
+        quote!(Output::bit(format!("a bit of {}", plan.bits)).under("Flags")),
     );
 }
 
@@ -76,18 +75,25 @@ fn registers_and_constants_have_widths_and_values() {
 fn optional_and_repeated_parts_are_made_of_their_part() {
     makes(
         quote! {
-            /// turn
             #[when(plan.several)]
             #[each(c in 0..plan.counts)]
             #[width(c)]
             turns: Optional<Vec<Local<Word>>>
         },
         quote!(Optional::new(if plan.several {
-            Some((0..plan.counts).map(|c| Local::word((c) as u32, "turn")).collect())
+            Some((0..plan.counts).map(|c| Local::word((c) as u32, "")).collect())
         } else {
             None
         })),
     );
+    let row = quote! {
+        /// turn
+        #[each(c in 0..3)]
+        turns: Vec<Local<bool>>
+    };
+    let first = quote!(if nth == 0 { "turn".to_string() } else { String::new() });
+    let made = quote!((0..3).enumerate().map(|(nth, c)| Local::bit(#first)).collect());
+    makes(row, made);
     makes(quote!(#[is(Child::new(plan.bits))] child: Child), quote!(Child::new(plan.bits)));
 }
 

@@ -1,12 +1,5 @@
 //! A running total and what it grew by in a phase step.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_addend`, `i_dump` | what to add; the step's last addend is in |
-//! | `i_borrow`, `o_carry`, `o_borrow` | between segments of a wider total |
-//! | `o_count` | growth within the last step |
-//!
-//! Latency 1 clock to the total and 1 more to `o_count`, in a segment above others another one.
 //! A total that is never cleared keeps a multiplexer, a LUT per bit, out of the carry chain.
 //!
 //! Cost (ECP5, docs/resources.md): 36 LUTs, 51 flip-flops of a 17-bit count.

@@ -1,33 +1,24 @@
 //! The bins of neighbouring samples of which at most one has a hit, and the adder that they share.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_hits`, `i_early` | pairs of samples with a hit; it is the earlier one |
-//! | `i_row`, `i_half`, ... | as of [`BinBank`] |
-//! | `o_bins`, `o_clamped` | bins that are read; a hit found its bin full |
-//!
-//! Latency 5 clocks from a hit to the new bin, 7 until it is written.
-//!
 //! Cost: a bank for each sample, an OR of theirs, an adder of a bin's bits. Of eight samples and more
 //! the first half has an OR of its own, and the adder joins the two: at most one of them
 //! is not 0, and the adder has two inputs anyway.
 
-use super::{BinBank, WordPorts, first_of};
+use super::{BinBank, WordPorts};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
-/// Banks that share an adder.
-#[block(About::new("bin_adder", "a histogram's bins of neighbouring samples, and the adder that they share")
-    .note_if(samples == 2, "A rising edge needs a low sample, so of two neighbours one has a hit at most.")
-    .note_if(
-        samples > 2,
-        format!(
-            "The detectors' dead time lets at most one of {samples} neighbouring samples be a hit. Of \
-             several, which no such detector makes, the earliest counts."
-        ),
-    )
-    .note_if(saturates, "A full bin stays as it is, and o_clamped says that a hit was lost in it.")
-    .fact("Latency", "5 clocks from i_hits to the bin with its hit, 7 until it is written"))]
+#[block(bin_adder)]
+/// a histogram's bins of neighbouring samples, and the adder that they share
+#[when(samples == 2)]
+/// A rising edge needs a low sample, so of two neighbours one has a hit at most.
+#[when(samples > 2)]
+/// The detectors' dead time lets at most one of {samples} neighbouring samples be a hit. Of several,
+/// which no such detector makes, the earliest counts.
+#[when(saturates)]
+/// A full bin stays as it is, and o_clamped says that a hit was lost in it.
+///
+/// - Latency: 5 clocks from i_hits to the bin with its hit, 7 until it is written
 pub struct BinAdder {
     histogram: HistogramPlan,
     #[set(histogram.adder_samples as usize)]
@@ -75,35 +66,31 @@ pub struct BinAdder {
     earliest: Local<Word>,
     #[width(samples)]
     place: Local<Word>,
-    #[each(clocks in 1..6)]
-    #[about(first_of(clocks - 1, "sample with the hit of the words 1 to 5 clocks ago"))]
+    /// sample with the hit of the words 1 to 5 clocks ago
+    #[each(_clocks in 1..6)]
     #[width(samples)]
     hit: Vec<Register<Word>>,
     #[each(_sample in 0..samples)]
     #[is(BinBank::new(histogram.rows, bits, takes_turns))]
     bank: Vec<BinBank>,
-    #[each(half in 0..halves)]
-    #[about(first_of(half, "bin with the hit, of the samples of a half"))]
+    /// bin with the hit, of the samples of a half
+    #[each(_half in 0..halves)]
     #[width(bits)]
     choice: Vec<Local<Word>>,
-    #[each(half in 0..halves_in_turns)]
-    #[about(first_of(half, "the same, out of memory 1"))]
+    /// the same, out of memory 1
+    #[each(_half in 0..halves_in_turns)]
     #[width(bits)]
     other: Vec<Local<Word>>,
-    #[each(half in 0..halves)]
-    #[about(match (halves, half) {
-        (1, _) => "bin with a hit",
-        (_, 0) => "bin with a hit, if it is in the first half of the samples; then in the second",
-        _ => "",
-    })]
+    /// bin with a hit{if halves > 1 { ", if it is in the first half of the samples; then in the second" } else { "" }}
+    #[each(_half in 0..halves)]
     #[width(bits)]
     chosen: Vec<Register<Word>>,
     /// bin with a hit
     #[when(saturates)]
     #[width(bits)]
     found: Optional<Local<Word>>,
-    #[each(half in 0..addends)]
-    #[about(first_of(half, "below either a 1: the carry makes the sum one more"))]
+    /// below either a 1: the carry makes the sum one more
+    #[each(_half in 0..addends)]
     #[width(bits + 1)]
     addend: Vec<Local<Word>>,
     /// both, and the 1; below them a 0

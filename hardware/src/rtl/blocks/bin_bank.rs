@@ -1,14 +1,5 @@
 //! The bins of one sample of the chip: a memory, or two that take turns.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_row`, `i_half`, `i_first` | row to be counted, memory that counts, first code period |
-//! | `i_read_row`, `i_go` | row to be read from the other memory; the reader goes on |
-//! | `i_come_*` | of the word two clocks ago, whose bin comes out of its memory |
-//! | `i_hit`, `i_lowest`, `i_above`, `i_write_*` | what comes back, five and six clocks later |
-//! | `o_bin`, `o_other` | bins out of the memories, three clocks after their rows |
-//! | `o_read` | that which is read |
-//!
 //! A bin is read, and written six clocks after that; its row comes round after a code period, so
 //! that nothing has to be handed forward. In the first code period every bin is written: what the
 //! memory held before is of no consequence, and nothing has to be cleared. Of the bin that
@@ -132,7 +123,7 @@ fn describe(rows: u64, bits: u32, takes_turns: bool) -> About {
             .fact("Memory", format!("{rows} bins of {bits} bit{}", plural(bits)))
             .fact("Latency", "3 clocks from i_row to o_bin; written 7 clocks after i_row");
     }
-    About::new("bin_bank", &format!("{title}, twice"))
+    About::new("bin_bank", format!("{title}, twice"))
         .note(format!("One memory counts while the other is read. {back}"))
         .fact("Memory", format!("2 x {rows} bins of {bits} bits"))
         .fact(

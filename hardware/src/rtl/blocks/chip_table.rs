@@ -1,19 +1,15 @@
 //! Codes given chip by chip.
 //!
-//! | port | |
-//! |---|---|
-//! | [`CodePorts`] | as every source of chips |
-//!
-//! Latency 0 clocks from the register to `o_chip`. The table is read without a clock, so that
-//! it becomes lookup tables and no memory has to be initialised.
+//! The table is read without a clock, so that it becomes lookup tables and no memory has to be initialised.
 
 use super::CodePorts;
 use crate::rtl::front::prelude::*;
 
-/// An index counter and a constant table.
-#[block(About::new("chip_table_generator", "code given chip by chip")
-        .fact("Period", format!("{} chips", table.len()))
-        .fact("Latency", "0 clocks from register to o_chip"))]
+#[block(chip_table_generator)]
+/// code given chip by chip
+///
+/// - Period: {table.len()} chips
+/// - Latency: 0 clocks from register to o_chip
 pub struct ChipTableGenerator {
     table: Vec<u8>,
     start: u64,

@@ -1,30 +1,21 @@
 //! Correlators of some phase steps that share their light.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_hits`, `i_early` | hits of a word, by pairs of samples |
-//! | `i_window` | reference of each sample, for all of the bank's steps |
-//! | `i_dump` | the step's last hits are in, a bit for each segment |
-//! | `o_count` | counts of the bank's steps |
-//!
-//! Latency as the correlators'.
-//!
 //! Cost (ECP5, docs/resources.md): 217 LUTs, 241 flip-flops for three steps more at once.
 
+use super::UpdownCorrelator;
 use super::step_ends::dump_about;
-use super::{UpdownCorrelator, first_of};
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
-/// Correlates one detector's hits with several delays of its reference.
-#[block(About::new("correlator_bank", "correlators of some phase steps that share their light")
-        .size(("STEPS", "phase steps"), steps, 1..=usize::MAX, move |steps| {
-            CorrelatorBank::new(lanes, segments, steps)
-        })
-        .note("Each step takes the reference a sample later than the step before it."))]
+#[block(correlator_bank)]
+/// correlators of some phase steps that share their light
+///
+/// Each step takes the reference a sample later than the step before it.
 pub struct CorrelatorBank {
     lanes: usize,
     segments: CountSegments,
+    /// phase steps
+    #[size(1..=usize::MAX)]
     steps: usize,
     /// pairs of samples with a hit
     #[width(lanes.div_ceil(2))]
@@ -36,13 +27,11 @@ pub struct CorrelatorBank {
     /// reference of each sample; the last step's lowest
     #[width(lanes + steps - 1)]
     pub i_window: Input<Word>,
-    /// A step's last hits are in; one bit for each segment of the count.
-    #[about(dump_about(segments.count))]
+    /// {dump_about(segments.count)}
     #[width(segments.count)]
     pub i_dump: Input<Word>,
-    /// Counts of the bank's steps.
-    #[each(step in 0..steps)]
-    #[about(first_of(step, "counts of the steps, signed, step 0 lowest"))]
+    /// counts of the steps, signed, step 0 lowest
+    #[each(_step in 0..steps)]
     #[width(segments.bits())]
     pub o_count: Vec<Output<Word>>,
     #[each(_step in 0..steps)]

@@ -1,26 +1,19 @@
 //! Clamps a count to fewer bits.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_count` | the exact count |
-//! | `o_count`, `o_clamped` | the nearest that fits; it is another |
-//!
-//! Latency 0 clocks. The count fits if its low bits extend to it, one comparison in place of two
-//! with the largest and the smallest. The sign is the exact count's either way, so that only the
-//! bits below it have a choice: the opposite of the sign in each of them is the largest, or the
-//! smallest.
+//! The count fits if its low bits extend to it, one comparison in place of two with the largest and the
+//! smallest. The sign is the exact count's either way, so that only the bits below it have a choice.
 //!
 //! Cost (ECP5, docs/resources.md): 15 LUTs for 8 bits out of 17, which save 8 flip-flops.
 
 use crate::rtl::front::prelude::*;
 
-/// The nearest count that fits.
-#[block(About::new("count_clamp", "the nearest count of fewer bits")
-    .note(
-        "The sign is that of the exact count. The largest count has the opposite of its sign in all \
-         bits below it, and so has the smallest.",
-    )
-    .fact("Latency", "0 clocks"))]
+#[block(count_clamp)]
+/// the nearest count of fewer bits
+///
+/// The sign is that of the exact count. The largest count has the opposite of its sign in all bits
+/// below it, and so has the smallest.
+///
+/// - Latency: 0 clocks
 pub struct CountClamp {
     exact_bits: usize,
     count_bits: usize,

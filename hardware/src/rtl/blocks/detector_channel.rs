@@ -1,11 +1,5 @@
 //! What belongs to one detector.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_samples` | sampled level of the detector |
-//! | `i_run`, `i_pre_last_chip`, `i_last_chip`, `i_start`, `i_dump` | from the scan controller |
-//! | `o_count`, `o_total`, `o_clamped` | counts of a group's steps |
-//!
 //! Latency that of its parts in turn: edges, correlator, clamp. A detector more costs all of this;
 //! the scan controller and the stream are shared.
 //!
@@ -17,14 +11,19 @@ use super::phase_stepper::{PhaseGeometry, ReferenceStart};
 use super::step_ends::dump_about;
 use super::{
     CodeSource, CorrelatorBank, CountClamp, EdgeDetector, HitCounter, PhaseStepper,
-    UpdownCorrelator, first_of,
+    UpdownCorrelator,
 };
 use crate::code::{Code, Generator};
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{Correlator, CountSegments, Interface};
 
-/// One detector's hits, its reference, and the counts of its phase steps.
-#[block(describe(&counts))]
+#[block(detector_channel)]
+/// one detector's hits, correlated with its reference
+///
+/// The reference runs as the code of the detector's source and is delayed by the phase step; a hit
+/// counts up or down as the reference says (eq. 11).
+#[when(counts.banks > 1)]
+/// - Banks: {counts.banks} of up to {counts.bank_steps} steps, each a clock behind the one before it
 pub struct DetectorChannel {
     interface: Interface,
     counts: Correlator,
@@ -95,23 +94,19 @@ pub struct DetectorChannel {
     #[when(is_set && geometry.grows_by_samples())]
     #[width(lanes - 1)]
     pub i_delayed: Optional<Input<Word>>,
-    /// A group's last hits are in; one bit for each segment of the count.
-    #[about(dump_about(segments.count))]
+    /// {dump_about(segments.count)}
     #[width(segments.count)]
     pub i_dump: Input<Word>,
-    /// Counts of the group's steps.
-    #[each(step in 0..parallel)]
-    #[about(first_of(step, &count_about(parallel, "signed")))]
+    /// {count_about(parallel, "signed")}
+    #[each(_step in 0..parallel)]
     #[width(counts.count_bits)]
     pub o_count: Vec<Output<Word>>,
-    /// Total count of each of them.
+    /// hits of a phase step, up and down together
     #[when(counts.total.is_some())]
-    #[about("hits of a phase step, up and down together")]
     #[width(counts.total.map_or(1, |total| total.bits))]
     pub o_total: Optional<Output<Word>>,
-    /// Which of them were clamped; the first also when the total was.
-    #[each(step in 0..clamps)]
-    #[about(first_of(step, clamped_about(parallel, total_saturates)))]
+    /// {clamped_about(parallel, total_saturates)}
+    #[each(_step in 0..clamps)]
     pub o_clamped: Vec<Output<bool>>,
     #[is(if is_set { CodeSource::seeded(&code) } else { CodeSource::new(&code, start.1, realigns) })]
     reference: CodeSource,
@@ -122,26 +117,23 @@ pub struct DetectorChannel {
     #[when(banks == 0)]
     #[is(UpdownCorrelator::new(lanes, Some(segments)))]
     correlator: Optional<UpdownCorrelator>,
-    #[each(bank in 0..delays)]
-    #[about(first_of(bank, "hits for the second bank, and so on"))]
+    /// hits for the second bank, and so on
+    #[each(_bank in 0..delays)]
     #[width(pairs)]
     hits: Vec<Register<Word>>,
-    #[each(bank in 0..if lanes > 1 { delays } else { 0 })]
-    #[about(first_of(bank, "the hit is the earlier sample of its pair"))]
+    /// the hit is the earlier sample of its pair
+    #[each(_bank in 0..if lanes > 1 { delays } else { 0 })]
     #[width(pairs)]
     early: Vec<Register<Word>>,
-    #[each(bank in 0..delays)]
-    #[about(first_of(
-        bank,
-        "reference for the second bank's steps and all later ones, and so on"
-    ))]
+    /// reference for the second bank's steps and all later ones, and so on
+    #[each(_bank in 0..delays)]
     #[width(later_bits)]
     window: Vec<Register<Word>>,
     /// the last bank has no use for the low bits; linters know by the name
     #[when(delays > 0)]
     unused: Optional<Local<bool>>,
-    #[each(bank in 0..delays)]
-    #[about(first_of(bank, dump_about(segments.count)))]
+    /// {dump_about(segments.count)}
+    #[each(_bank in 0..delays)]
     #[width(segments.count)]
     dump: Vec<Register<Word>>,
     #[each(_bank in 0..whole_banks)]
@@ -150,8 +142,8 @@ pub struct DetectorChannel {
     #[when(rest_steps > 0)]
     #[is(CorrelatorBank::new(lanes, segments, rest_steps))]
     last_bank: Optional<CorrelatorBank>,
-    #[each(step in 0..parallel)]
-    #[about(first_of(step, &count_about(parallel, "exact")))]
+    /// {count_about(parallel, "exact")}
+    #[each(_step in 0..parallel)]
     #[width(counts.exact_count_bits)]
     exact: Vec<Local<Word>>,
     #[each(_step in 0..clamps)]
@@ -180,25 +172,6 @@ fn clamped_about(parallel: usize, total_saturates: bool) -> &'static str {
         (1, true) => "it was clamped, or the total",
         (_, false) => "which of them were clamped",
         (_, true) => "which of them were clamped; the first also if the total was",
-    }
-}
-
-fn describe(counts: &Correlator) -> About {
-    let about =
-        About::new("detector_channel", "one detector's hits, correlated with its reference").note(
-            "The reference runs as the code of the detector's source and is delayed by the phase \
-         step; a hit counts up or down as the reference says (eq. 11).",
-        );
-    if counts.banks > 1 {
-        about.fact(
-            "Banks",
-            format!(
-                "{} of up to {} steps, each a clock behind the one before it",
-                counts.banks, counts.bank_steps
-            ),
-        )
-    } else {
-        about
     }
 }
 

@@ -1,32 +1,22 @@
 //! Hits: rising edges of the sampled SPAD level.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_samples`, `i_run` | a word of samples; it belongs to a scan |
-//! | `o_hits`, `o_early` | pairs with a hit; it is the earlier sample |
-//!
-//! Latency 1 clock. Two neighbouring samples hold at most one rising edge, so that two bits say
-//! all about a pair: what counts the hits later sees half as many places as there are samples.
+//! What counts the hits later sees half as many places as there are samples.
 //!
 //! Cost (ECP5, docs/resources.md): 4 LUTs, 9 flip-flops.
 
 use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
 
-/// Marks every pair of samples that holds a rising edge, and says which.
-#[block(About::new(
-        "edge_detector",
-        "one hit per rising edge of the SPAD's level",
-    )
-    .note(
-        "Of two neighbouring samples at most one is a rising edge, and it is the earlier one \
-         exactly when that sample is high: two bits say all about a pair.",
-    )
-    .note(
-        "The last sample of a word is kept outside scans too, so that a pulse that began before \
-         a scan is no hit of it.",
-    )
-    .fact("Latency", "1 clock"))]
+#[block(edge_detector)]
+/// one hit per rising edge of the SPAD's level
+///
+/// Of two neighbouring samples at most one is a rising edge, and it is the earlier one exactly when that
+/// sample is high: two bits say all about a pair.
+///
+/// The last sample of a word is kept outside scans too, so that a pulse that began before a scan is no
+/// hit of it.
+///
+/// - Latency: 1 clock
 pub struct EdgeDetector {
     lanes: usize,
     /// A pulse is low.

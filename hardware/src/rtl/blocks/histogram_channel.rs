@@ -1,11 +1,5 @@
 //! The histogram of one detector.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_samples`, `i_run` | sampled level of the detector; words count |
-//! | `i_row`, ... | from the control, as of [`BinAdder`] |
-//! | `o_row`, `o_clamped` | row that is read; a hit found its bin full |
-//!
 //! Latency 1 clock from samples to hits, then that of the adders.
 //!
 //! Cost: an edge detector, and an adder with its banks for each group of samples.
@@ -14,25 +8,11 @@ use super::{BinAdder, EdgeDetector, WordPorts};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
-/// Edge detector and adders.
-#[block(About::new("histogram_channel", "histogram of one detector's arrival times")
-        .fact(
-            "Bins",
-            format!(
-                "{} rows of {}, {} bits each{}",
-                plan.rows,
-                plan.row_bins,
-                plan.bin_bits,
-                match plan.saturates() {
-                    true => ", clamped",
-                    false => "; no stimulus can overflow them",
-                }
-            ),
-        )
-        .fact(
-            "Adders",
-            format!("{}, each for {} neighbouring samples", plan.adders(), plan.adder_samples),
-        ))]
+#[block(histogram_channel)]
+/// histogram of one detector's arrival times
+///
+/// - Bins: {plan.rows} rows of {plan.row_bins}, {plan.bin_bits} bits each{about_clamping(&plan)}
+/// - Adders: {plan.adders()}, each for {plan.adder_samples} neighbouring samples
 pub struct HistogramChannel {
     plan: HistogramPlan,
     /// level of the SPAD, bit 0 earliest
@@ -44,8 +24,7 @@ pub struct HistogramChannel {
     #[shown]
     #[is(WordPorts::new(plan))]
     io: WordPorts,
-    /// Bins of the row that was read.
-    #[about(format!("bins of the row that was read, {} bits each, bit 0 earliest", plan.bin_data_bits()))]
+    /// bins of the row that was read, {plan.bin_data_bits()} bits each, bit 0 earliest
     #[width(plan.row_data_bits())]
     pub o_bins: Output<Word>,
     /// a hit found its bin full
@@ -59,6 +38,11 @@ pub struct HistogramChannel {
     #[when(plan.saturates())]
     #[width(plan.adders())]
     clamped: Optional<Local<Word>>,
+}
+
+/// What is said behind the bits of a bin.
+pub(super) fn about_clamping(plan: &HistogramPlan) -> &'static str {
+    if plan.saturates() { ", clamped" } else { "; no stimulus can overflow them" }
 }
 
 #[kernel]

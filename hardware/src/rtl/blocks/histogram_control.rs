@@ -1,20 +1,5 @@
 //! Which row a word belongs to, which memory counts, and which row is read.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_ready` | the receiver takes a row |
-//! | `o_run` | words count from now on |
-//! | `o_row`, `o_half`, `o_first` | row of the present word, its memory, the first code period |
-//! | `o_come_*`, `o_held_*` | the same, two and three clocks later |
-//! | `o_added_first`, `o_write_*` | and five and six |
-//! | `o_read_row`, `o_read_detector`, `o_go` | row and detector to be read; the reader goes on |
-//! | `o_valid`, `o_last`, `o_overrun` | of the stream |
-//!
-//! A frame ends with the last row of its last code period. Two memories change places then if all
-//! rows of the frame before it have been taken; if not, it is lost, and the next one begins in the
-//! same memory. Of a single memory the rows leave while the next frame's first code period
-//! begins anew in it, a row a clock; one that comes while another waits is lost.
-//!
 //! The row counter is a clock ahead of the row, which so goes to all memories from a register that
 //! does nothing else. Code periods are counted up to the carry, from where that leaves the right
 //! number of them: a carry costs no comparison. Both begin anew by a reset of their registers.
@@ -23,7 +8,6 @@
 //! one more counter of rows.
 
 use super::bin_bank::row_bits;
-use super::first_of;
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 
@@ -32,8 +16,22 @@ const WORD: &str = "Row, memory and first code period of a word on its way";
 /// Ports of the reader.
 const READER: &str = "Reader";
 
-/// Counts rows and code periods, and reads the frames.
-#[block(describe(takes_turns, histogram, detectors))]
+#[block(histogram_control)]
+/// rows and frames of the histogram
+#[when(takes_turns)]
+/// A frame ends with the last row of its last code period. If all rows of the frame before it have been
+/// taken, or the last is taken at that clock's edge, the memories change places and it is read. If not it
+/// is lost, whole, and counts begin anew in its memory.
+#[when(!takes_turns)]
+/// A frame ends with the last row of its last code period. Its rows come to the stream, one a clock, while
+/// the next frame's first code period begins anew in the same bins. A row that comes while one waits is lost.
+///
+/// o_overrun stays high until reset.
+#[when(detectors > 1)]
+/// The rows of {detectors} detectors come one detector after the other.
+///
+/// - Frame: {histogram.periods} code periods of {histogram.rows} chips
+/// - Latency: 5 clocks from a frame's last word to o_valid
 pub struct HistogramControl {
     histogram: HistogramPlan,
     detectors: usize,
@@ -102,10 +100,7 @@ pub struct HistogramControl {
     pub o_valid: Output<bool>,
     /// it is the frame's last
     pub o_last: Output<bool>,
-    #[about(match takes_turns {
-        true => "a frame was lost",
-        false => "a row was lost",
-    }.to_owned())]
+    /// a {if takes_turns { "frame" } else { "row" }} was lost
     pub o_overrun: Output<bool>,
     /// the row before the last
     #[width(row_bits)]
@@ -150,8 +145,8 @@ pub struct HistogramControl {
     /// memory that counts
     #[when(takes_turns)]
     half: Optional<Register<bool>>,
-    #[each(clocks in 1..7)]
-    #[about(first_of(clocks as usize - 1, "rows of the words 1 to 6 clocks ago"))]
+    /// rows of the words 1 to 6 clocks ago
+    #[each(_clocks in 1..7)]
     #[width(row_bits)]
     row_before: Vec<Register<Word>>,
     /// memory of the words 1 to 6 clocks ago
@@ -225,37 +220,6 @@ pub struct HistogramControl {
     room: Register<bool>,
     last: Register<bool>,
     overrun: Register<bool>,
-}
-
-fn describe(takes_turns: bool, histogram: HistogramPlan, detectors: usize) -> About {
-    let about = About::new("histogram_control", "rows and frames of the histogram")
-        .note(match takes_turns {
-            true => {
-                "A frame ends with the last row of its last code period. If all rows of the frame \
-                 before it have been taken, or the last is taken at that clock's edge, the memories \
-                 change places and it is read. If not it is lost, whole, and counts begin anew in its \
-                 memory."
-            }
-            false => {
-                "A frame ends with the last row of its last code period. Its rows come to the stream, \
-                 one a clock, while the next frame's first code period begins anew in the same bins. \
-                 A row that comes while one waits is lost."
-            }
-        })
-        .note("o_overrun stays high until reset.")
-        .fact(
-            "Frame",
-            format!(
-                "{} code periods of {} chips",
-                histogram.periods, histogram.rows
-            ),
-        )
-        .fact("Latency", "5 clocks from a frame's last word to o_valid");
-    match detectors {
-        1 => about,
-        detectors => about
-            .note(format!("The rows of {detectors} detectors come one detector after the other.")),
-    }
 }
 
 #[kernel]

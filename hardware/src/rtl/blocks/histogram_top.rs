@@ -1,15 +1,8 @@
 //! The whole sensor, with a histogram of arrival times in place of up/down counts.
 //!
-//! | port | |
-//! |---|---|
-//! | `o_laser`, `o_epoch` | chips of the sources, and the first of the reference's code |
-//! | `i_samples` | sampled levels of the detectors |
-//! | `m_axis_*` | rows of the histograms, an AXI4-Stream |
-//! | `o_overrun`, `o_saturated` | a frame was lost, or a bin was full |
-//!
-//! The host correlates: no reference is made here. Latency `result_latency_clocks` from a frame's
-//! last samples to `m_axis_tvalid`.
+//! The host correlates: no reference is made here.
 
+use super::histogram_channel::about_clamping;
 use super::sensor_shell::about;
 use super::{HistogramChannel, HistogramControl, SensorShell};
 use crate::rtl::front::prelude::*;
@@ -86,17 +79,7 @@ fn with_sizes(about: About, histogram: &HistogramPlan, detectors: usize) -> Abou
                 }
             ),
         )
-        .fact(
-            "Bins",
-            format!(
-                "{} bits, unsigned{}",
-                histogram.bin_bits,
-                match histogram.saturates() {
-                    true => ", clamped",
-                    false => "; no stimulus can overflow them",
-                }
-            ),
-        )
+        .fact("Bins", format!("{} bits, unsigned{}", histogram.bin_bits, about_clamping(histogram)))
         .fact(
             "Memory",
             format!(

@@ -1,13 +1,4 @@
-//! Counts hits, whatever their sign.
-//!
-//! | port | |
-//! |---|---|
-//! | `i_hits` | hits of a word, by pairs of samples |
-//! | `i_dump` | the step's last hits are in, a bit for each segment |
-//! | `o_total`, `o_clamped` | hits of the last step; there were more |
-//!
-//! Latency as the correlators', whose dump it takes. One for all steps of a group, which see the
-//! same light, in place of one for each.
+//! Counts hits, whatever their sign: one for all steps of a group, in place of one for each.
 //!
 //! Cost (ECP5, docs/resources.md): 32 LUTs, 66 flip-flops.
 
@@ -16,15 +7,16 @@ use super::step_ends::dump_about;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{CountSegments, TotalCount};
 
-/// Total counts of one phase step after another: hits up and down together.
-#[block(About::new("hit_counter", "hits of a phase step, up and down together")
-    .note(
-        "All steps of a group see the same light, so one counter serves them all. It keeps \
-         time with their correlators and takes the same i_dump; its first registers hold what \
-         theirs do, and a synthesizer that looks across modules makes one of both.",
-    )
-    .note_if(sent.saturates(), "A total of more bits than o_total has shows as all ones.")
-    .fact("Latency", format!("{} clocks from i_hits to o_total", WordTotal::latency_clocks(lanes, Some(segments)))))]
+#[block(hit_counter)]
+/// hits of a phase step, up and down together
+///
+/// All steps of a group see the same light, so one counter serves them all. It keeps time with their
+/// correlators and takes the same i_dump; its first registers hold what theirs do, and a synthesizer
+/// that looks across modules makes one of both.
+#[when(sent.saturates())]
+/// A total of more bits than o_total has shows as all ones.
+///
+/// - Latency: {WordTotal::latency_clocks(lanes, Some(segments))} clocks from i_hits to o_total
 pub struct HitCounter {
     lanes: usize,
     sent: TotalCount,
@@ -41,8 +33,7 @@ pub struct HitCounter {
     /// pairs of samples with a hit
     #[width(pairs)]
     pub i_hits: Input<Word>,
-    /// A step's last hits are in; one bit for each segment of the total.
-    #[about(dump_about(segments.count))]
+    /// {dump_about(segments.count)}
     #[width(segments.count)]
     pub i_dump: Input<Word>,
     /// hits of the last step, unsigned

@@ -1,12 +1,6 @@
 //! Gold codes and m-sequences: one or two linear-feedback shift registers.
 //!
-//! | port | |
-//! |---|---|
-//! | [`CodePorts`] | as every source of chips |
-//!
-//! Latency 0 clocks from the register to `o_chip`. Two registers and a handful of XOR gates take
-//! the place of a table of 2^n - 1 chips. The epoch is recognised a chip early, so that it comes
-//! from a register and no wide comparison stands before an output.
+//! Two registers and a handful of XOR gates take the place of a table of 2^n - 1 chips.
 //!
 //! Cost (ECP5, docs/resources.md): 13 LUTs, 23 flip-flops; an m-sequence 11 and 12.
 
@@ -35,11 +29,11 @@ pub struct LfsrGenerator {
     #[width(width)]
     #[value(tap_mask(&first))]
     u_taps: Constant,
-    #[about(load_about(width))]
+    /// {load_about(width)}
     #[width(width)]
     #[value(state_at(&first, start))]
     u_load: Constant,
-    #[about(format!("{} shifts on, one chip before the first comes again", first.period() - 1))]
+    /// {first.period() - 1} shifts on, one chip before the first comes again
     #[width(width)]
     #[value(state_at(&first, start + first.period() - 1))]
     u_last: Constant,
@@ -48,8 +42,8 @@ pub struct LfsrGenerator {
     #[width(width)]
     #[value(tap_mask(&other))]
     v_taps: Optional<Constant>,
+    /// {load_about(width)}
     #[when(second.is_some())]
-    #[about(load_about(width))]
     #[width(width)]
     #[value(state_at(&other, start))]
     v_load: Optional<Constant>,

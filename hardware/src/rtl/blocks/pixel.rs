@@ -1,14 +1,6 @@
 //! One detector of a row: its hits, counted for a window.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_samples`, `i_run` | sampled level of the detector; it belongs to a scan |
-//! | `i_reference` | reference of each sample |
-//! | `i_take` | a window's last hits are in |
-//! | `i_next`, `o_piece` | the row of counters, on its way to the adder |
-//!
 //! Latency that of edges and correlator, and 1 clock each to the counter and from `i_take` to the row.
-//! The counter is never cleared: it wraps, which does no harm to what it grows by in a window.
 //!
 //! Cost (ECP5, 8 samples, 64 detectors, docs/pixels.md): 20 LUTs, 20 flip-flops beside edges and
 //! correlator, with which it has 38 and 47.
@@ -17,16 +9,14 @@ use super::{EdgeDetector, UpdownCorrelator};
 use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
 
-/// A counter of a window's hits, and its register in the row.
-#[block(About::new("pixel", "one detector's hits, counted up and down for a window")
-    .note(
-        "The counter is never cleared: what it grows by within a window has the bits of a window's \
-         count, and wrapping does no harm to a difference.",
-    )
-    .note(
-        "At a window's end all counters are taken over into a row of registers, which moves on to \
-         the adder by one detector a clock while the next window is counted.",
-    ))]
+#[block(pixel)]
+/// one detector's hits, counted up and down for a window
+///
+/// The counter is never cleared: what it grows by within a window has the bits of a window's count, and
+/// wrapping does no harm to a difference.
+///
+/// At a window's end all counters are taken over into a row of registers, which moves on to the adder by
+/// one detector a clock while the next window is counted.
 pub struct Pixel {
     lanes: usize,
     polarity: Polarity,

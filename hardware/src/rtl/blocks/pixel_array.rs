@@ -1,13 +1,6 @@
 //! Detectors that are read out by rows.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_samples` | sampled levels of the detectors |
-//! | `i_run`, `i_pre_last_chip`, `i_last_chip`, `i_start`, `i_dump`, `i_counted`, `i_last` | from the scan controller |
-//! | `i_ready`, `o_data`, `o_valid`, `o_last`, `o_overrun` | counts of the phase steps, an AXI4-Stream |
-//!
-//! Latency that of its parts in turn: edges, correlator, row, sums, stream. Detectors that follow one
-//! code share its generator and the delay of its chips; all share the sums and the stream.
+//! Latency that of its parts in turn: edges, correlator, row, sums, stream.
 
 use std::sync::Arc;
 
@@ -20,12 +13,11 @@ use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::rows::RowPlan;
 
-/// References, a pixel for each detector, and what they share.
-#[block(About::new("pixel_array", "detectors that are read out by rows")
-    .note(
-        "Detectors that follow one code share its generator, delayed by the phase step. Each \
-         counts for a window; the counts of windows are summed in one memory.",
-    ))]
+#[block(pixel_array)]
+/// detectors that are read out by rows
+///
+/// Detectors that follow one code share its generator, delayed by the phase step. Each counts for a
+/// window; the counts of windows are summed in one memory.
 pub struct PixelArray {
     interface: Interface,
     counts: Correlator,

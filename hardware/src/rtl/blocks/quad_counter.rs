@@ -1,24 +1,19 @@
 //! Counts the hits in four pairs of samples.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_hit`, `i_down` | pairs with a hit; it counts down |
-//! | `o_sum` | hits up less hits down |
-//!
-//! Latency 2 clocks. Every bit of a count of four ones is one gate of four inputs, so that hits
-//! and hits that count down are counted within a clock without a carry chain.
+//! Every bit of a count of four ones is one gate of four inputs, so that hits and hits that count down are
+//! counted within a clock without a carry chain.
 //!
 //! Cost (ECP5, docs/resources.md): 10 LUTs, 10 flip-flops.
 
 use crate::rtl::front::prelude::*;
 
-/// The signed count of four pairs.
-#[block(About::new("quad_counter", "signed count of four pairs of samples")
-        .note(
-            "A hit adds 1, and a hit that counts down takes 2 off again. Four ones are counted \
-             by two half adders whose sums and carries meet in one gate each.",
-        )
-        .fact("Latency", "2 clocks"))]
+#[block(quad_counter)]
+/// signed count of four pairs of samples
+///
+/// A hit adds 1, and a hit that counts down takes 2 off again. Four ones are counted by two half adders
+/// whose sums and carries meet in one gate each.
+///
+/// - Latency: 2 clocks
 pub struct QuadCounter {
     /// pairs with a hit
     #[width(4)]

@@ -1,18 +1,7 @@
-//! Counts as an AXI4-Stream.
-//!
-//! | port | |
-//! |---|---|
-//! | `i_count`, `i_total`, `i_clamped` | counts of a group, detector by detector |
-//! | `i_pre_counted`, `i_counted`, `i_last` | new in the next clock; new; the scan's last |
-//! | `o_data`, `o_valid`, `i_ready`, `o_last` | the stream, a count a beat |
-//! | `o_overrun`, `o_saturated` | a result was lost, or clamped, since reset |
-//!
-//! Latency 1 clock from `i_counted` to `o_valid`. One register for each count of a group, and the
-//! shift between them.
+//! Counts as an AXI4-Stream: one register for each count of a group, and the shift between them.
 //!
 //! Cost (ECP5, docs/resources.md): 3 LUTs, 20 flip-flops; without back-pressure 3 and 1 fewer.
 
-use super::first_of;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::TotalCount;
 
@@ -29,9 +18,25 @@ pub struct Groups {
     pub back_to_back: bool,
 }
 
-/// Offers the counts of a group of phase steps as a stream, one per beat:
-/// the first detector's steps, then the next detector's.
-#[block(describe(groups, total_sent.is_some(), saturates))]
+#[block(result_stream)]
+/// counts of the phase steps as AXI4-Stream
+///
+/// The sensor cannot stall: results that come while others still wait are lost, and o_overrun stays high
+/// until reset.
+#[when(queues)]
+/// A group's {counts} counts leave in the order of detectors, each detector's in the order of steps.
+#[when(queues)]
+/// The first register is offered. Those behind it move up a clock later, so that i_ready reaches few gates;
+/// until they have, what comes next is the third's.
+#[when(has_totals)]
+/// A detector's steps have seen the same light: their total count is kept once, and goes out with each of
+/// them.
+#[when(is_short)]
+/// A scan's last group has {last_steps} steps; the surplus counts are not sent.
+#[when(saturates)]
+/// o_saturated stays high until reset.
+///
+/// - Latency: 1 clock from i_counted to o_valid
 pub struct ResultStream {
     /// Bits of the counts.
     count_bits: u32,
@@ -92,19 +97,16 @@ pub struct ResultStream {
     /// The same of a scan's last group, unless that has only one.
     #[set(if last_counts == 1 { whole_end } else { last_counts - 2 })]
     short_end: usize,
-    /// Counts, detector by detector.
-    #[each(count in 0..counts)]
-    #[about(first_of(count, counts_about(detectors, steps)))]
+    /// {counts_about(detectors, steps)}
+    #[each(_count in 0..counts)]
     #[width(count_bits)]
     pub i_count: Vec<Input<Word>>,
-    /// Total count of each detector, if they are sent.
-    #[each(detector in 0..if has_totals { detectors } else { 0 })]
-    #[about(first_of(detector, total_about(detectors)))]
+    /// {total_about(detectors)}
+    #[each(_detector in 0..if has_totals { detectors } else { 0 })]
     #[width(total_bits)]
     pub i_total: Vec<Input<Word>>,
-    /// Which of them were clamped.
-    #[each(count in 0..if saturates { counts } else { 0 })]
-    #[about(first_of(count, "count 0 was clamped, and so on"))]
+    /// count 0 was clamped, and so on
+    #[each(_count in 0..if saturates { counts } else { 0 })]
     pub i_clamped: Vec<Input<bool>>,
     /// new counts are there in the next clock
     #[when(queues)]
@@ -115,8 +117,7 @@ pub struct ResultStream {
     pub i_last: Input<bool>,
     /// the receiver takes the result
     pub i_ready: Input<bool>,
-    /// The count, sign-extended, and above it the total, zero-extended.
-    #[about(data_about(total_sent))]
+    /// {data_about(total_sent)}
     #[width(data_bits)]
     pub o_data: Output<Word>,
     /// a result waits
@@ -134,23 +135,20 @@ pub struct ResultStream {
     /// a count of a group has just been clamped
     #[when(tells && saturates)]
     pub o_clamps: Optional<Output<bool>>,
-    #[each(count in 0..counts)]
-    #[about(match counts {
-        1 => "the result",
-        _ => first_of(count, "the result, and above it those that come next"),
-    })]
+    /// the result{if queues { ", and above it those that come next" } else { "" }}
+    #[each(_count in 0..counts)]
     #[width(count_bits)]
     count: Vec<Register<Word>>,
     /// the result's total count
     #[when(has_totals)]
     #[width(total_bits)]
     total: Optional<Register<Word>>,
-    #[each(detector in 1..=further)]
-    #[about(first_of(detector - 1, "total counts of the detectors from 1 on"))]
+    /// total counts of the detectors from 1 on
+    #[each(_detector in 1..=further)]
     #[width(total_bits)]
     waiting_total: Vec<Register<Word>>,
-    #[each(place in 0..if further > 0 { counts - 1 } else { 0 })]
-    #[about(first_of(place, "detectors of those that come next, one-hot from 1"))]
+    /// detectors of those that come next, one-hot from 1
+    #[each(_place in 0..if further > 0 { counts - 1 } else { 0 })]
     #[width(further)]
     detector: Vec<Register<Word>>,
     valid: Register<bool>,
@@ -163,8 +161,8 @@ pub struct ResultStream {
     /// the result is its group's last
     #[when(queues)]
     ends: Optional<Register<bool>>,
-    #[each(count in 0..if queues { counts } else { 0 })]
-    #[about(first_of(count, "the next one is its group's last; then those behind it"))]
+    /// the next one is its group's last; then those behind it
+    #[each(_count in 0..if queues { counts } else { 0 })]
     next_ends: Vec<Register<bool>>,
     /// the results behind the first have yet to move up
     #[when(is_deep)]
@@ -230,39 +228,6 @@ fn data_about(total: Option<TotalCount>) -> String {
         None => "count of the step, signed".to_owned(),
         Some(total) => format!("from bit {} its total, below its signed count", total.first_bit),
     }
-}
-
-fn describe(groups: Groups, has_totals: bool, saturates: bool) -> About {
-    let Groups { detectors, steps, last_steps, .. } = groups;
-    let counts = detectors * steps;
-    About::new("result_stream", "counts of the phase steps as AXI4-Stream")
-        .note(
-            "The sensor cannot stall: results that come while others still wait are lost, and \
-             o_overrun stays high until reset.",
-        )
-        .note_if(
-            counts > 1,
-            format!(
-                "A group's {counts} counts leave in the order of detectors, each detector's in the \
-                 order of steps."
-            ),
-        )
-        .note_if(
-            counts > 1,
-            "The first register is offered. Those behind it move up a clock later, so that \
-             i_ready reaches few gates; until they have, what comes next is the third's.",
-        )
-        .note_if(
-            has_totals,
-            "A detector's steps have seen the same light: their total count is kept once, and \
-             goes out with each of them.",
-        )
-        .note_if(
-            last_steps < steps,
-            format!("A scan's last group has {last_steps} steps; the surplus counts are not sent."),
-        )
-        .note_if(saturates, "o_saturated stays high until reset.")
-        .fact("Latency", "1 clock from i_counted to o_valid")
 }
 
 #[kernel]

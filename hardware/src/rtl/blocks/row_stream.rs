@@ -1,15 +1,7 @@
 //! The counts of a row of detectors as AXI4-Stream, out of a memory.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_store`, `i_place`, `i_count` | a step's counts, one detector after another |
-//! | `i_counted`, `i_last` | the first may be offered in the next clock; the step is the scan's last |
-//! | `i_ready` | the receiver takes the result |
-//! | `o_data`, `o_valid`, `o_last`, `o_overrun` | the results |
-//!
-//! Latency 1 clock from `i_counted` to `o_valid`. Counts come and go at one a clock, so that those of
-//! a step never overtake one another; a step that ends while results of the one before still wait is
-//! lost.
+//! Counts come and go at one a clock, so that those of a step never overtake one another; a step that ends
+//! while results of the one before still wait is lost.
 //!
 //! Cost (ECP5, 64 detectors, docs/pixels.md): 27 LUTs, 28 flip-flops, and a memory of 20 DPR16X4 with 72
 //! LUTs that choose among them.
@@ -17,17 +9,16 @@
 use crate::rtl::front::prelude::*;
 use crate::sensor::rows::RowPlan;
 
-/// The results of a row, and which of them waits.
-#[block(About::new("row_stream", "counts of a row of detectors as AXI4-Stream")
-    .note(
-        "The sensor cannot stall: counts of a step that ends while others still wait are lost, and \
-         o_overrun stays high until reset.",
-    )
-    .note(
-        "The first place of the memory is free as soon as the first result is offered, so that it is \
-         written before it is known whether the others may be.",
-    )
-    .fact("Latency", "1 clock from i_counted to o_valid"))]
+#[block(row_stream)]
+/// counts of a row of detectors as AXI4-Stream
+///
+/// The sensor cannot stall: counts of a step that ends while others still wait are lost, and o_overrun
+/// stays high until reset.
+///
+/// The first place of the memory is free as soon as the first result is offered, so that it is written
+/// before it is known whether the others may be.
+///
+/// - Latency: 1 clock from i_counted to o_valid
 pub struct RowStream {
     plan: RowPlan,
     bits: u32,

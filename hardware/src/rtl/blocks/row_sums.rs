@@ -1,27 +1,27 @@
 //! Counts of a row of detectors, window by window in one memory.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_run`, `i_dump` | from the scan controller, the dump a clock early |
-//! | `o_take`, `i_piece` | the row takes the counters over; its first register |
-//! | `o_store`, `o_place`, `o_count` | counts of a step, one detector after another |
-//!
-//! Latency 4 clocks from `o_take` to the first detector's count. A detector's word in the memory has
-//! its count so far, and where its counter stood when it was last taken over: what it has grown by
-//! is added. Nothing has to be cleared: a step's first window begins the count anew, and after
-//! reset all counters stood at 0.
-//!
 //! Cost (ECP5, 64 detectors, docs/pixels.md): 94 LUTs, 116 flip-flops, 2 block memories.
 
-use super::first_of;
 use crate::rtl::front::prelude::*;
 use crate::sensor::rows::RowPlan;
 
 /// Clocks from the row's first register to the count: out of the memory, growth, sum.
 const STAGES: usize = 4;
 
-/// When windows end, and the sums of what they bring.
-#[block(describe(&plan))]
+#[block(row_sums)]
+/// counts of a row of detectors, summed window by window
+///
+/// A detector's word has its count so far, and where its counter stood when it was last taken over. A
+/// step's first window begins the count anew, and after reset all counters stood at 0: nothing in the
+/// memory has to be cleared.
+///
+/// - Row: {plan.detectors} detectors
+#[when(!is_cut)]
+/// - Windows: 1 a phase step
+#[when(is_cut)]
+/// - Windows: {plan.windows} a phase step: one of {plan.first_chips} chips, then of {plan.window_chips}
+///
+/// - Latency: {STAGES} clocks from o_take to the first detector's count
 pub struct RowSums {
     plan: RowPlan,
     /// Bits of a count.
@@ -89,17 +89,14 @@ pub struct RowSums {
     fresh: Register<bool>,
     /// the row takes over
     take: Register<bool>,
-    #[each(stage in 0..if is_cut { 3 } else { 0 })]
-    #[about(first_of(
-        stage,
-        "that window was a step's first; then on the way to the memory's word"
-    ))]
+    /// that window was a step's first; then on the way to the memory's word
+    #[each(_stage in 0..if is_cut { 3 } else { 0 })]
     first: Vec<Register<bool>>,
-    #[each(stage in 0..3)]
-    #[about(first_of(stage, "it was the first since reset"))]
+    /// it was the first since reset
+    #[each(_stage in 0..3)]
     after_reset: Vec<Register<bool>>,
-    #[each(stage in 0..if is_cut { STAGES + 1 } else { 0 })]
-    #[about(first_of(stage, "it was a step's last; then on the way to the count"))]
+    /// it was a step's last; then on the way to the count
+    #[each(_stage in 0..if is_cut { STAGES + 1 } else { 0 })]
     ends: Vec<Register<bool>>,
     /// detectors are on their way to the memory
     moves: Register<bool>,
@@ -116,8 +113,8 @@ pub struct RowSums {
     place: Register<Word>,
     #[is(Memory::new(plan.detectors, word_bits as u32, "the count of each detector, and where its counter stood"))]
     memory: Memory,
-    #[each(stage in 0..3)]
-    #[about(first_of(stage, "where the detector's counter stands"))]
+    /// where the detector's counter stands
+    #[each(_stage in 0..3)]
     #[width(piece_bits)]
     piece: Vec<Register<Word>>,
     /// where it stood before
@@ -133,27 +130,6 @@ pub struct RowSums {
     /// the count, signed
     #[width(bits)]
     count: Register<Word>,
-}
-
-fn describe(plan: &RowPlan) -> About {
-    About::new("row_sums", "counts of a row of detectors, summed window by window")
-        .note(
-            "A detector's word has its count so far, and where its counter stood when it was last \
-             taken over. A step's first window begins the count anew, and after reset all counters \
-             stood at 0: nothing in the memory has to be cleared.",
-        )
-        .fact("Row", format!("{} detectors", plan.detectors))
-        .fact(
-            "Windows",
-            match plan.windows {
-                1 => "1 a phase step".to_owned(),
-                windows => format!(
-                    "{windows} a phase step: one of {} chips, then of {}",
-                    plan.first_chips, plan.window_chips
-                ),
-            },
-        )
-        .fact("Latency", format!("{STAGES} clocks from o_take to the first detector's count"))
 }
 
 #[kernel]

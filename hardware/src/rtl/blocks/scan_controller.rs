@@ -1,15 +1,6 @@
 //! Counts chips and phase steps.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_epoch`, `o_start` | a code period begins; a scan does |
-//! | `o_run`, `o_pre_last_chip`, `o_last_chip` | of the present chip |
-//! | `o_dump` | a step's last hits are in the total |
-//! | `o_pre_counted`, `o_counted`, `o_scan_counted` | its count is there |
-//!
-//! Latency: `o_dump` comes `clocks_to_dump` clocks after a step's last one. Both counters are
-//! LFSRs: a binary counter of the same length would cost a carry chain and limit the clock.
-//! Their ends are recognised early, so that every flag comes from a register.
+//! With several steps at once a step here is a group of them.
 //!
 //! Cost (ECP5, docs/resources.md): 8 LUTs, 45 flip-flops.
 
@@ -17,10 +8,20 @@ use super::sequence_counter::SequenceCounter;
 use super::{StateMatch, StepEnds};
 use crate::rtl::front::prelude::*;
 
-/// Says when a phase step, and when a scan, ends. With several steps at once
-/// a step here is a group of them.
-#[block(describe(chips, steps, realigns, clocks_to_dump)
-    .checks(checks(realigns, (counts_chips, chips_at_end), (counts_steps, steps_at_end))))]
+#[block(scan_controller, .checks(checks(realigns, (counts_chips, chips_at_end), (counts_steps, steps_at_end))))]
+/// counts chips per phase step and steps per scan
+#[when(counts_chips || counts_steps)]
+/// Both counters are LFSRs: the next state costs one gate where a binary counter costs a carry chain. A
+/// count's end is a state computed beforehand; it is recognised early, so that every flag comes from a
+/// register.
+#[when(realigns)]
+/// A scan begins with a code period; until it does, o_run is low.
+#[when(!realigns)]
+/// Scans follow one another without a gap, because a scan over the whole code period ends where it began.
+///
+/// - Step: {chips} chips
+/// - Scan: {steps} phase steps
+/// - Latency: {clocks_to_dump} clocks from a step's last chip to o_dump
 pub struct ScanController {
     /// Chips per phase step.
     chips: u64,
@@ -95,12 +96,8 @@ pub struct ScanController {
     #[width(chip_counter.width())]
     #[value(chip_counter.state(0))]
     chip_count_first: Optional<Constant>,
+    /// {shifts_on(chips_at_end)}, {chips - 1 - chips_at_end} chips before a step's last
     #[when(counts_chips)]
-    #[about(format!(
-        "{}, {} chips before a step's last",
-        shifts_on(chips_at_end),
-        chips - 1 - chips_at_end
-    ))]
     #[width(chip_counter.width())]
     #[value(chip_counter.state(chips_at_end))]
     chip_count_end: Optional<Constant>,
@@ -114,8 +111,8 @@ pub struct ScanController {
     #[width(step_counter.width())]
     #[value(step_counter.state(0))]
     step_count_first: Optional<Constant>,
+    /// {shifts_on(steps_at_end)}, one step before a scan's last
     #[when(counts_steps)]
-    #[about(format!("{}, one step before a scan's last", shifts_on(steps_at_end)))]
     #[width(step_counter.width())]
     #[value(step_counter.state(steps_at_end))]
     step_count_end: Optional<Constant>,
@@ -198,26 +195,6 @@ fn shifts_on(shifts: u64) -> String {
         1 => "1 shift on".to_owned(),
         shifts => format!("{shifts} shifts on"),
     }
-}
-
-fn describe(chips: u64, steps: u64, realigns: bool, clocks_to_dump: u32) -> About {
-    let order = if realigns {
-        "A scan begins with a code period; until it does, o_run is low."
-    } else {
-        "Scans follow one another without a gap, because a scan over the whole code period ends \
-         where it began."
-    };
-    About::new("scan_controller", "counts chips per phase step and steps per scan")
-        .note_if(
-            chips > 2 || steps > 1,
-            "Both counters are LFSRs: the next state costs one gate where a binary counter costs \
-             a carry chain. A count's end is a state computed beforehand; it is recognised early, \
-             so that every flag comes from a register.",
-        )
-        .note(order)
-        .fact("Step", format!("{chips} chips"))
-        .fact("Scan", format!("{steps} phase steps"))
-        .fact("Latency", format!("{clocks_to_dump} clocks from a step's last chip to o_dump"))
 }
 
 #[kernel]

@@ -1,10 +1,5 @@
 //! A running total in segments, each with a carry chain of its own.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_addend`, `i_dump` | what to add; the step's last addend is in, a bit for each segment |
-//! | `o_count` | growth within the last step |
-//!
 //! Latency of a total in segments: 1 clock to the lowest one, 1 more for each above it, and 2 to
 //! `o_count`. A chain of carries is no longer than a segment, whatever the width.
 
@@ -12,8 +7,17 @@ use super::Accumulator;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
-/// Segments, each a clock behind the one below it.
-#[block(describe(segments, addend_bits))]
+#[block(segmented_total, .size(
+    ("HIGHEST_BITS", "bits of the highest segment"),
+    segments.top_bits as usize,
+    2..=usize::MAX,
+    move |bits| {
+        SegmentedTotal::new(CountSegments { top_bits: bits as u32, ..segments }, addend_bits)
+    },
+))]
+/// a running total in segments, and its growth per phase step
+///
+/// Carry and borrow reach the next segment one clock later, and so does i_dump.
 pub struct SegmentedTotal {
     segments: CountSegments,
     addend_bits: usize,
@@ -39,16 +43,6 @@ pub struct SegmentedTotal {
     middle: Vec<Accumulator>,
     #[is(Accumulator::new(top_bits, 2, true, false))]
     highest: Accumulator,
-}
-
-fn describe(segments: CountSegments, addend_bits: usize) -> About {
-    let size = ("HIGHEST_BITS", "bits of the highest segment");
-    About::new("segmented_total", "a running total in segments, and its growth per phase step")
-        .size(size, segments.top_bits as usize, 2..=usize::MAX, move |bits| {
-            let segments = CountSegments { top_bits: bits as u32, ..segments };
-            SegmentedTotal::new(segments, addend_bits)
-        })
-        .note("Carry and borrow reach the next segment one clock later, and so does i_dump.")
 }
 
 #[kernel]

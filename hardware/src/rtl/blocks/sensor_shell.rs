@@ -4,8 +4,8 @@
 
 use std::sync::Arc;
 
+use super::CodeSource;
 use super::register_file::RegisterPorts;
-use super::{CodeSource, first_of};
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
@@ -51,21 +51,19 @@ pub struct SensorShell {
     pub o_laser: Output<Word>,
     /// o_laser shows the first chip of the reference's code
     pub o_epoch: Output<bool>,
-    /// Sampled levels of the detectors.
+    /// {samples_about(detectors, interface.lanes(), interface.polarity)}
     #[under("Detector")]
-    #[about(samples_about(detectors, interface.lanes(), interface.polarity))]
     #[width(width(&interface, "i_samples"))]
     pub i_samples: Input<Word>,
-    /// A beat of the stream.
+    /// {data_about(&interface)}
     #[under(stream)]
-    #[about(data_about(&interface))]
     #[width(width(&interface, "m_axis_tdata"))]
     pub m_axis_tdata: Output<Word>,
-    #[about(beat[0])]
+    /// {beat[0]}
     pub m_axis_tvalid: Output<bool>,
     /// the receiver takes it
     pub m_axis_tready: Input<bool>,
-    #[about(beat[1])]
+    /// {beat[1]}
     pub m_axis_tlast: Output<bool>,
     /// What is lost when the receiver is too slow.
     #[under(FLAGS)]
@@ -83,15 +81,13 @@ pub struct SensorShell {
         Counting::Histogram(_) => "a bin was full and had a hit since reset",
     })]
     pub o_saturated: Optional<Output<bool>>,
-    /// Phase step of each detector's peak in the last scan.
+    /// {peak_about(detectors, "step k of the last scan's peak")}
     #[under(PEAK)]
     #[when(has_peak)]
-    #[about(peak_about(detectors, "step k of the last scan's peak"))]
     #[width(width(&interface, "o_peak_step"))]
     pub o_peak_step: Optional<Output<Word>>,
-    /// Its count.
+    /// {peak_about(detectors, "the count, signed")}
     #[when(has_peak)]
-    #[about(peak_about(detectors, "the count, signed"))]
     #[width(width(&interface, "o_peak_count"))]
     pub o_peak_count: Optional<Output<Word>>,
     /// high for one clock when they have changed
@@ -107,8 +103,8 @@ pub struct SensorShell {
     #[each(code in codes.all.iter())]
     #[is(if is_set { CodeSource::seeded(code) } else { CodeSource::new(code, 0, reloads) })]
     pub(super) transmit: Vec<CodeSource>,
-    #[each(stage in 0..if is_set { CHIPS_AHEAD } else { 0 })]
-    #[about(first_of(stage as usize, "chips on their way to the lasers"))]
+    /// chips on their way to the lasers
+    #[each(_stage in 0..if is_set { CHIPS_AHEAD } else { 0 })]
     #[width(codes.of_sources.len())]
     pub(super) ahead: Vec<Register<Word>>,
     /// first chips of the reference's code on their way

@@ -1,14 +1,4 @@
 //! The whole sensor.
-//!
-//! | port | |
-//! |---|---|
-//! | `o_laser`, `o_epoch` | chips of the sources, and the first of the reference's code |
-//! | `i_samples` | sampled levels of the detectors |
-//! | `m_axis_*` | counts of the phase steps, an AXI4-Stream |
-//! | `o_overrun`, `o_saturated` | a result was lost, or clamped |
-//! | `o_peak_*` | peak of each scan |
-//!
-//! Latency `result_latency_clocks` from a step's last samples to `m_axis_tvalid`.
 
 use std::sync::Arc;
 

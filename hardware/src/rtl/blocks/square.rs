@@ -1,21 +1,15 @@
-//! The square wave: chips 1, 0.
-//!
-//! | port | |
-//! |---|---|
-//! | [`CodePorts`] | as every source of chips |
-//!
-//! Latency 0 clocks from the register to `o_chip`. One register that toggles takes the place of
-//! a counter and a table.
+//! The square wave, chips 1 and 0: one register that toggles, in place of a counter and a table.
 //!
 //! Cost (ECP5, docs/resources.md): 12 LUTs, 56 flip-flops less than Gold codes.
 
 use super::CodePorts;
 use crate::rtl::front::prelude::*;
 
-/// A toggle.
-#[block(About::new("square_generator", "square wave, chips 1, 0")
-        .fact("Period", "2 chips")
-        .fact("Latency", "0 clocks from register to o_chip"))]
+#[block(square_generator)]
+/// square wave, chips 1, 0
+///
+/// - Period: 2 chips
+/// - Latency: 0 clocks from register to o_chip
 pub struct SquareGenerator {
     /// Its first chip, 0 or 1; chip 0 is high.
     start: u64,

@@ -1,11 +1,6 @@
 //! Recognises a counter's state in pieces.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_state`, `i_wanted` | a counter's state, and the one waited for |
-//! | `o_matched` | they were equal |
-//!
-//! Latency 1 clock. A register behind each piece keeps a wide comparison at two levels of logic.
+//! A register behind each piece keeps a wide comparison at two levels of logic.
 //!
 //! Cost (ECP5, docs/resources.md): 20 LUTs, 2 flip-flops for 14 bits.
 
@@ -14,9 +9,16 @@ use crate::rtl::front::prelude::*;
 /// Bits that are compared in one piece.
 const PIECE_BITS: usize = 8;
 
-/// Compares a state with the one that is waited for.
-#[block(describe(pieces, width))]
+#[block(state_match)]
+/// recognises a state of a counter
+///
+/// The pieces of a wide comparison have a register each.
+///
+/// - Latency: 1 clock
 pub struct StateMatch {
+    // A single bit is compared by its gate alone, without an AND of all.
+    /// bits of a state
+    #[size((PIECE_BITS * (pieces - 1) + 1).max(2)..=PIECE_BITS * pieces)]
     width: usize,
     #[set(width.div_ceil(PIECE_BITS))]
     pieces: usize,
@@ -40,16 +42,6 @@ pub struct StateMatch {
 impl StateMatch {
     /// Widest state for which comparing at once keeps the clock.
     pub const WIDEST_AT_ONCE: u32 = 12;
-}
-
-fn describe(pieces: usize, width: usize) -> About {
-    // A single bit is compared by its gate alone, without an AND of all.
-    let least = (PIECE_BITS * (pieces - 1) + 1).max(2);
-    let widths = least..=PIECE_BITS * pieces;
-    About::new("state_match", "recognises a state of a counter")
-        .size(("WIDTH", "bits of a state"), width, widths, StateMatch::new)
-        .note("The pieces of a wide comparison have a register each.")
-        .fact("Latency", "1 clock")
 }
 
 #[kernel]

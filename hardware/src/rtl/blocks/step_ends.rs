@@ -19,8 +19,8 @@ pub struct StepEnds {
     counts_early: bool,
     #[set((clocks_to_dump + clocks_to_count) as usize)]
     to_counted: usize,
+    /// {dump_about(segments)}
     #[under(heading)]
-    #[about(dump_about(segments))]
     #[width(segments)]
     pub o_dump: Output<Word>,
     /// the step's count is there in the next clock

@@ -1,14 +1,6 @@
 //! Counts hits up or down as the reference says.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_hits`, `i_early` | hits of a word, by pairs of samples |
-//! | `i_reference` | reference of each sample |
-//! | `i_dump` | the step's last hits are in, a bit for each segment |
-//! | `o_count` | count of the last step, signed |
-//!
-//! Latency log2(pairs) + 2 clocks and those of the total, from `i_hits` to `o_count`. Counting
-//! pairs in place of samples halves the adders: at most one of two neighbours is a hit.
+//! Counting pairs in place of samples halves the adders: at most one of two neighbours is a hit.
 //!
 //! Cost (ECP5, docs/resources.md): 4 LUTs, 8 flip-flops beside quads and total.
 
@@ -17,17 +9,15 @@ use super::step_ends::dump_about;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::CountSegments;
 
-/// Counts of one phase step after another, with the sign of the reference.
-#[block(About::new("updown_correlator", "hits counted up or down as the reference says")
-    .note(
-        "A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum \
-         over a word is the number of hits less twice the number of those that count down.",
-    )
-    .fact("Latency", format!(
-        "{} clocks from i_hits to {}",
-        WordTotal::latency_clocks(lanes, segments),
-        if totals > 0 { "o_count" } else { "o_addend" }
-    )))]
+#[block(updown_correlator)]
+/// hits counted up or down as the reference says
+///
+/// A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum over a word is
+/// the number of hits less twice the number of those that count down.
+#[when(totals > 0)]
+/// - Latency: {WordTotal::latency_clocks(lanes, segments)} clocks from i_hits to o_count
+#[when(totals == 0)]
+/// - Latency: {WordTotal::latency_clocks(lanes, segments)} clocks from i_hits to o_addend
 pub struct UpdownCorrelator {
     lanes: usize,
     /// Of the total; none where the signed counts of words are all that is asked.
@@ -50,9 +40,8 @@ pub struct UpdownCorrelator {
     /// 1 counts a hit up, 0 down; bit 0 earliest
     #[width(lanes)]
     pub i_reference: Input<Word>,
-    /// A step's last hits are in; one bit for each segment of the count.
+    /// {dump_about(totals)}
     #[when(totals > 0)]
-    #[about(dump_about(totals))]
     #[width(totals)]
     pub i_dump: Optional<Input<Word>>,
     /// count of the last step, signed

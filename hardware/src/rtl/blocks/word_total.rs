@@ -33,11 +33,11 @@ pub struct WordTotal {
     #[each(_quad in 0..quads)]
     #[is(QuadCounter::new())]
     quad: Vec<QuadCounter>,
+    /// {if is_signed { "signed count of" } else { "hits in" }} samples 0 to {lanes - 1}
     #[when(pairs == 2 || quads == 2)]
-    #[about(format!("{} samples 0 to {}", if is_signed { "signed count of" } else { "hits in" }, lanes - 1))]
     #[width(addend_bits)]
     sum: Optional<Register<Word>>,
-    #[about(if is_signed { "signed count of one word" } else { "hits of one word" })]
+    /// {if is_signed { "signed count of one word" } else { "hits of one word" }}
     #[width(addend_bits)]
     pub(super) addend: Local<Word>,
     #[each(whole in segments.filter(|segments| segments.count == 1).iter())]

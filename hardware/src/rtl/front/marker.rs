@@ -148,8 +148,8 @@ pub struct About(Description, Vec<Size>);
 
 impl About {
     /// A module `module` that is what `title` says.
-    pub fn new(module: &str, title: &str) -> About {
-        let (module, title) = (module.to_owned(), title.to_owned());
+    pub fn new(module: &str, title: impl Into<String>) -> About {
+        let (module, title) = (module.to_owned(), title.into());
         let description = Description { module, title, ..Description::default() };
         About(description, Vec::new())
     }
@@ -188,6 +188,11 @@ impl About {
     pub fn fact(mut self, label: &str, text: impl Into<String>) -> About {
         self.0.facts.push((label.to_owned(), text.into()));
         self
+    }
+
+    /// Adds a labelled fact where it holds.
+    pub fn fact_if(self, holds: bool, label: &str, text: impl Into<String>) -> About {
+        if holds { self.fact(label, text) } else { self }
     }
 
     /// Adds checks of constants.

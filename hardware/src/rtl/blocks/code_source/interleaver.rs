@@ -1,11 +1,6 @@
 //! Interleaving: every chip 2^nu times, every other one inverted (eq. 23).
 //!
-//! | port | |
-//! |---|---|
-//! | [`CodePorts`] | as every source of chips |
-//!
-//! Latency 0 clocks from the register to `o_chip`. A counter of nu bits and one XOR gate, in
-//! place of a generator of a code 2^nu times as long.
+//! A counter of nu bits and one XOR gate, in place of a generator of a code 2^nu times as long.
 //!
 //! Cost (ECP5, docs/resources.md): 4 LUTs, 3 flip-flops for nu = 1 in both generators.
 
@@ -13,14 +8,14 @@ use super::CodeSource;
 use crate::rtl::blocks::CodePorts;
 use crate::rtl::front::prelude::*;
 
-/// A code interleaved with its inverse (eq. 23).
-#[block(About::new("interleaver", "a code with every chip repeated and every other repetition inverted")
-        .note(
-            "The code and its inverse take turns chip by chip, which removes the side lobes' mean \
-         from the correlation near the peak.",
-        )
-        .fact("Depth", format!("{depth}: each chip of the generator {} times", 1 << depth))
-        .fact("Latency", "0 clocks from register to o_chip"))]
+#[block(interleaver)]
+/// a code with every chip repeated and every other repetition inverted
+///
+/// The code and its inverse take turns chip by chip, which removes the side lobes' mean from the
+/// correlation near the peak.
+///
+/// - Depth: {depth}: each chip of the generator {1 << depth} times
+/// - Latency: 0 clocks from register to o_chip
 pub struct Interleaver {
     depth: u32,
     /// Of the generator's first chip.

@@ -1,32 +1,24 @@
 //! One of several counts.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_turn` | one bit: whose turn it is |
-//! | `i_count` | the counts |
-//! | `o_count` | the one whose turn it was |
-//!
-//! Latency 1 clock. One bit says whose turn it is, so that a count costs an AND and an OR, and no
-//! number of the turn has to be decoded.
+//! One bit says whose turn it is, so that a count costs an AND and an OR, and no number of the turn has to
+//! be decoded.
 
-use crate::rtl::blocks::first_of;
 use crate::rtl::front::prelude::*;
 
-/// Keeps the count whose turn it is.
-#[block(About::new("count_choice", "one of several counts")
-        .size(("COUNTS", "counts"), counts, 1..=usize::MAX, move |counts| {
-            CountChoice::new(bits, counts)
-        })
-        .fact("Latency", "1 clock"))]
+#[block(count_choice)]
+/// one of several counts
+///
+/// - Latency: 1 clock
 pub struct CountChoice {
     bits: u32,
+    /// counts
+    #[size(1..=usize::MAX)]
     counts: usize,
     /// at most one bit: which count's turn it is
     #[width(counts)]
     pub i_turn: Input<Word>,
-    /// The counts.
-    #[each(count in 0..counts)]
-    #[about(first_of(count, "counts, count 0 lowest"))]
+    /// counts, count 0 lowest
+    #[each(_count in 0..counts)]
     #[width(bits)]
     pub i_count: Vec<Input<Word>>,
     /// the count whose turn it was, or 0

@@ -1,20 +1,21 @@
 //! Compares signed counts, some bits in a clock.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_count`, `i_other` | two signed counts that stand still |
-//! | `o_greater` | the first is greater |
-//!
-//! Latency 1 clock per piece, the lowest bits first. Both counts stand still meanwhile, so that
-//! no piece waits in a register for those below it.
+//! Both counts stand still meanwhile, so that no piece waits in a register for those below it.
 
 use super::CountPiece;
 use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 
-/// Whether one signed count is greater than another, when both have stood
-/// still for a clock per piece.
-#[block(describe(sizes.len()))]
+#[block(count_comparison)]
+/// whether a signed count is greater
+///
+/// With their signs exchanged, signed numbers compare as unsigned ones.
+#[when(sizes.len() > 1)]
+/// A piece a clock, the lowest bits first. Both counts stand still meanwhile.
+#[when(sizes.len() == 1)]
+/// - Latency: 1 clock
+#[when(sizes.len() > 1)]
+/// - Latency: {sizes.len()} clocks
 pub struct CountComparison {
     plan: PeakPlan,
     #[set(plan.count_bits as usize)]
@@ -39,20 +40,6 @@ pub struct CountComparison {
     #[each(size in sizes.iter())]
     #[is(CountPiece::new(*size))]
     piece: Vec<CountPiece>,
-}
-
-fn describe(pieces: usize) -> About {
-    let mut about = About::new("count_comparison", "whether a signed count is greater")
-        .note("With their signs exchanged, signed numbers compare as unsigned ones.");
-    if pieces > 1 {
-        about = about
-            .note("A piece a clock, the lowest bits first. Both counts stand still meanwhile.");
-    }
-    let clocks = match pieces {
-        1 => "1 clock".to_owned(),
-        pieces => format!("{pieces} clocks"),
-    };
-    about.fact("Latency", clocks)
 }
 
 #[kernel]

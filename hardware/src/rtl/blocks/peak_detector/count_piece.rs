@@ -1,27 +1,21 @@
 //! Compares some bits of two counts.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_count`, `i_other`, `i_below` | bits of two counts, and what those below say |
-//! | `o_greater` | the first is greater by the bits so far |
-//!
-//! Latency 1 clock. The result of the bits below enters as one more bit of the difference, so
-//! that a piece needs a single carry chain and no test for equality. The sign of a difference comes
-//! from the chain's last sum; a comparison's carry would have to leave the chain, which costs ECP5 a
-//! tenth of its clock.
+//! A piece needs a single carry chain and no test for equality. The sign of a difference comes from the
+//! chain's last sum; a comparison's carry would have to leave the chain, which costs ECP5 a tenth of its
+//! clock.
 
 use crate::rtl::front::prelude::*;
 
-/// Whether a count is greater than another by some of its bits, or where they
-/// are equal by those below.
-#[block(About::new("count_piece", "whether some bits of a count are greater")
-        .size(("BITS", "bits of a piece"), bits, 1..=usize::MAX, CountPiece::new)
-        .note(
-            "What the bits below say joins the difference as a bit under its lowest, which decides \
-             where all others are equal.",
-        )
-        .fact("Latency", "1 clock"))]
+#[block(count_piece)]
+/// whether some bits of a count are greater
+///
+/// What the bits below say joins the difference as a bit under its lowest, which decides where all others
+/// are equal.
+///
+/// - Latency: 1 clock
 pub struct CountPiece {
+    /// bits of a piece
+    #[size(1..=usize::MAX)]
     bits: usize,
     /// bits of a count
     #[width(bits)]

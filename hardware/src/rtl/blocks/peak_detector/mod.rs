@@ -1,13 +1,7 @@
 //! Finds the peak of every scan.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_count`, `i_counted`, `i_last` | counts of a group; they are new; they are the scan's last |
-//! | `o_step`, `o_count`, `o_valid` | peak of the last scan; it is new |
-//!
-//! Latency as the plan says, a few clocks after the scan's last counts. Counts are compared one
-//! after another and in pieces, so that one short carry chain serves a detector; a host that looks
-//! through the counts itself saves all of it.
+//! Counts are compared one after another and in pieces, so that one short carry chain serves a detector; a
+//! host that looks through the counts itself saves all of it.
 //!
 //! Cost (ECP5, docs/resources.md): 38 LUTs, 87 flip-flops with all that is in it.
 
@@ -20,26 +14,20 @@ pub use self::count_choice::CountChoice;
 pub use self::count_comparison::CountComparison;
 pub use self::count_piece::CountPiece;
 use self::running_maximum::RunningMaximum;
-use super::first_of;
 use super::result_stream::counts_about;
 use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 
-/// Running argmax over the scan (eq. 15), for every detector.
-#[block(About::new(
-        "peak_detector",
-        "phase step and count of every scan's largest count",
-    )
-    .note(
-        "The running argmax of the scan (eq. 15); the first of equal counts is the peak. It sits \
-         before the result stream: counts that the stream loses take part.",
-    )
-.note_if(plan.parallel > 1, "The counts of a group stand still until the next group's, and have their turns one \
-             after another.").fact(
-            "Latency",
-            format!("{} clocks from a scan's last i_counted to o_valid", plan.clocks_to_peak()),
-        )
-        .fact("Rate", format!("a count of each detector every {} clocks", plan.clocks_per_count())))]
+#[block(peak_detector)]
+/// phase step and count of every scan's largest count
+///
+/// The running argmax of the scan (eq. 15); the first of equal counts is the peak. It sits before the
+/// result stream: counts that the stream loses take part.
+#[when(has_turns)]
+/// The counts of a group stand still until the next group's, and have their turns one after another.
+///
+/// - Latency: {plan.clocks_to_peak()} clocks from a scan's last i_counted to o_valid
+/// - Rate: a count of each detector every {plan.clocks_per_count()} clocks
 pub struct PeakDetector {
     plan: PeakPlan,
     detectors: usize,
@@ -65,9 +53,8 @@ pub struct PeakDetector {
     /// Counts of a scan's last group.
     #[set(plan.last_steps as usize)]
     last_steps: usize,
-    /// Counts, detector by detector.
-    #[each(count in 0..detectors * parallel)]
-    #[about(first_of(count, counts_about(detectors, parallel)))]
+    /// {counts_about(detectors, parallel)}
+    #[each(_count in 0..detectors * parallel)]
     #[width(plan.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// new counts are there

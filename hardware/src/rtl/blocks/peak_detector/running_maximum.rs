@@ -1,33 +1,17 @@
-//! A detector's largest count in a scan, and its phase step.
-//!
-//! | port | |
-//! |---|---|
-//! | `i_count`, `i_turn` | counts of the group's steps, and whose turn it is |
-//! | `i_compared`, `i_first`, `i_step`, `i_done` | from the peak detector's schedule |
-//! | `o_step`, `o_count` | peak of the last scan |
-//!
-//! Latency from a count's turn to `i_compared` as the plan says, 2 clocks more until it is the
-//! largest. A detector has one; the schedule is shared by all.
+//! A detector's largest count in a scan, and its phase step. The schedule is shared by all detectors.
 
 use super::{CountChoice, CountComparison};
-use crate::rtl::blocks::first_of;
 use crate::rtl::front::prelude::*;
 use crate::sensor::peak::PeakPlan;
 
-/// Running argmax of one detector's counts (eq. 15), kept from a scan's end to
-/// the next.
-#[block(About::new("running_maximum", "a detector's largest count in a scan, and its phase step")
-    .note(
-        "A count that is greater than the largest so far replaces it; of equal ones the first \
-         stays (eq. 15). The scan's largest stands at the outputs until the next scan's.",
-    )
-    .fact(
-        "Latency",
-        format!(
-            "{} clocks from a count's turn to i_compared, 2 more until it is the largest",
-            plan.clocks_to_compare()
-        ),
-    ))]
+#[block(running_maximum)]
+/// a detector's largest count in a scan, and its phase step
+///
+/// A count that is greater than the largest so far replaces it; of equal ones the first stays (eq. 15).
+/// The scan's largest stands at the outputs until the next scan's.
+///
+/// - Latency: {plan.clocks_to_compare()} clocks from a count's turn to i_compared, 2 more until it is the
+/// largest
 pub struct RunningMaximum {
     plan: PeakPlan,
     /// Counts in each choice; none where a group has a single count.
@@ -49,9 +33,8 @@ pub struct RunningMaximum {
     /// Counts of a smaller last choice; 0 without one.
     #[set(choices.get(even_choices).map_or(0, |&counts| counts as usize))]
     last_counts: usize,
-    /// Counts of the group's steps.
-    #[each(step in 0..plan.parallel)]
-    #[about(first_of(step as usize, count_about(plan.parallel)))]
+    /// {count_about(plan.parallel)}
+    #[each(_step in 0..plan.parallel)]
     #[width(plan.count_bits)]
     pub i_count: Vec<Input<Word>>,
     /// whose turn it is

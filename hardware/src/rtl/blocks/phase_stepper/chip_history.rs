@@ -1,25 +1,20 @@
 //! Whole chips of a reference's delay.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_chip` | next chip of the reference |
-//! | `i_last_chip`, `i_wrap`, `i_start` | when the delay grows, by a chip more, and begins again |
-//! | `o_advance` | the generator goes on |
-//! | `o_chips` | chips of the window, the present one lowest |
-//!
-//! Latency 1 clock from `i_chip` to `o_chips`. The delay grows by letting the generator wait, so
-//! that no memory of the code and no second generator is needed, whatever the delay.
+//! The delay grows by letting the generator wait, so that no memory of the code and no second generator is
+//! needed, whatever the delay.
 //!
 //! Cost (ECP5, docs/resources.md): 1 LUT, 2 flip-flops.
 
 use super::phase_geometry::{PhaseGeometry, ReferenceStart};
 use crate::rtl::front::prelude::*;
 
-/// Keeps the reference's present chip and those before it, and delays them by
-/// holding the generator.
-#[block(About::new("chip_history", "the reference's last chips, delayed by holding its generator")
-.note_if(geometry.most_chips() > 1, "When the delay grows by several chips, the reference goes back by all but one of \
-             them; those come again from a register while the generator waits.").fact("Latency", "1 clock from i_chip to o_chips"))]
+#[block(chip_history)]
+/// the reference's last chips, delayed by holding its generator
+#[when(geometry.most_chips() > 1)]
+/// When the delay grows by several chips, the reference goes back by all but one of them; those come again
+/// from a register while the generator waits.
+///
+/// - Latency: 1 clock from i_chip to o_chips
 pub struct ChipHistory {
     geometry: PhaseGeometry,
     start: ReferenceStart,

@@ -1,27 +1,17 @@
 //! Samples of a reference's delay.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_chips` | chips of the window |
-//! | `i_pre_last_chip`, `i_last_chip`, `i_start` | from the scan controller |
-//! | `o_window`, `o_wrap` | reference of each sample; the delay grows by a chip more |
-//!
-//! Latency 1 clock from `i_chips` to `o_window`. The mask of delayed lanes is a thermometer, so
-//! that no lane compares its number with the delay.
-//!
 //! Cost (ECP5, docs/resources.md): 9 LUTs, 16 flip-flops; none with S = 1.
 
 use super::phase_geometry::PhaseGeometry;
 use crate::rtl::front::prelude::*;
 
-/// Takes each sample of the reference from the chip that the delay gives it.
-#[block(About::new(
-        "lane_delay",
-        "the reference of each sample, from the chip that the delay gives it",
-    )
-.note_if(geometry.grows_by_samples(), "Lanes below the delay take the previous chip, the others the present one. The mask \
-             of delayed lanes is a thermometer, so that no lane needs a comparator. When it is \
-             full, the next step delays by one chip more.").fact("Latency", "1 clock from i_chips to o_window"))]
+#[block(lane_delay)]
+/// the reference of each sample, from the chip that the delay gives it
+#[when(grows)]
+/// Lanes below the delay take the previous chip, the others the present one. The mask of delayed lanes is a
+/// thermometer, so that no lane needs a comparator. When it is full, the next step delays by one chip more.
+///
+/// - Latency: 1 clock from i_chips to o_window
 pub struct LaneDelay {
     geometry: PhaseGeometry,
     looks_ahead: bool,
@@ -61,9 +51,7 @@ pub struct LaneDelay {
     /// last chip of a step; the next delays by a chip more
     #[when(grows)]
     pub o_wrap: Optional<Output<bool>>,
-    /// Reference of each sample; step p of a group of P takes it from bit
-    /// P - 1 - p on.
-    #[about(window_about(geometry.parallel))]
+    /// {window_about(geometry.parallel)}
     #[width(geometry.window())]
     pub o_window: Output<Word>,
     /// after reset and at a scan's start

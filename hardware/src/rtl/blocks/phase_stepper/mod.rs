@@ -1,13 +1,7 @@
 //! The reference, delayed by a phase that grows with every group of steps.
 //!
-//! | port | |
-//! |---|---|
-//! | `i_chip`, `o_advance` | next chip of the reference; its generator goes on |
-//! | `i_pre_last_chip`, `i_last_chip`, `i_start` | from the scan controller |
-//! | `o_window` | reference of each sample |
-//!
-//! Latency 2 clocks from `i_chip` to `o_window`. Whole chips of delay cost nothing but a generator
-//! that waits; samples of delay cost one choice between two chips for each lane.
+//! Whole chips of delay cost nothing but a generator that waits; samples of delay cost one choice between
+//! two chips for each lane.
 
 mod chip_history;
 mod lane_delay;
@@ -18,9 +12,13 @@ use self::lane_delay::{LaneDelay, window_about};
 pub use self::phase_geometry::{PhaseGeometry, ReferenceStart};
 use crate::rtl::front::prelude::*;
 
-/// Delays the reference: whole chips by holding its generator, the rest by
-/// lane.
-#[block(describe(geometry))]
+#[block(phase_stepper)]
+/// {title(geometry.parallel)}
+#[when(geometry.lanes > 1)]
+/// Whole chips of delay come from holding the reference's generator, samples from the choice of a chip for
+/// each lane.
+///
+/// - Latency: 2 clocks from i_chip to o_window
 pub struct PhaseStepper {
     geometry: PhaseGeometry,
     start: ReferenceStart,
@@ -45,9 +43,7 @@ pub struct PhaseStepper {
     pub i_delayed: Optional<Input<Word>>,
     /// the reference generator goes on to its next chip
     pub o_advance: Output<bool>,
-    /// Reference of each sample; step p of a group of P takes it from bit
-    /// P - 1 - p on.
-    #[about(window_about(geometry.parallel))]
+    /// {window_about(geometry.parallel)}
     #[width(geometry.window())]
     pub o_window: Output<Word>,
     #[is(ChipHistory::new(geometry, start, realigns && !is_set))]
@@ -56,21 +52,13 @@ pub struct PhaseStepper {
     lanes: LaneDelay,
 }
 
-fn describe(geometry: PhaseGeometry) -> About {
-    let title = match geometry.parallel {
+fn title(parallel: u32) -> String {
+    match parallel {
         1 => "the reference, delayed by one more sample with every phase step".to_owned(),
-        parallel => format!(
+        _ => format!(
             "the reference for {parallel} phase steps at once, each group {parallel} samples later"
         ),
-    };
-    let mut about = About::new("phase_stepper", &title);
-    if geometry.lanes > 1 {
-        about = about.note(
-            "Whole chips of delay come from holding the reference's generator, samples from the \
-             choice of a chip for each lane.",
-        );
     }
-    about.fact("Latency", "2 clocks from i_chip to o_window")
 }
 
 #[kernel]
