@@ -1,5 +1,7 @@
 //! A block's constructor from its fields.
 
+use std::collections::BTreeMap;
+
 use proc_macro2::TokenStream;
 use quote::{ToTokens, quote};
 use syn::parse::{Parse, ParseStream};
@@ -31,11 +33,12 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
         let name = field.ident.clone().expect("named fields");
         let ty = &field.ty.clone();
         let mut words = Words::taken_from(field)?;
-        if words.shown {
+        if words.attributes.remove("shown").is_some() {
             shown = Some((name.clone(), ty.clone()));
         }
-        section.holds_for(ty, &mut words.under);
-        if words.given {
+        let under = words.take("under")?;
+        words.heading = section.heading(ty, under);
+        if words.has("given") {
             parameters.push(quote!(#name: #ty));
             arguments.push(name.clone());
             parts.push(name);
@@ -44,8 +47,9 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
         if words.is_of_parameter(ty) {
             parameters.push(quote!(#name: #ty));
             arguments.push(name.clone());
-            sizes.extend(words.size.map(|takes| (name, words.doc, takes)));
-        } else if let Some(value) = words.set {
+            let takes = words.take::<Expr>("size")?;
+            sizes.extend(takes.map(|takes| (name, words.doc, takes)));
+        } else if let Some(value) = words.take::<Expr>("set")? {
             values.push(quote!(let #name: #ty = #value;));
         } else {
             let part = words.part(ty)?;
@@ -69,13 +73,11 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
     let sizes =
         sizes.into_iter().map(|(name, doc, takes)| size(block, &arguments, &name, &doc, &takes));
     let sizes: TokenStream = sizes.collect();
-    let (start, end, logic) = match is_bundle {
-        false => (quote!(visit_start_scope), quote!(visit_end_scope), None),
-        true => {
-            let logic = quote!(impl Logic for #block { fn update(&mut self) {} });
-            (quote!(visit_start_namespace), quote!(visit_end_namespace), Some(logic))
-        }
+    let [start, end] = match is_bundle {
+        false => [quote!(visit_start_scope), quote!(visit_end_scope)],
+        true => [quote!(visit_start_namespace), quote!(visit_end_namespace)],
     };
+    let logic = is_bundle.then(|| quote!(impl Logic for #block { fn update(&mut self) {} }));
     let about = (!is_bundle).then(|| quote!(let about = #about #sizes;));
     let passed_on = shown.as_ref().map(|(bundle, _)| quote!(self.#bundle.set(port, value);));
     let shown = shown.map(|(bundle, ty)| shown_bundle(block, &bundle, &ty));
@@ -205,13 +207,13 @@ enum Listed {
 }
 
 impl Section {
-    /// Gives the present heading to a field that has none of its own; an empty one ends a section.
-    fn holds_for(&mut self, ty: &Type, under: &mut Option<Expr>) {
+    /// The heading of a field, which may have its own; an empty one ends a section.
+    fn heading(&mut self, ty: &Type, own: Option<Expr>) -> Option<Expr> {
         let kind = listed(ty);
-        if under.is_some() || kind != self.kind {
-            *self = Section { kind, heading: under.take().filter(|heading| !is_empty(heading)) };
+        if own.is_some() || kind != self.kind {
+            *self = Section { kind, heading: own.filter(|heading| !is_empty(heading)) };
         }
-        under.clone_from(&self.heading);
+        self.heading.clone()
     }
 }
 
@@ -231,26 +233,22 @@ fn is_empty(heading: &Expr) -> bool {
     matches!(&literal.lit, Lit::Str(text) if text.value().is_empty())
 }
 
+/// The attributes of a field that are the macro's own.
+const WORDS: [&str; 14] = [
+    "about", "each", "given", "is", "named", "number", "reset", "set", "shown", "size", "under",
+    "value", "when", "width",
+];
+
 /// What stands beside a field.
 #[derive(Default)]
 struct Words {
     doc: String,
-    about: Option<Expr>,
-    width: Option<Expr>,
-    reset: Option<Reset>,
-    value: Option<Expr>,
-    under: Option<Expr>,
-    named: Option<Expr>,
-    when: Option<Expr>,
-    each: Option<Each>,
-    is: Option<Expr>,
-    number: bool,
-    given: bool,
-    shown: bool,
-    set: Option<Expr>,
-    size: Option<Expr>,
     /// Whether the comment is the first one's of a row of like signals.
     is_of_first: bool,
+    /// What holds for it of those above it.
+    heading: Option<Expr>,
+    /// Those of [`WORDS`] that nothing has taken yet.
+    attributes: BTreeMap<String, Attribute>,
 }
 
 /// `#[reset(value)]` or `#[reset(value, constant)]`.
@@ -289,33 +287,39 @@ impl Words {
     /// Takes the attributes off that are the macro's own.
     fn taken_from(field: &mut Field) -> Result<Words> {
         let mut words = Words::default();
-        let mut others = Vec::new();
         for attribute in std::mem::take(&mut field.attrs) {
-            let name = attribute.path().get_ident().map(Ident::to_string);
-            match name.as_deref().unwrap_or("") {
-                "doc" => {
-                    words.add_doc(&attribute);
-                    others.push(attribute);
+            if let Some(line) = doc_line(&attribute) {
+                if !words.doc.is_empty() {
+                    words.doc.push(' ');
                 }
-                "about" => words.about = Some(attribute.parse_args()?),
-                "width" => words.width = Some(attribute.parse_args()?),
-                "reset" => words.reset = Some(attribute.parse_args()?),
-                "value" => words.value = Some(attribute.parse_args()?),
-                "under" => words.under = Some(attribute.parse_args()?),
-                "named" => words.named = Some(attribute.parse_args()?),
-                "when" => words.when = Some(attribute.parse_args()?),
-                "each" => words.each = Some(attribute.parse_args()?),
-                "is" => words.is = Some(attribute.parse_args()?),
-                "number" => words.number = true,
-                "given" => words.given = true,
-                "shown" => words.shown = true,
-                "set" => words.set = Some(attribute.parse_args()?),
-                "size" => words.size = Some(attribute.parse_args()?),
-                _ => others.push(attribute),
+                words.doc.push_str(&line);
+            }
+            match attribute.path().get_ident().map(Ident::to_string) {
+                Some(name) if WORDS.contains(&name.as_str()) => {
+                    words.attributes.insert(name, attribute);
+                }
+                _ => field.attrs.push(attribute),
             }
         }
-        field.attrs = others;
         Ok(words)
+    }
+
+    /// Whether a word stands there.
+    fn has(&self, word: &str) -> bool {
+        self.attributes.contains_key(word)
+    }
+
+    /// What a word says, if it stands there.
+    fn take<T: Parse>(&mut self, word: &str) -> Result<Option<T>> {
+        self.attributes.remove(word).map(|attribute| attribute.parse_args()).transpose()
+    }
+
+    /// What a word says, without which there is no such part.
+    fn needed(&mut self, word: &str, says: &str, at: impl ToTokens) -> Result<Expr> {
+        self.take(word)?.ok_or_else(|| {
+            let part = at.to_token_stream();
+            Error::new_spanned(&at, format!("a `{part}` needs `#[{word}({says})]`"))
+        })
     }
 
     /// Whether nothing says how the field is made, and its type is none of a part.
@@ -323,34 +327,24 @@ impl Words {
         const PARTS: [&str; 7] =
             ["Input", "Output", "Local", "Register", "Constant", "Optional", "Memory"];
         let is_part = PARTS.iter().any(|part| last_segment(ty).is_ok_and(|s| s.ident == part));
-        !is_part && self.is.is_none() && self.set.is_none() && self.each.is_none()
-    }
-
-    fn add_doc(&mut self, attribute: &Attribute) {
-        if let Some(line) = doc_line(attribute) {
-            if !self.doc.is_empty() {
-                self.doc.push(' ');
-            }
-            self.doc.push_str(&line);
-        }
+        !is_part && !["is", "set", "each"].iter().any(|word| self.has(word))
     }
 
     /// The expression that makes a part of type `ty`.
     fn part(mut self, ty: &Type) -> Result<TokenStream> {
         let segment = last_segment(ty)?;
         let part = match segment.ident.to_string().as_str() {
-            _ if self.is.is_some() && self.when.is_none() && self.each.is_none() => {
-                self.is.take().into_token_stream()
+            _ if self.has("is") && !self.has("when") && !self.has("each") => {
+                self.needed("is", "expression", ty)?.into_token_stream()
             }
             "Optional" => {
-                let when = needed(self.when.take(), ty, "when(condition)")?;
+                let when = self.needed("when", "condition", ty)?;
                 let part = self.part(argument(segment)?)?;
                 return Ok(quote!(Optional::new(if #when { Some(#part) } else { None })));
             }
-            "Vec" if self.each.is_some() => {
-                let Each { name, numbers } = self.each.take().expect("checked");
-                self.is_of_first =
-                    self.about.is_none() && self.is.is_none() && !self.doc.is_empty();
+            "Vec" if self.has("each") => {
+                let Each { name, numbers } = self.take("each")?.expect("it has one");
+                self.is_of_first = !self.doc.is_empty() && !self.has("about") && !self.has("is");
                 let is_of_first = self.is_of_first;
                 let part = self.part(argument(segment)?)?;
                 return Ok(match is_of_first {
@@ -361,17 +355,24 @@ impl Words {
             "Input" | "Output" | "Local" => self.net(segment)?,
             "Register" => self.register(segment)?,
             "Constant" => {
-                let value = needed(self.value.take(), ty, "value(number)")?;
-                let width = needed(self.width.take(), ty, "width(bits)")?;
+                let value = self.needed("value", "number", ty)?;
+                let width = self.needed("width", "bits", ty)?;
                 let about = self.about()?;
-                let number = std::mem::take(&mut self.number).then(|| quote!(.number()));
+                let number = self.attributes.remove("number").map(|_| quote!(.number()));
                 let constant = quote!(Constant::new(#value, (#width) as u32, #about)#number);
-                self.under_heading(constant)
+                self.under_heading(constant)?
             }
-            _ => needed(self.is.take(), ty, "is(expression)")?.into_token_stream(),
+            _ => self.needed("is", "expression", ty)?.into_token_stream(),
         };
-        self.refuse_rest(ty)?;
-        Ok(part)
+        let heading = self.heading.as_ref().map(|_| "under");
+        match self.attributes.keys().next().map(String::as_str).or(heading) {
+            // What a part has no use for is a mistake.
+            Some(word) => Err(Error::new(
+                ty.span(),
+                format!("a `{}` has no use for `#[{word}]`", quote!(#ty)),
+            )),
+            None => Ok(part),
+        }
     }
 
     fn net(&mut self, segment: &PathSegment) -> Result<TokenStream> {
@@ -380,38 +381,39 @@ impl Words {
         let net = if is_bit(segment)? {
             quote!(#kind::bit(#about))
         } else {
-            let width = needed(self.width.take(), segment, "width(bits)")?;
+            let width = self.needed("width", "bits", segment)?;
             quote!(#kind::word((#width) as u32, #about))
         };
-        Ok(self.under_heading(net))
+        self.under_heading(net)
     }
 
-    fn under_heading(&mut self, part: TokenStream) -> TokenStream {
-        match self.under.take() {
+    fn under_heading(&mut self, part: TokenStream) -> Result<TokenStream> {
+        let own = self.take("under")?;
+        Ok(match self.heading.take().or(own) {
             Some(heading) => quote!(#part.under(#heading)),
             None => part,
-        }
+        })
     }
 
     fn register(&mut self, segment: &PathSegment) -> Result<TokenStream> {
         let about = self.about()?;
-        let (value, constant) = match self.reset.take() {
-            Some(reset) => (Some(reset.value), reset.constant),
+        let (value, constant) = match self.take("reset")? {
+            Some(Reset { value, constant }) => (Some(value.into_token_stream()), constant),
             None => (None, None),
         };
         let mut register = if is_bit(segment)? {
-            let value = value.map_or(quote!(false), |v| v.into_token_stream());
+            let value = value.unwrap_or(quote!(false));
             quote!(Register::bit(#value, #about))
         } else {
-            let width = needed(self.width.take(), segment, "width(bits)")?;
-            let value = value.map_or(quote!(0), |v| v.into_token_stream());
+            let width = self.needed("width", "bits", segment)?;
+            let value = value.unwrap_or(quote!(0));
             quote!(Register::word((#width) as u32, #value, #about))
         };
         if let Some(constant) = constant {
             let constant = constant.to_string();
             register = quote!(#register.reset_to(#constant));
         }
-        if let Some(name) = self.named.take() {
+        if let Some(name) = self.take::<Expr>("named")? {
             register = quote!(#register.named(#name));
         }
         Ok(register)
@@ -419,7 +421,7 @@ impl Words {
 
     fn about(&mut self) -> Result<TokenStream> {
         let doc = text(&self.doc)?;
-        Ok(match self.about.take() {
+        Ok(match self.take::<Expr>("about")? {
             Some(about) => about.into_token_stream(),
             None if self.is_of_first => {
                 quote!(if nth == 0 { #doc.to_string() } else { String::new() })
@@ -427,36 +429,6 @@ impl Words {
             None => doc,
         })
     }
-
-    /// What a part has no use for is a mistake.
-    fn refuse_rest(&self, ty: &Type) -> Result<()> {
-        let rest = [
-            (self.about.is_some(), "about"),
-            (self.width.is_some(), "width"),
-            (self.reset.is_some(), "reset"),
-            (self.value.is_some(), "value"),
-            (self.under.is_some(), "under"),
-            (self.named.is_some(), "named"),
-            (self.when.is_some(), "when"),
-            (self.each.is_some(), "each"),
-            (self.is.is_some(), "is"),
-            (self.number, "number"),
-        ];
-        match rest.iter().find(|(stands, _)| *stands) {
-            Some((_, word)) => Err(Error::new(
-                ty.span(),
-                format!("a `{}` has no use for `#[{word}]`", quote!(#ty)),
-            )),
-            None => Ok(()),
-        }
-    }
-}
-
-fn needed<T>(word: Option<T>, at: impl ToTokens, what: &str) -> Result<T> {
-    word.ok_or_else(|| {
-        let part = at.to_token_stream();
-        Error::new_spanned(&at, format!("a `{part}` needs `#[{what}]`"))
-    })
 }
 
 fn last_segment(ty: &Type) -> Result<&PathSegment> {

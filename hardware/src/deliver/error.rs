@@ -70,14 +70,8 @@ pub enum HdlError {
     Manifest(serde_json::Error),
     /// The scene does not fit the board.
     #[error(transparent)]
-    Board(Box<super::board::BoardError>),
+    Board(#[from] super::board::BoardError),
     /// A file could not be written.
     #[error(transparent)]
     File(#[from] crate::files::FileError),
-}
-
-impl From<super::board::BoardError> for HdlError {
-    fn from(error: super::board::BoardError) -> HdlError {
-        HdlError::Board(Box::new(error))
-    }
 }

@@ -27,6 +27,7 @@ mod error;
 pub mod flow;
 pub mod formal;
 mod limits;
+mod template;
 pub mod testbenches;
 mod write;
 

@@ -6,6 +6,7 @@
 //! instead of an edge detector.
 
 pub mod adversarial;
+mod axis;
 mod bin_points;
 pub mod blocks;
 pub mod canvas;

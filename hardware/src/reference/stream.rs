@@ -1,54 +1,27 @@
-//! The result stream: when a count shows, when it is taken, what is lost.
+//! The counts of groups on the stream: when they arrive, and which are lost.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::axis::{Axis, AxisState, Beat};
 use super::canvas::Canvas;
 use super::coverage::{CoverTable, Place, StreamPoint};
-use super::exercise::{Counted, Exercised};
+use super::exercise::Counted;
 use super::registers::Told;
-use super::resets::PortState;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::layout::{Layout, mask};
-use crate::sensor::port::Role;
 
-/// The AXI4-Stream of results and its sticky flags.
+/// The counts of groups on their way to the stream.
 #[derive(Debug, Clone)]
 pub(super) struct ResultStream {
-    fields: StreamFields,
+    pub(super) axis: Axis,
+    /// Bits of the signed count in a beat, and the first of the total above it, if that is sent.
+    count_bits: u32,
+    first_total_bit: Option<u32>,
     arriving: VecDeque<Arrival>,
-    axis: AxisState,
-    table: Arc<CoverTable>,
-    /// What has been on it, resets notwithstanding.
-    pub(super) exercise: Exercised,
     /// What the registers are told, and at which clock, if there are any.
     told: Option<Vec<(u64, Told)>>,
-}
-
-/// One transfer of the stream.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Beat {
-    /// The signed count.
-    pub(super) count: i64,
-    /// The total count; not on the stream where totals are left out.
-    pub(super) total: u64,
-    /// The hits in it.
-    pub(super) counted: Counted,
-}
-
-/// Places of the result ports; each is (word, shift).
-#[derive(Debug, Clone, Copy)]
-struct StreamFields {
-    /// The signed count, in whole bytes.
-    count: (usize, u32),
-    count_bits: u32,
-    /// The total count above it, if it is sent.
-    total: Option<(usize, u32)>,
-    tvalid: (usize, u32),
-    tlast: (usize, u32),
-    overrun: (usize, u32),
-    saturated: Option<(usize, u32)>,
 }
 
 /// A group's results on their way through the pipeline.
@@ -70,101 +43,6 @@ pub(super) struct Arrival {
     pub(super) proves_if_first: Vec<usize>,
 }
 
-/// The result stream's registers.
-#[derive(Debug, Clone, Default)]
-struct AxisState {
-    beat: Beat,
-    /// Clock after whose rising edge it stood there first.
-    shown_at: u64,
-    /// It was left standing.
-    is_held: bool,
-    valid: bool,
-    last: bool,
-    /// Results behind the one on the stream.
-    waiting: VecDeque<Beat>,
-    /// They are the scan's last.
-    waiting_last: bool,
-    overrun: bool,
-    saturated: bool,
-    /// How the group on the stream fares.
-    group: GroupState,
-}
-
-/// What has become of the group on the stream.
-#[derive(Debug, Clone, Default)]
-struct GroupState {
-    /// Clock after whose rising edge its first beat showed.
-    shown_at: u64,
-    /// Number of the beat on the stream.
-    beat: usize,
-    /// Beats that stood while another group was lost, and when that was last.
-    across: Vec<usize>,
-    lost_at: Option<u64>,
-    /// The scan's last beat was among them.
-    last_stood: bool,
-    /// Cover points that are proven when its last beat shows.
-    proves: Vec<usize>,
-}
-
-impl AxisState {
-    /// At the rising edge of `clock` the receiver took what was on the stream, or
-    /// nothing was: the next result, if any, comes on it.
-    fn take(&mut self, clock: u64, exercise: &mut Exercised) {
-        self.valid = !self.waiting.is_empty();
-        if let Some(beat) = self.waiting.pop_front() {
-            self.beat = beat;
-            self.last = self.waiting_last && self.waiting.is_empty();
-            (self.shown_at, self.is_held) = (clock, false);
-            exercise.shows(beat.counted, self.last);
-            if self.waiting.is_empty() {
-                for point in self.group.proves.drain(..) {
-                    exercise.covered.mark(point);
-                }
-            }
-        }
-    }
-
-    /// The cover points of a beat that is taken at the rising edge of `clock`.
-    fn taken_points(&mut self, clock: u64, mut mark: impl FnMut(StreamPoint)) {
-        let group = &mut self.group;
-        if self.is_held {
-            mark(StreamPoint::Held { beat: group.beat });
-        }
-        if self.waiting.is_empty() {
-            group.across.drain(..).for_each(|beat| mark(StreamPoint::HeldAcross { beat }));
-            if group.lost_at.take().is_some_and(|lost| lost + 1 == clock) {
-                mark(StreamPoint::TooLate);
-            }
-            if std::mem::take(&mut group.last_stood) {
-                mark(StreamPoint::LastHeldAcross);
-            }
-            let beats = group.beat as u64 + 1;
-            if beats > 1 && group.shown_at + beats == clock {
-                mark(StreamPoint::Burst);
-            }
-        }
-        group.beat += 1;
-    }
-
-    /// A group is lost at the rising edge of `clock`.
-    fn loses(&mut self, clock: u64) {
-        let group = &mut self.group;
-        if group.across.last() != Some(&group.beat) {
-            group.across.push(group.beat);
-        }
-        group.lost_at = Some(clock);
-        group.last_stood |= self.last;
-    }
-
-    /// Nobody took what is on the stream before `clock`.
-    fn stands_until(&mut self, clock: u64, exercise: &mut Exercised) {
-        if self.valid && self.shown_at + 1 < clock && !self.is_held {
-            self.is_held = true;
-            exercise.stalls += 1;
-        }
-    }
-}
-
 impl ResultStream {
     /// An empty stream.
     pub(super) fn new(
@@ -172,26 +50,11 @@ impl ResultStream {
         layout: &Layout,
         table: Arc<CoverTable>,
     ) -> ResultStream {
-        let place = |role| layout.outputs.place(role);
-        let data = layout.outputs.field(Role::Data);
-        let total = interface.total().map(|total| {
-            let bit = data.shift + total.first_bit;
-            (data.word + (bit / 64) as usize, bit % 64)
-        });
         ResultStream {
-            fields: StreamFields {
-                count: (data.word, data.shift),
-                count_bits: interface.correlator().map_or(0, Correlator::signed_data_bits),
-                total,
-                tvalid: place(Role::Valid),
-                tlast: place(Role::Last),
-                overrun: place(Role::Overrun),
-                saturated: interface.saturates().then(|| place(Role::Saturated)),
-            },
+            axis: Axis::new(interface, layout, table),
+            count_bits: interface.correlator().map_or(0, Correlator::signed_data_bits),
+            first_total_bit: interface.total().map(|total| total.first_bit),
             arriving: VecDeque::new(),
-            axis: AxisState::default(),
-            table,
-            exercise: Exercised::of(interface.reference_codes.len()),
             told: interface.registers.as_ref().map(|_| Vec::new()),
         }
     }
@@ -201,21 +64,18 @@ impl ResultStream {
         self.told.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// What its ports show.
-    pub(super) fn state(&self) -> PortState {
-        PortState {
-            is_waiting: self.axis.valid,
-            is_overrun: self.axis.overrun,
-            is_saturated: self.axis.saturated,
-            row: None,
-        }
-    }
-
     /// Empties it, as reset does.
     pub(super) fn reset(&mut self) {
         self.arriving.clear();
-        self.axis = AxisState::default();
+        self.axis.now = AxisState::default();
         self.told.iter_mut().for_each(Vec::clear);
+    }
+
+    /// A beat with a count, and with a total if they are sent.
+    pub(super) fn beat(&self, count: i64, total: u64, counted: Counted) -> Beat {
+        let count = u128::from(count as u64 & mask(self.count_bits));
+        let total = self.first_total_bit.map_or(0, |first_bit| u128::from(total) << first_bit);
+        Beat { data: count | total, counted }
     }
 
     /// Sends a result on its way; results arrive in the order of these calls.
@@ -237,18 +97,16 @@ impl ResultStream {
         let (mut filled, mut next) = (clocks.start, clocks.start);
         while next < clocks.end {
             let arrival = self.arriving.front().map_or(u64::MAX, |a| a.clock);
-            let taken = if self.axis.valid { ready.first_from(next) } else { u64::MAX };
+            let was_valid = self.axis.now.is_valid;
+            let taken = if was_valid { ready.first_from(next) } else { u64::MAX };
             let event = arrival.min(taken);
             if event >= clocks.end {
                 break;
             }
-            self.fill(filled..event, expected);
-            filled = event;
-            next = event + 1;
-            let blocked = self.axis.valid && (taken != event || !self.axis.waiting.is_empty());
-            let was_valid = self.axis.valid;
-            if self.axis.valid && taken == event {
-                self.take(event);
+            self.axis.fill(filled..event, expected);
+            (filled, next) = (event, event + 1);
+            if taken == event {
+                self.axis.take(event);
             }
             if arrival > event {
                 continue;
@@ -256,39 +114,23 @@ impl ResultStream {
             let Some(results) = self.arriving.pop_front() else {
                 break;
             };
+            // What stands, or has just come up behind what was taken.
+            let blocked = self.axis.now.is_valid;
             if was_valid && !blocked {
-                self.mark(StreamPoint::BackToBack);
+                self.axis.mark(StreamPoint::BackToBack);
             }
             self.arrives(results, event, blocked);
         }
-        self.axis.stands_until(clocks.end, &mut self.exercise);
-        self.fill(filled..clocks.end, expected);
-    }
-
-    fn mark(&mut self, point: StreamPoint) {
-        if let Some(number) = self.table.number(point) {
-            self.exercise.covered.mark(number);
-        }
-    }
-
-    /// The receiver takes a beat at the rising edge of `clock`.
-    fn take(&mut self, clock: u64) {
-        self.axis.stands_until(clock, &mut self.exercise);
-        self.exercise.results_taken += 1;
-        let (table, covered) = (&self.table, &mut self.exercise.covered);
-        self.axis.taken_points(clock, |point| {
-            if let Some(number) = table.number(point) {
-                covered.mark(number);
-            }
-        });
-        self.axis.take(clock, &mut self.exercise);
+        self.axis.stands_until(clocks.end);
+        self.axis.fill(filled..clocks.end, expected);
     }
 
     /// A group's results arrive at the rising edge of `clock`.
     fn arrives(&mut self, results: Arrival, clock: u64, blocked: bool) {
-        if !self.axis.saturated {
+        let axis = &mut self.axis;
+        if !axis.now.is_saturated {
             for &point in &results.proves_if_first {
-                self.exercise.covered.mark(point);
+                axis.exercise.covered.mark(point);
             }
         }
         if let Some(told) = &mut self.told {
@@ -296,47 +138,16 @@ impl ResultStream {
             let happened = happened.into_iter().filter(|(is, _)| *is);
             told.extend(happened.map(|(_, what)| (clock + 1, what)));
         }
-        self.axis.saturated |= results.saturated;
-        self.exercise.saturations += u64::from(results.saturated);
+        axis.now.is_saturated |= results.saturated;
+        axis.exercise.saturations += u64::from(results.saturated);
         if blocked {
-            self.axis.overrun = true;
-            self.exercise.overruns += 1;
-            self.axis.loses(clock);
-            let place = results.place;
-            self.mark(StreamPoint::Lost { place });
+            axis.overruns(clock);
+            axis.stands_across();
+            axis.exercise.overruns += 1;
+            axis.mark(StreamPoint::Lost { place: results.place });
             return;
         }
-        self.axis.waiting.extend(results.beats);
-        self.axis.waiting_last = results.last;
-        self.axis.group =
-            GroupState { shown_at: clock, proves: results.proves, ..GroupState::default() };
-        self.axis.take(clock, &mut self.exercise);
-    }
-
-    /// ORs the result ports' present values into a range of clocks.
-    fn fill(&self, clocks: Range<u64>, expected: &mut impl Canvas) {
-        let (axis, fields) = (&self.axis, &self.fields);
-        let mut or = |(word, shift): (usize, u32), value: u64| {
-            if value == 0 {
-                return;
-            }
-            expected.or(clocks.clone(), word, value << shift);
-            // What a port wider than a word has beyond the word's end.
-            let beyond = value.unbounded_shr(64 - shift);
-            if beyond != 0 {
-                expected.or(clocks.clone(), word + 1, beyond);
-            }
-        };
-        or(fields.count, axis.beat.count as u64 & mask(fields.count_bits));
-        if let Some(total) = fields.total {
-            or(total, axis.beat.total);
-        }
-        or(fields.tvalid, u64::from(axis.valid));
-        or(fields.tlast, u64::from(axis.last));
-        or(fields.overrun, u64::from(axis.overrun));
-        if let Some(saturated) = fields.saturated {
-            or(saturated, u64::from(axis.saturated));
-        }
+        axis.send(results.beats, results.last, results.proves, clock);
     }
 }
 

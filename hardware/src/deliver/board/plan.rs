@@ -155,8 +155,14 @@ impl Plan {
         let line = Line { baud: board.baud, block_ram: board.block_ram() };
         check_sums(sensor, board, &line)?;
         let load = check_line(sensor.interface(), Sent::Results, &line)
-            .map_err(|line| BoardError::Line { board: board.title, line: Box::new(line) })?
-            .ok_or(BoardError::Bridge { board: board.title })?;
+            .map_err(|line| BoardError(format!("{}: {line}", board.title)))?
+            .ok_or_else(|| {
+                BoardError(format!(
+                    "a result of this scene, or its scan, is too large for the bridge to {} \
+                     (docs/wire.md); use a narrower counter_width, or fewer phase steps",
+                    board.title
+                ))
+            })?;
         Ok(Plan {
             board,
             gear,
@@ -187,16 +193,23 @@ fn check_sums(sensor: &Sensor, board: &'static Board, line: &Line) -> Result<(),
     if interface.accumulate == 1 {
         return Ok(());
     }
-    let sums = Sums::of(interface, board.baud).ok_or(BoardError::Sums {
-        scans: interface.accumulate,
-        board: board.title,
-        steps: interface.timing.scan.steps,
-        detectors: interface.reference_codes.len(),
+    let title = board.title;
+    let sums = Sums::of(interface, board.baud).ok_or_else(|| {
+        BoardError(format!(
+            "accumulate = {}: {title} adds up scans of 4 to 16384 results of up to 128 bits a sum, and \
+             this scene has {} phase steps of {} detector(s); scan fewer steps, or integrate for longer",
+            interface.accumulate,
+            interface.timing.scan.steps,
+            interface.reference_codes.len()
+        ))
     })?;
     let (blocks, most) = (sums.blocks(&line.block_ram), line.block_ram.blocks);
     if blocks > most {
-        let name = line.block_ram.name;
-        return Err(BoardError::Memory { board: board.title, blocks, name, most });
+        return Err(BoardError(format!(
+            "the sums of this scan, and the FIFO behind them, take {blocks} {}, and {title} has {most}; \
+             scan fewer steps, or leave out hardware.accumulate and integrate for longer",
+            line.block_ram.name
+        )));
     }
     Ok(())
 }
@@ -205,17 +218,17 @@ fn check_sums(sensor: &Sensor, board: &'static Board, line: &Line) -> Result<(),
 fn gear_of(sensor: &Sensor, board: &'static Board) -> Result<&'static Gear, BoardError> {
     let samples = sensor.clock().samples_per_chip;
     let gears = board.family.gears;
-    gears.iter().find(|gear| gear.samples == samples).ok_or_else(|| BoardError::Samples {
-        found: samples,
-        board: board.title,
-        possible: gears
-            .iter()
-            .map(|gear| {
-                let pins = if gear.pins == 1 { "one pin" } else { "two pins" };
-                format!("{} with {pins} for each detector ({})", gear.samples, gear.cells)
-            })
-            .collect::<Vec<String>>()
-            .join(" or "),
+    let possible = |gear: &Gear| {
+        let pins = if gear.pins == 1 { "one pin" } else { "two pins" };
+        format!("{} with {pins} for each detector ({})", gear.samples, gear.cells)
+    };
+    gears.iter().find(|gear| gear.samples == samples).ok_or_else(|| {
+        BoardError(format!(
+            "clock.samples_per_chip is {samples}, and the pins of {} make {}; write one of these, or take \
+             another board",
+            board.title,
+            gears.iter().map(possible).collect::<Vec<String>>().join(" or ")
+        ))
     })
 }
 
@@ -242,18 +255,17 @@ fn check_speed(chip_period_ps: f64, gear: &Gear, board: &'static Board) -> Resul
             && chip_mhz * f64::from(other.fast_clocks) <= family.fast_mhz
             && chip_mhz <= board.built_mhz
     });
-    Err(BoardError::Fast {
-        chip_ns: nanoseconds(chip_period_ps),
-        what,
-        found: rounded(chip_mhz * per_chip),
-        unit,
-        board: board.title,
-        most: rounded(most),
-        source_name,
-        least_chip_ns: nanoseconds((1e5 * per_chip / most).ceil() * 10.0),
-        fewer: lower
-            .map_or_else(String::new, |other| format!(", or {} samples per chip", other.samples)),
-    })
+    let fewer =
+        lower.map_or_else(String::new, |other| format!(", or {} samples per chip", other.samples));
+    Err(BoardError(format!(
+        "a chip of {} ns is {what} of {} {unit}, and {} takes at most {} {unit} ({source_name}); use a chip \
+         of {} ns or longer{fewer}",
+        nanoseconds(chip_period_ps),
+        rounded(chip_mhz * per_chip),
+        board.title,
+        rounded(most),
+        nanoseconds((1e5 * per_chip / most).ceil() * 10.0),
+    )))
 }
 
 /// The PLL's dividers for a chip period.
@@ -274,17 +286,18 @@ fn dividers_of(
         {
             Ok(dividers)
         }
-        _ => Err(BoardError::Pll {
-            board: board.title,
-            pll: pll.name,
-            source_name: pll.source,
-            chip_ns: nanoseconds(chip_period_ps),
-            oscillator_mhz: board.oscillator_hz as f64 / 1e6,
-            nearest: achieved_ps.map_or_else(
+        _ => Err(BoardError(format!(
+            "the PLL of {} ({}; {}) makes no chip within 1 % of {} ns from {} MHz; {}",
+            board.title,
+            pll.name,
+            pll.source,
+            nanoseconds(chip_period_ps),
+            board.oscillator_hz as f64 / 1e6,
+            achieved_ps.map_or_else(
                 || "its ranges leave none".to_owned(),
                 |ps| format!("the nearest is {} ns", nanoseconds(ps)),
             ),
-        }),
+        ))),
     }
 }
 
@@ -324,12 +337,14 @@ fn delay_taps(chip_period_ps: f64, gear: &Gear) -> Result<u32, BoardError> {
     let sample_ps = chip_period_ps / f64::from(gear.samples);
     let taps = (sample_ps / TAP_PS).round();
     if taps > f64::from(LAST_TAP) {
-        return Err(BoardError::Delay {
-            needed_ns: nanoseconds(sample_ps),
-            most: LAST_TAP,
-            chip_ns: nanoseconds(f64::from(LAST_TAP) * TAP_PS * f64::from(gear.samples)),
-            pins_alone: gear.samples / gear.pins,
-        });
+        return Err(BoardError(format!(
+            "the second pin of a detector needs a delay of {} ns, and DELAYG has {LAST_TAP} taps of about 25 ps \
+             (Lattice FPGA-DS-02012); use a chip of {} ns or shorter, or {} samples per chip, which one pin \
+             makes",
+            nanoseconds(sample_ps),
+            nanoseconds(f64::from(LAST_TAP) * TAP_PS * f64::from(gear.samples)),
+            gear.samples / gear.pins,
+        )));
     }
     Ok(taps as u32)
 }
@@ -378,13 +393,12 @@ fn bus(
 ) -> Result<Vec<Assigned>, BoardError> {
     let needed = members * pins_each as usize;
     if needed > sites.len() {
-        return Err(BoardError::TooMany {
-            found: members,
-            what,
-            board: board.title,
-            most: sites.len() / pins_each as usize,
-            pins: sites.join(", "),
-        });
+        return Err(BoardError(format!(
+            "the scene has {members} {what}, and {} has pins for {}: {}",
+            board.title,
+            sites.len() / pins_each as usize,
+            sites.join(", "),
+        )));
     }
     let pins = sites.iter().filter_map(|site| board.pin(site));
     let numbered = pins.take(needed).zip(0..);
@@ -400,33 +414,34 @@ fn choose(
     let movable = |assigned: &Assigned| assigned.bit.is_some();
     let ports: Vec<String> =
         all.iter().filter(|assigned| movable(assigned)).map(Assigned::port).collect();
-    let error = |problem: String, possible: String| BoardError::Pin {
-        port: choice.port.clone(),
-        site: choice.site.clone(),
-        problem,
-        board: board.title,
-        possible,
-    };
+    let error =
+        |problem, possible| refused_pin(board, (&choice.port, &choice.site), problem, possible);
     let found = all.iter_mut().find(|assigned| movable(assigned) && assigned.port() == choice.port);
     let Some(assigned) = found else {
-        return Err(error("the top has no such port to move".to_owned(), ports.join(", ")));
+        return Err(error("the top has no such port to move", ports.join(", ")));
     };
     let Some(pin) = board.pin(&choice.site) else {
         let sites: Vec<&str> = board.pins.iter().map(|pin| pin.site).collect();
-        return Err(error("no such pin at a connector".to_owned(), sites.join(", ")));
+        return Err(error("no such pin at a connector", sites.join(", ")));
     };
     assigned.pin = pin;
     Ok(())
 }
 
+/// A port that cannot be at a site, and what would do.
+fn refused_pin(
+    board: &Board,
+    (port, site): (&str, &str),
+    problem: &str,
+    possible: String,
+) -> BoardError {
+    BoardError(format!("--pin {port}={site}: {problem}; {} has {possible}", board.title))
+}
+
 /// Whether each pin can do what it is for, and is used once.
 fn check_pins(all: &[Assigned], board: &'static Board) -> Result<(), BoardError> {
-    let error = |assigned: &Assigned, problem: String, possible: String| BoardError::Pin {
-        port: assigned.port(),
-        site: assigned.pin.site.to_owned(),
-        problem,
-        board: board.title,
-        possible,
+    let error = |assigned: &Assigned, problem: String, possible: String| {
+        refused_pin(board, (&assigned.port(), assigned.pin.site), &problem, possible)
     };
     let with_gear = |side: Option<Side>| -> String {
         let sites: Vec<&str> = board

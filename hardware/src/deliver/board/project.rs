@@ -10,6 +10,7 @@ use super::plan::{Assigned, PinRole, Plan};
 use super::table::Folder;
 use crate::deliver::design::EmittedFile;
 use crate::deliver::emission::{Emission, made_by};
+use crate::deliver::template::filled;
 use crate::scene::{Polarity, SceneText};
 use crate::sensor::Sensor;
 use crate::sensor::port::Role;
@@ -141,10 +142,19 @@ fn text_of(scene: &SceneText) -> Result<(u8, Vec<String>), BoardError> {
     let settings = scene.settings.iter().map(|setting| setting.key_and_value().0);
     let others: Vec<&str> = settings.filter(|&key| key != KEY).collect();
     if !others.is_empty() {
-        return Err(BoardError::PartOfText { keys: others.join(", ") });
+        return Err(BoardError(format!(
+            "{KEY}: the file's text alone is not the scene, which has {} from elsewhere; write them into the \
+             file",
+            others.join(", ")
+        )));
     }
-    encode::text_parameter(&scene.text)
-        .ok_or(BoardError::LongText { bytes: scene.text.len(), most: MOST_TEXT_BYTES })
+    encode::text_parameter(&scene.text).ok_or_else(|| {
+        BoardError(format!(
+            "{KEY}: the scene's text has {} bytes, and a device holds 1 to {MOST_TEXT_BYTES}; leave out \
+             comments, or this key",
+            scene.text.len()
+        ))
+    })
 }
 
 fn file(name: &str, text: String) -> EmittedFile {
@@ -296,18 +306,25 @@ impl Project<'_> {
             0 => String::new(),
             taps => format!("{taps:07b}"),
         };
-        text.replace("@TITLE@", self.plan.board.title)
-            .replace("@MADE_BY@", &self.made_by())
-            .replace("@CORE@", &core.join(" "))
-            .replace("@SOURCES@", &own.join(" "))
-            .replace("@DELAY_BITS@", &delay_bits)
-            .replace("@DETECTORS@", &self.sensor.scene().detectors.len().to_string())
-            .replace("@PLACE_AND_ROUTE@", device.place_and_route)
-            .replace("$(PACK) @PACK@ ", &format!("$(PACK) {}", spaced(device.pack)))
-            .replace("@SIMULATION@", include_str!("projects/simulation.mk"))
-            .replace("@CFLAGS@", &self.numbers())
-            .replace("@PART@", device.part)
-            .replace("@LOADER@", device.loader)
+        let pack = if device.pack.is_empty() { String::new() } else { format!(" {}", device.pack) };
+        let simulation =
+            filled(include_str!("projects/simulation.mk"), &[("CFLAGS", &self.numbers())]);
+        filled(
+            text,
+            &[
+                ("TITLE", self.plan.board.title),
+                ("MADE_BY", &self.made_by()),
+                ("CORE", &core.join(" ")),
+                ("SOURCES", &own.join(" ")),
+                ("DELAY_BITS", &delay_bits),
+                ("DETECTORS", &self.sensor.scene().detectors.len().to_string()),
+                ("PLACE_AND_ROUTE", device.place_and_route),
+                ("PACK", &pack),
+                ("SIMULATION", &simulation),
+                ("PART", device.part),
+                ("LOADER", device.loader),
+            ],
+        )
     }
 
     /// The board in simulation.
@@ -444,11 +461,6 @@ impl Project<'_> {
             self.made_by()
         )
     }
-}
-
-/// Words and a blank, or nothing.
-fn spaced(words: &str) -> String {
-    if words.is_empty() { String::new() } else { format!("{words} ") }
 }
 
 /// The filter of iCE40's PLL by the phase detector's rate (Project IceStorm's icepll).

@@ -193,11 +193,10 @@ impl Board {
     /// # Errors
     /// If there is none; the message names all.
     pub fn named(name: &str) -> Result<&'static Board, BoardError> {
-        let names = || BOARDS.map(|board| board.name).join(", ");
-        BOARDS
-            .into_iter()
-            .find(|board| board.name == name)
-            .ok_or_else(|| BoardError::Unknown { name: name.to_owned(), boards: names() })
+        BOARDS.into_iter().find(|board| board.name == name).ok_or_else(|| {
+            let names = BOARDS.map(|board| board.name).join(", ");
+            BoardError(format!("there is no board `{name}`; the boards are {names}"))
+        })
     }
 
     /// The pin of a connector.

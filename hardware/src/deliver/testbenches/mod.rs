@@ -1,10 +1,9 @@
 //! Testbenches round the design in other frameworks, each in a folder of its own: for cocotb, and for
 //! any simulator with DPI-C and `bind`.
 
-use std::fmt::Write as _;
-
 use super::design::EmittedFile;
 use super::emission::{Emission, made_by};
+use super::template::filled;
 use crate::printable::printable_ascii;
 use crate::rtl::back::Prefix;
 use crate::scene::SceneText;
@@ -33,11 +32,14 @@ pub fn cocotb(sensor: &Sensor, emission: &Emission, scene: &SceneText) -> Vec<Em
     let files: Vec<String> =
         emission.files.iter().map(|file| format!("$(CURDIR)/../{}", file.name)).collect();
     let filled = |text: &str| {
-        text.replace("@SETTINGS@", &format!("[{}]", settings.join(", ")))
-            .replace("@CLOCKS@", &clocks(sensor).to_string())
-            .replace("@MADE_BY@", &format!("Made by  {}", made_by(&emission.command)))
-            .replace("@TOP@", &emission.top)
-            .replace("@FILES@", &files.join(" "))
+        let values = [
+            ("SETTINGS", format!("[{}]", settings.join(", "))),
+            ("CLOCKS", clocks(sensor).to_string()),
+            ("MADE_BY", format!("Made by  {}", made_by(&emission.command))),
+            ("TOP", emission.top.clone()),
+            ("FILES", files.join(" ")),
+        ];
+        filled(text, &values.each_ref().map(|(name, value)| (*name, value.as_str())))
     };
     let file = |name: &str, text: String| EmittedFile { name: name.to_owned(), text };
     vec![
@@ -82,20 +84,16 @@ fn around(emission: &Emission) -> String {
     let own: Vec<String> =
         emission.ports.iter().map(|port| format!(".{0}({0})", port.name)).collect();
     let (widths, connected) = beside(&emission.ports);
-    format!(
-        "// The design with goldtof's recorder beside it, for test_sensor.py.\n\
-         // Made by  {}\n\n\
-         `timescale 1ns / 1ps\n\n\
-         `ifndef DESIGN\n`define DESIGN {}\n`endif\n\n\
-         module testbench (\n{}\n);\n\
-         \x20   `DESIGN sensor (\n        {});\n\n\
-         \x20   goldtof_recorder #({widths}) recorder (\n        {});\n\
-         endmodule\n",
-        made_by(&emission.command),
-        emission.top,
-        declared.join(",\n"),
-        own.join(",\n        "),
-        connected.join(",\n        ")
+    filled(
+        include_str!("testbench.v"),
+        &[
+            ("MADE_BY", &made_by(&emission.command)),
+            ("TOP", &emission.top),
+            ("PORTS", &declared.join(",\n")),
+            ("OWN", &own.join(",\n        ")),
+            ("WIDTHS", &widths),
+            ("CONNECTED", &connected.join(",\n        ")),
+        ],
     )
 }
 
@@ -130,24 +128,10 @@ fn beside(ports: &[Port]) -> (String, Vec<String>) {
 
 /// What binds goldtof's scoreboard, and rules of its stream, to a design, in the folder [`BIND`].
 pub fn bind(emission: &Emission, prefix: &Prefix, scene: &SceneText) -> Vec<EmittedFile> {
-    let made_by = format!("Made by  {}", made_by(&emission.command));
+    let made_by = made_by(&emission.command);
     let (widths, connected) = beside(&emission.ports);
     let rules = prefix.of("axis_rules");
     let data = emission.ports.iter().find(|port| port.role == Role::Data);
-    let mut text = format!(
-        "// Binds goldtof's scoreboard, which compares every output port with the reference model at every\n\
-         // clock, and the rules of an AXI4-Stream to a design: the emitted one, or your own by\n\
-         // +define+GOLDTOF_DESIGN=NAME. Compile it behind the design, with the folder of\n\
-         // goldtof_scoreboard.svh among the include folders, and link libgoldtof_c.so.\n\
-         // +define+GOLDTOF_SCENE='\"PATH\"' says where the scene is; +define+GOLDTOF_LATENCY=-2 holds the\n\
-         // design to the latency that it shows.\n\
-         // {made_by}\n\n\
-         `include \"goldtof_scoreboard.svh\"\n\n\
-         `ifndef GOLDTOF_DESIGN\n`define GOLDTOF_DESIGN {}\n`endif\n\
-         `ifndef GOLDTOF_SCENE\n`define GOLDTOF_SCENE \"bind/scene.toml\"\n`endif\n\
-         `ifndef GOLDTOF_LATENCY\n`define GOLDTOF_LATENCY -1\n`endif\n\n",
-        emission.top
-    );
     let settings: Vec<String> = scene
         .settings
         .iter()
@@ -159,20 +143,22 @@ pub fn bind(emission: &Emission, prefix: &Prefix, scene: &SceneText) -> Vec<Emit
         // A text of JSON in printable ASCII is one of SystemVerilog.
         false => format!(" .SET({}),", printable_ascii(&python_text(&settings.join("\n")))),
     };
-    let _ = write!(
-        text,
-        "bind `GOLDTOF_DESIGN goldtof_scoreboard #(\n\
-         \x20   .SCENE(`GOLDTOF_SCENE),{set} .RESULT_LATENCY(`GOLDTOF_LATENCY), {widths}\n\
-         ) goldtof_bound_scoreboard (\n    {});\n\n\
-         bind `GOLDTOF_DESIGN {rules} #(.TDATA({})) goldtof_bound_rules (\n\
-         \x20   .i_clk(i_clk), .i_rst(i_rst), .m_axis_tready(m_axis_tready), .m_axis_tdata(m_axis_tdata),\n\
-         \x20   .m_axis_tvalid(m_axis_tvalid), .m_axis_tlast(m_axis_tlast));\n",
-        connected.join(",\n    "),
-        data.map_or(1, |port| port.width),
+    let text = filled(
+        include_str!("bind.sv"),
+        &[
+            ("MADE_BY", &made_by),
+            ("TOP", &emission.top),
+            ("SET", &set),
+            ("WIDTHS", &widths),
+            ("CONNECTED", &connected.join(",\n    ")),
+            ("RULES", &rules),
+            ("DATA_BITS", &data.map_or(1, |port| port.width).to_string()),
+        ],
     );
-    let rules_text = include_str!("axis_rules.sv")
-        .replace("@MADE_BY@", &made_by)
-        .replace("@PREFIX@", &prefix.to_string());
+    let rules_text = filled(
+        include_str!("axis_rules.sv"),
+        &[("MADE_BY", &format!("Made by  {made_by}")), ("PREFIX", &prefix.to_string())],
+    );
     vec![
         EmittedFile { name: format!("{}_bind.sv", emission.top), text },
         EmittedFile { name: format!("{rules}.sv"), text: rules_text },

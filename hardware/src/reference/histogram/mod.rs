@@ -8,18 +8,16 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
-use self::rows::Stream;
+use self::rows::{Reader, Reading};
+use super::axis::{Axis, AxisState};
 use super::bin_points::{BinPoints, Proofs};
 use super::canvas::Canvas;
-use super::coverage::{CoverPoint, CoverTable};
-use super::exercise::Exercised;
+use super::coverage::CoverTable;
 use super::resets::PortState;
 use super::stream::Ready;
 use crate::scene::DetectorIndex;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
-use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
 
 /// Bins, and the stream of their rows.
 #[derive(Debug, Clone)]
@@ -27,7 +25,6 @@ pub(super) struct HistogramModel {
     plan: HistogramPlan,
     /// Chips of each detector's reference.
     chips: Vec<Vec<u8>>,
-    fields: Fields,
     table: Arc<CoverTable>,
     /// Bins of the present frame, detector by detector.
     bins: Vec<Vec<u64>>,
@@ -42,7 +39,7 @@ pub(super) struct HistogramModel {
     flags: VecDeque<(u64, DetectorIndex, u32)>,
     /// Frames that have ended and await their turn.
     ended: VecDeque<Ended>,
-    stream: Stream,
+    reader: Reader,
     /// What the two memories held last, and which of them counts.
     memories: [Option<Vec<Vec<u64>>>; 2],
     half: usize,
@@ -60,24 +57,9 @@ struct Ended {
     proves: Vec<usize>,
 }
 
-/// Places of the ports; each is (word, shift).
-#[derive(Debug, Clone, Copy)]
-struct Fields {
-    data: (usize, u32),
-    tvalid: (usize, u32),
-    tlast: (usize, u32),
-    overrun: (usize, u32),
-    saturated: Option<(usize, u32)>,
-}
-
 impl HistogramModel {
-    pub(super) fn new(
-        interface: &Interface,
-        layout: &Layout,
-        table: Arc<CoverTable>,
-    ) -> Option<HistogramModel> {
+    pub(super) fn new(interface: &Interface, table: Arc<CoverTable>) -> Option<HistogramModel> {
         let plan = interface.histogram()?;
-        let place = |role| layout.outputs.place(role);
         let detectors = interface.reference_codes.len();
         let codes = interface.reference_codes.iter();
         let points = DetectorIndex::first(detectors);
@@ -85,13 +67,6 @@ impl HistogramModel {
             plan: *plan,
             points: points.map(|detector| BinPoints::new(plan, &table, detector)).collect(),
             chips: codes.map(|code| code.chips.clone()).collect(),
-            fields: Fields {
-                data: place(Role::Data),
-                tvalid: place(Role::Valid),
-                tlast: place(Role::Last),
-                overrun: place(Role::Overrun),
-                saturated: interface.saturates().then(|| place(Role::Saturated)),
-            },
             table,
             bins: vec![vec![0; plan.bins() as usize]; detectors],
             proves: Proofs::default(),
@@ -99,32 +74,28 @@ impl HistogramModel {
             tops: vec![0; detectors],
             flags: VecDeque::new(),
             ended: VecDeque::new(),
-            stream: Stream::default(),
+            reader: Reader::default(),
             memories: [None, None],
             half: 0,
         })
     }
 
     /// What the ports show.
-    pub(super) fn state(&self) -> PortState {
-        PortState {
-            is_waiting: self.stream.is_valid,
-            is_overrun: self.stream.is_overrun,
-            is_saturated: self.stream.is_saturated,
-            row: self.stream.is_valid.then_some(self.stream.beat),
-        }
+    pub(super) fn state(axis: &Axis) -> PortState {
+        PortState { row: axis.now.is_valid.then_some(axis.now.group.beat), ..axis.state() }
     }
 
     /// Reset. What the memories hold stays and is of no consequence, so it is followed no
     /// further.
-    pub(super) fn reset(&mut self) {
+    pub(super) fn reset(&mut self, axis: &mut Axis) {
         self.bins.iter_mut().for_each(|bins| bins.fill(0));
         self.proves.take();
         self.was_clamped = false;
         self.tops.fill(0);
         self.flags.clear();
         self.ended.clear();
-        self.stream = Stream::default();
+        self.reader = Reader::default();
+        axis.now = AxisState::default();
         self.memories = [None, None];
         self.half = 0;
     }
@@ -135,75 +106,49 @@ impl HistogramModel {
         clocks: Range<u64>,
         stalls: &[Range<u64>],
         expected: &mut impl Canvas,
-        exercise: &mut Exercised,
+        axis: &mut Axis,
     ) {
         // Detectors have told theirs one after the other.
         self.flags.make_contiguous().sort_by_key(|flag| flag.0);
         let mut ready = Ready::new(stalls);
         let (mut filled, mut next) = (clocks.start, clocks.start);
         while next < clocks.end {
-            let taken = match self.stream.is_valid {
+            let taken = match axis.now.is_valid {
                 true => ready.first_from(next),
                 false => u64::MAX,
             };
             let turn = self.ended.front().map_or(u64::MAX, |ended| ended.turn);
             let flag = self.flags.front().map_or(u64::MAX, |flag| flag.0);
-            let shows = self.stream.first_shows.unwrap_or(u64::MAX);
-            let comes = self.stream.arrivals.front().map_or(u64::MAX, |row| row.clock);
+            let shows = self.reader.reading.as_ref().map_or(u64::MAX, |reading| reading.clock);
+            let comes = self.reader.arrivals.front().map_or(u64::MAX, |row| row.clock);
             let event = taken.min(turn).min(flag).min(shows).min(comes);
             if event >= clocks.end {
                 break;
             }
-            self.fill(filled..event, expected);
+            axis.fill(filled..event, expected);
             (filled, next) = (event, event + 1);
             if flag == event {
-                self.raise_flag(event, exercise);
+                self.raise_flag(event, axis);
             }
-            if shows == event {
-                self.stream.first_shows = None;
-                self.show_next(event, exercise);
-                self.stream.first_shown_at = event;
+            if shows == event
+                && let Some(Reading { rows, proves, .. }) = self.reader.reading.take()
+            {
+                axis.send(rows, true, proves, event);
             } else if taken == event {
-                self.take(event, exercise);
+                axis.take(event);
             }
             if comes == event
-                && let Some(row) = self.stream.arrivals.pop_front()
+                && let Some(row) = self.reader.arrivals.pop_front()
             {
-                self.come(row, taken == event, exercise);
+                self.come(row, taken == event, axis);
             }
             if turn == event
                 && let Some(ended) = self.ended.pop_front()
             {
-                self.turn(ended, event, taken == event, exercise);
+                self.turn(ended, event, taken == event, axis);
             }
         }
-        self.stands_until(clocks.end, exercise);
-        self.fill(filled..clocks.end, expected);
-    }
-
-    fn mark(&self, point: impl Into<CoverPoint>, exercise: &mut Exercised) {
-        if let Some(number) = self.table.number(point) {
-            exercise.covered.mark(number);
-        }
-    }
-
-    /// ORs the ports' present values into a range of clocks.
-    fn fill(&self, clocks: Range<u64>, expected: &mut impl Canvas) {
-        let (stream, fields) = (&self.stream, &self.fields);
-        let mut or = |(word, shift): (usize, u32), value: u64| {
-            if value != 0 && !clocks.is_empty() {
-                expected.or(clocks.clone(), word, value << shift);
-            }
-        };
-        // A port of at most 64 bits lies within a word, a wider one begins with one.
-        let (word, shift) = fields.data;
-        or((word, shift), stream.row.data as u64);
-        or((word + 1, 0), (stream.row.data >> 64) as u64);
-        or(fields.tvalid, u64::from(stream.is_valid));
-        or(fields.tlast, u64::from(stream.is_last));
-        or(fields.overrun, u64::from(stream.is_overrun));
-        if let Some(saturated) = fields.saturated {
-            or(saturated, u64::from(stream.is_saturated));
-        }
+        axis.stands_until(clocks.end);
+        axis.fill(filled..clocks.end, expected);
     }
 }

@@ -138,7 +138,7 @@ impl Reference {
         }
         for point in hosted.registers.take_points() {
             if let Some(number) = self.table.number(point) {
-                self.stream.exercise.covered.mark(number);
+                self.stream.axis.exercise.covered.mark(number);
             }
         }
         self.hosted = Some(hosted);
@@ -175,7 +175,8 @@ impl Reference {
             hosted.registers.tell(clock, told);
         }
         if let Some(peak) = &mut self.peak {
-            for (clock, peaks) in peak.predict(clocks, expected, &mut self.stream.exercise.covered)
+            for (clock, peaks) in
+                peak.predict(clocks, expected, &mut self.stream.axis.exercise.covered)
             {
                 hosted.registers.tell(clock, Told::Peaks(peaks));
             }
@@ -269,7 +270,7 @@ impl Reference {
                         let bad = is_bad.into_iter().enumerate().filter(|(_, is)| *is);
                         for (setting, _) in bad {
                             let number = self.table.number(RegisterPoint::Refused { setting });
-                            number.map(|number| self.stream.exercise.covered.mark(number));
+                            number.map(|number| self.stream.axis.exercise.covered.mark(number));
                         }
                     }
                     next = if sequence.refused { Phase::Idle } else { Phase::On };

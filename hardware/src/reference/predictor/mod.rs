@@ -220,7 +220,7 @@ impl Reference {
             stream: ResultStream::new(&interface, &layout, Arc::clone(&table)),
             peak: PeakPorts::new(&interface, &layout),
             hosted: Hosted::new(&interface, &layout),
-            histogram: HistogramModel::new(&interface, &layout, Arc::clone(&table)),
+            histogram: HistogramModel::new(&interface, Arc::clone(&table)),
             released: 0,
             reset_until: 0,
             scan: ScanState::start(&interface),
@@ -271,7 +271,7 @@ impl Reference {
 
     /// What the outputs have shown in the blocks predicted so far.
     pub fn exercise(&self) -> &Exercised {
-        &self.stream.exercise
+        &self.stream.axis.exercise
     }
 
     /// Predicts a block. Blocks follow one another without a gap.
@@ -352,7 +352,7 @@ impl Reference {
         // One that reaches into this block was told in the block before, too, perhaps
         // with an end that was not known yet.
         if reset.start >= self.reset_until {
-            self.stream.exercise.resets += 1;
+            self.stream.axis.exercise.resets += 1;
             let in_pause = self.scan.group == Group(0)
                 && self.scan.scan > 0
                 && reset.start < self.released.saturating_add(1 + self.scan.from);
@@ -375,7 +375,7 @@ impl Reference {
         self.before_scan.fill(false);
         self.stream.reset();
         if let Some(histogram) = &mut self.histogram {
-            histogram.reset();
+            histogram.reset(&mut self.stream.axis);
         }
         if let Some(peak) = &mut self.peak {
             peak.reset();
@@ -419,12 +419,11 @@ impl Reference {
         self.mark_codes(clocks.end - self.released);
         self.count(clocks.clone(), hits);
         if let Some(histogram) = &mut self.histogram {
-            let exercise = &mut self.stream.exercise;
-            return histogram.predict(clocks, &block.stalls, expected, exercise);
+            return histogram.predict(clocks, &block.stalls, expected, &mut self.stream.axis);
         }
         self.stream.predict(clocks.clone(), &block.stalls, expected);
         if let Some(peak) = &mut self.peak {
-            let _ = peak.predict(clocks, expected, &mut self.stream.exercise.covered);
+            let _ = peak.predict(clocks, expected, &mut self.stream.axis.exercise.covered);
         }
     }
 
@@ -437,15 +436,15 @@ impl Reference {
         self.resets.is_stalled = false;
         let point = ResetPoint::In { state: ResetState::Stalled };
         if let Some(number) = self.table.number(point) {
-            self.stream.exercise.covered.mark(number);
+            self.stream.axis.exercise.covered.mark(number);
         }
     }
 
     /// What the result ports show.
     fn port_state(&self) -> PortState {
         match &self.histogram {
-            Some(histogram) => histogram.state(),
-            None => self.stream.state(),
+            Some(_) => HistogramModel::state(&self.stream.axis),
+            None => self.stream.axis.state(),
         }
     }
 
@@ -455,7 +454,7 @@ impl Reference {
             if cycles > code.len()
                 && let Some(point) = self.table.number(ScanPoint::CodeWraps { source })
             {
-                self.stream.exercise.covered.mark(point);
+                self.stream.axis.exercise.covered.mark(point);
             }
         }
     }

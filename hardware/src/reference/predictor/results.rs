@@ -1,9 +1,10 @@
 //! What a group of steps has counted when it ends: its results, and what they prove.
 
 use super::{Reference, StepResult};
+use crate::reference::axis::Beat;
 use crate::reference::coverage::{CoverPoint, HitPoint, Place, SaturationPoint, ScanPoint};
 use crate::reference::exercise::Counted;
-use crate::reference::stream::{Arrival, Beat};
+use crate::reference::stream::Arrival;
 use crate::scan::Step;
 use crate::scene::DetectorIndex;
 use crate::sensor::layout::mask;
@@ -13,7 +14,7 @@ impl Reference {
     pub(super) fn finish_group(&mut self) {
         let end = self.scan.from + self.scan.chips;
         if let Some(histogram) = &mut self.histogram {
-            let exercise = &mut self.stream.exercise;
+            let exercise = &mut self.stream.axis.exercise;
             let last_word = self.released + end;
             histogram.end_frame(last_word, self.scan.scan, &mut self.resets, exercise);
             return self.go_on(end, true);
@@ -24,7 +25,7 @@ impl Reference {
         let (beats, clamps) = self.beats(shows_at);
         let saturated = clamps.counts + clamps.totals > 0;
         let proves = self.proven_points();
-        self.stream.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
+        self.stream.axis.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
         let is_counted = self.totals.iter().any(|&total| total > 0);
         self.resets.group_ends(self.released + end, last, is_counted);
         self.stream.push(Arrival {
@@ -75,11 +76,8 @@ impl Reference {
                 if is_absent {
                     continue;
                 }
-                beats.push(Beat {
-                    count,
-                    total,
-                    counted: Counted::new(detector, exact, self.totals[detector]),
-                });
+                let counted = Counted::new(detector, exact, self.totals[detector]);
+                beats.push(self.stream.beat(count, total, counted));
                 let number = first + step as u64;
                 if let Some(peak) = &mut self.peak {
                     // It counts the steps that it has seen.

@@ -23,12 +23,6 @@ pub enum Fault {
         /// The signal.
         signal: String,
     },
-    /// Part of a vector driven by itself.
-    #[error("`{signal}` is driven in parts; drive all its bits in one assignment")]
-    PartialDrive {
-        /// The signal.
-        signal: String,
-    },
     /// Operands, or a target and its value, of unequal widths.
     #[error("{place}: {left} bits meet {right} bits; cast one to the other's width")]
     WidthMismatch {

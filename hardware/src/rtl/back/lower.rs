@@ -54,21 +54,7 @@ impl Lowering<'_> {
                     let conditional = self.conditional(conditional)?;
                     out.push(conditional);
                 }
-                VerilogStatement::Loop(_) => return unsupported("a loop of rust-hdl"),
-                VerilogStatement::Comment(_) => return unsupported("a comment"),
-                VerilogStatement::Macro(block) => self.block(block, out)?,
-                VerilogStatement::SliceAssignment { base, .. } => {
-                    return Err(match base {
-                        VerilogExpression::Signal(name) => {
-                            Fault::PartialDrive { signal: name.clone() }
-                        }
-                        _ => Fault::Unsupported {
-                            construct: "an assignment to a part of an expression".to_owned(),
-                        },
-                    });
-                }
-                VerilogStatement::Match(_) => return unsupported("`match`"),
-                VerilogStatement::Link(_) => return unsupported("`join` or `link`"),
+                _ => return unsupported("a statement that is neither an assignment nor an `if`"),
             }
         }
         Ok(())

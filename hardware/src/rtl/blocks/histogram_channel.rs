@@ -11,7 +11,7 @@ use crate::sensor::histogram::HistogramPlan;
 #[block(histogram_channel)]
 /// histogram of one detector's arrival times
 ///
-/// - Bins: {plan.rows} rows of {plan.row_bins}, {plan.bin_bits} bits each{about_clamping(&plan)}
+/// - Bins: {plan.rows} rows of {plan.row_bins}, {plan.bin_bits} bits each{about_clamping(plan.saturates())}
 /// - Adders: {plan.adders()}, each for {plan.adder_samples} neighbouring samples
 pub struct HistogramChannel {
     plan: HistogramPlan,
@@ -40,9 +40,9 @@ pub struct HistogramChannel {
     clamped: Optional<Local<Word>>,
 }
 
-/// What is said behind the bits of a bin.
-pub(super) fn about_clamping(plan: &HistogramPlan) -> &'static str {
-    if plan.saturates() { ", clamped" } else { "; no stimulus can overflow them" }
+/// What is said behind the bits of a count.
+pub(super) fn about_clamping(saturates: bool) -> &'static str {
+    if saturates { ", clamped" } else { "; no stimulus can overflow them" }
 }
 
 #[kernel]

@@ -3,14 +3,38 @@
 //! The host correlates: no reference is made here.
 
 use super::histogram_channel::about_clamping;
-use super::sensor_shell::about;
+use super::sensor_shell::{about_clock, about_power_up};
 use super::{HistogramChannel, HistogramControl, SensorShell};
 use crate::rtl::front::prelude::*;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
 
-/// Transmit generators, a histogram for each detector, and what reads them.
-#[block(describe(&histogram, detectors, interface.result_latency_clocks))]
+#[block(sensor_top)]
+/// DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in, histograms out
+///
+/// {about_clock(histogram.row_bins, "outputs")}
+///
+/// Every rising edge of a detector's level counts in the bin of its sample of the code period: a row for each chip, from
+/// the one that o_epoch marks, a bin for each sample. The up/down count of phase step k is the sum of all bins, those
+/// negative whose chip of the reference, delayed by k samples, is 0.
+///
+/// {about_power_up("frame")}
+#[when(detectors == 1)]
+/// - Frame: {histogram.periods} code periods, {histogram.rows} rows of {histogram.row_bins} bins
+#[when(detectors > 1)]
+/// - Frame: {histogram.periods} code periods, {histogram.rows} rows of {histogram.row_bins} bins, for {detectors}
+/// detectors in turn
+///
+/// - Bins: {histogram.bin_bits} bits, unsigned{about_clamping(histogram.saturates())}
+#[when(histogram.takes_turns())]
+/// - Memory: {histogram.memory_bits(detectors)} bits: one histogram counts while the other is read
+#[when(!histogram.takes_turns())]
+/// - Memory: {histogram.memory_bits(detectors)} bits: a frame's rows leave while the next frame's first code period is
+/// counted
+///
+/// - Latency: m_axis_tvalid {interface.result_latency_clocks} clocks after the one at which a frame's last word is on
+/// i_samples
+/// - Rate: one chip per clock, and at most one row
 pub struct HistogramTop {
     interface: Interface,
     histogram: HistogramPlan,
@@ -39,59 +63,6 @@ pub struct HistogramTop {
     clamped: Optional<Local<Word>>,
     #[when(histogram.saturates())]
     saturated: Optional<Register<bool>>,
-}
-
-fn describe(histogram: &HistogramPlan, detectors: usize, latency_clocks: u32) -> About {
-    let about = about(
-        "DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in, histograms out",
-        histogram.row_bins,
-        "outputs",
-        &["Every rising edge of a detector's level counts in the bin of its sample of the code \
-           period: a row for each chip, from the one that o_epoch marks, a bin for each sample. The \
-           up/down count of phase step k is the sum of all bins, those negative whose chip of the \
-           reference, delayed by k samples, is 0."],
-        "frame",
-    );
-    with_sizes(about, histogram, detectors)
-        .fact(
-            "Latency",
-            format!(
-                "m_axis_tvalid {} clocks after the one at which a frame's last word is on i_samples",
-                latency_clocks
-            ),
-        )
-        .fact("Rate", "one chip per clock, and at most one row")
-}
-
-/// What a frame is, what a bin holds, what memory keeps.
-fn with_sizes(about: About, histogram: &HistogramPlan, detectors: usize) -> About {
-    about
-        .fact(
-            "Frame",
-            format!(
-                "{} code periods, {} rows of {} bins{}",
-                histogram.periods,
-                histogram.rows,
-                histogram.row_bins,
-                match detectors {
-                    1 => String::new(),
-                    detectors => format!(", for {detectors} detectors in turn"),
-                }
-            ),
-        )
-        .fact("Bins", format!("{} bits, unsigned{}", histogram.bin_bits, about_clamping(histogram)))
-        .fact(
-            "Memory",
-            format!(
-                "{} bits: {}",
-                histogram.memory_bits(detectors),
-                match histogram.takes_turns() {
-                    true => "one histogram counts while the other is read",
-                    false =>
-                        "a frame's rows leave while the next frame's first code period is counted",
-                }
-            ),
-        )
 }
 
 #[kernel]

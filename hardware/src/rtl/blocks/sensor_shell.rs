@@ -133,17 +133,20 @@ impl SensorShell {
     }
 }
 
-/// The description of a sensor that counts in `unit`s, with what is said of it before its ports'
-/// reset.
-pub(super) fn about(title: &str, lanes: u32, outputs: &str, notes: &[&str], unit: &str) -> About {
-    let about = About::new("sensor_top", title).note(format!(
+/// What is said of a sensor's clock, and of its outputs in reset.
+pub(super) fn about_clock(lanes: u32, outputs: &str) -> String {
+    format!(
         "One clock cycle is one chip of {lanes} samples. The sample word of a chip is expected on \
          i_samples one cycle after o_laser shows the chip. In reset all {outputs} are 0."
-    ));
-    notes.iter().fold(about, |about, note| about.note(*note)).note(format!(
+    )
+}
+
+/// What is said of a sensor that counts in `unit`s before its reset.
+pub(super) fn about_power_up(unit: &str) -> String {
+    format!(
         "Registers have no values at power-up: before the first {unit} i_rst has to be high at one \
          rising edge of i_clk at least. Without that the outputs mean nothing."
-    ))
+    )
 }
 
 /// Codes of which each has one generator.

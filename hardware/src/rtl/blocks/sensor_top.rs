@@ -2,22 +2,40 @@
 
 use std::sync::Arc;
 
-use super::sensor_shell::about;
+use super::histogram_channel::about_clamping;
+use super::sensor_shell::{about_clock, about_power_up};
 use super::{
     DetectorChannel, Groups, PeakDetector, PixelArray, RegisterFile, ResultStream, ScanController,
     ScanSequencer, SensorShell,
 };
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
-use crate::sensor::interface::{Correlator, Interface};
+use crate::scan::Scan;
+use crate::sensor::interface::{Correlator, Interface, TotalCount};
 use crate::sensor::port::Direction;
 use crate::sensor::registers::{Seed, is_same};
 
-/// Transmit generators, the scan, a channel for each detector, and the results.
-#[block(describe(&interface, &counts))]
+#[block(sensor_top)]
+/// DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in
+///
+/// {about_clock(interface.lanes(), &format!("{outputs} outputs"))}
+///
+/// {about_power_up("scan")}
+///
+/// - Scan: {scan.steps} phase steps from step {scan.first_step}, {scan.integration_chips} chips each
+/// - Counts: {counts.count_bits} bits, signed{about_clamping(counts.saturates())}
+/// - Latency: m_axis_tvalid {interface.result_latency_clocks} clocks after the one at which a step's last word is on
+/// i_samples
+/// - Rate: one chip per clock
+#[when(counts.total.is_some())]
+/// - Totals: {counts.total.map(|total| about_totals(total, interface.tdata_bits)).unwrap_or_default()}
 pub struct SensorTop {
     interface: Interface,
     counts: Correlator,
+    #[set(interface.timing.scan)]
+    scan: Scan,
+    #[set(interface.ports().iter().filter(|p| p.direction == Direction::Output).count())]
+    outputs: usize,
     #[set(interface.reference_codes.len())]
     detectors: usize,
     #[set(interface.lanes() as usize)]
@@ -93,56 +111,15 @@ pub struct SensorTop {
     peak: Vec<PeakDetector>,
 }
 
-fn describe(interface: &Interface, counts: &Correlator) -> About {
-    let about = describe_counts(interface, counts);
-    match counts.total {
-        None => about,
-        Some(total) => about.fact(
-            "Totals",
-            format!(
-                "{} bits, unsigned, in m_axis_tdata[{}:{}]{}",
-                total.bits,
-                interface.tdata_bits - 1,
-                total.first_bit,
-                if total.saturates() { ", clamped" } else { "" }
-            ),
-        ),
-    }
-}
-
-fn describe_counts(interface: &Interface, counts: &Correlator) -> About {
-    let scan = &interface.timing.scan;
-    let outputs = interface.ports().iter().filter(|p| p.direction == Direction::Output).count();
-    about(
-        "DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in",
-        interface.lanes(),
-        &format!("{outputs} outputs"),
-        &[],
-        "scan",
+/// What is said of the totals in a word of so many bits.
+fn about_totals(total: TotalCount, data_bits: u32) -> String {
+    format!(
+        "{} bits, unsigned, in m_axis_tdata[{}:{}]{}",
+        total.bits,
+        data_bits - 1,
+        total.first_bit,
+        if total.saturates() { ", clamped" } else { "" }
     )
-    .fact(
-        "Scan",
-        format!(
-            "{} phase steps from step {}, {} chips each",
-            scan.steps, scan.first_step, scan.integration_chips
-        ),
-    )
-    .fact(
-        "Counts",
-        format!(
-            "{} bits, signed{}",
-            counts.count_bits,
-            if counts.saturates() { ", clamped" } else { "; no stimulus can overflow them" }
-        ),
-    )
-    .fact(
-        "Latency",
-        format!(
-            "m_axis_tvalid {} clocks after the one at which a step's last word is on i_samples",
-            interface.result_latency_clocks
-        ),
-    )
-    .fact("Rate", "one chip per clock")
 }
 
 /// First bit and bits of the seed of a code among those that a host sets; none has 0 bits.

@@ -23,25 +23,21 @@
 
 mod clock;
 mod inline;
-mod lookup_memory;
 mod marker;
 mod memory;
 mod net;
 mod optional;
 mod register;
-mod register_memory;
 pub mod tree;
 mod word;
 
 pub use clock::tick;
 pub use inline::BitTable;
-pub use lookup_memory::LookupMemory;
 pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
-pub use memory::Memory;
+pub use memory::{GivenMemory, LookupMemory, Memory, RegisterMemory};
 pub use net::{Constant, Input, InputPort, Inputs, Local, Net, Output, Value};
 pub use optional::Optional;
 pub use register::Register;
-pub use register_memory::RegisterMemory;
 pub use word::{SignedWord, Word, bit_cast, gather, signed_cast};
 
 /// What a block's source file needs in scope, rust-hdl's macros included.

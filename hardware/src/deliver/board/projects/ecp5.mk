@@ -16,7 +16,7 @@ BOARD = @SOURCES@
 DELAY = @DELAY_BITS@
 
 board.bit: board.config
-	$(PACK) @PACK@ --compress $< $@
+	$(PACK)@PACK@ --compress $< $@
 
 board.json: $(CORE) $(BOARD) board.vh
 	$(YOSYS) -q -p 'read_verilog -DECP5_BLOCK_RAM -I. $(CORE) $(BOARD); synth_ecp5 -abc9 -top board_top -json $@'

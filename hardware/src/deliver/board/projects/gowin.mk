@@ -14,7 +14,7 @@ CORE = @CORE@
 BOARD = @SOURCES@
 
 board.fs: placed.json
-	$(PACK) @PACK@ -o $@ $<
+	$(PACK)@PACK@ -o $@ $<
 
 board.json: $(CORE) $(BOARD) board.vh
 	$(YOSYS) -q -p 'read_verilog -I. $(CORE) $(BOARD); synth_gowin -top board_top -json $@'

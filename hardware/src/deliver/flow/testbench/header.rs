@@ -1,6 +1,5 @@
 //! What the testbench's first lines say of it.
 
-use super::Names;
 use crate::deliver::flow::stimulus::{Recording, Skips};
 use crate::reference::cover_report::{Coverage, Missed};
 use crate::scan::{Clock, Timescale};
@@ -8,59 +7,13 @@ use crate::scan::{Clock, Timescale};
 /// Cover points that the header names at most.
 const MOST_NAMED: usize = 4;
 
-/// The comment that the testbench begins with.
-pub(super) fn header(
-    names: &Names,
-    recording: &Recording,
-    (clock, time): (Clock, Timescale),
-    made_by: &str,
-) -> String {
-    let Names { design, top, whole, .. } = names;
-    let time = time_in_words(clock, time);
-    let coverage = &recording.coverage;
-    let mut text = format!(
-        "\
-// {top}: self-checking testbench of {design}
-//
-// Drives recorded inputs and compares every output port, after every rising edge of i_clk and
-// before the next one, with what goldtof's reference model gives. The model takes chips from the code's table and hits from
-// the list of pulses: no part of the design has a share in the expected values.
-//
-// Inputs   hostile, with an aim: {resets} resets, a receiver that stalls, every kind of hit
-// Length   {clocks} clocks; {steps} phase steps and {scans} scans end in them
-// Counts   {hits_up} hits up and {hits_down} hits down in the results that come to the stream
-",
-        resets = recording.resets,
-        clocks = recording.clocks,
-        steps = recording.phase_steps,
-        scans = recording.scans,
-        hits_up = recording.hits_up,
-        hits_down = recording.hits_down,
-    );
-    text += &what_is_covered(coverage);
+/// What the recording covers, and how steps and scans are cut short in it.
+pub(super) fn covered(recording: &Recording, whole: &str) -> String {
+    let mut text = what_is_covered(&recording.coverage);
     if let Some(skips) = &recording.skips {
         text += &comment("Short", &about_skips(skips, whole));
     }
-    text + &format!(
-        "\
-// Ends     with PASS, what was exercised, and exit status 0; or at the first clock at which a port
-//          differs with that clock, the port, the expected value and the one seen, and a non-zero
-//          exit status; or with INCONCLUSIVE and a non-zero exit status, if no result was taken
-//          that counts anything: a sensor that does nothing would pass then
-// Language Verilog-2005, and the system task $fatal of IEEE 1800, which gives the exit status
-// Made by  {made_by}
-//
-// Run it in this folder with
-//   $ iverilog -g2005 -s {top} -o {top}.vvp -f {top}.f
-//   $ vvp {top}.vvp
-// or
-//   $ verilator --binary --top-module {top} -f {top}.f
-//   $ obj_dir/V{top}
-// With +vcd it writes waves to {top}.vcd (Verilator: build with --trace). Time is real:
-// {time}.
-
-"
-    )
+    text
 }
 
 /// What the recording shows of what can be covered.
@@ -111,7 +64,7 @@ fn comment(title: &str, text: &str) -> String {
 }
 
 /// What the header says of time.
-fn time_in_words(clock: Clock, time: Timescale) -> String {
+pub(super) fn time_in_words(clock: Clock, time: Timescale) -> String {
     let ns = clock.chip_period_ps / 1e3;
     if time.is_exact() {
         format!("a clock takes {ns} ns, as on the chip")

@@ -1,18 +1,15 @@
 //! The self-checking testbench: Verilog that needs neither Rust nor goldtof.
 
 mod header;
-mod reader;
-
-use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use self::header::header;
-use self::reader::reader;
+use self::header::{covered, time_in_words};
 use super::file_list::testbench_file_list;
 use super::run_length::Words;
 use super::stimulus::{Column, Group, MOST_CLOCKS, Recording, record};
 use crate::deliver::design::{Design, EmittedFile};
+use crate::deliver::template::filled;
 use crate::reference::cover_report::Coverage;
 use crate::reference::predictor::ReferenceError;
 use crate::scan::{Clock, Timescale};
@@ -118,7 +115,13 @@ pub(super) fn testbench(design: &Design) -> Result<Testbench, ReferenceError> {
             .collect();
     let file = |name: String, text| EmittedFile { name, text };
     let files = vec![
-        file(format!("{}.v", names.reader), reader(&names, design.made_by)),
+        file(
+            format!("{}.v", names.reader),
+            filled(
+                include_str!("vectors.v"),
+                &[("READER", &names.reader), ("MADE_BY", design.made_by)],
+            ),
+        ),
         file(
             format!("{}.v", names.top),
             top(&names, design.sensor.clock(), &recording, &vectors, design.made_by),
@@ -152,48 +155,56 @@ fn top(
     made_by: &str,
 ) -> String {
     let time = Timescale::of(clock, MOST_CLOCKS);
-    let mut text = header(names, recording, (clock, time), made_by);
-    let inputs = &recording.inputs.ports;
     let outputs = || recording.chips.ports.iter().chain(&recording.results.ports);
-    let _ = write!(
-        text,
-        "`ifndef VERILATOR\n`timescale {time} / {time}\n`endif\n\n`default_nettype none\n\n\
-         module {};\n\n{}\n{}\n",
-        names.top,
-        length(names, recording),
-        halves(clock, time),
-    );
-    text += "    // Inputs of the sensor, and its outputs\n    reg          i_clk;\n";
-    for port in inputs {
-        text += &declared("wire", port.width, &port.name);
-    }
-    for port in outputs() {
-        text += &declared("wire", port.width, &port.name);
-    }
-    text += "\n    // What the reference model gives\n";
-    for port in outputs() {
-        text += &declared("wire", port.width, &format!("expected_{}", port.name));
-    }
+    let ports = || recording.inputs.ports.iter().chain(outputs());
+    let wire = |port: &Column| declared("wire", port.width, &port.name);
+    let mut expected: String = outputs()
+        .map(|port| declared("wire", port.width, &format!("expected_{}", port.name)))
+        .collect();
     for register in recording.skips.iter().flat_map(|skips| &skips.registers) {
-        text += &declared("wire", register.width(), &skip_net(&register.path(".")));
+        expected += &declared("wire", register.width(), &skip_net(&register.path(".")));
     }
     for vector in vectors {
-        let name = format!("{}_value", vector.name);
-        text += &declared("wire", vector.group.bits(), &name);
+        expected += &declared("wire", vector.group.bits(), &format!("{}_value", vector.name));
     }
-    text += "\n    integer      clock;\n    reg          failed;\n";
-    text += "\n    // What has been exercised\n";
-    for name in ["results", "counts", "scan_ends", "stalls", "resets"] {
-        text += &format!("    integer      {name};\n");
-    }
-    text += "    reg          in_reset;\n";
-    text += &instance(names, inputs.iter().chain(outputs()));
-    for vector in vectors {
-        text += &reader_instance(names, vector);
-    }
-    text += &compare(outputs());
-    text += &check(names, recording, vectors);
-    text
+    let connections: Vec<String> = std::iter::once("i_clk")
+        .chain(ports().map(|port| port.name.as_str()))
+        .map(|name| format!("        .{name:<13} ({name})"))
+        .collect();
+    let readers: String = vectors.iter().map(|vector| reader_instance(names, vector)).collect();
+    let there: String = vectors.iter().map(|vector| vector_check(names, vector)).collect();
+    // Where the scan's counters have just been moved on, what follows them is free to move.
+    let unmoved = recording.skips.as_ref().map(|_| format!(" && !(|{SKIPS}_value)"));
+    let chip_ps = clock.chip_period_ps;
+    filled(
+        include_str!("testbench.v"),
+        &[
+            ("TOP", &names.top),
+            ("DESIGN", &names.design),
+            ("RESETS", &recording.resets.to_string()),
+            ("CLOCKS", &recording.clocks.to_string()),
+            ("STEPS", &recording.phase_steps.to_string()),
+            ("SCANS", &recording.scans.to_string()),
+            ("HITS_UP", &recording.hits_up.to_string()),
+            ("HITS_DOWN", &recording.hits_down.to_string()),
+            ("COVERS", &covered(recording, &names.whole)),
+            ("MADE_BY", made_by),
+            ("TIME", &time_in_words(clock, time)),
+            ("UNIT", &time.to_string()),
+            ("LENGTH", &length(names, recording)),
+            // Verilator does not take a time scale in some files of many, and has its own where none has one.
+            ("HALVES_PS", &halves((chip_ps / 2.0).round() as u64, chip_ps.round() as u64)),
+            ("HALVES", &halves(time.after_halves(1), time.after_halves(2))),
+            ("PORTS", &ports().map(wire).collect::<String>()),
+            ("EXPECTED", &expected),
+            ("CONNECTIONS", &connections.join(",\n")),
+            ("READERS", &readers),
+            ("COMPARED", &outputs().map(port_check).collect::<String>()),
+            ("MOVES", &moves(names, recording)),
+            ("UNMOVED", &unmoved.unwrap_or_default()),
+            ("THERE", &there),
+        ],
+    )
 }
 
 /// The number of clocks: all of them, or those before a counter is moved on.
@@ -207,19 +218,10 @@ fn length(names: &Names, recording: &Recording) -> String {
     }
 }
 
-/// How long the clock is low and high in each period. Verilator does not take a time
-/// scale in some files of many, and has its own where none has one.
-fn halves(clock: Clock, time: Timescale) -> String {
-    let of_period = |low: u64, period: u64| {
-        let high = period.saturating_sub(low).max(1);
-        format!("    localparam LOW = 64'd{low}, HIGH = 64'd{high};\n")
-    };
-    let ps = clock.chip_period_ps;
-    format!(
-        "`ifdef VERILATOR // in its unit of time, 1 ps\n{}`else\n{}`endif\n",
-        of_period(((ps / 2.0).round() as u64).max(1), ps.round() as u64),
-        of_period(time.after_halves(1).max(1), time.after_halves(2)),
-    )
+/// How long the clock is low and high in each period.
+fn halves(low: u64, period: u64) -> String {
+    let low = low.max(1);
+    format!("LOW = 64'd{low}, HIGH = 64'd{}", period.saturating_sub(low).max(1))
 }
 
 /// What moves the scan's counters on, before a rising edge.
@@ -244,14 +246,6 @@ fn moves(names: &Names, recording: &Recording) -> String {
 `endif
 "
     )
-}
-
-fn instance<'a>(names: &Names, ports: impl Iterator<Item = &'a Column>) -> String {
-    let connections: Vec<String> = std::iter::once("i_clk")
-        .chain(ports.map(|port| port.name.as_str()))
-        .map(|name| format!("        .{name:<13} ({name})"))
-        .collect();
-    format!("\n    {} dut (\n{}\n    );\n", names.design, connections.join(",\n"))
 }
 
 fn reader_instance(names: &Names, vector: &VectorFile) -> String {
@@ -281,78 +275,6 @@ fn reader_instance(names: &Names, vector: &VectorFile) -> String {
     )
 }
 
-/// What the testbench does after it has compared a clock, and after the last one.
-const ENDING: &str = "            compare(clock);
-            if (failed) $fatal;
-            // What stands here is taken with the next rising edge.
-            if (m_axis_tvalid && !i_rst) begin
-                if (m_axis_tready) begin
-                    results = results + 1;
-                    if (|m_axis_tdata) counts = counts + 1;
-                    if (m_axis_tlast) scan_ends = scan_ends + 1;
-                end else begin
-                    stalls = stalls + 1;
-                end
-            end
-            if (i_rst && !in_reset) resets = resets + 1;
-            in_reset = i_rst;
-            i_clk    = 1'b0;
-        end
-        if (counts == 0) begin
-            $display(\"INCONCLUSIVE: every output port as expected, but of %0d results that were taken\",
-                     results);
-            $display(\"              none holds a count: nothing shows that the sensor counts\");
-            $fatal;
-        end
-        $display(\"PASS: every output port as expected at each of %0d clocks\", CLOCKS);
-        $display(\"exercised: %0d results, %0d of them not zero, %0d scan ends, %0d clocks stalled,\",
-                 results, counts, scan_ends, stalls);
-        $display(\"           %0d resets\", resets);
-        $finish;
-    end
-
-endmodule
-
-`default_nettype wire
-";
-
-fn check(names: &Names, recording: &Recording, vectors: &[VectorFile]) -> String {
-    let mut text = String::from(
-        "
-    // Inputs, outputs and expected values all change with the rising edge.
-    initial begin
-        if ($test$plusargs(\"vcd\")) begin
-",
-    );
-    let _ = write!(
-        text,
-        "            $dumpfile(\"{top}.vcd\");
-            $dumpvars(0, {top});
-        end
-        failed    = 1'b0;
-        i_clk     = 1'b0;
-        results   = 0;
-        counts    = 0;
-        scan_ends = 0;
-        stalls    = 0;
-        resets    = 0;
-        in_reset  = 1'b0;
-        for (clock = 0; clock < CLOCKS; clock = clock + 1) begin
-{moves}            #LOW;
-{still}            i_clk = 1'b1;
-            #HIGH;
-",
-        top = names.top,
-        moves = moves(names, recording),
-        still = still(recording),
-    );
-    for vector in vectors {
-        text += &vector_check(names, vector);
-    }
-    text += ENDING;
-    text
-}
-
 /// Whether a vector file is there, and long enough.
 fn vector_check(names: &Names, vector: &VectorFile) -> String {
     // A simulator with two states reads a missing file as zeros.
@@ -365,38 +287,6 @@ fn vector_check(names: &Names, vector: &VectorFile) -> String {
 ",
         name = vector.name,
         file = vector.file_name(names),
-    )
-}
-
-/// Looks at what a receiver takes with the next rising edge. Where the scan's counters have just
-/// been moved on, what follows them is free to move.
-fn still(recording: &Recording) -> String {
-    let moved = match recording.skips {
-        Some(_) => format!(" && !(|{SKIPS}_value)"),
-        None => String::new(),
-    };
-    format!(
-        "            if (clock != 0{moved}) compare(clock - 1);
-            if (failed) begin
-                $display(\"     it was as expected after that clock's rising edge, and moved before the next\");
-                $fatal;
-            end
-"
-    )
-}
-
-/// The task that compares all ports with what is expected of a clock.
-fn compare<'a>(outputs: impl Iterator<Item = &'a Column>) -> String {
-    let ports: String = outputs.map(port_check).collect();
-    format!(
-        "
-    // Of a clock; its expected values stand from its rising edge to the next one.
-    task compare;
-        input integer at;
-        begin
-{ports}        end
-    endtask
-"
     )
 }
 

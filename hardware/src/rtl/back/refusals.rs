@@ -1,8 +1,6 @@
 //! Tests: each description without a single meaning is refused with its own
 //! fault, and never written.
 
-mod by_hand;
-
 use super::{Fault, Prefix, verilog_of};
 use crate::rtl::front::prelude::*;
 
@@ -43,6 +41,23 @@ macro_rules! block {
     };
 }
 
+/// A test that such a block of four bits, with a kernel, is refused for one reason.
+macro_rules! refused {
+    ($test:ident: $name:ident => $fault:expr; $($kernel:tt)*) => {
+        block!($name);
+
+        #[kernel]
+        impl Logic for $name {
+            $($kernel)*
+        }
+
+        #[test]
+        fn $test() {
+            assert_eq!(fault_of(&$name::new(4, 4, 4)), $fault);
+        }
+    };
+}
+
 block!(Sound);
 
 #[kernel]
@@ -64,10 +79,7 @@ fn the_block_that_the_others_spoil_is_sound() {
     assert_eq!(modules[0].name, "unsound");
 }
 
-block!(Latch);
-
-#[kernel]
-impl Logic for Latch {
+refused! { a_latch_is_refused: Latch => Fault::Latch { signal: named("o_y") };
     fn update(&mut self) {
         self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
@@ -75,11 +87,6 @@ impl Logic for Latch {
             self.o_y.next = self.middle.val() ^ self.count.val();
         }
     }
-}
-
-#[test]
-fn a_latch_is_refused() {
-    assert_eq!(fault_of(&Latch::new(4, 4, 4)), Fault::Latch { signal: named("o_y") });
 }
 
 #[test]
@@ -94,10 +101,7 @@ fn unequal_widths_are_refused() {
     );
 }
 
-block!(Oversize);
-
-#[kernel]
-impl Logic for Oversize {
+refused! { an_oversize_literal_is_refused: Oversize => Fault::OversizeLiteral { value: 17, width: 4 };
     fn update(&mut self) {
         self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val() + 17;
@@ -110,15 +114,11 @@ impl Logic for Oversize {
 }
 
 #[test]
-fn an_oversize_literal_is_refused() {
-    assert_eq!(fault_of(&Oversize::new(4, 4, 4)), Fault::OversizeLiteral { value: 17, width: 4 });
+fn a_literal_that_fits_is_not() {
     assert!(verilog_of(&Oversize::new(5, 5, 5), &Prefix::default(), "a test").is_ok());
 }
 
-block!(Undriven);
-
-#[kernel]
-impl Logic for Undriven {
+refused! { an_undriven_signal_is_refused: Undriven => Fault::Undriven { signal: named("middle") };
     fn update(&mut self) {
         if self.i_go.val() {
             self.count.next = self.i_b.val() + self.limit.val();
@@ -127,15 +127,7 @@ impl Logic for Undriven {
     }
 }
 
-#[test]
-fn an_undriven_signal_is_refused() {
-    assert_eq!(fault_of(&Undriven::new(4, 4, 4)), Fault::Undriven { signal: named("middle") });
-}
-
-block!(TwoDrivers);
-
-#[kernel]
-impl Logic for TwoDrivers {
+refused! { a_second_driver_is_refused: TwoDrivers => Fault::MultipleDrivers { signal: named("middle") };
     fn update(&mut self) {
         self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
@@ -148,18 +140,7 @@ impl Logic for TwoDrivers {
     }
 }
 
-#[test]
-fn a_second_driver_is_refused() {
-    assert_eq!(
-        fault_of(&TwoDrivers::new(4, 4, 4)),
-        Fault::MultipleDrivers { signal: named("middle") }
-    );
-}
-
-block!(DrivesQ);
-
-#[kernel]
-impl Logic for DrivesQ {
+refused! { driving_a_registers_content_beside_the_register_is_refused: DrivesQ => Fault::MultipleDrivers { signal: named("count_r") };
     fn update(&mut self) {
         self.middle.next = self.i_a.val() ^ self.i_b.val() ^ self.limit.val();
         self.count.q.next = self.middle.val();
@@ -171,18 +152,7 @@ impl Logic for DrivesQ {
     }
 }
 
-#[test]
-fn driving_a_registers_content_beside_the_register_is_refused() {
-    assert_eq!(
-        fault_of(&DrivesQ::new(4, 4, 4)),
-        Fault::MultipleDrivers { signal: named("count_r") }
-    );
-}
-
-block!(DrivesInput);
-
-#[kernel]
-impl Logic for DrivesInput {
+refused! { driving_an_own_input_is_refused: DrivesInput => Fault::OwnInputDriven { signal: named("i_go") };
     fn update(&mut self) {
         self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.count.val();
@@ -192,18 +162,7 @@ impl Logic for DrivesInput {
     }
 }
 
-#[test]
-fn driving_an_own_input_is_refused() {
-    assert_eq!(
-        fault_of(&DrivesInput::new(4, 4, 4)),
-        Fault::OwnInputDriven { signal: named("i_go") }
-    );
-}
-
-block!(Unread);
-
-#[kernel]
-impl Logic for Unread {
+refused! { a_signal_that_nothing_reads_is_refused: Unread => Fault::Unread { signal: named("middle") };
     fn update(&mut self) {
         self.middle.next = self.i_a.val();
         if self.i_go.val() {
@@ -213,15 +172,7 @@ impl Logic for Unread {
     }
 }
 
-#[test]
-fn a_signal_that_nothing_reads_is_refused() {
-    assert_eq!(fault_of(&Unread::new(4, 4, 4)), Fault::Unread { signal: named("middle") });
-}
-
-block!(Reassigned);
-
-#[kernel]
-impl Logic for Reassigned {
+refused! { an_assignment_after_a_read_is_refused: Reassigned => Fault::AssignedAfterRead { signal: named("middle") };
     fn update(&mut self) {
         self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val();
@@ -232,18 +183,7 @@ impl Logic for Reassigned {
     }
 }
 
-#[test]
-fn an_assignment_after_a_read_is_refused() {
-    assert_eq!(
-        fault_of(&Reassigned::new(4, 4, 4)),
-        Fault::AssignedAfterRead { signal: named("middle") }
-    );
-}
-
-block!(Loops);
-
-#[kernel]
-impl Logic for Loops {
+refused! { a_combinational_loop_is_refused: Loops => Fault::AssignedAfterRead { signal: named("middle") };
     fn update(&mut self) {
         self.count.next = self.i_b.val() + self.limit.val();
         self.o_y.next = self.middle.val() ^ self.count.val() ^ signed_cast(self.i_go.val());
@@ -251,18 +191,7 @@ impl Logic for Loops {
     }
 }
 
-#[test]
-fn a_combinational_loop_is_refused() {
-    assert_eq!(
-        fault_of(&Loops::new(4, 4, 4)),
-        Fault::AssignedAfterRead { signal: named("middle") }
-    );
-}
-
-block!(OutOfRange);
-
-#[kernel]
-impl Logic for OutOfRange {
+refused! { a_bit_beyond_the_vector_is_refused: OutOfRange => Fault::OutOfRange { bit: 4, width: 4 };
     fn update(&mut self) {
         self.count.next = self.i_b.val() + self.limit.val();
         self.middle.next = self.i_a.val() ^ self.count.val();
@@ -274,7 +203,56 @@ impl Logic for OutOfRange {
     }
 }
 
+refused! { a_literal_without_a_width_is_refused: NoWidth =>
+    Fault::NoWidth { expression: "literal 1".to_owned() };
+    fn update(&mut self) {
+        self.count.next = self.i_b.val() + self.limit.val();
+        self.middle.next = self.i_a.val() ^ self.count.val();
+        if self.i_go.val() {
+            self.o_y.next = self.middle.val();
+        } else {
+            self.o_y.next = bit_cast(1 == 2, 4);
+        }
+    }
+}
+
+#[block(unsound)]
+/// a block of a test
+struct Absent {
+    has: bool,
+    #[when(has)]
+    #[width(4)]
+    gone: Optional<Local<Word>>,
+    #[width(4)]
+    o_y: Output<Word>,
+}
+
+#[kernel]
+impl Logic for Absent {
+    fn update(&mut self) {
+        self.o_y.next = self.gone.val();
+    }
+}
+
 #[test]
-fn a_bit_beyond_the_vector_is_refused() {
-    assert_eq!(fault_of(&OutOfRange::new(4, 4, 4)), Fault::OutOfRange { bit: 4, width: 4 });
+fn a_part_that_is_not_there_is_refused() {
+    assert_eq!(fault_of(&Absent::new(false)), Fault::UnknownName { name: named("gone") });
+}
+
+#[block(unsound)]
+/// a block of a test
+struct Reserved {
+    table: Output<bool>,
+}
+
+#[kernel]
+impl Logic for Reserved {
+    fn update(&mut self) {
+        self.table.next = true;
+    }
+}
+
+#[test]
+fn a_keyword_as_a_name_is_refused() {
+    assert!(matches!(fault_of(&Reserved::new()), Fault::BadName { .. }));
 }

@@ -1,23 +1,14 @@
-//! The module that reads a vector file.
-
-use super::Names;
-
-/// Its Verilog.
-pub(super) fn reader(names: &Names, made_by: &str) -> String {
-    let reader = &names.reader;
-    format!(
-        "\
-// {reader}: values of a vector file, clock by clock
+// @READER@: values of a vector file, clock by clock
 //
-// A word of the file is {{value, repeats}}: value holds for repeats + 1 clocks. It changes with the
+// A word of the file is {value, repeats}: value holds for repeats + 1 clocks. It changes with the
 // rising edge of i_clk.
 //
-// Made by  {made_by}
+// Made by  @MADE_BY@
 
 `default_nettype none
 
-module {reader} #(
-    parameter FILE      = \"\", // file for $readmemh
+module @READER@ #(
+    parameter FILE      = "", // file for $readmemh
     parameter WORDS     = 1,  // words in it
     parameter W_REPEATS = 4,  // bits of repeats
     parameter W_VALUE   = 4   // bits of value
@@ -32,12 +23,12 @@ module {reader} #(
     wire [W_REPEATS-1:0]         repeats;
     integer                      next;
 
-    assign {{o_value, repeats}} = word_r;
+    assign {o_value, repeats} = word_r;
 
     initial begin
         $readmemh(FILE, words);
         word_r     = words[0];
-        repeated_r = {{W_REPEATS{{1'b0}}}};
+        repeated_r = {W_REPEATS{1'b0}};
         next       = 1;
     end
 
@@ -47,7 +38,7 @@ module {reader} #(
             repeated_r <= repeated_r + 1'b1;
         end else if (next < WORDS) begin
             word_r     <= words[next];
-            repeated_r <= {{W_REPEATS{{1'b0}}}};
+            repeated_r <= {W_REPEATS{1'b0}};
             next       <= next + 1;
         end
     end
@@ -55,6 +46,3 @@ module {reader} #(
 endmodule
 
 `default_nettype wire
-"
-    )
-}
