@@ -41,10 +41,10 @@ pub struct SensorShell {
     stream: &'static str,
     /// What a beat of it is.
     #[set(match interface.counting {
-        Counting::Correlator(_) => ["a result waits", "it is the scan's last"],
-        Counting::Histogram(_) => ["a row waits", "it is the frame's last"],
+        Counting::Correlator(_) => ("a result waits", "it is the scan's last"),
+        Counting::Histogram(_) => ("a row waits", "it is the frame's last"),
     })]
-    beat: [&'static str; 2],
+    beat: (&'static str, &'static str),
     /// chip of each source, bit m for source m
     #[under("Lasers")]
     #[width(interface.source_codes.len())]
@@ -59,11 +59,11 @@ pub struct SensorShell {
     #[under(stream)]
     #[width(width(&interface, "m_axis_tdata"))]
     pub m_axis_tdata: Output<Word>,
-    /// {beat[0]}
+    /// {beat.0}
     pub m_axis_tvalid: Output<bool>,
     /// the receiver takes it
     pub m_axis_tready: Input<bool>,
-    /// {beat[1]}
+    /// {beat.1}
     pub m_axis_tlast: Output<bool>,
     /// What is lost when the receiver is too slow.
     #[under(FLAGS)]
