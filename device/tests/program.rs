@@ -30,6 +30,7 @@ fn identity() -> Identity {
         parallel: 1,
         accumulate: 1,
         text_blocks: 0,
+        counts_samples: false,
         scene: hash(SCENE),
     }
 }
