@@ -14,6 +14,7 @@ use goldtof_wire::{
 };
 use tempfile::TempDir;
 
+mod counting;
 #[path = "../noise/mod.rs"]
 mod noise;
 mod sums;
