@@ -145,7 +145,7 @@ fn run(command: &Command) -> Result<(), Failed> {
                 if scene_hash(&text) != identity.scene {
                     return Err("the scene's text in the device is not what its hash is of".into());
                 }
-                drop(job::fresh(path)?);
+                job::check_free(path)?;
                 files::stage(path, |out| out.write_all(&text))?.publish()?;
                 println!("{} bytes in {}", text.len(), printable_path(path));
             }

@@ -35,11 +35,13 @@ pub(crate) fn record(line: &Line, out: &Path, seconds: f64, runs: u32) -> Result
             names.map(|detector| format!("{},", detector.name)).collect()
         }
         (several, None) => {
-            let told = format!("the device has {several} detectors, whose names are in its scene: name it by --scene");
+            let told = format!(
+                "the device has {several} detectors, whose names are in its scene: name it by --scene"
+            );
             return Err(told.into());
         }
     };
-    drop(job::fresh(out)?);
+    job::check_free(out)?;
     let heading = if identity.detectors == 1 { "" } else { "detector," };
     let mut text = format!("{heading}run,sample,count\n");
     let (mut total, mut before) = (0, device.hits(&identity)?);

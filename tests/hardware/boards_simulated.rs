@@ -403,6 +403,43 @@ fn hits_by_sample_are_those_of_the_photons() {
     }
 }
 
+/// A sampler with uneven bins, dark counts at its pin, and the widths that `goldtof calibrate` finds of what the board
+/// counts: 4 % and more off even ones, each within its interval, which is some 1.5 % to either side.
+#[test]
+fn a_boards_dark_counts_give_the_widths_of_the_scene() {
+    let widths = [1.1, 0.9, 1.05, 0.95, 1.0, 1.04, 0.86, 1.1];
+    let built = Built::new(
+        "tang-nano-9k",
+        &[
+            "hardware.sample_counts=true",
+            "detector.sampler={ widths = [1.1, 0.9, 1.05, 0.95, 1.0, 1.04, 0.86, 1.1] }",
+            "detector.dark_count_rate=10 Mcps",
+            "source.mean_power=0 W",
+            "scan.integration=100 us",
+        ],
+    );
+    let mut running = built.start(&[]);
+    running.counts(2 * built.counts.len());
+    let hits = running.hits(8);
+    running.stop();
+    let rows = hits.iter().enumerate().map(|(sample, hits)| format!("{sample},{hits}\n"));
+    let dark = built.folder.path().join("dark.csv");
+    fs::write(&dark, format!("sample,count\n{}", rows.collect::<String>())).expect("it is written");
+    let scene = built.project().join("scene.toml").display().to_string();
+    let found = goldtof(&["calibrate", &scene, &dark.display().to_string(), "--json", "-"]);
+    did(&found);
+    let found: serde_json::Value = serde_json::from_slice(&found.stdout).expect("it is JSON");
+    let bins = found["samplers"][0]["bins"].as_array().expect("bins");
+    assert_eq!(bins.len(), 8, "{found}");
+    let sample_ps = built.manifest["board"]["chip_period_ps"].as_f64().expect("a number") / 8.0;
+    for (width, bin) in widths.iter().zip(bins) {
+        let ends = [0, 1].map(|end| bin["width_ps_ci95"][end].as_f64().expect("a number"));
+        let [least, most] = ends.map(|end| end / sample_ps);
+        assert!(least < *width && *width < most, "{width}: {least} .. {most}");
+        assert!(most - least < 0.03, "{width}: {least} .. {most}");
+    }
+}
+
 #[test]
 fn ice40() {
     let _ = reads_what_run_counts(
