@@ -426,7 +426,7 @@ fn a_boards_dark_counts_give_the_widths_of_the_scene() {
     let dark = built.folder.path().join("dark.csv");
     fs::write(&dark, format!("sample,count\n{}", rows.collect::<String>())).expect("it is written");
     let scene = built.project().join("scene.toml").display().to_string();
-    let found = goldtof(&["calibrate", &scene, &dark.display().to_string(), "--json", "-"]);
+    let found = goldtof(&["calibrate", &scene, &dark.display().to_string(), "--json"]);
     did(&found);
     let found: serde_json::Value = serde_json::from_slice(&found.stdout).expect("it is JSON");
     let bins = found["samplers"][0]["bins"].as_array().expect("bins");
