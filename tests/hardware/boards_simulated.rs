@@ -429,7 +429,7 @@ fn a_boards_dark_counts_give_the_widths_of_the_scene() {
     let found = goldtof(&["calibrate", &scene, &dark.display().to_string(), "--json"]);
     did(&found);
     let found: serde_json::Value = serde_json::from_slice(&found.stdout).expect("it is JSON");
-    let bins = found["samplers"][0]["bins"].as_array().expect("bins");
+    let bins = found["samplers"][0]["samples"].as_array().expect("samples");
     assert_eq!(bins.len(), 8, "{found}");
     let sample_ps = built.manifest["board"]["chip_period_ps"].as_f64().expect("a number") / 8.0;
     for (width, bin) in widths.iter().zip(bins) {
