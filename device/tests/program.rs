@@ -174,6 +174,8 @@ fn counts_samples(mut far: File, identity: &Identity, reads: u32) {
         }
         far.write_all(&encode::block(asked, &block, read as u8 + 1)).expect("it goes");
     }
+    // What is not read when the terminal goes is lost.
+    thread::sleep(std::time::Duration::from_millis(500));
 }
 
 #[test]
