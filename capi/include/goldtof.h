@@ -68,6 +68,28 @@ typedef struct goldtof_port {
   uint32_t shift;
 } goldtof_port;
 
+// What a host drives at the AXI4-Lite slave of a design with registers, at a clock.
+typedef struct goldtof_host {
+  // `s_axil_wdata`.
+  uint32_t write_data;
+  // `s_axil_awaddr`.
+  uint16_t write_address;
+  // `s_axil_araddr`.
+  uint16_t read_address;
+  // `s_axil_wstrb`.
+  uint8_t write_strobe;
+  // `s_axil_awvalid`; this and those below are 0 for low.
+  uint8_t write_address_valid;
+  // `s_axil_wvalid`.
+  uint8_t write_valid;
+  // `s_axil_bready`.
+  uint8_t write_response_ready;
+  // `s_axil_arvalid`.
+  uint8_t read_address_valid;
+  // `s_axil_rready`.
+  uint8_t read_ready;
+} goldtof_host;
+
 // A phase step whose integration is over.
 typedef struct goldtof_result {
   // The clock after whose rising edge its group comes to the stream, if nothing
@@ -124,6 +146,16 @@ goldtof_status goldtof_model_clock(struct goldtof_model *model,
                                    const uint8_t *reset,
                                    const uint8_t *ready,
                                    uint64_t *outputs);
+
+// The same of a design with registers, whose `host` drives something at each clock; null stands for
+// zeros at all of them.
+goldtof_status goldtof_model_clock_hosted(struct goldtof_model *model,
+                                          size_t clocks,
+                                          const uint64_t *samples,
+                                          const uint8_t *reset,
+                                          const uint8_t *ready,
+                                          const struct goldtof_host *host,
+                                          uint64_t *outputs);
 
 // Takes up to `room` results of the clocks so far, in order, and gives their number;
 // with null for `results`, how many there are.

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ffi::{CString, c_char};
 use std::sync::Mutex;
 
-use goldtof::batch::{self, Inputs, Model};
+use goldtof::batch::{self, HostInputs, Inputs, Model};
 
 use crate::border::{array, call, free, handle, locked, new_handle, status_of};
 use crate::scene::SceneHandle;
@@ -156,6 +156,30 @@ pub unsafe extern "C" fn goldtof_model_port(
     })
 }
 
+/// What a host drives at the AXI4-Lite slave of a design with registers, at a clock.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct Host {
+    /// `s_axil_wdata`.
+    pub write_data: u32,
+    /// `s_axil_awaddr`.
+    pub write_address: u16,
+    /// `s_axil_araddr`.
+    pub read_address: u16,
+    /// `s_axil_wstrb`.
+    pub write_strobe: u8,
+    /// `s_axil_awvalid`; this and those below are 0 for low.
+    pub write_address_valid: u8,
+    /// `s_axil_wvalid`.
+    pub write_valid: u8,
+    /// `s_axil_bready`.
+    pub write_response_ready: u8,
+    /// `s_axil_arvalid`.
+    pub read_address_valid: u8,
+    /// `s_axil_rready`.
+    pub read_ready: u8,
+}
+
 /// Clocks the model through a batch; its state stays for the next one. `samples` has a
 /// word for each detector, clock by clock, bit 0 the earliest sample. `reset` and `ready`
 /// have a byte for each clock, 0 for low; null stands for low and for high at all clocks.
@@ -170,23 +194,45 @@ pub unsafe extern "C" fn goldtof_model_clock(
     ready: *const u8,
     outputs: *mut u64,
 ) -> Status {
+    // SAFETY: the caller's word, and there is no host.
+    unsafe {
+        goldtof_model_clock_hosted(model, clocks, samples, reset, ready, std::ptr::null(), outputs)
+    }
+}
+
+/// The same of a design with registers, whose `host` drives something at each clock; null stands for
+/// zeros at all of them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn goldtof_model_clock_hosted(
+    model: *mut ModelHandle,
+    clocks: usize,
+    samples: *const u64,
+    reset: *const u8,
+    ready: *const u8,
+    host: *const Host,
+    outputs: *mut u64,
+) -> Status {
     status_of(|| {
         // SAFETY: the caller's word.
         let mut model = unsafe { locked(model, "model") }?;
         let OpenModel { model, outputs: records, results, .. } = &mut *model;
         let detectors = model.interface().reference_codes.len();
-        let levels = |pointer: *const u8| if pointer.is_null() { 0 } else { clocks };
+        let given = |is_null: bool| if is_null { 0 } else { clocks };
         if outputs.is_null() && clocks > 0 {
             return Err(Failure::invalid("the place for the outputs is a null pointer"));
         }
         let too_many = || Failure::invalid(format!("{clocks} clocks are too many for one batch"));
         let words = clocks.checked_mul(detectors).ok_or_else(too_many)?;
         // SAFETY: the caller's word.
+        let driven = unsafe { array(host, given(host.is_null()), "the host's array") }?;
+        let driven: Vec<HostInputs> = driven.iter().map(Host::inputs).collect();
+        // SAFETY: the caller's word.
         let inputs = unsafe {
             Inputs {
                 samples: array(samples, words, "the array of samples")?,
-                reset: array(reset, levels(reset), "the array of resets")?,
-                ready: array(ready, levels(ready), "the array of ready")?,
+                reset: array(reset, given(reset.is_null()), "the array of resets")?,
+                ready: array(ready, given(ready.is_null()), "the array of ready")?,
+                host: &driven,
             }
         };
         model.clock(&inputs, records).map_err(Failure::invalid)?;
@@ -221,6 +267,22 @@ pub unsafe extern "C" fn goldtof_model_take_results(
         Ok(taken)
     });
     taken.unwrap_or(0)
+}
+
+impl Host {
+    fn inputs(&self) -> HostInputs {
+        HostInputs {
+            write_address_valid: self.write_address_valid != 0,
+            write_address: self.write_address,
+            write_valid: self.write_valid != 0,
+            write_data: self.write_data,
+            write_strobe: self.write_strobe,
+            write_response_ready: self.write_response_ready != 0,
+            read_address_valid: self.read_address_valid != 0,
+            read_address: self.read_address,
+            read_ready: self.read_ready != 0,
+        }
+    }
 }
 
 impl StepResult {

@@ -12,6 +12,9 @@
 // register would take them: drive the inputs with nonblocking assignments, as for the
 // design itself. Comparison begins with the first clock at which i_rst is high.
 //
+// Of a design with registers, define GOLDTOF_REGISTERS before this file, and connect the ports of the
+// AXI4-Lite slave, too. What a host drives while its valid is low may be unknown.
+//
 // At a mismatch the simulation ends with $fatal (or, with STOP = 0, goes on after one
 // $error). At the end of the simulation the verdict is printed; one that is not a match is an
 // $error, and an inconclusive one is not a match. `verdict()` gives it earlier.
@@ -45,6 +48,19 @@ package goldtof_dpi;
     localparam int INVALID      = 2;
     localparam int INCONCLUSIVE = 3;
     localparam int INTERNAL     = 4;
+    // What a host drives at an AXI4-Lite slave, the first port at the top.
+    typedef struct packed {
+        logic        rready;
+        logic        arvalid;
+        logic [11:0] araddr;
+        logic        bready;
+        logic        wvalid;
+        logic [3:0]  wstrb;
+        logic [31:0] wdata;
+        logic        awvalid;
+        logic [11:0] awaddr;
+    } host_t;
+
 endpackage
 
 module goldtof_scoreboard #(
@@ -83,10 +99,34 @@ module goldtof_scoreboard #(
     input logic [PEAK_STEP-1:0]  o_peak_step,
     input logic [PEAK_COUNT-1:0] o_peak_count,
     input logic                  o_peak_valid
+`ifdef GOLDTOF_REGISTERS
+    ,
+    input logic [11:0]           s_axil_awaddr,
+    input logic                  s_axil_awvalid,
+    input logic                  s_axil_awready,
+    input logic [31:0]           s_axil_wdata,
+    input logic [3:0]            s_axil_wstrb,
+    input logic                  s_axil_wvalid,
+    input logic                  s_axil_wready,
+    input logic [1:0]            s_axil_bresp,
+    input logic                  s_axil_bvalid,
+    input logic                  s_axil_bready,
+    input logic [11:0]           s_axil_araddr,
+    input logic                  s_axil_arvalid,
+    input logic                  s_axil_arready,
+    input logic [31:0]           s_axil_rdata,
+    input logic [1:0]            s_axil_rresp,
+    input logic                  s_axil_rvalid,
+    input logic                  s_axil_rready
+`endif
 );
     import goldtof_dpi::*;
 
+`ifdef GOLDTOF_REGISTERS
+    localparam int BITS  = SAMPLES + LASERS + TDATA + PEAK_STEP + PEAK_COUNT + 8 + $bits(host_t) + 41;
+`else
     localparam int BITS  = SAMPLES + LASERS + TDATA + PEAK_STEP + PEAK_COUNT + 8;
+`endif
     localparam int WORDS = (BITS + 63) / 64;
 
     chandle          scoreboard = null;
@@ -104,9 +144,16 @@ module goldtof_scoreboard #(
     logic               held_rst;
     logic [SAMPLES-1:0] held_samples;
     logic               held_tready;
+`ifdef GOLDTOF_REGISTERS
+    host_t              held_host;
+`endif
 
     // The ports in the order in which they are told below, first at bit 0.
     wire [WORDS*64-1:0] record = (WORDS*64)'({
+`ifdef GOLDTOF_REGISTERS
+        s_axil_rvalid, s_axil_rresp, s_axil_rdata, s_axil_arready, s_axil_bvalid, s_axil_bresp,
+        s_axil_wready, s_axil_awready, held_host,
+`endif
         o_peak_valid, o_peak_count, o_peak_step, o_saturated, o_overrun,
         m_axis_tlast, m_axis_tready_of_clock, m_axis_tvalid, m_axis_tdata,
         held_samples, o_epoch, o_laser, held_rst});
@@ -156,6 +203,25 @@ module goldtof_scoreboard #(
         tell("o_peak_step", PEAK_STEP);
         tell("o_peak_count", PEAK_COUNT);
         tell("o_peak_valid", 1);
+`ifdef GOLDTOF_REGISTERS
+        tell("s_axil_awaddr", 12);
+        tell("s_axil_awvalid", 1);
+        tell("s_axil_wdata", 32);
+        tell("s_axil_wstrb", 4);
+        tell("s_axil_wvalid", 1);
+        tell("s_axil_bready", 1);
+        tell("s_axil_araddr", 12);
+        tell("s_axil_arvalid", 1);
+        tell("s_axil_rready", 1);
+        tell("s_axil_awready", 1);
+        tell("s_axil_wready", 1);
+        tell("s_axil_bresp", 2);
+        tell("s_axil_bvalid", 1);
+        tell("s_axil_arready", 1);
+        tell("s_axil_rdata", 32);
+        tell("s_axil_rresp", 2);
+        tell("s_axil_rvalid", 1);
+`endif
         words = goldtof_scoreboard_begin(scoreboard);
         if (words == 0) stop(goldtof_last_error());
         else if (words != WORDS) stop("the record is not what the library takes");
@@ -184,6 +250,20 @@ module goldtof_scoreboard #(
         if ($isunknown(o_peak_step))   unknown("o_peak_step");
         if ($isunknown(o_peak_count))  unknown("o_peak_count");
         if ($isunknown(o_peak_valid))  unknown("o_peak_valid");
+`ifdef GOLDTOF_REGISTERS
+        if ($isunknown(held_host.awvalid)) unknown("s_axil_awvalid");
+        if ($isunknown(held_host.awaddr) && held_host.awvalid) unknown("s_axil_awaddr");
+        if ($isunknown(held_host.wvalid))  unknown("s_axil_wvalid");
+        if ($isunknown({held_host.wdata, held_host.wstrb}) && held_host.wvalid) unknown("s_axil_wdata");
+        if ($isunknown(held_host.bready))  unknown("s_axil_bready");
+        if ($isunknown(held_host.arvalid)) unknown("s_axil_arvalid");
+        if ($isunknown(held_host.araddr) && held_host.arvalid) unknown("s_axil_araddr");
+        if ($isunknown(held_host.rready))  unknown("s_axil_rready");
+        if ($isunknown({s_axil_awready, s_axil_wready})) unknown("s_axil_awready");
+        if ($isunknown({s_axil_bvalid, s_axil_bresp}))   unknown("s_axil_bvalid");
+        if ($isunknown(s_axil_arready))                  unknown("s_axil_arready");
+        if ($isunknown({s_axil_rvalid, s_axil_rresp, s_axil_rdata})) unknown("s_axil_rvalid");
+`endif
     endfunction
 
     function automatic void hand_over();
@@ -213,6 +293,10 @@ module goldtof_scoreboard #(
         held_rst     <= i_rst;
         held_samples <= i_samples;
         held_tready  <= m_axis_tready;
+`ifdef GOLDTOF_REGISTERS
+        held_host    <= {s_axil_rready, s_axil_arvalid, s_axil_araddr, s_axil_bready, s_axil_wvalid,
+                         s_axil_wstrb, s_axil_wdata, s_axil_awvalid, s_axil_awaddr};
+`endif
     end
 
     always @(is_unknown) look_for_unknown();

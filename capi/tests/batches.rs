@@ -4,9 +4,10 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use goldtof::batch::{Inputs, Model};
+use goldtof::batch::{HostInputs, Inputs, Model};
 use goldtof::photons::Pulse;
 use goldtof::reference::blocks::{Block, BlockMaker};
+use goldtof::reference::host_ports::HostClocks;
 use goldtof::reference::predictor::Reference;
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scan::{Sample, Sampling};
@@ -27,6 +28,8 @@ struct Noise {
     pulses: Vec<Vec<Pulse>>,
     resets: Vec<Range<u64>>,
     stalls: Vec<Range<u64>>,
+    /// Of a sensor with registers.
+    host: HostClocks,
     sampling: Sampling,
 }
 
@@ -51,8 +54,29 @@ impl Noise {
             pulses.retain(|pulse| pulse.first < sampling.first_sample(CLOCKS));
             pulses
         });
+        let pulses = pulses.collect();
+        // It writes here and there, also what does not fit, and keeps no rule.
+        let addresses = [0x18, 0x1c, 0x20, 0x24, 0x400, 0x404, 0x500];
+        let mut host = HostClocks::new();
+        while interface.registers.is_some() && host.last().is_none_or(|(at, _)| at.end < CLOCKS) {
+            let from = host.last().map_or(0, |(at, _)| at.end) + below(40);
+            let address = addresses[below(7) as usize];
+            let inputs = HostInputs {
+                write_address_valid: below(2) == 1,
+                write_address: address,
+                write_valid: below(2) == 1,
+                write_data: below(64) as u32,
+                write_strobe: 0xf >> (below(8) / 7),
+                write_response_ready: below(2) == 1,
+                read_address_valid: below(2) == 1,
+                read_address: address,
+                read_ready: below(2) == 1,
+            };
+            host.push((from..from + 1 + below(4), inputs));
+        }
         Noise {
-            pulses: pulses.collect(),
+            host,
+            pulses,
             resets: vec![0..4, 4_095..4_097, 13_000..13_001, 20_000..21_111],
             stalls: vec![0..9, 6_000..7_500, 14_335..14_336, 25_000..31_000],
             sampling,
@@ -65,6 +89,9 @@ impl Stimulus for Noise {
         let clocks = drive.surroundings.clocks.clone();
         drive.surroundings.resets.clone_from(&self.resets);
         drive.surroundings.stalls.clone_from(&self.stalls);
+        let is_here =
+            |(at, _): &&(Range<u64>, HostInputs)| at.start < clocks.end && at.end > clocks.start;
+        drive.surroundings.host = self.host.iter().filter(is_here).cloned().collect();
         for (to, pulses) in drive.pulses.iter_mut().zip(&self.pulses) {
             let here = |pulse: &&Pulse| clocks.contains(&self.sampling.clock_of(pulse.first));
             to.extend(pulses.iter().filter(here));
@@ -88,9 +115,23 @@ fn driven(sensor: &Sensor) -> (Vec<u64>, Vec<u64>) {
     (inputs, expected)
 }
 
+/// What a record has at the ports that a host drives.
+fn host_of(layout: &Layout, record: &[u64]) -> HostInputs {
+    let mut host = HostInputs::default();
+    for field in &layout.inputs.fields {
+        host.set(field.port.role, field.low_word(record));
+    }
+    host
+}
+
 #[test]
 fn batches_of_any_size_give_what_cosimulation_expects() {
-    for scene in ["scenes/quick.toml", "tests/scenes/peak.toml", "scenes/dual-view.toml"] {
+    for scene in [
+        "scenes/quick.toml",
+        "tests/scenes/peak.toml",
+        "scenes/dual-view.toml",
+        "tests/scenes/registers.toml",
+    ] {
         let scene = scene::load(&root().join(scene)).unwrap();
         let sensor = Sensor::new(&scene);
         let (records, expected) = driven(&sensor);
@@ -111,6 +152,10 @@ fn batches_of_any_size_give_what_cosimulation_expects() {
                 (0..detectors as u32).map(|d| field.bits(record, d * lanes, lanes))
             })
             .collect();
+        let host: Vec<HostInputs> = match sensor.interface().registers {
+            None => Vec::new(),
+            Some(_) => records.iter().map(|record| host_of(&layout, record)).collect(),
+        };
         for size in [1, 7, 4096, 40_000] {
             let mut model = Model::new(&sensor).unwrap();
             let (mut all, mut outputs, mut results) = (Vec::new(), Vec::new(), 0);
@@ -120,6 +165,7 @@ fn batches_of_any_size_give_what_cosimulation_expects() {
                     samples: &samples[from * detectors..to * detectors],
                     reset: &reset[from..to],
                     ready: &ready[from..to],
+                    host: host.get(from..to).unwrap_or(&[]),
                 };
                 model.clock(&inputs, &mut outputs).unwrap();
                 all.extend_from_slice(&outputs);

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 
 use goldtof::deliver::Prefix;
 use goldtof::deliver::testbenches::bind;
-use goldtof::scene::SceneText;
+use goldtof::scene::{SceneText, Setting};
 use goldtof::{EmitOptions, Jobs as _, Sensor};
 use tempfile::TempDir;
 
@@ -129,6 +129,11 @@ fn with_fault(folder: &Path, file: &str, sound: &str, faulty: &str) -> PathBuf {
 
 /// The example testbench in Verilator, with the design that `arguments` name.
 fn simulated(arguments: &[&str]) -> Output {
+    simulated_with("capi/examples/testbench.sv", arguments)
+}
+
+/// Another testbench.
+fn simulated_with(testbench: &str, arguments: &[&str]) -> Output {
     let folder = TempDir::new().unwrap();
     let library = library();
     let mut verilator = Command::new("verilator");
@@ -136,7 +141,7 @@ fn simulated(arguments: &[&str]) -> Output {
     verilator.args(["-CFLAGS", "-O0", "--Mdir", text(folder.path())]);
     // Nothing in the scoreboard is anything that lint would stop at; the designs are
     // linted elsewhere.
-    verilator.arg("capi/examples/testbench.sv").args(arguments);
+    verilator.arg(testbench).args(arguments);
     verilator.arg(library.join("libgoldtof_c.so"));
     verilator.args(["-LDFLAGS", &format!("-Wl,-rpath,{}", library.display())]);
     must_run(&mut verilator);
@@ -207,8 +212,8 @@ fn other_peoples_designs_are_held_to_their_latency() {
 }
 
 /// The emitted design in a folder, and what `emit --bind` puts beside it.
-fn with_bound_files(folder: &Path) -> PathBuf {
-    let scene = SceneText::read(&root().join("scenes/quick.toml"), &[]).unwrap();
+fn with_bound_files(folder: &Path, settings: &[Setting]) -> PathBuf {
+    let scene = SceneText::read(&root().join("scenes/quick.toml"), settings).unwrap();
     let sensor = Sensor::new(&scene.scene().unwrap());
     let emission = sensor.emit(&EmitOptions::default()).unwrap();
     let design = folder.join("design");
@@ -220,12 +225,12 @@ fn with_bound_files(folder: &Path) -> PathBuf {
 }
 
 /// The same in the testbench, whose own scoreboard is left out.
-fn bound(design: &Path) -> Output {
+fn bound(testbench: &str, design: &Path) -> Output {
     let list = text(&design.join("sensor_top.f")).to_owned();
     let [rules, binding] =
         ["axis_rules.sv", "sensor_top_bind.sv"].map(|name| text(&design.join(name)).to_owned());
     let scene = format!("+define+GOLDTOF_SCENE=\"{}\"", text(&design.join("scene.toml")));
-    simulated(&[
+    let arguments = [
         "--assert",
         "-Wno-fatal",
         "+define+WITHOUT_SCOREBOARD",
@@ -234,33 +239,63 @@ fn bound(design: &Path) -> Output {
         &list,
         &rules,
         &binding,
-    ])
+    ];
+    simulated_with(testbench, &arguments)
+}
+
+/// What a testbench says with a fault in a file of the design.
+fn bound_with_fault(testbench: &str, design: &Path, [file, sound, faulty]: [&str; 3]) -> String {
+    let path = design.join(file);
+    let before = fs::read_to_string(&path).unwrap();
+    assert_eq!(before.matches(sound).count(), 1, "{file}");
+    fs::write(&path, before.replace(sound, faulty)).unwrap();
+    let told = ran(&bound(testbench, design));
+    fs::write(&path, before).unwrap();
+    told
 }
 
 #[test]
 fn bound_files_hold_a_design_to_the_model_and_its_stream_to_its_rules() {
+    const TESTBENCH: &str = "capi/examples/testbench.sv";
     let folder = TempDir::new().unwrap();
-    let design = with_bound_files(folder.path());
-    let told = ran(&bound(&design));
+    let design = with_bound_files(folder.path(), &[]);
+    let told = ran(&bound(TESTBENCH, &design));
     assert!(told.contains("goldtof_scoreboard: match: 20000 clocks compared"), "{told}");
 
-    let edited = |file: &str, sound: &str, faulty: &str| {
-        let path = design.join(file);
-        let before = fs::read_to_string(&path).unwrap();
-        assert_eq!(before.matches(sound).count(), 1, "{file}");
-        fs::write(&path, before.replace(sound, faulty)).unwrap();
-        let told = ran(&bound(&design));
-        fs::write(&path, before).unwrap();
-        told
-    };
     // An offer that is withdrawn breaks the stream's rules before a batch is compared.
-    let told =
-        edited("result_stream.v", "o_valid <= i_counted | blocked;", "o_valid <= i_counted;");
+    let withdrawn = ["result_stream.v", "o_valid <= i_counted | blocked;", "o_valid <= i_counted;"];
+    let told = bound_with_fault(TESTBENCH, &design, withdrawn);
     assert!(told.contains("m_axis_tvalid fell before m_axis_tready was high"), "{told}");
     // Wrong counts keep the rules, and differ from the model's.
-    let told =
-        edited("edge_detector.v", "last_sample_r <= i_samples[7];", "last_sample_r <= 1'b0;");
+    let told = bound_with_fault(TESTBENCH, &design, EDGES);
     assert!(told.contains("clock 2511 ") && told.contains("port m_axis_tdata should be"), "{told}");
+}
+
+/// Hits that go over from word to word count twice.
+const EDGES: [&str; 3] =
+    ["edge_detector.v", "last_sample_r <= i_samples[7];", "last_sample_r <= 1'b0;"];
+
+/// Scans with a host's settings, of which each begins when it asks: 7 of 5 steps, the first after a reset.
+#[test]
+fn bound_files_hold_a_design_with_registers_to_the_model_whatever_a_host_sets() {
+    const TESTBENCH: &str = "capi/tests/registers.sv";
+    let folder = TempDir::new().unwrap();
+    let setting = Setting::of("hardware.registers", "axi4-lite", "--set").unwrap();
+    let design = with_bound_files(folder.path(), &[setting]);
+    let told = ran(&bound(TESTBENCH, &design));
+    assert!(told.contains("35 results, 7 scans"), "{told}");
+    assert!(told.contains("goldtof_scoreboard: match: "), "{told}");
+    assert!(told.contains("spad: 35 results"), "{told}");
+
+    let told = bound_with_fault(TESTBENCH, &design, EDGES);
+    assert!(told.contains("mismatch") && told.contains("port m_axis_tdata should be"), "{told}");
+    // Scans are counted wrong, which a host alone sees.
+    let told = bound_with_fault(
+        TESTBENCH,
+        &design,
+        ["register_file.v", "scans_r + 16'd1", "scans_r + 16'd3"],
+    );
+    assert!(told.contains("mismatch") && told.contains("port s_axil_rdata should be"), "{told}");
 }
 
 #[test]

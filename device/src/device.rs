@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use goldtof_system::printable::printable_path;
 use goldtof_wire::{
-    Decoder, Event, Frame, Identity, IdentityError, REQUEST_IDENTITY, REQUEST_READ, REQUEST_TEXT,
-    REQUEST_WRITE, Request, TEXT_BLOCK_BYTES, Tally, encode,
+    BLOCK_BYTES, Decoder, Event, Frame, Identity, IdentityError, REQUEST_HITS, REQUEST_IDENTITY,
+    REQUEST_READ, REQUEST_TEXT, REQUEST_WRITE, Request, Tally, encode,
 };
 use thiserror::Error;
 
@@ -74,6 +74,9 @@ pub enum DeviceError {
          scene's file"
     )]
     NoText,
+    /// It does not count hits by sample.
+    #[error("the device does not count hits by sample: emit it with hardware.sample_counts = true")]
+    NoHits,
     /// It refuses.
     #[error("the device refuses address {address:#05x} (AXI response {status})")]
     Refused {
@@ -139,14 +142,39 @@ impl<P: Read + Write> Device<P> {
     pub fn scene_text(&mut self, identity: &Identity) -> Result<Vec<u8>, DeviceError> {
         let mut text = Vec::new();
         for block in 0..u16::from(identity.text_blocks) {
-            match self.ask(REQUEST_TEXT, block * TEXT_BLOCK_BYTES as u16, 0)? {
-                Frame::Text(_, bytes) => text.extend(bytes),
+            match self.ask(REQUEST_TEXT, block * BLOCK_BYTES as u16, 0)? {
+                Frame::Block(_, bytes) => text.extend(bytes),
                 _ => return Err(DeviceError::NoText),
             }
         }
         // The last block ends with zeros.
         text.truncate(text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1));
         if text.is_empty() { Err(DeviceError::NoText) } else { Ok(text) }
+    }
+
+    /// Reads how many hits each sample of a chip has had, modulo 2^32, detector by detector. Counts of a
+    /// detector are of the same time.
+    ///
+    /// # Errors
+    ///
+    /// The device is gone or silent, or does not count them.
+    pub fn hits(&mut self, identity: &Identity) -> Result<Vec<u32>, DeviceError> {
+        if !identity.counts_samples {
+            return Err(DeviceError::NoHits);
+        }
+        let places = usize::from(identity.detectors) * usize::from(identity.samples_per_chip);
+        let mut hits = Vec::new();
+        while hits.len() < places {
+            match self.ask(REQUEST_HITS, 4 * hits.len() as u16, 0)? {
+                Frame::Block(_, bytes) => {
+                    let (words, _) = bytes.as_chunks();
+                    hits.extend(words.iter().map(|word| u32::from_le_bytes(*word)));
+                }
+                _ => return Err(DeviceError::NoHits),
+            }
+        }
+        hits.truncate(places);
+        Ok(hits)
     }
 
     /// Reads the register at a byte address.
@@ -216,8 +244,8 @@ impl<P: Read + Write> Device<P> {
                         {
                             return Ok(Frame::Identity(answered, identity));
                         }
-                        Event::Frame(Frame::Text(answered, block)) if answered == request => {
-                            return Ok(Frame::Text(answered, block));
+                        Event::Frame(Frame::Block(answered, block)) if answered == request => {
+                            return Ok(Frame::Block(answered, block));
                         }
                         other => self.events.push_back(other),
                     }

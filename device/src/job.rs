@@ -1,6 +1,6 @@
 //! Listening to a device for as long as the user wants: in lines, or in a view.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, IsTerminal as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -157,7 +157,7 @@ impl Out {
 }
 
 /// A file that is not there yet.
-pub(crate) fn fresh(path: &Path) -> Result<File, Failed> {
+fn fresh(path: &Path) -> Result<File, Failed> {
     OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| {
         let advice = match error.kind() {
             io::ErrorKind::AlreadyExists => "; name another file, or remove it",
@@ -165,6 +165,12 @@ pub(crate) fn fresh(path: &Path) -> Result<File, Failed> {
         };
         format!("{}: {error}{advice}", printable_path(path)).into()
     })
+}
+
+/// Whether a file of this name can be made, and is not there yet.
+pub(crate) fn check_free(path: &Path) -> Result<(), Failed> {
+    drop(fresh(path)?);
+    Ok(fs::remove_file(path)?)
 }
 
 /// Says each second how it goes, until the time is over or the device is gone.

@@ -2,6 +2,7 @@
 
 mod job;
 mod parts;
+mod samples;
 mod view;
 
 use std::error::Error;
@@ -56,6 +57,20 @@ enum Command {
         line: LineArguments,
         #[command(flatten)]
         recording: Recording,
+    },
+    /// Counts hits by sample of the chip, for `goldtof calibrate`: cover detectors, and turn lasers off.
+    Samples {
+        #[command(flatten)]
+        line: LineArguments,
+        /// File for the counts, which may not exist.
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+        /// Length of each recording.
+        #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+        seconds: f64,
+        /// Recordings, which have to agree.
+        #[arg(long, value_name = "N", default_value_t = 4)]
+        runs: u32,
     },
     /// Reads a register.
     Read {
@@ -130,7 +145,7 @@ fn run(command: &Command) -> Result<(), Failed> {
                 if scene_hash(&text) != identity.scene {
                     return Err("the scene's text in the device is not what its hash is of".into());
                 }
-                drop(job::fresh(path)?);
+                job::check_free(path)?;
                 files::stage(path, |out| out.write_all(&text))?.publish()?;
                 println!("{} bytes in {}", text.len(), printable_path(path));
             }
@@ -138,6 +153,9 @@ fn run(command: &Command) -> Result<(), Failed> {
         }
         Command::Watch { line, recording } => job::watch(&line.into(), recording),
         Command::Record { line, recording } => job::record(&line.into(), recording),
+        Command::Samples { line, out, seconds, runs } => {
+            samples::record(&line.into(), out, *seconds, *runs)
+        }
         Command::Read { line, address } => {
             let (mut device, _) = Line::from(line).open()?;
             println!("{:#010x}", device.read(register(*address)?)?);

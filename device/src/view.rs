@@ -471,6 +471,7 @@ mod tests {
             parallel: 1,
             accumulate: 1,
             text_blocks: 0,
+            counts_samples: false,
             scene: [1, 2, 3, 4, 5, 6, 7, 8],
         }
     }

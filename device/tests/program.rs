@@ -8,7 +8,8 @@ use std::thread;
 
 use goldtof_system::digest::sha256;
 use goldtof_wire::{
-    Content, Identity, Layout, REQUEST_BYTES, REQUEST_IDENTITY, Request, ResultsFrame, encode,
+    Content, Identity, Layout, REQUEST_BYTES, REQUEST_HITS, REQUEST_IDENTITY, Request,
+    ResultsFrame, encode,
 };
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::record::Field;
@@ -30,6 +31,7 @@ fn identity() -> Identity {
         parallel: 1,
         accumulate: 1,
         text_blocks: 0,
+        counts_samples: false,
         scene: hash(SCENE),
     }
 }
@@ -152,6 +154,72 @@ fn an_unplugged_device_leaves_every_count_that_came_and_every_loss() {
         errors.contains("counts.csv") && errors.contains("; name another file, or remove it"),
         "{errors}"
     );
+}
+
+/// A device of two detectors with four samples each. With each read a sample of place p has 10 p + 1 hits more,
+/// and counts go round in the second one.
+fn counts_samples(mut far: File, identity: &Identity, reads: u32) {
+    let mut request = [0; REQUEST_BYTES];
+    far.read_exact(&mut request).expect("a request");
+    let asked = Request { kind: REQUEST_IDENTITY, tag: request[2], address: 0 };
+    far.write_all(&encode::identity(asked, identity, 0)).expect("it goes");
+    for read in 0..reads {
+        far.read_exact(&mut request).expect("a request");
+        let asked = Request { kind: REQUEST_HITS, tag: request[2], address: 0 };
+        assert_eq!(encode::request(asked, 0), request);
+        let mut block = [0; 32];
+        for (place, bytes) in (0..8).zip(block.chunks_mut(4)) {
+            let count = (u32::MAX - 15).wrapping_add(read * (10 * place + 1));
+            bytes.copy_from_slice(&count.to_le_bytes());
+        }
+        far.write_all(&encode::block(asked, &block, read as u8 + 1)).expect("it goes");
+    }
+    // What is not read when the terminal goes is lost.
+    thread::sleep(std::time::Duration::from_millis(500));
+}
+
+#[test]
+fn hits_by_sample_of_several_detectors_and_recordings() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut scene =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/quick.toml"))
+            .expect("it is there");
+    scene += "\n[[detector]]\nname = \"far\"\nreference = \"laser\"\n";
+    fs::write(folder.path().join("scene.toml"), &scene).expect("it can be written");
+    let identity = Identity {
+        detectors: 2,
+        samples_per_chip: 4,
+        counts_samples: true,
+        scene: hash(&scene),
+        ..identity()
+    };
+    let run = |extra: &[&str], reads| {
+        let (far, port) = line();
+        let simulated = thread::spawn(move || counts_samples(far, &identity, reads));
+        let arguments = ["samples", "--out", "dark.csv", "--seconds", "0.2", "--runs", "2"];
+        let output = program(folder.path(), &port, &[&arguments, extra].concat());
+        let _ = simulated.join();
+        output
+    };
+    // Names of detectors are in the scene alone.
+    let errors = run(&[], 0).stderr;
+    let errors = String::from_utf8_lossy(&errors);
+    assert_eq!(
+        errors,
+        "error: the device has 2 detectors, whose names are in its scene: name it by --scene\n"
+    );
+    let output = run(&["--scene", "scene.toml"], 3);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.ends_with("576 hits in dark.csv\n"), "{said}{output:?}");
+    let mut expected = "detector,run,sample,count\n".to_owned();
+    for run in 0..2 {
+        for place in 0..8 {
+            let detector = if place < 4 { "spad" } else { "far" };
+            expected += &format!("{detector},{run},{},{}\n", place % 4, 10 * place + 1);
+        }
+    }
+    let csv = fs::read_to_string(folder.path().join("dark.csv")).expect("it is there");
+    assert_eq!(csv, expected);
 }
 
 #[test]

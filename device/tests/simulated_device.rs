@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use goldtof_device::{Device, DeviceError, Recorder, Sink, Watch};
 use goldtof_wire::{
-    Answer, Content, Event, Frame, Identity, Layout, Loss, REQUEST_IDENTITY, REQUEST_READ,
-    REQUEST_TEXT, REQUEST_WRITE, Request, ResultsFrame, crc32, encode,
+    Answer, Content, Event, Frame, Identity, Layout, Loss, REQUEST_HITS, REQUEST_IDENTITY,
+    REQUEST_READ, REQUEST_TEXT, REQUEST_WRITE, Request, ResultsFrame, crc32, encode,
 };
 
 /// The scene's text in the device, two blocks less a byte.
@@ -28,6 +28,7 @@ fn identity() -> Identity {
         parallel: 1,
         accumulate: 1,
         text_blocks: 2,
+        counts_samples: true,
         scene: [1, 2, 3, 4, 5, 6, 7, 8],
     }
 }
@@ -82,7 +83,15 @@ fn answer_requests(mut device: UnixStream, has_registers: bool) {
                 let mut block = [0; 32];
                 let bytes = TEXT.iter().skip(asked.address.into());
                 block.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
-                encode::text(asked, &block, sequence)
+                encode::block(asked, &block, sequence)
+            }
+            REQUEST_HITS => {
+                let mut block = [0; 32];
+                for (place, bytes) in block.chunks_mut(4).enumerate() {
+                    bytes.copy_from_slice(&(1000 * place as u32 + 7).to_le_bytes());
+                }
+                assert_eq!(asked.address, 0);
+                encode::block(asked, &block, sequence)
             }
             _ => encode::identity(asked, &identity(), sequence),
         };
@@ -102,6 +111,8 @@ fn registers_are_written_and_read_though_answers_are_lost() {
         assert_eq!(device.read(address).expect("it is read"), data);
     }
     assert_eq!(device.scene_text(&identity()).expect("it is read"), TEXT);
+    let hits = device.hits(&identity()).expect("they are read");
+    assert_eq!(hits, [7, 1007, 2007, 3007, 4007, 5007, 6007, 7007]);
     let refused = device.read(0x800).unwrap_err();
     assert_eq!(refused.to_string(), "the device refuses address 0x800 (AXI response 3)");
     // What came between is kept.
@@ -122,7 +133,9 @@ fn a_build_without_registers_says_so() {
     device.identify().expect("it answers");
     let error = device.write(4, 1).unwrap_err();
     assert!(matches!(error, DeviceError::NoRegisters), "{error}");
-    let without = Identity { text_blocks: 0, ..identity() };
+    let without = Identity { text_blocks: 0, counts_samples: false, ..identity() };
+    let error = device.hits(&without).unwrap_err();
+    assert!(matches!(error, DeviceError::NoHits), "{error}");
     let error = device.scene_text(&without).unwrap_err();
     assert!(matches!(error, DeviceError::NoText), "{error}");
     host.shutdown(Shutdown::Both).expect("it can be closed");

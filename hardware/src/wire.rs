@@ -263,6 +263,7 @@ pub fn identity(
             Sent::Peaks => 1,
         },
         text_blocks: 0,
+        counts_samples: false,
         scene,
     })
 }

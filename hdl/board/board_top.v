@@ -3,7 +3,7 @@
 // Clock, samplers and laser cells are the family's (`board_clock`, `board_sampler`, `board_laser`);
 // the numbers and what the scene needs are in board.vh, which `goldtof emit --board` writes.
 // Reset   begins when the PLL loses its lock, and ends some clocks after it has it.
-// Crossing  between the chip clock and the UART's: inside of uart_bridge, and nowhere else.
+// Crossing  between the chip clock and the UART's: inside of uart_bridge and sample_counter, and nowhere else.
 
 `include "board.vh"
 
@@ -192,6 +192,28 @@ module board_top (
     );
 `endif
 
+`ifdef BOARD_SAMPLE_COUNTS
+    wire        hold;
+    wire [9:0]  place;
+    wire        held;
+    wire [31:0] word;
+
+    sample_counter #(
+        .DETECTORS  (`BOARD_DETECTORS),
+        .SAMPLES    (`BOARD_SAMPLES_PER_CHIP),
+        .INVERT     (`BOARD_SAMPLE_INVERT),
+        .PLACE_BITS (`BOARD_SAMPLE_PLACE_BITS)
+    ) counter (
+        .i_clk     (clk),
+        .i_rst     (rst),
+        .i_samples (samples),
+        .i_hold    (hold),
+        .o_held    (held),
+        .i_place   (place[`BOARD_SAMPLE_PLACE_BITS-1:0]),
+        .o_word    (word)
+    );
+`endif
+
     `BOARD_BRIDGE #(
         .TDATA_BITS     (`BOARD_TDATA_BITS),
         .COUNT_BITS     (`BOARD_COUNT_BITS),
@@ -208,6 +230,9 @@ module board_top (
         .TEXT_BLOCKS    (`BOARD_TEXT_BLOCKS),
         .TEXT           (`BOARD_TEXT),
 `endif
+`ifdef BOARD_SAMPLE_COUNTS
+        .SAMPLE_COUNTS  (`BOARD_SAMPLE_COUNTS),
+`endif
         .IDENTITY       (`BOARD_IDENTITY)
     ) bridge (
         .i_clk         (clk),
@@ -220,7 +245,18 @@ module board_top (
         .s_axis_tready (tready),
         .s_axis_tlast  (tlast),
         .i_overrun     (overrun),
-        .i_saturated   (saturated)
+        .i_saturated   (saturated),
+`ifdef BOARD_SAMPLE_COUNTS
+        .o_hold        (hold),
+        .o_place       (place),
+        .i_held        (held),
+        .i_word        (word)
+`else
+        .o_hold        (),
+        .o_place       (),
+        .i_held        (1'b0),
+        .i_word        (32'd0)
+`endif
 `ifdef BOARD_HAS_REGISTERS
         ,
         .m_axil_awaddr (awaddr),

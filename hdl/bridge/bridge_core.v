@@ -16,6 +16,7 @@ module bridge_core #(
     parameter         CLOCKS_PER_BIT = 16,
     parameter         ADDRESS_BITS   = 10,
     parameter         FRAME_RESULTS  = 255,
+    parameter         SAMPLE_COUNTS  = 0,
     parameter [255:0] IDENTITY       = 256'd0,
     parameter         TEXT_BLOCKS    = 0,
     // One block at least, as a vector has a bit.
@@ -37,6 +38,12 @@ module bridge_core #(
     input  wire                  s_axis_tlast,
     input  wire                  i_overrun,
     input  wire                  i_saturated,
+
+    // Counts by sample, on i_uart_clk; i_held and i_word come from another clock
+    output wire                  o_hold,
+    output wire [9:0]            o_place,    // of a word, while held
+    input  wire                  i_held,
+    input  wire [31:0]           i_word,
 
     // Requests and answers, on i_uart_clk
     output wire                  o_request,
@@ -69,8 +76,11 @@ module bridge_core #(
     localparam PLACE_BITS = bits_of(BITS - 1);
 
     generate
-        if (TEXT_BLOCKS < 0 || TEXT_BLOCKS > 128) begin : gen_blocks
-            uart_bridge_needs_TEXT_BLOCKS_of_0_to_128 stop ();
+        if (TEXT_BLOCKS < 0 || TEXT_BLOCKS > 127) begin : gen_blocks
+            uart_bridge_needs_TEXT_BLOCKS_of_0_to_127 stop ();
+        end
+        if (SAMPLE_COUNTS != 0 && SAMPLE_COUNTS != 1) begin : gen_samples
+            uart_bridge_needs_SAMPLE_COUNTS_of_0_or_1 stop ();
         end
         if (COUNTS < 1 || COUNT_BITS < 1 || (COUNTS > 1 && COUNT_STRIDE < COUNT_BITS) ||
             (COUNTS - 1) * COUNT_STRIDE + COUNT_BITS > TDATA_BITS || MORE_BITS < 0 ||
@@ -125,9 +135,13 @@ module bridge_core #(
     wire            request_bit;
     wire            repeat_bit;
     wire            text_asked;
-    wire            is_text;
-    wire [4:0]      text_place;
+    wire            counts_asked;
+    wire            told;       // bytes of one of both, in place of the identity
+    wire            told_ready;
+    wire [4:0]      told_place;
+    wire [7:0]      told_byte;
     wire [7:0]      text_byte;
+    reg  [6:0]      block_r;    // the request goes round while it is repeated
 
     assign o_rst      = rst;
     assign o_uart_rst = uart_rst;
@@ -205,19 +219,19 @@ module bridge_core #(
         .o_sync  ({saturated, overrun})
     );
 
+    always @(posedge i_uart_clk) begin
+        if (!active) begin
+            block_r <= o_address[11:5];
+        end
+    end
+
+    assign o_place = {block_r, told_place[4:2]};
     generate
         if (TEXT_BLOCKS > 0) begin : gen_text
             localparam TEXT_BITS = bits_of(32 * TEXT_BLOCKS - 1);
 
-            reg  [6:0]  block_r; // the request goes round while it is repeated
-            wire [11:0] address     = {block_r, text_place};
+            wire [11:0] address     = {block_r, told_place};
             wire        unused_text = &{1'b0, address};
-
-            always @(posedge i_uart_clk) begin
-                if (!active) begin
-                    block_r <= o_address[11:5];
-                end
-            end
 
             scene_text #(
                 .BLOCKS       (TEXT_BLOCKS),
@@ -228,13 +242,33 @@ module bridge_core #(
                 .i_address (address[TEXT_BITS-1:0]),
                 .o_byte    (text_byte)
             );
-
-            assign is_text = text_asked;
         end else begin : gen_no_text
-            wire unused_text = &{1'b0, text_asked, text_place, TEXT};
+            wire unused_text = &{1'b0, told_place, TEXT};
 
-            assign is_text   = 1'b0;
             assign text_byte = 8'd0;
+        end
+        if (SAMPLE_COUNTS != 0) begin : gen_counts
+            wire held;
+
+            bridge_sync #(
+                .BITS (1)
+            ) held_sync (
+                .i_clk   (i_uart_clk),
+                .i_async (i_held),
+                .o_sync  (held)
+            );
+
+            assign o_hold     = o_request && counts_asked;
+            assign told       = counts_asked || (text_asked && TEXT_BLOCKS > 0);
+            assign told_ready = !counts_asked || held;
+            assign told_byte  = counts_asked ? i_word[{told_place[1:0], 3'd0} +: 8] : text_byte;
+        end else begin : gen_no_counts
+            wire unused_counts = &{1'b0, counts_asked, i_held, i_word};
+
+            assign o_hold     = 1'b0;
+            assign told       = text_asked && TEXT_BLOCKS > 0;
+            assign told_ready = 1'b1;
+            assign told_byte  = text_byte;
         end
     endgenerate
 
@@ -256,11 +290,11 @@ module bridge_core #(
         .i_word      (word),
         .i_lost      (lost),
         .o_gap_taken (gap_taken),
-        .i_answer    (i_answer),
+        .i_answer    (i_answer && told_ready),
         .i_identify  (i_identify),
-        .i_is_text   (is_text),
-        .o_place     (text_place),
-        .i_text      (text_byte),
+        .i_told      (told),
+        .o_place     (told_place),
+        .i_byte      (told_byte),
         .i_status    (i_status),
         .i_data      (i_data),
         .i_request   (request_bit),
@@ -313,6 +347,7 @@ module bridge_core #(
         .o_transfer (o_transfer),
         .o_write    (o_write),
         .o_text     (text_asked),
+        .o_counts   (counts_asked),
         .o_address  (o_address),
         .o_data     (o_data),
         .o_bit      (request_bit),

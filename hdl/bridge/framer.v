@@ -36,9 +36,9 @@ module framer #(
     // Answers
     input  wire            i_answer,    // there is one
     input  wire            i_identify,  // it is the identity, else status and data
-    input  wire            i_is_text,   // or, in its place, bytes of the scene's text
-    output wire [4:0]      o_place,     // of the byte
-    input  wire [7:0]      i_text,      // a clock behind its place
+    input  wire            i_told,      // or, in its place, other bytes
+    output wire [4:0]      o_place,     // which byte
+    input  wire [7:0]      i_byte,      // before its first bit is taken
     input  wire [1:0]      i_status,
     input  wire [31:0]     i_data,
     input  wire            i_request,   // bit of the request, which an answer repeats
@@ -118,7 +118,7 @@ module framer #(
     wire         bit_1       = answers_r ? i_request : byte_r[1:0] == 2'd0 ? count_r[i_place] : round;
     // From byte 8 on.
     wire [255:0] identity    = {IDENTITY[191:0], IDENTITY[255:192]};
-    wire         told        = i_is_text ? i_text[i_place] : identity[{byte_r[4:2], place}];
+    wire         told        = i_told ? i_byte[i_place] : identity[{byte_r[4:2], place}];
     wire         bit_2       = !answers_r ? lost_r[place[3:0]] : i_identify ? told : i_data[place];
     wire         head_bit    = word_0 ? bits_0[place] : word_1 ? bit_1 : bit_2;
 

@@ -22,6 +22,7 @@ module request_receiver (
     output wire        o_transfer, // it reads or writes a register
     output wire        o_write,    // it writes
     output wire        o_text,     // it asks for the scene's text
+    output wire        o_counts,   // or for hits by sample
     output wire [11:0] o_address,  // this and o_data: until the first i_repeat
     output wire [31:0] o_data,
     output wire        o_bit,      // of the request, the first one of its kind first
@@ -33,11 +34,13 @@ module request_receiver (
     localparam [7:0] KIND_READ  = 8'h52; // R
     localparam [7:0] KIND_WRITE = 8'h57; // W
     localparam [7:0] KIND_TEXT  = 8'h54; // T
+    localparam [7:0] KIND_HITS  = 8'h48; // H
 
     reg         request_r;
     reg         transfer_r;
     reg         write_r;
     reg         text_r;
+    reg         counts_r;
     reg  [3:0]  byte_r;  // of the request; 0: its first is awaited
     reg  [63:0] bits_r;  // the last 64 before the CRC
     reg         wrong_r; // a bit of the CRC is
@@ -51,6 +54,7 @@ module request_receiver (
     assign o_transfer = transfer_r;
     assign o_write    = write_r;
     assign o_text     = text_r;
+    assign o_counts   = counts_r;
     assign o_address  = bits_r[27:16];
     assign o_data     = bits_r[63:32];
     assign o_bit      = bits_r[0];
@@ -82,6 +86,7 @@ module request_receiver (
         if (!request_r) begin
             write_r    <= bits_r[7:0] == KIND_WRITE;
             text_r     <= bits_r[7:0] == KIND_TEXT;
+            counts_r   <= bits_r[7:0] == KIND_HITS;
             transfer_r <= bits_r[7:0] == KIND_WRITE || bits_r[7:0] == KIND_READ;
         end
         if (i_rst || i_answered) begin

@@ -5,7 +5,7 @@
 `default_nettype none
 
 module scene_text #(
-    parameter                  BLOCKS       = 1,     // of 32 bytes, 1 .. 128
+    parameter                  BLOCKS       = 1,     // of 32 bytes, 1 .. 127
     parameter                  ADDRESS_BITS = 5,     // of 32 * BLOCKS - 1
     parameter [256*BLOCKS-1:0] TEXT         = 256'd0 // the first byte in bits 7..0; zeros behind its end
 ) (

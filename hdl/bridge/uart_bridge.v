@@ -15,6 +15,7 @@ module uart_bridge #(
     parameter         CLOCKS_PER_BIT = 16,
     parameter         ADDRESS_BITS   = 10,
     parameter         FRAME_RESULTS  = 255,
+    parameter         SAMPLE_COUNTS  = 0,
     parameter [255:0] IDENTITY       = 256'd0,
     parameter         TEXT_BLOCKS    = 0,
     // One block at least, as a vector has a bit.
@@ -32,7 +33,13 @@ module uart_bridge #(
     output wire                  s_axis_tready,
     input  wire                  s_axis_tlast,
     input  wire                  i_overrun,
-    input  wire                  i_saturated
+    input  wire                  i_saturated,
+
+    // sample_counter; without it 0
+    output wire                  o_hold,
+    output wire [9:0]            o_place,
+    input  wire                  i_held,
+    input  wire [31:0]           i_word
 );
 
     wire        request;
@@ -55,6 +62,7 @@ module uart_bridge #(
         .CLOCKS_PER_BIT (CLOCKS_PER_BIT),
         .ADDRESS_BITS   (ADDRESS_BITS),
         .FRAME_RESULTS  (FRAME_RESULTS),
+        .SAMPLE_COUNTS  (SAMPLE_COUNTS),
         .IDENTITY       (IDENTITY),
         .TEXT_BLOCKS    (TEXT_BLOCKS),
         .TEXT           (TEXT)
@@ -72,6 +80,10 @@ module uart_bridge #(
         .s_axis_tlast  (s_axis_tlast),
         .i_overrun     (i_overrun),
         .i_saturated   (i_saturated),
+        .o_hold        (o_hold),
+        .o_place       (o_place),
+        .i_held        (i_held),
+        .i_word        (i_word),
         .o_request     (request),
         .o_transfer    (transfer_unused),
         .o_write       (write_unused),

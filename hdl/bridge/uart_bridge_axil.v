@@ -15,6 +15,7 @@ module uart_bridge_axil #(
     parameter         CLOCKS_PER_BIT = 16,
     parameter         ADDRESS_BITS   = 10,
     parameter         FRAME_RESULTS  = 255,
+    parameter         SAMPLE_COUNTS  = 0,
     parameter [255:0] IDENTITY       = 256'd0,
     parameter         TEXT_BLOCKS    = 0,
     // One block at least, as a vector has a bit.
@@ -33,6 +34,12 @@ module uart_bridge_axil #(
     input  wire                  s_axis_tlast,
     input  wire                  i_overrun,
     input  wire                  i_saturated,
+
+    // sample_counter; without it 0
+    output wire                  o_hold,
+    output wire [9:0]            o_place,
+    input  wire                  i_held,
+    input  wire [31:0]           i_word,
 
     output wire [11:0]           m_axil_awaddr,
     output wire                  m_axil_awvalid,
@@ -79,6 +86,7 @@ module uart_bridge_axil #(
         .CLOCKS_PER_BIT (CLOCKS_PER_BIT),
         .ADDRESS_BITS   (ADDRESS_BITS),
         .FRAME_RESULTS  (FRAME_RESULTS),
+        .SAMPLE_COUNTS  (SAMPLE_COUNTS),
         .IDENTITY       (IDENTITY),
         .TEXT_BLOCKS    (TEXT_BLOCKS),
         .TEXT           (TEXT)
@@ -96,6 +104,10 @@ module uart_bridge_axil #(
         .s_axis_tlast  (s_axis_tlast),
         .i_overrun     (i_overrun),
         .i_saturated   (i_saturated),
+        .o_hold        (o_hold),
+        .o_place       (o_place),
+        .i_held        (i_held),
+        .i_word        (i_word),
         .o_request     (request),
         .o_transfer    (is_transfer),
         .o_write       (writes),

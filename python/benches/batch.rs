@@ -104,7 +104,12 @@ fn in_rust(scene: &Path, samples: &[u8], with_ports: bool) -> Result<(f64, usize
     let mut words = vec![vec![0; clocks]; wide.len()];
     for first in (0..samples.len()).step_by(BLOCK) {
         let block = first..(first + BLOCK).min(samples.len());
-        let inputs = Inputs { samples: &samples[block.clone()], reset: &reset[block], ready: &[] };
+        let inputs = Inputs {
+            samples: &samples[block.clone()],
+            reset: &reset[block],
+            ready: &[],
+            host: &[],
+        };
         model.clock(&inputs, &mut records)?;
         results += model.take_results().count();
         if with_ports {

@@ -99,7 +99,11 @@ class ReferenceModel:
         peak_latency_clocks: int | None = None,
     ) -> ReferenceModel: ...
     def clock(
-        self, samples: _Words, reset: _Levels | None = None, ready: _Levels | None = None
+        self,
+        samples: _Words,
+        reset: _Levels | None = None,
+        ready: _Levels | None = None,
+        host: Mapping[str, NDArray[Any]] | None = None,
     ) -> dict[str, _Words]: ...
     def take_results(self) -> dict[str, NDArray[Any]]: ...
     @property

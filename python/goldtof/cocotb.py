@@ -57,7 +57,9 @@ class Scoreboard:
         is_idle_payload_free: bool = True,
         stop: bool = True,
     ) -> None:
-        self._ports = [(name, len(getattr(recorder, name))) for name in _RECORD]
+        has_registers = hasattr(recorder, "s_axil_awvalid")
+        names = _RECORD + _REGISTERS if has_registers else _RECORD
+        self._ports = [(name, len(getattr(recorder, name))) for name in names]
         # A clock's record has whole words.
         self._bits = -(-sum(width for _, width in self._ports) // 64) * 64
         self._batch = recorder.batch
@@ -106,9 +108,10 @@ class Scoreboard:
                 fields[name] = bits[at : at + width]
                 at += width
             has_reset = has_reset or fields["i_rst"] == "1"
-            is_idle = self._is_idle_payload_free and fields["m_axis_tvalid"] == "0"
             for name, field in fields.items():
-                is_free = is_idle and name in ("m_axis_tdata", "m_axis_tlast")
+                # Whoever drives nothing may drive X.
+                is_free = fields.get(_PAYLOADS.get(name, "")) == "0" and (
+                    self._is_idle_payload_free or not name.startswith("m_axis"))
                 if has_reset and not is_free and not set(field) <= {"0", "1"}:
                     clock = self._clocks + number
                     self._unknown = self._unknown or f"clock {clock}: port {name} is unknown"
@@ -158,5 +161,36 @@ _RECORD = (
     "o_peak_count",
     "o_peak_valid",
 )
+
+# Those of a sensor with registers, behind them: what a host drives, then what it sees.
+_REGISTERS = (
+    "s_axil_awaddr",
+    "s_axil_awvalid",
+    "s_axil_wdata",
+    "s_axil_wstrb",
+    "s_axil_wvalid",
+    "s_axil_bready",
+    "s_axil_araddr",
+    "s_axil_arvalid",
+    "s_axil_rready",
+    "s_axil_awready",
+    "s_axil_wready",
+    "s_axil_bresp",
+    "s_axil_bvalid",
+    "s_axil_arready",
+    "s_axil_rdata",
+    "s_axil_rresp",
+    "s_axil_rvalid",
+)
+
+# Ports that mean nothing while another one is low.
+_PAYLOADS = {
+    "m_axis_tdata": "m_axis_tvalid",
+    "m_axis_tlast": "m_axis_tvalid",
+    "s_axil_awaddr": "s_axil_awvalid",
+    "s_axil_wdata": "s_axil_wvalid",
+    "s_axil_wstrb": "s_axil_wvalid",
+    "s_axil_araddr": "s_axil_arvalid",
+}
 
 __all__ = ["GoldtofError", "Mismatch", "Scoreboard", "recorder_source"]

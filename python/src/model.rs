@@ -1,6 +1,7 @@
 //! The reference model in batches, numpy in and out.
 
-use goldtof::batch::{self, Inputs, Model, PortValues, StepResult};
+use goldtof::batch::{self, HostInputs, Inputs, Model, PortValues, StepResult};
+use goldtof::sensor::port::{Role, Use};
 use numpy::{
     PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn, PyReadwriteArray1,
     PyReadwriteArray2,
@@ -101,6 +102,38 @@ fn levels(array: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Vec<u8>> {
     Err(bad_argument(format!("{name} has to be an array of bool or uint8, one for each clock")))
 }
 
+/// What a host drives at each clock; nothing if it is not given.
+fn driven(ports: Option<&Bound<'_, PyDict>>, clocks: usize) -> PyResult<Vec<HostInputs>> {
+    let Some(ports) = ports else {
+        return Ok(Vec::new());
+    };
+    let mut host = vec![HostInputs::default(); clocks];
+    for (name, array) in ports {
+        let name: String = name.extract()?;
+        let Some(role) = Role::of(&name).filter(|role| role.usage() == Use::Host) else {
+            return Err(bad_argument(format!(
+                "host has {name}, which is no port that a host drives: those are s_axil_awaddr, s_axil_awvalid, \
+                 s_axil_wdata, s_axil_wstrb, s_axil_wvalid, s_axil_bready, s_axil_araddr, s_axil_arvalid and \
+                 s_axil_rready"
+            )));
+        };
+        let numpy = array.py().import("numpy")?;
+        let array = numpy.call_method1("asarray", (array, "uint64"))?;
+        let values: PyReadonlyArray1<'_, u64> = array.extract()?;
+        let values = values.as_array();
+        if values.len() != clocks {
+            let found = values.len();
+            return Err(bad_argument(format!(
+                "{name} has {found} clocks, and samples have {clocks}"
+            )));
+        }
+        for (inputs, value) in host.iter_mut().zip(values) {
+            inputs.set(role, *value);
+        }
+    }
+    Ok(host)
+}
+
 /// An output port's array while it is filled.
 enum Filling<'py> {
     U8(PyReadwriteArray1<'py, u8>),
@@ -149,11 +182,12 @@ impl OpenModel {
         python: Python<'_>,
         samples: &[W],
         levels: [&[u8]; 2],
+        host: &[HostInputs],
         ports: &mut [PortValues<'_>],
     ) -> PyResult<()> {
         let detectors = self.model.interface().reference_codes.len();
         let [reset, ready] = levels;
-        let whole = Inputs { samples, reset, ready };
+        let whole = Inputs { samples, reset, ready, host };
         // All of it before any of it: a refused batch changes nothing.
         let clocks = python.detach(|| self.model.check(&whole)).map_err(bad_argument)?;
         for first in (0..clocks).step_by(BLOCK * BLOCKS_BETWEEN_SIGNALS) {
@@ -163,15 +197,12 @@ impl OpenModel {
                 .detach(|| {
                     for from in (first..end).step_by(BLOCK) {
                         let to = (from + BLOCK).min(end);
-                        let part = |levels: &'_ [u8]| match levels.is_empty() {
-                            true => from..from,
-                            false => from..to,
-                        };
-                        let (of_reset, of_ready) = (part(reset), part(ready));
+                        // Of an input that is not given there are none.
                         let inputs = Inputs {
                             samples: &samples[from * detectors..to * detectors],
-                            reset: reset.get(of_reset).unwrap_or(&[]),
-                            ready: ready.get(of_ready).unwrap_or(&[]),
+                            reset: reset.get(from..to).unwrap_or(&[]),
+                            ready: ready.get(from..to).unwrap_or(&[]),
+                            host: host.get(from..to).unwrap_or(&[]),
                         };
                         self.model.clock(&inputs, &mut self.records)?;
                         self.results.extend(self.model.take_results());
@@ -216,13 +247,17 @@ impl PyModel {
     /// integers as narrow as the port allows, or, of a port wider than 64 bits, columns of
     /// 64 bits each, the lowest first. Inputs that are refused change nothing. Ctrl-C ends
     /// the call between two clocks, which ``clocks`` tells; the outputs are lost.
-    #[pyo3(signature = (samples, reset=None, ready=None))]
+    ///
+    /// ``host`` has what a host drives at the registers of a sensor that has them, an array for each of its ports:
+    /// ``{"s_axil_awvalid": ..., ...}``; those that are left out are 0.
+    #[pyo3(signature = (samples, reset=None, ready=None, host=None))]
     fn clock<'py>(
         &self,
         python: Python<'py>,
         samples: &Bound<'py, PyAny>,
         reset: Option<&Bound<'py, PyAny>>,
         ready: Option<&Bound<'py, PyAny>>,
+        host: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut open = self.0.lock(python);
         let open = &mut *open;
@@ -234,6 +269,7 @@ impl PyModel {
             Samples::U32(words) => words.as_array().shape()[0],
             Samples::U64(words) => words.as_array().shape()[0],
         };
+        let host = driven(host, clocks)?;
         let outputs = PyDict::new(python);
         let mut filling = Vec::new();
         for field in &open.model.layout().outputs.fields {
@@ -244,10 +280,10 @@ impl PyModel {
         let mut ports = filling.iter_mut().map(Filling::values).collect::<PyResult<Vec<_>>>()?;
         let levels = [&reset[..], &ready[..]];
         match &samples {
-            Samples::U8(words) => open.run(python, words.as_slice()?, levels, &mut ports),
-            Samples::U16(words) => open.run(python, words.as_slice()?, levels, &mut ports),
-            Samples::U32(words) => open.run(python, words.as_slice()?, levels, &mut ports),
-            Samples::U64(words) => open.run(python, words.as_slice()?, levels, &mut ports),
+            Samples::U8(words) => open.run(python, words.as_slice()?, levels, &host, &mut ports),
+            Samples::U16(words) => open.run(python, words.as_slice()?, levels, &host, &mut ports),
+            Samples::U32(words) => open.run(python, words.as_slice()?, levels, &host, &mut ports),
+            Samples::U64(words) => open.run(python, words.as_slice()?, levels, &host, &mut ports),
         }?;
         Ok(outputs)
     }

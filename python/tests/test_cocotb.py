@@ -130,6 +130,21 @@ def test_it_is_wired_for_whatever_ports_there_are(tmp_path, scene):
     assert "PASS=1 FAIL=0" in said, said
 
 
+@pytest.mark.parametrize("scene", [QUICK, ROOT / "tests/scenes/registers.toml"])
+def test_a_host_sets_a_scan_and_a_setting_that_is_not_taken_is_found(tmp_path, scene):
+    folder = emitted(scene, tmp_path / "rtl", "--set", "hardware.registers=axi4-lite")
+    said = made(folder)
+    assert "PASS=2 FAIL=0" in said and said.count("match: ") == 2, said
+    (folder / "results.xml").unlink()
+    faulty = tmp_path / "rtl/scan_sequencer.v"
+    text, right = faulty.read_text(), "if (take_r[2]) begin"
+    assert text.count(right) == 1
+    faulty.write_text(text.replace(right, "if (take_r[2] & !i_word[2]) begin"))
+    said = made(folder)
+    # A scan of four groups has those of the scene.
+    assert "FAIL=" in said and "FAIL=0" not in said and "Mismatch" in said, said
+
+
 def test_own_verilog_is_held_to_the_latency_that_it_shows(tmp_path):
     folder = emitted(QUICK, tmp_path / "rtl")
     own = ["RTL=" + " ".join(map(str, OWN)), "DESIGN=range_top",

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use goldtof_wire::{
-    Decoder, Event, Frame, Identity, Layout, REQUEST_IDENTITY, REQUEST_READ, REQUEST_TEXT,
-    REQUEST_WRITE, Request, encode,
+    Decoder, Event, Frame, Identity, Layout, REQUEST_HITS, REQUEST_IDENTITY, REQUEST_READ,
+    REQUEST_TEXT, REQUEST_WRITE, Request, encode,
 };
 use rustix::fs::OFlags;
 
@@ -246,7 +246,7 @@ impl Running {
             self.ask(&encode::request(request, 0));
             // The first request may fall into the board's reset.
             let answer = (0..64).find_map(|_| match self.next() {
-                Event::Frame(Frame::Text(asked, block)) if asked == request => Some(block),
+                Event::Frame(Frame::Block(asked, block)) if asked == request => Some(block),
                 _ => None,
             });
             text.extend(answer.into_iter().flatten());
@@ -254,6 +254,27 @@ impl Running {
         assert!(text[bytes..].iter().all(|&byte| byte == 0));
         text.truncate(bytes);
         text
+    }
+
+    /// Hits of the first detector by sample of the chip.
+    fn hits(&mut self, samples: usize) -> Vec<u64> {
+        let request = Request { kind: REQUEST_HITS, tag: 6, address: 0 };
+        loop {
+            self.ask(&encode::request(request, 0));
+            for _ in 0..64 {
+                match self.next() {
+                    Event::Frame(Frame::Block(asked, block)) if asked == request => {
+                        let words = block.chunks(4).take(samples);
+                        return words
+                            .map(|word| {
+                                word.iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte))
+                            })
+                            .collect();
+                    }
+                    _ => {}
+                }
+            }
+        }
     }
 
     /// Hangs up; what the board said.
@@ -340,6 +361,83 @@ fn gowin_with_sums_of_three_scans() {
     let sums = running.counts(248);
     running.stop();
     assert_eq!(sums, expected);
+}
+
+/// Of each sample of a chip as many hits as photons.bin has pulses that begin there.
+#[test]
+fn hits_by_sample_are_those_of_the_photons() {
+    let settings: [(&str, usize, &[&str]); 2] = [
+        ("tang-nano-9k", 8, &["hardware.sample_counts=true"]),
+        (
+            "arty-a7",
+            4,
+            &[
+                "clock.samples_per_chip=4",
+                "hardware.polarity=low",
+                "hardware.sample_counts=true",
+                "hardware.registers=axi4-lite",
+            ],
+        ),
+    ];
+    for (board, samples, settings) in settings {
+        let built = Built::new(board, settings);
+        let photons = fs::read(built.project().join("photons.bin")).expect("it is there");
+        let mut expected = vec![0; samples];
+        let mut until = 0;
+        for pulse in photons.chunks_exact(16) {
+            let number = |bytes: &[u8]| bytes.iter().rev().fold(0, |n, &b| n << 8 | u64::from(b));
+            let (first, length) = (number(&pulse[..8]), number(&pulse[8..12]));
+            // Pulses that touch are one.
+            if first > until || until == 0 {
+                expected[first as usize % samples] += 1;
+            }
+            until = until.max(first + length);
+        }
+        assert!(expected.iter().sum::<u64>() > 1000, "{expected:?}");
+        let mut running = built.start(&[]);
+        // Behind the photons' scan there is no light. Before, counting has stopped for a moment.
+        running.counts(2 * built.counts.len());
+        let hits = running.hits(samples);
+        running.stop();
+        assert_eq!(hits, expected, "{board}");
+    }
+}
+
+/// A sampler with uneven bins, dark counts at its pin, and the widths that `goldtof calibrate` finds of what the board
+/// counts: 4 % and more off even ones, each within its interval, which is some 1.5 % to either side.
+#[test]
+fn a_boards_dark_counts_give_the_widths_of_the_scene() {
+    let widths = [1.1, 0.9, 1.05, 0.95, 1.0, 1.04, 0.86, 1.1];
+    let built = Built::new(
+        "tang-nano-9k",
+        &[
+            "hardware.sample_counts=true",
+            "detector.sampler={ widths = [1.1, 0.9, 1.05, 0.95, 1.0, 1.04, 0.86, 1.1] }",
+            "detector.dark_count_rate=10 Mcps",
+            "source.mean_power=0 W",
+            "scan.integration=100 us",
+        ],
+    );
+    let mut running = built.start(&[]);
+    running.counts(2 * built.counts.len());
+    let hits = running.hits(8);
+    running.stop();
+    let rows = hits.iter().enumerate().map(|(sample, hits)| format!("{sample},{hits}\n"));
+    let dark = built.folder.path().join("dark.csv");
+    fs::write(&dark, format!("sample,count\n{}", rows.collect::<String>())).expect("it is written");
+    let scene = built.project().join("scene.toml").display().to_string();
+    let found = goldtof(&["calibrate", &scene, &dark.display().to_string(), "--json"]);
+    did(&found);
+    let found: serde_json::Value = serde_json::from_slice(&found.stdout).expect("it is JSON");
+    let bins = found["samplers"][0]["samples"].as_array().expect("samples");
+    assert_eq!(bins.len(), 8, "{found}");
+    let sample_ps = built.manifest["board"]["chip_period_ps"].as_f64().expect("a number") / 8.0;
+    for (width, bin) in widths.iter().zip(bins) {
+        let ends = [0, 1].map(|end| bin["width_ps_ci95"][end].as_f64().expect("a number"));
+        let [least, most] = ends.map(|end| end / sample_ps);
+        assert!(least < *width && *width < most, "{width}: {least} .. {most}");
+        assert!(most - least < 0.03, "{width}: {least} .. {most}");
+    }
 }
 
 #[test]

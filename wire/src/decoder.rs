@@ -1,7 +1,7 @@
 use crate::{
-    ANSWER_BYTES, Answer, CRC_BYTES, FLAG_GAP, FLAG_LAST, FLAG_OVERRUN, FLAG_SATURATED,
-    IDENTITY_FRAME_BYTES, Identity, IdentityError, KIND_ANSWER, KIND_IDENTITY, KIND_RESULTS,
-    Layout, REQUEST_TEXT, RESULTS_HEADER_BYTES, Request, SYNC, TEXT_BLOCK_BYTES, crc32,
+    ANSWER_BYTES, Answer, BLOCK_BYTES, CRC_BYTES, FLAG_GAP, FLAG_LAST, FLAG_OVERRUN,
+    FLAG_SATURATED, IDENTITY_FRAME_BYTES, Identity, IdentityError, KIND_ANSWER, KIND_IDENTITY,
+    KIND_RESULTS, Layout, REQUEST_HITS, REQUEST_TEXT, RESULTS_HEADER_BYTES, Request, SYNC, crc32,
 };
 
 /// A frame of results.
@@ -32,9 +32,9 @@ pub enum Frame {
     Answer(Answer),
     /// What the device is, and the request that it answers.
     Identity(Request, Result<Identity, IdentityError>),
-    /// A block of the scene's text, and the request that it answers. A device that holds none
-    /// ([`Identity::text_blocks`]) answers with its identity's bytes.
-    Text(Request, [u8; TEXT_BLOCK_BYTES]),
+    /// A block of the scene's text, or of hits by sample, and the request that it answers. A device that has
+    /// none ([`Identity::text_blocks`], [`Identity::counts_samples`]) answers with its identity's bytes.
+    Block(Request, [u8; BLOCK_BYTES]),
 }
 
 /// Frames or results that did not come.
@@ -218,7 +218,9 @@ impl Decoder {
             _ => {
                 let bytes = std::array::from_fn(|k| body[8 + k]);
                 match request() {
-                    request if request.kind == REQUEST_TEXT => Frame::Text(request, bytes),
+                    request if [REQUEST_TEXT, REQUEST_HITS].contains(&request.kind) => {
+                        Frame::Block(request, bytes)
+                    }
                     request => Frame::Identity(request, Identity::from_bytes(&bytes)),
                 }
             }
@@ -241,7 +243,7 @@ impl Decoder {
         let (results, dropped) = match &frame {
             Frame::Results(results) => self.lost_before(results),
             // What was in them shows with the next results.
-            Frame::Answer(_) | Frame::Identity(..) | Frame::Text(..) => {
+            Frame::Answer(_) | Frame::Identity(..) | Frame::Block(..) => {
                 ((missing == 0).then_some(0), 0)
             }
         };

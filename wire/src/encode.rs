@@ -1,9 +1,9 @@
 //! Frames and requests as bytes: the host's requests, and what a device would send.
 
 use crate::{
-    Answer, CRC_BYTES, FLAG_GAP, FLAG_LAST, FLAG_OVERRUN, FLAG_SATURATED, Identity, KIND_ANSWER,
-    KIND_IDENTITY, KIND_RESULTS, Layout, MOST_TEXT_BYTES, REQUEST_BYTES, REQUEST_SYNC, Request,
-    ResultsFrame, SYNC, TEXT_BLOCK_BYTES, crc32,
+    Answer, BLOCK_BYTES, CRC_BYTES, FLAG_GAP, FLAG_LAST, FLAG_OVERRUN, FLAG_SATURATED, Identity,
+    KIND_ANSWER, KIND_IDENTITY, KIND_RESULTS, Layout, MOST_TEXT_BYTES, REQUEST_BYTES, REQUEST_SYNC,
+    Request, ResultsFrame, SYNC, crc32,
 };
 
 /// A request; `data` is what is to be written, and of no meaning to a read.
@@ -55,8 +55,8 @@ pub fn identity(request: Request, identity: &Identity, sequence: u8) -> Vec<u8> 
     closed(bytes)
 }
 
-/// An answer with a block of the scene's text.
-pub fn text(request: Request, block: &[u8; TEXT_BLOCK_BYTES], sequence: u8) -> Vec<u8> {
+/// An answer with a block of the scene's text, or of hits by sample.
+pub fn block(request: Request, block: &[u8; BLOCK_BYTES], sequence: u8) -> Vec<u8> {
     let mut bytes = vec![SYNC, KIND_IDENTITY, sequence, 0];
     bytes.extend(echo(request));
     bytes.extend(block);
@@ -66,14 +66,12 @@ pub fn text(request: Request, block: &[u8; TEXT_BLOCK_BYTES], sequence: u8) -> V
 /// A scene's text in Verilog, as the bridge's parameter `TEXT` has it: words of a block, the last one first;
 /// and its blocks. `None` if it is empty or longer than [`crate::MOST_TEXT_BYTES`].
 pub fn text_parameter(text: &str) -> Option<(u8, Vec<String>)> {
-    let blocks = text.len().div_ceil(TEXT_BLOCK_BYTES);
-    let words = text.as_bytes().chunks(TEXT_BLOCK_BYTES).rev().map(|block| {
+    let blocks = text.len().div_ceil(BLOCK_BYTES);
+    let words = text.as_bytes().chunks(BLOCK_BYTES).rev().map(|block| {
         let digits = block.iter().rev().map(|byte| format!("{byte:02x}"));
         format!("256'h{}", digits.collect::<String>())
     });
-    (1..=MOST_TEXT_BYTES / TEXT_BLOCK_BYTES)
-        .contains(&blocks)
-        .then(|| (blocks as u8, words.collect()))
+    (1..=MOST_TEXT_BYTES / BLOCK_BYTES).contains(&blocks).then(|| (blocks as u8, words.collect()))
 }
 
 /// A request as an answer repeats it.

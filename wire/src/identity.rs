@@ -39,8 +39,10 @@ pub struct Identity {
     pub parallel: u16,
     /// Scans whose counts are added up before they leave, at least 1.
     pub accumulate: u8,
-    /// Blocks of [`crate::TEXT_BLOCK_BYTES`] of the scene's text that the device holds; 0: none.
+    /// Blocks of [`crate::BLOCK_BYTES`] of the scene's text that the device holds; 0: none.
     pub text_blocks: u8,
+    /// Whether it counts hits by sample of the chip.
+    pub counts_samples: bool,
     /// The first eight bytes of the scene's SHA-256 (`scene.sha256` of the manifest).
     pub scene: [u8; 8],
 }
@@ -78,7 +80,7 @@ impl Identity {
         for (first, number) in [(12, self.first_step), (15, self.steps), (18, self.code_chips)] {
             bytes[first..first + 3].copy_from_slice(&number.to_le_bytes()[..3]);
         }
-        bytes[21] = self.text_blocks;
+        bytes[21] = self.text_blocks & 0x7f | u8::from(self.counts_samples) << 7;
         bytes[22..24].copy_from_slice(&self.parallel.to_le_bytes());
         bytes[24..].copy_from_slice(&self.scene);
         bytes
@@ -119,7 +121,8 @@ impl Identity {
             code_chips: number(18, 3),
             parallel: number(22, 2) as u16,
             accumulate: bytes[7].max(1),
-            text_blocks: bytes[21],
+            text_blocks: bytes[21] & 0x7f,
+            counts_samples: bytes[21] >> 7 == 1,
             scene: std::array::from_fn(|k| bytes[24 + k]),
         };
         identity.check()?;
@@ -201,6 +204,7 @@ mod tests {
             parallel: 1,
             accumulate: 1,
             text_blocks: 0,
+            counts_samples: false,
             scene: [0x6a, 0x9f, 0xd8, 0x9c, 0x78, 0x5b, 0x0b, 0xa2],
         }
     }
@@ -216,10 +220,10 @@ mod tests {
         ];
         assert_eq!(bytes, expected);
         assert_eq!(Identity::from_bytes(&bytes), Ok(identity));
-        // Sums of 20 scans are told in byte 7, in which one scan is 0; blocks of text in byte 21.
-        let sums = Identity { accumulate: 20, text_blocks: 64, ..identity };
+        // Sums of 20 scans are told in byte 7, in which one scan is 0; blocks of text in byte 21, and counts by sample in its highest bit.
+        let sums = Identity { accumulate: 20, text_blocks: 64, counts_samples: true, ..identity };
         let mut expected_sums = expected;
-        (expected_sums[7], expected_sums[21]) = (20, 64);
+        (expected_sums[7], expected_sums[21]) = (20, 64 + 128);
         assert_eq!(sums.to_bytes(), expected_sums);
         assert_eq!(Identity::from_bytes(&expected_sums), Ok(sums));
         let verilog = identity.to_verilog();

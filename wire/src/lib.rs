@@ -44,6 +44,9 @@ pub const KIND_IDENTITY: u8 = b'I';
 pub const REQUEST_IDENTITY: u8 = b'I';
 /// Kind of a request for a block of the scene's text: `T`; its address is that of the block's first byte.
 pub const REQUEST_TEXT: u8 = b'T';
+/// Kind of a request for hits by sample: `H`; its address is four times the number of the first sample, counted through
+/// all detectors, a multiple of 32.
+pub const REQUEST_HITS: u8 = b'H';
 /// Kind of a request to read a register: `R`.
 pub const REQUEST_READ: u8 = b'R';
 /// Kind of a request to write a register: `W`.
@@ -57,10 +60,10 @@ pub const CRC_BYTES: usize = 4;
 pub const ANSWER_BYTES: usize = 12 + CRC_BYTES;
 /// Bytes of a frame with the device's identity.
 pub const IDENTITY_FRAME_BYTES: usize = 40 + CRC_BYTES;
-/// Bytes of the scene's text in an answer.
-pub const TEXT_BLOCK_BYTES: usize = 32;
+/// Bytes of the scene's text, or of hits by sample, in an answer.
+pub const BLOCK_BYTES: usize = 32;
 /// Most bytes of a scene's text that a device holds.
-pub const MOST_TEXT_BYTES: usize = 128 * TEXT_BLOCK_BYTES;
+pub const MOST_TEXT_BYTES: usize = 127 * BLOCK_BYTES;
 /// Bytes of a request.
 pub const REQUEST_BYTES: usize = 13;
 
@@ -76,7 +79,7 @@ pub const FLAG_GAP: u8 = 1 << 3;
 /// A request, as an answer repeats it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request {
-    /// [`REQUEST_IDENTITY`], [`REQUEST_TEXT`], [`REQUEST_READ`] or [`REQUEST_WRITE`].
+    /// [`REQUEST_IDENTITY`], [`REQUEST_TEXT`], [`REQUEST_HITS`], [`REQUEST_READ`] or [`REQUEST_WRITE`].
     pub kind: u8,
     /// The host's number for it.
     pub tag: u8,

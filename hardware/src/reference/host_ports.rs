@@ -43,6 +43,23 @@ impl HostInputs {
             _ => 0,
         }
     }
+
+    /// Changes what a port has; those that a host does not drive are passed over.
+    pub fn set(&mut self, role: Role, value: u64) {
+        let is_high = value & 1 == 1;
+        match role {
+            Role::WriteAddress => self.write_address = value as u16,
+            Role::WriteAddressValid => self.write_address_valid = is_high,
+            Role::WriteData => self.write_data = value as u32,
+            Role::WriteStrobe => self.write_strobe = value as u8,
+            Role::WriteValid => self.write_valid = is_high,
+            Role::WriteResponseReady => self.write_response_ready = is_high,
+            Role::ReadAddress => self.read_address = value as u16,
+            Role::ReadAddressValid => self.read_address_valid = is_high,
+            Role::ReadReady => self.read_ready = is_high,
+            _ => {}
+        }
+    }
 }
 
 /// Clocks at which a host drives something, in order, disjoint; at all others it drives 0.

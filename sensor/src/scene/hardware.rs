@@ -38,6 +38,8 @@ tables! {
             "a byte of the line's protocol";
         scene_text => scene_text: bool = BOOLEAN, Or("false"), "true";
             "whether a board holds the scene's text, for a host to read by its serial line";
+        sample_counts => sample_counts: bool = BOOLEAN, Or("false"), "true";
+            "whether a board counts hits by sample of the chip, of which a host calibrates the sampler";
         registers => registers: Registers = choice(Registers::CHOICES), Or("\"none\""), "\"axi4-lite\"";
             "registers by which a host starts and stops scans, and sets first step, number of \
              steps, integration and code, with no new build";

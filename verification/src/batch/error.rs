@@ -8,12 +8,12 @@ pub enum BatchError {
     /// The hardware is not modelled.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
-    /// The hardware has inputs that a batch has not.
+    /// A host, and no registers.
     #[error(
-        "the scene's hardware has registers (hardware.registers), which a host reads and writes, and a batch has no \
-         host; leave them out (--set hardware.registers=none), or check this design with `goldtof cosim`"
+        "the scene's hardware has no registers that a host reads and writes; ask for them by hardware.registers = \
+         \"axi4-lite\""
     )]
-    Registers,
+    NoRegisters,
     /// Sample words that are not a whole number of clocks.
     #[error(
         "there are {found} sample words, and each clock has {detectors}, one for each detector"

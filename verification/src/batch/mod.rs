@@ -24,7 +24,7 @@
 //! let samples: Vec<u8> = [0, 0x10].into_iter().cycle().take(6000).collect();
 //! let mut reset = vec![0; 6000];
 //! reset[..2].fill(1);
-//! let inputs = Inputs { samples: &samples, reset: &reset, ready: &[] };
+//! let inputs = Inputs { samples: &samples, reset: &reset, ready: &[], host: &[] };
 //! let mut outputs = Vec::new();
 //! model.clock(&inputs, &mut outputs)?;
 //! let valid = model.layout().outputs.field(Role::Valid);
@@ -48,6 +48,7 @@ pub use self::model::{Inputs, Model};
 pub use self::ports::PortValues;
 pub use self::record::TestbenchPort;
 pub use self::scoreboard::{Scoreboard, ScoreboardOptions, Summary};
+pub use crate::reference::host_ports::HostInputs;
 pub use crate::reference::predictor::StepResult;
 
 use crate::cosim::asked_latency::MOST_CLOCKS;

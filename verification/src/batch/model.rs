@@ -3,6 +3,7 @@
 use super::BatchError;
 use super::edges::LastSample;
 use crate::reference::exercise::Exercised;
+use crate::reference::host_ports::HostInputs;
 use crate::reference::predictor::{Reference, StepResult, Surroundings};
 use crate::scan::Sample;
 use crate::sensor::Sensor;
@@ -20,6 +21,8 @@ pub struct Inputs<'a, W> {
     pub reset: &'a [u8],
     /// `m_axis_tready` of each clock; empty if it is high at all of them.
     pub ready: &'a [u8],
+    /// What a host drives at each clock (`hardware.registers`); empty if it drives nothing.
+    pub host: &'a [HostInputs],
 }
 
 /// The bit-exact model of a sensor's hardware. Until `i_rst` has been high at a clock,
@@ -50,9 +53,6 @@ impl Model {
     /// When the hardware is not modelled.
     pub fn new(sensor: &Sensor) -> Result<Model, BatchError> {
         let interface = sensor.interface().clone();
-        if interface.registers.is_some() {
-            return Err(BatchError::Registers);
-        }
         let detectors = interface.reference_codes.len();
         Ok(Model {
             layout: Layout::of(&interface),
@@ -113,6 +113,7 @@ impl Model {
         self.surroundings.clocks = self.clock..self.clock + clocks as u64;
         self.take_resets(inputs.reset);
         self.take_stalls(inputs.ready);
+        self.take_host(inputs.host);
         self.take_samples(inputs.samples);
         self.clock = self.surroundings.clocks.end;
         self.reference.predict(&self.surroundings, &self.hits, outputs);
@@ -129,13 +130,17 @@ impl Model {
             return Err(BatchError::PartOfAClock { found: inputs.samples.len(), detectors });
         }
         let clocks = inputs.samples.len() / detectors;
-        for (input, levels) in [(Role::Reset, inputs.reset), (Role::Ready, inputs.ready)] {
-            if !levels.is_empty() && levels.len() != clocks {
-                return Err(BatchError::Lengths {
-                    input: input.name(),
-                    found: levels.len(),
-                    clocks,
-                });
+        if !inputs.host.is_empty() && self.interface().registers.is_none() {
+            return Err(BatchError::NoRegisters);
+        }
+        let lengths = [
+            (Role::Reset.name(), inputs.reset.len()),
+            (Role::Ready.name(), inputs.ready.len()),
+            ("the host", inputs.host.len()),
+        ];
+        for (input, found) in lengths {
+            if found != 0 && found != clocks {
+                return Err(BatchError::Lengths { input, found, clocks });
             }
         }
         let samples = self.interface().lanes();
@@ -194,6 +199,19 @@ impl Model {
         }
     }
 
+    fn take_host(&mut self, driven: &[HostInputs]) {
+        let first = self.surroundings.clocks.start;
+        let host = &mut self.surroundings.host;
+        host.clear();
+        for (clock, &inputs) in (first..).zip(driven) {
+            match host.last_mut() {
+                Some((clocks, last)) if clocks.end == clock && *last == inputs => clocks.end += 1,
+                _ if inputs == HostInputs::default() => {}
+                _ => host.push((clock..clock + 1, inputs)),
+            }
+        }
+    }
+
     fn take_samples<W: Copy + Into<u64>>(&mut self, samples: &[W]) {
         self.hits.iter_mut().for_each(Vec::clear);
         let first = self.surroundings.clocks.start;
@@ -233,7 +251,9 @@ mod tests {
             let mut reset = vec![0; samples.len()];
             reset[..2].fill(1);
             let mut outputs = Vec::new();
-            model.clock(&Inputs { samples, reset: &reset, ready: &[] }, &mut outputs).unwrap();
+            model
+                .clock(&Inputs { samples, reset: &reset, ready: &[], host: &[] }, &mut outputs)
+                .unwrap();
             (outputs, model.take_results().map(|result| result.total).collect::<Vec<_>>())
         };
         let (outputs, totals) = run(&high, &samples);
@@ -247,7 +267,7 @@ mod tests {
         let mut model = Model::new(&Sensor::new(&scene)).unwrap();
         let mut outputs = Vec::new();
         let mut clock = |samples: &[u16], reset: &[u8]| {
-            let inputs = Inputs { samples, reset, ready: &[] };
+            let inputs = Inputs { samples, reset, ready: &[], host: &[] };
             let told = model.clock(&inputs, &mut outputs);
             (told.map_err(|error| error.to_string()), model.clocks())
         };

@@ -2,11 +2,11 @@
 //! lowest first, in whole words of 64 bits.
 
 use super::BatchError;
+use crate::reference::host_ports::HostInputs;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, mask};
-use crate::sensor::port::Port;
-use crate::sensor::port::Role;
+use crate::sensor::port::{Port, Role, Use};
 
 /// A port of the testbench, whose bits stand behind those of the port before it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,6 +29,8 @@ pub(super) struct RecordReader {
     /// Bits of one detector's samples.
     samples: u32,
     detectors: u32,
+    /// Ports that a host drives: where they are, and their bits.
+    host: Vec<(Role, u32, u32)>,
     outputs: Vec<Piece>,
     output_words: usize,
 }
@@ -78,6 +80,10 @@ impl RecordReader {
             samples_at: place_of(Role::Samples),
             samples: interface.lanes(),
             detectors: interface.reference_codes.len() as u32,
+            host: needed(interface)
+                .filter(|port| port.role.usage() == Use::Host)
+                .map(|port| (port.role, place_of(port.role), port.width))
+                .collect(),
             outputs,
             output_words: layout.outputs.words,
         })
@@ -91,6 +97,13 @@ impl RecordReader {
         for detector in 0..self.detectors {
             let at = self.samples_at + detector * self.samples;
             clocks.samples.push(bits(record, at, self.samples));
+        }
+        if !self.host.is_empty() {
+            let mut driven = HostInputs::default();
+            for &(role, at, width) in &self.host {
+                driven.set(role, bits(record, at, width));
+            }
+            clocks.host.push(driven);
         }
         let start = clocks.got.len();
         clocks.got.resize(start + self.output_words, 0);
@@ -117,6 +130,7 @@ pub(super) struct Clocks {
     pub(super) samples: Vec<u64>,
     pub(super) reset: Vec<u8>,
     pub(super) ready: Vec<u8>,
+    pub(super) host: Vec<HostInputs>,
     pub(super) got: Vec<u64>,
 }
 
@@ -126,6 +140,7 @@ impl Clocks {
         self.samples.append(&mut others.samples);
         self.reset.append(&mut others.reset);
         self.ready.append(&mut others.ready);
+        self.host.append(&mut others.host);
         self.got.append(&mut others.got);
     }
 
@@ -133,6 +148,7 @@ impl Clocks {
         self.samples.clear();
         self.reset.clear();
         self.ready.clear();
+        self.host.clear();
         self.got.clear();
     }
 }

@@ -237,6 +237,7 @@ impl Scoreboard {
             samples: &self.pending.samples,
             reset: &self.pending.reset,
             ready: &self.pending.ready,
+            host: &self.pending.host,
         };
         let clocked = self.model.clock(&inputs, &mut self.expected);
         debug_assert_eq!(clocked, Ok(()), "the reader cuts words to a chip's samples");
@@ -358,7 +359,7 @@ mod tests {
         let samples: Vec<u64> = (0..CLOCKS).map(|clock| (clock % 2) << 4).collect();
         let is_reset = |clock: u64| clock < 2 || clock == 1_700;
         let reset: Vec<u8> = (0..CLOCKS).map(|clock| u8::from(is_reset(clock))).collect();
-        let inputs = Inputs { samples: &samples, reset: &reset, ready: &[] };
+        let inputs = Inputs { samples: &samples, reset: &reset, ready: &[], host: &[] };
         let mut outputs = Vec::new();
         model.clock(&inputs, &mut outputs).unwrap();
         let layout = model.layout();

@@ -14,6 +14,7 @@ use goldtof_wire::{
 };
 use tempfile::TempDir;
 
+mod counting;
 #[path = "../noise/mod.rs"]
 mod noise;
 mod sums;
@@ -139,6 +140,7 @@ impl Bridge {
             parallel: 1,
             accumulate: 1,
             text_blocks: self.text.len().div_ceil(32) as u8,
+            counts_samples: false,
             scene: *b"\x01\x23\x45\x67\x89\xab\xcd\xef",
         }
     }
@@ -766,7 +768,7 @@ fn a_host_reads_the_scenes_text_block_by_block() {
                     let mut block = [0; 32];
                     let bytes = TEXT.bytes().skip(request.address.into());
                     block.iter_mut().zip(bytes).for_each(|(place, byte)| *place = byte);
-                    Frame::Text(request, block)
+                    Frame::Block(request, block)
                 }
             })
             .collect();

@@ -39,6 +39,8 @@ module summing_bridge #(
     wire                tvalid;
     wire                tready;
     wire                tlast;
+    wire                hold_unused;
+    wire [9:0]          place_unused;
 
     result_accumulator #(
         .TDATA_BITS     (TDATA_BITS),
@@ -86,7 +88,11 @@ module summing_bridge #(
         .s_axis_tready (tready),
         .s_axis_tlast  (tlast),
         .i_overrun     (i_overrun),
-        .i_saturated   (i_saturated)
+        .i_saturated   (i_saturated),
+        .o_hold        (hold_unused),
+        .o_place       (place_unused),
+        .i_held        (1'b0),
+        .i_word        (32'd0)
     );
 
 endmodule

@@ -47,6 +47,10 @@ const ACCUMULATOR: (&str, &str) =
 /// In the bridge, if the scene's text is.
 const TEXT: (&str, &str) = ("scene_text.v", include_str!("../../../../hdl/bridge/scene_text.v"));
 
+/// Beside the core, if hits are counted by sample.
+const COUNTER: (&str, &str) =
+    ("sample_counter.v", include_str!("../../../../hdl/bridge/sample_counter.v"));
+
 /// Sources of a family.
 fn sources(folder: Folder) -> [(&'static str, &'static str); 4] {
     macro_rules! of {
@@ -98,6 +102,7 @@ impl Plan {
             .chain(sums.map(|_| ACCUMULATOR))
             .chain(BRIDGE)
             .chain(text.as_ref().map(|_| self::TEXT))
+            .chain(sensor.scene().hardware.sample_counts.then_some(COUNTER))
             .chain(sources(board.family.folder))
             .collect();
         let project = Project { plan: self, sensor, emission, sums, text, verilog };
@@ -242,6 +247,12 @@ impl Project<'_> {
             define("TEXT_BLOCKS", blocks);
             define("TEXT", &format!("{{ \\\n    {}}}", words.join(", \\\n    ")));
         }
+        if scene.hardware.sample_counts {
+            let places = scene.detectors.len() as u32 * plan.gear.samples;
+            define("SAMPLE_COUNTS", &1);
+            define("SAMPLE_INVERT", &u8::from(scene.hardware.polarity == Polarity::Low));
+            define("SAMPLE_PLACE_BITS", &places.next_power_of_two().trailing_zeros());
+        }
         let has_registers = port(Role::WriteAddress).is_some();
         define("BRIDGE", if has_registers { &"uart_bridge_axil" } else { &"uart_bridge" });
         if has_registers {
@@ -268,8 +279,9 @@ impl Project<'_> {
         let digest = digest.unwrap_or_else(|| "0".repeat(64));
         let identity = wire::identity(interface, Sent::Results, chip_period_fs, &digest);
         let text_blocks = self.text.as_ref().map_or(0, |(blocks, _)| *blocks);
+        let counts_samples = self.sensor.scene().hardware.sample_counts;
         identity
-            .map(|identity| Identity { text_blocks, ..identity })
+            .map(|identity| Identity { text_blocks, counts_samples, ..identity })
             .and_then(|identity| wire::bridge_parameters(interface, Sent::Results, &identity))
             .unwrap_or_default()
     }

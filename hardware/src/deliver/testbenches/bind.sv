@@ -6,7 +6,7 @@
 // design to the latency that it shows.
 // Made by  @MADE_BY@
 
-`include "goldtof_scoreboard.svh"
+@DEFINES@`include "goldtof_scoreboard.svh"
 
 `ifndef GOLDTOF_DESIGN
 `define GOLDTOF_DESIGN @TOP@

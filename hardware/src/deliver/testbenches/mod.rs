@@ -8,7 +8,8 @@ use crate::printable::printable_ascii;
 use crate::rtl::back::Prefix;
 use crate::scene::SceneText;
 use crate::sensor::Sensor;
-use crate::sensor::port::{Direction, Port, Role};
+use crate::sensor::port::{Direction, Port, Role, Use};
+use crate::sensor::registers::{Register, RegisterPlan, is_same};
 
 /// Folder of the testbench for cocotb.
 pub const COCOTB: &str = "cocotb";
@@ -17,6 +18,10 @@ pub const BIND: &str = "bind";
 
 /// Results that a testbench waits for.
 const RESULTS: u64 = 3;
+/// Groups of the scan that a testbench's host asks for.
+const GROUPS: u64 = 4;
+/// The macro that gives what stands beside a design the ports of its registers.
+const REGISTERS: &str = "GOLDTOF_REGISTERS";
 
 /// A testbench for cocotb, in the folder [`COCOTB`] beside the design: a test with goldtof's
 /// scoreboard, the design with the recorder, a Makefile, and the scene.
@@ -31,6 +36,17 @@ pub fn cocotb(sensor: &Sensor, emission: &Emission, scene: &SceneText) -> Vec<Em
         .collect();
     let files: Vec<String> =
         emission.files.iter().map(|file| format!("$(CURDIR)/../{}", file.name)).collect();
+    let plan = sensor.interface().registers.as_deref();
+    let rest: Vec<String> = emission
+        .ports
+        .iter()
+        .filter(|port| port.role.usage() == Use::Host)
+        .map(|port| format!("    dut.{}.value = 0\n", port.name))
+        .collect();
+    let (more_tests, defines) = match plan {
+        None => ("", String::new()),
+        Some(_) => (",test_registers", format!(" -D{REGISTERS}")),
+    };
     let filled = |text: &str| {
         let values = [
             ("SETTINGS", format!("[{}]", settings.join(", "))),
@@ -38,16 +54,65 @@ pub fn cocotb(sensor: &Sensor, emission: &Emission, scene: &SceneText) -> Vec<Em
             ("MADE_BY", format!("Made by  {}", made_by(&emission.command))),
             ("TOP", emission.top.clone()),
             ("FILES", files.join(" ")),
+            ("HOST_AT_REST", rest.concat()),
+            ("MORE_TESTS", more_tests.to_owned()),
+            ("DEFINES", defines.clone()),
         ];
         filled(text, &values.each_ref().map(|(name, value)| (*name, value.as_str())))
     };
     let file = |name: &str, text: String| EmittedFile { name: name.to_owned(), text };
-    vec![
+    let mut all = vec![
         file("test_sensor.py", filled(include_str!("test_sensor.py"))),
         file("Makefile", filled(include_str!("Makefile"))),
         file("testbench.v", around(emission)),
         file("scene.toml", scene.text.clone()),
-    ]
+    ];
+    all.extend(plan.map(|plan| file("test_registers.py", of_registers(sensor, plan))));
+    all
+}
+
+/// A test with a host. Its scan is short and has whole code periods, so that counts follow from the chips; if
+/// that cannot be, the model alone judges.
+fn of_registers(sensor: &Sensor, plan: &RegisterPlan) -> String {
+    let interface = sensor.interface();
+    let (samples, parallel) = (u64::from(interface.lanes()), u64::from(interface.parallel()));
+    // A receiver that stalls has time for a group.
+    let least = plan.least_chips.max(4 * interface.beats_of_group());
+    let most = (1 << plan.chips_bits) - 1;
+    let whole = least.next_multiple_of(plan.period_chips);
+    let chips = match whole <= most && !interface.saturates() {
+        true => whole,
+        false => least.min(most),
+    };
+    let groups = GROUPS.min((1 << plan.groups_bits) - 1);
+    let first = match plan.fixed_samples {
+        Some(fixed) => samples + u64::from(fixed),
+        None => samples - 1,
+    };
+    let codes = &interface.source_codes;
+    let references = interface.reference_codes.iter().map(|reference| {
+        codes.iter().position(|code| is_same(code, reference)).unwrap_or(0).to_string()
+    });
+    let map = plan.map(&interface.timing, codes);
+    let registers = map.iter().map(|register| {
+        let Register { name, address, .. } = register;
+        format!("    \"{name}\": {address:#05x},\n")
+    });
+    let values = [
+        ("REGISTERS", format!("{{\n{}}}", registers.collect::<String>())),
+        ("REFERENCES", format!("[{}]", references.collect::<Vec<_>>().join(", "))),
+        ("SAMPLES", samples.to_string()),
+        ("PARALLEL", parallel.to_string()),
+        ("CODE_CHIPS", plan.period_chips.to_string()),
+        ("COUNT_BITS", interface.count_bits().to_string()),
+        ("CHIPS", chips.to_string()),
+        ("GROUPS", groups.to_string()),
+        ("FIRST", first.to_string()),
+    ];
+    filled(
+        include_str!("test_registers.py"),
+        &values.each_ref().map(|(name, value)| (*name, value.as_str())),
+    )
 }
 
 /// A text of Python.
@@ -64,8 +129,11 @@ fn clocks(sensor: &Sensor) -> u64 {
         None => RESULTS.min(interface.groups()),
     };
     let integration = sensor.timing().scan.integration_chips;
+    // Settings are taken over, and the reference is aligned, before the first scan.
+    let plan = interface.registers.as_ref();
+    let begins = plan.map_or(0, |plan| plan.start_clocks() + interface.timing.preparation_chips);
     // A receiver that stalls takes a third longer for the rows, and reset some clocks.
-    groups * integration + 2 * interface.beats_of_group() + 1000
+    begins + groups * integration + 2 * interface.beats_of_group() + 1000
 }
 
 /// The design and the recorder, with the design's ports.
@@ -131,6 +199,8 @@ pub fn bind(emission: &Emission, prefix: &Prefix, scene: &SceneText) -> Vec<Emit
     let made_by = made_by(&emission.command);
     let (widths, connected) = beside(&emission.ports);
     let rules = prefix.of("axis_rules");
+    let has_registers = emission.ports.iter().any(|port| port.role.usage() == Use::Host);
+    let defines = if has_registers { format!("`define {REGISTERS}\n") } else { String::new() };
     let data = emission.ports.iter().find(|port| port.role == Role::Data);
     let settings: Vec<String> = scene
         .settings
@@ -148,6 +218,7 @@ pub fn bind(emission: &Emission, prefix: &Prefix, scene: &SceneText) -> Vec<Emit
         &[
             ("MADE_BY", &made_by),
             ("TOP", &emission.top),
+            ("DEFINES", &defines),
             ("SET", &set),
             ("WIDTHS", &widths),
             ("CONNECTED", &connected.join(",\n    ")),
