@@ -1,7 +1,7 @@
 // interleaver: a code with every chip repeated and every other repetition inverted
 //
-// The code and its inverse take turns chip by chip, which removes the side lobes' mean from the
-// correlation near the peak.
+// The code and its inverse take turns chip by chip (eq. 23), which removes the side lobes' mean
+// from the correlation near the peak.
 //
 // Depth    1: each chip of the generator 2 times
 // Latency  0 clocks from register to o_chip

@@ -11,7 +11,7 @@ use crate::rtl::front::prelude::*;
 #[block(interleaver)]
 /// a code with every chip repeated and every other repetition inverted
 ///
-/// The code and its inverse take turns chip by chip, which removes the side lobes' mean from the
+/// The code and its inverse take turns chip by chip (eq. 23), which removes the side lobes' mean from the
 /// correlation near the peak.
 ///
 /// - Depth: {depth}: each chip of the generator {1 << depth} times
