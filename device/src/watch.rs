@@ -18,8 +18,8 @@ pub struct Watch {
     scans: u64,
     /// Of the result that comes next, unless one of this scan is missing.
     next_index: Option<u32>,
-    /// Of this scan so far; phase step and count of the last whole one's.
-    largest: Largest,
+    /// Of each detector in this scan so far; phase step and count of the last whole one's.
+    largest: Vec<Largest>,
     peak: Option<(u64, i64)>,
     overrun: bool,
     saturated: bool,
@@ -60,7 +60,7 @@ impl Watch {
             reported: now,
             scans: 0,
             next_index: None,
-            largest: Largest::default(),
+            largest: Vec::new(),
             peak: None,
             overrun: false,
             saturated: false,
@@ -70,19 +70,24 @@ impl Watch {
     /// Takes the results of a frame.
     pub fn results(&mut self, frame: &ResultsFrame) {
         if frame.index == 0 {
-            (self.largest, self.next_index) = (Largest::default(), Some(0));
+            self.largest.clear();
+            self.next_index = Some(0);
         }
         // What is missing could have had the peak.
         let follows = self.next_index == Some(frame.index);
         self.next_index = follows.then(|| frame.index + frame.results.len() as u32);
         let largest = &mut self.largest;
-        self.places.rows(frame, |row| largest.take(row.phase_step, row.count));
+        self.places.rows(frame, |row| {
+            let detector = row.detector as usize;
+            largest.resize(largest.len().max(detector + 1), Largest::default());
+            largest[detector].take(row.phase_step, row.count);
+        });
         self.results += frame.results.len() as u64;
         self.overrun |= frame.overrun;
         self.saturated |= frame.saturated;
         if frame.last && follows {
             self.scans += 1;
-            self.peak = std::mem::take(largest).peak();
+            self.peak = largest.iter().filter_map(Largest::peak).max_by_key(|&(_, count)| count);
         }
     }
 

@@ -85,10 +85,12 @@ fn what_is_wrong_with_a_sensor_is_named() {
         let (named, of) = (named.count(), found.len());
         println!("{settings:?}: {cause:?} named {named} of {of}, alone {alone}");
         assert!(named * 10 >= of * 8, "{settings:?}: {named} of {of}");
-        // Light of another code has no peak of this one.
-        let has_peak = !matches!(cause, Cause::NoLight | Cause::Code);
-        let distances = found.iter().filter(|one| one.estimate.distance_m.is_some()).count();
-        assert_eq!(distances, if has_peak { of } else { 0 }, "{settings:?}");
+        // Light of another code correlates with this one, too.
+        if cause != Cause::Code {
+            let distances = found.iter().filter(|one| one.estimate.distance_m.is_some()).count();
+            let expected = if cause == Cause::NoLight { 0 } else { of };
+            assert_eq!(distances, expected, "{settings:?}");
+        }
     }
 }
 

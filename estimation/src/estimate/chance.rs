@@ -25,49 +25,72 @@ struct Noise {
     /// Mean and variance of the signed count.
     mean: f64,
     variance: f64,
+    /// Hits that go together: an avalanche and its afterpulses.
+    cluster: f64,
 }
 
 impl Noise {
-    /// Of the scene's background, in as many hits as were counted where the hardware tells.
+    /// Of so many hits, whose variance without regard to the code's balance is `fano` times as large.
+    fn of_hits(sensor: &Sensor, detector: DetectorIndex, hits: f64, fano: f64) -> Noise {
+        let chips = &sensor.reference(detector).chips;
+        let up = chips.iter().filter(|&&chip| chip == 1).count() as f64 / chips.len() as f64;
+        let balance = 2.0 * up - 1.0;
+        let variance = fano * hits * (1.0 - balance * balance);
+        Noise { mean: hits * balance, variance, cluster: fano.max(1.0) }
+    }
+
+    /// In as many hits as were counted where the hardware tells, or else those of the scene without the own
+    /// light; none where that has no light at all, or theory has nothing to say of it.
     fn of_steps(sensor: &Sensor, detector: DetectorIndex, counts: &[StepCount]) -> Option<Noise> {
-        let dark = sensor.with(|scene| {
-            // Light of other sources correlates with the reference here and there: what it adds is no chance.
-            scene.paths.retain(|path| path.detector != detector);
+        let dark = without_own_light(sensor, detector).with(|scene| {
             // One step says it of all: what the others differ in is less than the noise.
             scene.scan.steps = 1;
             scene.hardware.parallel = 1;
         });
-        let model = DetectorModel::new(&dark, detector);
-        let response = MeanResponse::of_tier(&model, CountingTier::Sampled).ok()?;
-        let step = *SecondMoments::new(&response).ok()?.of_scan().first()?;
-        let hits = counts.iter().map(|count| count.total as f64).sum::<f64>() / counts.len() as f64;
-        let scale = if hits > 0.0 && step.total_mean > 0.0 { hits / step.total_mean } else { 1.0 };
-        Some(Noise { mean: scale * step.signed_mean, variance: scale * step.signed_variance })
+        let counted =
+            counts.iter().map(|count| count.total as f64).sum::<f64>() / counts.len() as f64;
+        let expected = || {
+            let model = DetectorModel::new(&dark, detector);
+            let response = MeanResponse::of_tier(&model, CountingTier::Sampled).ok()?;
+            let step = *SecondMoments::new(&response).ok()?.of_scan().first()?;
+            (step.total_mean > 0.0).then_some(step)
+        };
+        let expected = expected();
+        let hits = if counted > 0.0 { counted } else { expected?.total_mean };
+        let fano = expected.map_or(1.0, |step| {
+            let share = step.signed_mean / step.total_mean;
+            step.signed_variance / (step.total_mean * (1.0 - share * share)).max(f64::MIN_POSITIVE)
+        });
+        Some(Noise::of_hits(sensor, detector, hits, fano))
     }
 
-    /// At most this share of steps counts so much: the Chernoff bound of the difference of two Poisson
-    /// numbers with this mean and variance.
+    /// About this share of steps counts so much, or less: the Chernoff bound of the difference of two
+    /// Poisson numbers of clusters with this mean and variance.
     fn tail(self, count: f64) -> f64 {
-        let excess = count - self.mean;
-        if excess <= 0.0 || self.variance <= 0.0 {
+        let (excess, variance) =
+            ((count - self.mean) / self.cluster, self.variance / self.cluster.powi(2));
+        if excess <= 0.0 || variance <= 0.0 {
             return if excess > 0.0 { 0.0 } else { 1.0 };
         }
-        let root = excess.hypot(self.variance);
-        (root - self.variance - excess * (excess / self.variance).asinh()).exp()
+        let root = excess.hypot(variance);
+        (root - variance - excess * (excess / variance).asinh()).exp()
     }
 }
 
-/// At most this share of scans without modulated light has a count as large as the largest one of these, from
-/// the scene's background or, where there are total counts, as many hits as were counted; none where the
-/// theory has nothing to say of such a scan.
+/// At most about this share of scans without modulated light has a count as large as the largest one of
+/// these; none of hardware whose counts saturate, without hits, or where theory has nothing to say.
 pub fn of_steps(sensor: &Sensor, detector: DetectorIndex, counts: &[StepCount]) -> Option<f64> {
+    if sensor.interface().saturates() {
+        return None;
+    }
     Some(of_largest(counts, Noise::of_steps(sensor, detector, counts)?))
 }
 
 /// The same of the phase steps of a histogram, which all see the same hits.
-pub fn of_histogram(counts: &[StepCount]) -> f64 {
+pub fn of_histogram(sensor: &Sensor, detector: DetectorIndex, counts: &[StepCount]) -> Option<f64> {
     let hits = counts.first().map_or(0, |count| count.total);
-    of_largest(counts, Noise { mean: 0.0, variance: hits as f64 })
+    let noise = Noise::of_hits(sensor, detector, hits as f64, 1.0);
+    (hits > 0).then(|| of_largest(counts, noise))
 }
 
 fn of_largest(counts: &[StepCount], noise: Noise) -> f64 {
@@ -96,7 +119,7 @@ mod tests {
             let at_least = |count: usize| -> f64 {
                 (0..250 - count).map(|down| p[down] * p[down + count..].iter().sum::<f64>()).sum()
             };
-            let noise = Noise { mean: 0.0, variance: 2.0 * mean };
+            let noise = Noise { mean: 0.0, variance: 2.0 * mean, cluster: 1.0 };
             let ratio = noise.tail(count as f64) / at_least(count);
             assert!((1.0..20.0).contains(&ratio), "{mean}, {count}: {ratio}");
         }

@@ -50,9 +50,9 @@ pub struct EstimateReport {
     /// The estimate; null if the counts do not have a peak, or no modulated light could
     /// have caused one, or noise alone is as likely to.
     pub distance_m: Option<f64>,
-    /// At most this share of scans without any light of the source has a count as large as the
-    /// largest one ([`crate::estimate::chance`]); null without counts, or where theory says nothing
-    /// of such scans. From 0.5 on there is no estimate.
+    /// At most about this share of scans without modulated light has a count as large as the largest one
+    /// ([`crate::estimate::chance`]); null without hits, where counts may saturate, and where theory
+    /// says nothing of such scans. From 0.5 on there is no estimate.
     pub chance_bound_fraction: Option<f64>,
     /// That path's distance, folded into the unambiguous range.
     pub true_distance_m: Option<f64>,
@@ -265,20 +265,20 @@ impl EstimateReport {
         let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
         let fraction = match counted {
             Counted::Bins(histogram) => {
-                Some(chance::of_histogram(&step_counts(sensor, detector, histogram)))
+                let counts = step_counts(sensor, detector, histogram);
+                chance::of_histogram(sensor, detector, &counts)
             }
-            Counted::Steps(counts) if is_histogram => Some(chance::of_histogram(counts)),
+            Counted::Steps(counts) if is_histogram => {
+                chance::of_histogram(sensor, detector, counts)
+            }
             Counted::Steps(counts) => chance::of_steps(sensor, detector, counts),
         };
         self.chance_bound_fraction = fraction;
         let Some(fraction) = fraction.filter(|&fraction| fraction >= DOUBTFUL) else {
             return Ok(());
         };
-        let as_large = format!(
-            "without any light of \"{}\" up to {:.0} % of scans have a count as large as the largest",
-            self.source,
-            fraction * 1e2
-        );
+        let as_large =
+            format!("noise alone may have as large a count in {:.0} % of scans", fraction * 1e2);
         if fraction >= NO_PEAK {
             return Err(as_large);
         }

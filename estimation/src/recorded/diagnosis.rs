@@ -69,11 +69,13 @@ pub struct Diagnosis {
 }
 
 /// Tests a scan against its scene: the diagnosis, and the fit behind it. `delays_ps` are candidates for
-/// the delay of its peak, relative to the scene's: the tests begin with the one that agrees best.
+/// the delay of its peak, relative to the scene's: the tests begin with the one that agrees best. The scan
+/// `may_be_dark` if its peak may be chance.
 pub(super) fn diagnose(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
+    may_be_dark: bool,
 ) -> Result<(Diagnosis, SceneFit), FitError> {
     let mut examination = Examination {
         sensor,
@@ -92,7 +94,7 @@ pub(super) fn diagnose(
     if hits < FEWEST_HITS {
         return Ok(examination.too_few_hits(hits));
     }
-    if let Some(dark) = examination.without_light() {
+    if let Some(dark) = may_be_dark.then(|| examination.without_light()).flatten() {
         return Ok(dark);
     }
     while examination.take_in_best() {}

@@ -9,6 +9,7 @@ use super::diagnosis::{Diagnosis, diagnose, fit_of_scene};
 use super::hypothesis::{SceneFit, Unknown};
 use super::observed::{Agreement, Expected, Observed};
 use super::{RecordedHistogram, RecordedScan};
+use crate::estimate::chance::DOUBTFUL;
 use crate::estimate::report::EstimateReport;
 use crate::estimate::{CountingTier, TheoryEffort, Work, calibration_offset_ps, distance_m};
 use crate::photons::StepCount;
@@ -151,7 +152,9 @@ fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
         let by_phase = observed.estimate(&by_phase(sensor));
         let found_ps = [&estimate, &by_phase].into_iter().filter_map(later_ps);
         let delays_ps: Vec<f64> = found_ps.chain([0.0]).collect();
-        diagnose(sensor, observed, &delays_ps).map_err(|e| e.to_string())
+        // A peak that is not chance is of some light.
+        let may_be_dark = estimate.chance_bound_fraction.is_none_or(|chance| chance >= DOUBTFUL);
+        diagnose(sensor, observed, &delays_ps, may_be_dark).map_err(|e| e.to_string())
     });
     let mut assessment = Assessment {
         detector: sensor.scene().detectors[observed.detector()].name.clone(),

@@ -473,7 +473,8 @@ impl TrackReport {
                 (measured - expected).abs() <= MOST_ERRORS * error + THEORY_SHARE * std_m
             })
         };
-        self.told_in_time == self.taken_away
+        self.acquired > 0
+            && self.told_in_time == self.taken_away
             && is_near(self.bias_m, self.bias_std_error_m, self.expected_bias_m)
             && is_near(self.std_m, self.std_std_error_m, self.expected_std_m)
     }

@@ -186,6 +186,10 @@ impl CountLaw {
     /// deviations: third-order polynomial of Cornish and Fisher (1938), from its
     /// constant term on.
     pub fn deviation_of_normal(&self) -> [f64; 4] {
+        // A step without any light counts 0.
+        if self.total <= 0.0 {
+            return [0.0, 1.0, 0.0, 0.0];
+        }
         let [skewness, kurtosis] = self.cumulants();
         let (skew, kurt, square) = (skewness / 6.0, kurtosis / 24.0, skewness * skewness / 36.0);
         [-skew, 1.0 - 3.0 * kurt + 5.0 * square, skew, kurt - 2.0 * square]
