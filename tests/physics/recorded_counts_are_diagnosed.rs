@@ -143,6 +143,41 @@ fn dim_light_is_not_taken_for_none() {
     .unwrap();
 }
 
+/// Over 4,088 steps one dim peak leaves chi-square as it is without any light. It stands out all the same: it is
+/// not called darkness.
+#[test]
+fn a_dim_peak_among_many_steps_is_not_taken_for_none() {
+    let long = ["source.code.degree=9", "hardware.total_counts=true"];
+    let built = quick(&[&long[..], &["source.mean_power=2 pW"]].concat());
+    let written = quick(&long);
+    scans(&built, DetectorIndex(0), Tier::Sampled, 2, 2, |counts| {
+        let detector = DetectorIndex(0);
+        let scan = RecordedScan { detector, counts: counts.to_vec(), has_totals: true };
+        let found = assess(&written, &scan);
+        assert!(
+            found.estimate.chance_bound_fraction.is_some_and(|chance| chance < 0.01),
+            "{found}"
+        );
+        let causes = found.diagnosis.expect("it is known").causes;
+        assert!(!causes.contains(&Cause::NoLight), "{causes:?}");
+    })
+    .unwrap();
+}
+
+/// Two detectors, whose steps see no light at all here and there: `run` ranges them.
+#[test]
+fn steps_without_any_light_are_ranged() {
+    let scene = scene::load(Path::new("tests/scenes/totals.toml")).unwrap();
+    let sensor = Sensor::new(&scene);
+    for detector in DetectorIndex::of(&scene.detectors) {
+        scans(&sensor, detector, Tier::Sampled, 1, 1, |counts| {
+            let report = estimate_scan(&sensor, detector, counts);
+            assert!(report.chance_bound_fraction.is_none(), "its counts may saturate: {report:?}");
+        })
+        .unwrap();
+    }
+}
+
 /// Seven hits in a step: the tests would accuse one right scene of five.
 #[test]
 fn of_few_hits_nothing_is_said() {

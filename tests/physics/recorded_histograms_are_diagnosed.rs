@@ -94,6 +94,26 @@ fn what_is_wrong_with_a_sensor_is_named() {
     }
 }
 
+/// Chips that are 1 in 12 of 31 count down what has no modulation: hits of noise have that mean, and not 0.
+#[test]
+fn an_unbalanced_code_neither_hides_a_peak_nor_makes_one() {
+    for index in [0, 2] {
+        let code = format!("source.code.index={index}");
+        let written = histogram(&[&code]);
+        let chips = &written.reference(FIRST).chips;
+        assert_ne!(chips.iter().filter(|&&chip| chip == 1).count(), 16, "it is balanced");
+        for (light, has_distance) in [("source.mean_power=4 pW", true), (BLOCKED, false)] {
+            for one in assessments(&histogram(&[&code, light]), &written, 4) {
+                let distance_m = one.estimate.distance_m;
+                assert_eq!(distance_m.is_some(), has_distance, "{code}, {light}: {one}");
+                assert!(distance_m.is_none_or(|metres| (metres - 3.2).abs() < 0.3), "{one}");
+            }
+        }
+    }
+}
+
+const BLOCKED: &str = "path.transmission=1e-9";
+
 /// What a sensor cannot have counted by chance: averages of many histograms.
 #[test]
 fn averages_are_no_counts() {
