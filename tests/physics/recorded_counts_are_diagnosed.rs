@@ -164,20 +164,6 @@ fn a_dim_peak_among_many_steps_is_not_taken_for_none() {
     .unwrap();
 }
 
-/// Two detectors, whose steps see no light at all here and there: `run` ranges them.
-#[test]
-fn steps_without_any_light_are_ranged() {
-    let scene = scene::load(Path::new("tests/scenes/totals.toml")).unwrap();
-    let sensor = Sensor::new(&scene);
-    for detector in DetectorIndex::of(&scene.detectors) {
-        scans(&sensor, detector, Tier::Sampled, 1, 1, |counts| {
-            let report = estimate_scan(&sensor, detector, counts);
-            assert!(report.chance_bound_fraction.is_none(), "its counts may saturate: {report:?}");
-        })
-        .unwrap();
-    }
-}
-
 /// Seven hits in a step: the tests would accuse one right scene of five.
 #[test]
 fn of_few_hits_nothing_is_said() {

@@ -369,4 +369,11 @@ mod tests {
         let (mean, variance) = law.given_below(-30.0);
         assert!(mean < -30.0 && mean > -30.5 && variance < 0.1);
     }
+
+    /// A step without any light counts 0 in every scan: it has no cumulants beyond a normal number's.
+    #[test]
+    fn a_count_of_no_light_has_no_shape_of_its_own() {
+        let nothing = CountLaw { mean: 0.0, variance: 0.0, total: 0.0, afterpulses: 0.137 };
+        assert_eq!(nothing.deviation_of_normal(), [0.0, 1.0, 0.0, 0.0]);
+    }
 }
