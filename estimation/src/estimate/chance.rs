@@ -1,127 +1,338 @@
-//! Whether a scan's peak could be chance: what noise alone counts, without any light of the source that is
-//! ranged. A beam that is blocked, or a laser that is off, leaves counts that have a largest one, too.
+//! Whether a scan's peak could be chance: how often a scan without any light of the source that is ranged
+//! has as large a count. A beam that is blocked, or a laser that is off, leaves counts that have a largest
+//! one, too.
 
-use crate::photons::{DetectorModel, StepCount};
-use crate::response::{CountingTier, MeanResponse, SecondMoments};
-use crate::scene::DetectorIndex;
+use super::count_law::CountLaw;
+use super::effort::{TheoryEffort, Work};
+use super::phase::first_maximum;
+use crate::photons::{DeadTime, DetectorModel, StepCount};
+use crate::response::{CountingTier, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
+use crate::scan::Step;
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
-/// From this chance on the largest count is no peak.
-pub const NO_PEAK: f64 = 0.5;
+/// From this chance on there is no estimate.
+pub const NO_PEAK: f64 = 0.02;
 /// From this chance on it is told.
-pub const DOUBTFUL: f64 = 0.01;
+pub const DOUBTFUL: f64 = 0.001;
+
+/// Counts whose scatter is to tell how bright it was are at least so many. Of N steps, and no noise at all, a peak
+/// and the sidelobes of a Gold code of L chips make differences as noise of 2 / (L S^2) of its square would:
+/// it is 3.9 standard deviations high with 31 chips and one sample per chip, and higher in longer scans.
+const SCATTERED_STEPS: usize = 31;
+
+/// A detector's scan as it would be without any light of its own source, as bright as the counts say.
+#[derive(Debug)]
+pub struct Darkness<'s> {
+    sensor: &'s Sensor,
+    detector: DetectorIndex,
+    /// Laws of the phase steps' counts; a single one if all have the same.
+    laws: Vec<CountLaw>,
+    /// Hits of a step by the scene: none if it has no other light.
+    hits_of_scene: f64,
+    /// What a step counts by what was measured.
+    pub hits: f64,
+}
+
+impl<'s> Darkness<'s> {
+    /// Of a scan's `counts`.
+    ///
+    /// Total counts tell how bright it was. Without them it was as bright as the scene is, or brighter if
+    /// neighbouring counts differ by more: the signal changes little from one step to the next.
+    pub fn of(sensor: &'s Sensor, detector: DetectorIndex, counts: &[StepCount]) -> Darkness<'s> {
+        let spad = &sensor.scene().detectors[detector];
+        let of_scene = laws_without_own_light(sensor, detector).unwrap_or_default();
+        let hits_of_scene = mean(of_scene.iter().map(|law| law.total));
+        let mut dark = Darkness { sensor, detector, laws: of_scene, hits_of_scene, hits: 0.0 };
+        if hits_of_scene <= 0.0 {
+            // Without other light in the scene, or without theory, hits come as they come.
+            let clusters = spad.afterpulses_per_avalanche();
+            dark.laws = vec![CountLaw::of_clusters(dark.balance(), 1.0, clusters)];
+        }
+        let counted = mean(counts.iter().map(|count| count.total as f64));
+        dark.hits = match counted > 0.0 {
+            true => counted,
+            false => {
+                let scattered = dark.excess_scatter(counts) * dark.hits_of_laws();
+                scattered.min(dark.most_hits()).max(hits_of_scene)
+            }
+        };
+        dark
+    }
+
+    /// Hits that the laws expect of a step.
+    fn hits_of_laws(&self) -> f64 {
+        mean(self.laws.iter().map(|law| law.total))
+    }
+
+    /// Ones of the reference less its zeros, in its chips.
+    fn balance(&self) -> f64 {
+        let code = self.sensor.reference(self.detector);
+        2.0 * code.weight() as f64 / code.len() as f64 - 1.0
+    }
+
+    /// The laws of some steps' counts: light that is not modulated makes the difference to the scene's.
+    fn laws(&self, steps: usize) -> Vec<CountLaw> {
+        let known = self.hits_of_laws();
+        let (brighter, more) = (self.hits / known, self.balance() * (self.hits - known));
+        let of_step = |of_scene: &CountLaw| CountLaw {
+            mean: of_scene.mean + more,
+            variance: of_scene.variance * brighter,
+            total: of_scene.total * brighter,
+            ..*of_scene
+        };
+        self.laws.iter().map(of_step).cycle().take(steps).collect()
+    }
+
+    /// Hits of a step at most, however bright: one each dead time of each cell.
+    fn most_hits(&self) -> f64 {
+        let spad = &self.sensor.scene().detectors[self.detector];
+        f64::from(spad.cells) * self.sensor.timing().integration_ps() / spad.dead_time_ps
+    }
+
+    /// How many times the variance of the scene's noise the counts have, by the differences of neighbours
+    /// (von Neumann 1941); 0 if they are too few to tell.
+    fn excess_scatter(&self, counts: &[StepCount]) -> f64 {
+        if counts.len() < SCATTERED_STEPS {
+            return 0.0;
+        }
+        let parallel = self.sensor.timing().parallel as usize;
+        let law = |step: usize| self.laws[step % self.laws.len()];
+        let excess = |step: usize| counts[step].signed as f64 - law(step).mean;
+        let (mut squares, mut expected) = (0.0, 0.0);
+        for step in 1..counts.len() {
+            squares += (excess(step) - excess(step - 1)).powi(2);
+            let sees_the_same = step % parallel != 0;
+            let of_light = if sees_the_same { self.of_the_same_light() } else { 1.0 };
+            expected += of_light * (law(step).variance + law(step - 1).variance);
+        }
+        if expected > 0.0 { squares / expected } else { 0.0 }
+    }
+
+    /// Variance of the difference of two neighbours that count the same light, over that of two that do not:
+    /// only hits in samples in which their signs differ are in it.
+    fn of_the_same_light(&self) -> f64 {
+        let code = self.sensor.reference(self.detector);
+        let changes = 2.0 * code.runs() as f64 / code.len() as f64;
+        let samples_per_chip = f64::from(self.sensor.clock().samples_per_chip);
+        2.0 * changes / samples_per_chip / (1.0 - self.balance().powi(2))
+    }
+
+    /// The sensor without its own light, and how much more of light that is not modulated it has, in counts
+    /// per second.
+    pub fn sensor(&self) -> (Sensor, f64) {
+        let dark = without_own_light(self.sensor, self.detector);
+        let spad = &dark.scene().detectors[self.detector];
+        let dead_time = DeadTime::of(spad, spad.dead_time_ps * 1e-12);
+        let step_s = dark.timing().integration_ps() * 1e-12;
+        let [counted, of_scene] = [self.hits, self.hits_of_scene].map(|hits| hits / step_s);
+        (dark, dead_time.primary(counted) - dead_time.primary(of_scene))
+    }
+
+    /// Hits of a scan of so many steps by the scene: none if it has no other light.
+    pub fn hits_of_scan(&self, steps: usize) -> f64 {
+        let is_histogram = self.sensor.scene().hardware.architecture == Architecture::Histogram;
+        let scans = if is_histogram {
+            1.0
+        } else {
+            steps as f64 / f64::from(self.sensor.timing().parallel)
+        };
+        self.hits_of_scene * scans
+    }
+
+    /// Share of such scans in which some step counts as much as the estimate rests on; none of hardware whose
+    /// counts saturate, and without hits.
+    ///
+    /// The phase rests on the largest count, a fit on the counts of a chip, whose sum is the least likely.
+    /// Of counts that go together it is more than the share.
+    pub fn chance(&self, counts: &[StepCount]) -> Option<f64> {
+        if self.sensor.interface().saturates() || self.hits <= 0.0 || counts.is_empty() {
+            return None;
+        }
+        let signed: Vec<f64> = counts.iter().map(|count| count.signed as f64).collect();
+        let laws = self.laws(counts.len());
+        let (law, count) = match self.sensor.scene().estimator {
+            EstimatorKind::Fft => {
+                let coarse = first_maximum(&signed);
+                (laws[coarse], signed[coarse])
+            }
+            EstimatorKind::Model => least_likely(&laws, &signed, self.steps_that_add_up()),
+        };
+        let of_one = law.above(count - 0.5);
+        Some(-(counts.len() as f64 * (-of_one).ln_1p()).exp_m1())
+    }
+
+    /// Neighbouring steps of a chip, if each counts light of its own.
+    fn steps_that_add_up(&self) -> usize {
+        let is_histogram = self.sensor.scene().hardware.architecture == Architecture::Histogram;
+        match is_histogram || self.sensor.timing().parallel > 1 {
+            true => 1,
+            false => self.sensor.clock().samples_per_chip as usize,
+        }
+    }
+}
 
 /// The sensor with nothing on its way from the detector's own source to it.
-pub fn without_own_light(sensor: &Sensor, detector: DetectorIndex) -> Sensor {
+fn without_own_light(sensor: &Sensor, detector: DetectorIndex) -> Sensor {
     sensor.with(|scene| {
         let own = scene.detectors[detector].reference;
         scene.paths.retain(|path| path.detector != detector || path.source != own);
     })
 }
 
-/// What a phase step counts of light that is not modulated.
-#[derive(Debug, Clone, Copy)]
-struct Noise {
-    /// Mean and variance of the signed count.
-    mean: f64,
-    variance: f64,
-    /// Hits that go together: an avalanche and its afterpulses.
-    cluster: f64,
+/// The laws of the scene's phase steps without the own light, by the exact response: one if no other light is
+/// modulated.
+fn laws_without_own_light(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+) -> Result<Vec<CountLaw>, MeanResponseError> {
+    let mut dark = without_own_light(sensor, detector).with(|scene| scene.hardware.parallel = 1);
+    if DetectorModel::new(&dark, detector).modulated_paths().next().is_none() {
+        dark = dark.with(|scene| scene.scan.steps = 1);
+    }
+    TheoryEffort::of(&dark, detector)?.check(Work::Predictions(0))?;
+    let model = DetectorModel::new(&dark, detector);
+    let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
+    let first = SecondMoments::new(&response)?.of_steps(&[Step::at(0)])[0];
+    // Variance of a step without regard to its mean, which is what steps differ in.
+    let apart = |signed: f64, total: f64| total * (1.0 - (signed / total).powi(2));
+    let fano = first.signed_variance / apart(first.signed_mean, first.total_mean);
+    let spad = &sensor.scene().detectors[detector];
+    let of_step =
+        |mean: &MeanCount| CountLaw::of(spad, mean, fano * apart(mean.signed, mean.total));
+    let laws = response.mean_counts().iter().map(of_step).collect();
+    Ok(if first.total_mean > 0.0 { laws } else { Vec::new() })
 }
 
-impl Noise {
-    /// Of so many hits, whose variance without regard to the code's balance is `fano` times as large.
-    fn of_hits(sensor: &Sensor, detector: DetectorIndex, hits: f64, fano: f64) -> Noise {
-        let chips = &sensor.reference(detector).chips;
-        let up = chips.iter().filter(|&&chip| chip == 1).count() as f64 / chips.len() as f64;
-        let balance = 2.0 * up - 1.0;
-        let variance = fano * hits * (1.0 - balance * balance);
-        Noise { mean: hits * balance, variance, cluster: fano.max(1.0) }
-    }
-
-    /// In as many hits as were counted where the hardware tells, or else those of the scene without the own
-    /// light; none where that has no light at all, or theory has nothing to say of it.
-    fn of_steps(sensor: &Sensor, detector: DetectorIndex, counts: &[StepCount]) -> Option<Noise> {
-        let dark = without_own_light(sensor, detector).with(|scene| {
-            // One step says it of all: what the others differ in is less than the noise.
-            scene.scan.steps = 1;
-            scene.hardware.parallel = 1;
-        });
-        let counted =
-            counts.iter().map(|count| count.total as f64).sum::<f64>() / counts.len() as f64;
-        let expected = || {
-            let model = DetectorModel::new(&dark, detector);
-            let response = MeanResponse::of_tier(&model, CountingTier::Sampled).ok()?;
-            let step = *SecondMoments::new(&response).ok()?.of_scan().first()?;
-            (step.total_mean > 0.0).then_some(step)
+/// Of all sums of neighbouring counts that of the largest deviation, and its law.
+fn least_likely(laws: &[CountLaw], counts: &[f64], neighbours: usize) -> (CountLaw, f64) {
+    let neighbours = neighbours.min(counts.len());
+    let sums = laws.windows(neighbours).zip(counts.windows(neighbours)).map(|(laws, counts)| {
+        let sum = |of: fn(&CountLaw) -> f64| laws.iter().map(of).sum();
+        let law = CountLaw {
+            mean: sum(|law| law.mean),
+            variance: sum(|law| law.variance),
+            total: sum(|law| law.total),
+            ..laws[0]
         };
-        let expected = expected();
-        let hits = if counted > 0.0 { counted } else { expected?.total_mean };
-        let fano = expected.map_or(1.0, |step| {
-            let share = step.signed_mean / step.total_mean;
-            step.signed_variance / (step.total_mean * (1.0 - share * share)).max(f64::MIN_POSITIVE)
-        });
-        Some(Noise::of_hits(sensor, detector, hits, fano))
-    }
-
-    /// About this share of steps counts so much, or less: the Chernoff bound of the difference of two
-    /// Poisson numbers of clusters with this mean and variance.
-    fn tail(self, count: f64) -> f64 {
-        let (excess, variance) =
-            ((count - self.mean) / self.cluster, self.variance / self.cluster.powi(2));
-        if excess <= 0.0 || variance <= 0.0 {
-            return if excess > 0.0 { 0.0 } else { 1.0 };
-        }
-        let root = excess.hypot(variance);
-        (root - variance - excess * (excess / variance).asinh()).exp()
-    }
+        (law, counts.iter().sum::<f64>())
+    });
+    let deviation = |(law, count): &(CountLaw, f64)| (count - law.mean) / law.std();
+    sums.max_by(|a, b| deviation(a).total_cmp(&deviation(b))).expect("there are counts")
 }
 
-/// At most about this share of scans without modulated light has a count as large as the largest one of
-/// these; none of hardware whose counts saturate, without hits, or where theory has nothing to say.
-pub fn of_steps(sensor: &Sensor, detector: DetectorIndex, counts: &[StepCount]) -> Option<f64> {
-    if sensor.interface().saturates() {
-        return None;
-    }
-    Some(of_largest(counts, Noise::of_steps(sensor, detector, counts)?))
-}
-
-/// The same of the phase steps of a histogram, which all see the same hits.
-pub fn of_histogram(sensor: &Sensor, detector: DetectorIndex, counts: &[StepCount]) -> Option<f64> {
-    let hits = counts.first().map_or(0, |count| count.total);
-    let noise = Noise::of_hits(sensor, detector, hits as f64, 1.0);
-    (hits > 0).then(|| of_largest(counts, noise))
-}
-
-fn of_largest(counts: &[StepCount], noise: Noise) -> f64 {
-    let largest = counts.iter().map(|count| count.signed).max().unwrap_or(0);
-    (counts.len() as f64 * noise.tail(largest as f64)).min(1.0)
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let number = values.len().max(1) as f64;
+    values.sum::<f64>() / number
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Sums of the probabilities of the difference of two Poisson numbers of mean 2 and of mean 50
-    /// (Skellam's distribution, by its recurrence): the bound is above them, and not by much.
-    #[test]
-    fn the_bound_is_above_the_exact_tail() {
-        let poisson = |mean: f64, most: usize| -> Vec<f64> {
+    use super::*;
+    use crate::scene;
+
+    /// `quick`, with settings, of a detector without dead time and afterpulses.
+    fn ideal(settings: &[&str]) -> Sensor {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/quick.toml");
+        let ideal = ["detector.dead_time=0 ns", "detector.afterpulsing.probability=0"];
+        let settings = ideal.iter().chain(settings).map(|text| text.parse().expect("a setting"));
+        let settings: Vec<scene::Setting> = settings.collect();
+        Sensor::new(&scene::load_with(&file, &settings).expect("the scene is sound"))
+    }
+
+    /// P(up - down >= count) of two Poisson numbers, by sums.
+    fn skellam(up: f64, down: f64, count: usize) -> f64 {
+        let poisson = |mean: f64| -> Vec<f64> {
             let next = |p: &mut f64, k: usize| {
                 let now = *p;
                 *p *= mean / (k + 1) as f64;
                 Some(now)
             };
-            (0..most).scan((-mean).exp(), next).collect()
+            (0..500).scan((-mean).exp(), next).collect()
         };
-        for (mean, count) in [(2.0, 6), (2.0, 11), (50.0, 30), (50.0, 60)] {
-            let p = poisson(mean, 250);
-            let at_least = |count: usize| -> f64 {
-                (0..250 - count).map(|down| p[down] * p[down + count..].iter().sum::<f64>()).sum()
-            };
-            let noise = Noise { mean: 0.0, variance: 2.0 * mean, cluster: 1.0 };
-            let ratio = noise.tail(count as f64) / at_least(count);
-            assert!((1.0..20.0).contains(&ratio), "{mean}, {count}: {ratio}");
+        let (up, down) = (poisson(up), poisson(down));
+        (0..500 - count).map(|k| down[k] * up[k + count..].iter().sum::<f64>()).sum()
+    }
+
+    /// A scan whose largest count is `largest`, and whose steps have `total` hits.
+    fn scan(steps: usize, largest: i64, total: u64) -> Vec<StepCount> {
+        let mut counts = vec![StepCount { signed: 0, total }; steps];
+        counts[100].signed = largest;
+        counts
+    }
+
+    /// Hits of no light are two Poisson numbers, as many up and down as the code has ones and zeros: 12 and 19
+    /// of 31 chips.
+    #[test]
+    fn the_chance_is_that_of_the_largest_of_many_differences_of_poisson_numbers() {
+        let sensor = ideal(&["hardware.total_counts=true"]);
+        for (total, largest) in [(4, 7), (4, 11), (100, 30), (100, 60)] {
+            let (up, down) = (total as f64 * 12.0 / 31.0, total as f64 * 19.0 / 31.0);
+            let below = (-skellam(up, down, largest)).ln_1p();
+            let exact = -(248.0 * below).exp_m1();
+            let counts = scan(248, largest as i64, total);
+            let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+            let found = dark.chance(&counts).expect("there are hits");
+            assert!((found / exact - 1.0).abs() < 0.05, "{total}, {largest}: {found} {exact}");
         }
+    }
+
+    /// A fit rests on the counts of a chip: eight steps that count seven each are as likely as one that counts
+    /// 56 of eight times the hits.
+    #[test]
+    fn counts_of_a_chip_add_up_for_a_fit() {
+        let sensor = ideal(&["hardware.total_counts=true"]).estimated_by(EstimatorKind::Model);
+        let mut counts = scan(248, 0, 30);
+        counts[40..48].iter_mut().for_each(|count| count.signed = 7);
+        let share = skellam(240.0 * 12.0 / 31.0, 240.0 * 19.0 / 31.0, 56);
+        let exact = -(248.0 * (-share).ln_1p()).exp_m1();
+        let found = Darkness::of(&sensor, DetectorIndex(0), &counts).chance(&counts);
+        let found = found.expect("there are hits");
+        assert!((found / exact - 1.0).abs() < 0.05, "{found} {exact}");
+        // The largest of them alone is nothing.
+        let alone = sensor.estimated_by(EstimatorKind::Fft);
+        let found = Darkness::of(&alone, DetectorIndex(0), &counts).chance(&counts);
+        assert!(found.expect("there are hits") > 0.5, "{found:?}");
+    }
+
+    /// Signed counts of 900 hits at random places of the code, in a scene that expects 90: the scatter tells it
+    /// within four of its standard errors, whether steps count the same hits or not.
+    #[test]
+    fn without_totals_the_scatter_tells_how_bright_it_was() {
+        const HITS: usize = 900;
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
+        for parallel in [1, 4, 16] {
+            let parallel_steps = format!("hardware.parallel={parallel}");
+            let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps", &parallel_steps]);
+            let chips = &sensor.reference(DetectorIndex(0)).chips;
+            let counts: Vec<StepCount> = (0..248 / parallel)
+                .flat_map(|_| {
+                    let hits: Vec<usize> = (0..HITS).map(|_| random.random_range(0..248)).collect();
+                    let sign = |sample: usize| 2 * i64::from(chips[sample % 248 / 8]) - 1;
+                    let signed = |step: usize| hits.iter().map(|hit| sign(hit + step)).sum();
+                    let counts =
+                        (0..parallel).map(|step| StepCount { signed: signed(step), total: 0 });
+                    counts.collect::<Vec<_>>()
+                })
+                .collect();
+            let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+            assert!((dark.hits_of_scene / 90.0 - 1.0).abs() < 0.01, "{}", dark.hits_of_scene);
+            let ratio = dark.hits / HITS as f64;
+            let independent = (counts.len() / parallel) as f64;
+            assert!((ratio - 1.0).abs() < 4.0 * (3.0 / independent).sqrt(), "{parallel}: {ratio}");
+            println!("{parallel}: {ratio}");
+        }
+    }
+
+    /// Light that is all of one step's counts does not pass for noise.
+    #[test]
+    fn a_peak_is_no_scatter() {
+        let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps"]);
+        let counts = scan(248, 100, 0);
+        let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+        assert!(dark.chance(&counts).expect("there are hits") < 1e-9);
     }
 }

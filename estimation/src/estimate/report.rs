@@ -6,7 +6,7 @@ use std::fmt::Display;
 use serde::Serialize;
 
 use super::bound::{bound, bound_and_remark};
-use super::chance::{self, DOUBTFUL, NO_PEAK};
+use super::chance::{DOUBTFUL, Darkness, NO_PEAK};
 use super::coverage;
 use super::evidence::{Evidence, Expectation, ExpectedErrors, Family};
 use super::histogram::{self, PhaseOfHistogram, step_counts};
@@ -50,10 +50,10 @@ pub struct EstimateReport {
     /// The estimate; null if the counts do not have a peak, or no modulated light could
     /// have caused one, or noise alone is as likely to.
     pub distance_m: Option<f64>,
-    /// At most about this share of scans without modulated light has a count as large as the largest one
-    /// ([`crate::estimate::chance`]); null without hits, where counts may saturate, and where theory
-    /// says nothing of such scans. From 0.5 on there is no estimate.
-    pub chance_bound_fraction: Option<f64>,
+    /// Share of scans without any light of the source in which some count is as large as what the estimate
+    /// rests on ([`crate::estimate::chance`]); null without hits, and where counts may saturate. From 0.02
+    /// on there is no estimate.
+    pub chance_fraction: Option<f64>,
     /// That path's distance, folded into the unambiguous range.
     pub true_distance_m: Option<f64>,
     /// When a moving path has it, from the start of the scan: when the scan passes
@@ -255,30 +255,30 @@ impl EstimateReport {
         self.compare(&ranging, measured_ps.ok(), of_steps);
     }
 
-    /// Whether noise alone could have made the largest count: then there is no estimate.
+    /// Whether a scan without the own light has counts as large: then there is no estimate.
     fn check_chance(
         &mut self,
         sensor: &Sensor,
         detector: DetectorIndex,
         counted: Counted,
     ) -> Result<(), String> {
-        let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
-        let fraction = match counted {
+        let of_bins;
+        let counts = match counted {
+            Counted::Steps(counts) => counts,
             Counted::Bins(histogram) => {
-                let counts = step_counts(sensor, detector, histogram);
-                chance::of_histogram(sensor, detector, &counts)
+                of_bins = step_counts(sensor, detector, histogram);
+                &of_bins
             }
-            Counted::Steps(counts) if is_histogram => {
-                chance::of_histogram(sensor, detector, counts)
-            }
-            Counted::Steps(counts) => chance::of_steps(sensor, detector, counts),
         };
-        self.chance_bound_fraction = fraction;
-        let Some(fraction) = fraction.filter(|&fraction| fraction >= DOUBTFUL) else {
+        self.chance_fraction = Darkness::of(sensor, detector, counts).chance(counts);
+        let Some(fraction) = self.chance_fraction.filter(|&fraction| fraction >= DOUBTFUL) else {
             return Ok(());
         };
-        let as_large =
-            format!("noise alone may have as large a count in {:.0} % of scans", fraction * 1e2);
+        let as_large = format!(
+            "{:.1} % of scans without any light of \"{}\" have as large counts",
+            fraction * 1e2,
+            self.source
+        );
         if fraction >= NO_PEAK {
             return Err(as_large);
         }

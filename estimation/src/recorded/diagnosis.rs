@@ -15,7 +15,7 @@ use super::Cause;
 use super::codes::{self, Candidate};
 use super::hypothesis::{Change, SceneFit, Unknown, fit};
 use super::observed::{Observed, differences};
-use crate::estimate::chance::without_own_light;
+use crate::estimate::chance::Darkness;
 use crate::estimate::evidence::Family;
 use crate::estimate::fit::FitError;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
@@ -89,6 +89,9 @@ pub(super) fn diagnose(
     };
     if examination.fitted.errors.is_empty() {
         examination.unknowns.clear();
+    }
+    if observed.values().iter().all(|&value| value == 0.0) {
+        return examination.without_hits();
     }
     let hits = examination.fitted.expected.hits();
     if hits < FEWEST_HITS {
@@ -200,36 +203,57 @@ impl Examination<'_> {
     /// the scene does: whatever else is freed would be fitted to noise.
     fn without_light(&mut self) -> Option<(Diagnosis, SceneFit)> {
         let detector = self.observed.detector();
-        let dark = without_own_light(self.sensor, detector);
-        // Signed counts alone do not tell the background: it is the scene's.
+        let counts = self.observed.step_counts(self.sensor);
+        let (dark, brighter_cps) = Darkness::of(self.sensor, detector, &counts).sensor();
+        let start = Change::default().by(Unknown::Constant, brighter_cps);
+        // Signed counts alone do not tell the background but by their scatter.
         let unknowns: &[Unknown] =
             if self.observed.tells_light() { &[Unknown::Constant] } else { &[] };
-        let fitted = fit(&dark, self.observed, unknowns, Change::default()).ok()?;
+        let fitted = fit(&dark, self.observed, unknowns, start).ok()?;
         let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
         let explains = fitted.p_value.is_none_or(|p| p >= family().level());
         if !explains || gain <= critical() {
             return None;
         }
-        let own = &self.scene.sources[self.scene.detectors[detector].reference].name;
-        let diagnosis = Diagnosis {
-            causes: vec![Cause::NoLight],
-            sentence: format!(
-                "the counts are those of a scene without any light of \"{own}\": the beam is blocked, the \
-                 laser off, or the target out of reach"
-            ),
-            tests: vec![TestOutcome {
-                cause: Cause::NoLight,
-                statistic: gain,
-                p_value: Some(chance(gain)),
-                rejects: true,
-                scene_value: None,
-                fitted_value: None,
-                fitted_value_std: None,
-                unit: "",
-            }],
-            not_tested: Vec::new(),
+        let test = TestOutcome {
+            cause: Cause::NoLight,
+            statistic: gain,
+            p_value: Some(chance(gain)),
+            rejects: true,
+            scene_value: None,
+            fitted_value: None,
+            fitted_value_std: None,
+            unit: "",
         };
-        Some((diagnosis, fitted))
+        Some((self.darkness(vec![test]), fitted))
+    }
+
+    /// The diagnosis of counts of which a scene without the own light makes nothing else.
+    fn darkness(&self, tests: Vec<TestOutcome>) -> Diagnosis {
+        let own = self.scene.detectors[self.observed.detector()].reference;
+        let sentence = format!(
+            "the counts are those of a scene without any light of \"{}\": the beam is blocked, the laser \
+             off, or the target out of reach",
+            self.scene.sources[own].name
+        );
+        Diagnosis { causes: vec![Cause::NoLight], sentence, tests, not_tested: Vec::new() }
+    }
+
+    /// The diagnosis of counts that are all 0: of darkness if nothing is expected of that, or of a detector
+    /// that does not count.
+    fn without_hits(self) -> Result<(Diagnosis, SceneFit), FitError> {
+        let counts = self.observed.step_counts(self.sensor);
+        let dark = Darkness::of(self.sensor, self.observed.detector(), &counts);
+        let nothing = fit(self.sensor, self.observed, &[], Change::default())?;
+        if (-dark.hits_of_scan(counts.len())).exp() >= family().level() {
+            return Ok((self.darkness(Vec::new()), nothing));
+        }
+        let sentence =
+            "every count is 0, and even in darkness the scene has hits: the detector is off or \
+                        not connected"
+                .to_owned();
+        let causes = vec![Cause::NoHits];
+        Ok((Diagnosis { causes, sentence, tests: Vec::new(), not_tested: Vec::new() }, nothing))
     }
 
     /// No diagnosis: the tests do not keep their level where hits are few.

@@ -63,6 +63,8 @@ pub enum Cause {
     /// None of the own source's light arrives: the beam is blocked, the laser off, or the target out of
     /// reach.
     NoLight,
+    /// The detector does not count at all, not even what it would in darkness.
+    NoHits,
     /// The sources' power, the transmission, or the detection probability.
     LightLevel,
     /// Dark counts, background, or other light that is not modulated.

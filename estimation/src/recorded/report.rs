@@ -9,7 +9,7 @@ use super::diagnosis::{Diagnosis, diagnose, fit_of_scene};
 use super::hypothesis::{SceneFit, Unknown};
 use super::observed::{Agreement, Expected, Observed};
 use super::{RecordedHistogram, RecordedScan};
-use crate::estimate::chance::DOUBTFUL;
+use crate::estimate::chance::{DOUBTFUL, NO_PEAK};
 use crate::estimate::report::EstimateReport;
 use crate::estimate::{CountingTier, TheoryEffort, Work, calibration_offset_ps, distance_m};
 use crate::photons::StepCount;
@@ -112,14 +112,17 @@ const LIGHT_OF_SCENE: &str = "of signed counts alone, which do not tell light le
 
 /// Replaces a model estimate, which signed counts alone do not allow, by the best fit of the scene with
 /// only its distance unknown. `phase` is the phase estimate of the same counts, `model` the model's. It
-/// stays as it is if several paths lead to the detector, since their light would move together, and
-/// if the scene's expected counts cannot be tested.
+/// stays as it is if the counts may be noise, if several paths lead to the detector, since their light would
+/// move together, and if the scene's expected counts cannot be tested.
 pub fn fit_distance_alone(
     sensor: &Sensor,
     scan: &RecordedScan,
     phase: &EstimateReport,
     model: &mut EstimateReport,
 ) {
+    if model.chance_fraction.is_some_and(|chance| chance >= NO_PEAK) {
+        return;
+    }
     let observed = Observed::Steps(scan);
     let paths = sensor.scene().paths.iter().filter(|path| path.detector == scan.detector);
     let is_whole = scan.counts.len() as u64 == sensor.scene().scan.steps;
@@ -153,7 +156,7 @@ fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
         let found_ps = [&estimate, &by_phase].into_iter().filter_map(later_ps);
         let delays_ps: Vec<f64> = found_ps.chain([0.0]).collect();
         // A peak that is not chance is of some light.
-        let may_be_dark = estimate.chance_bound_fraction.is_none_or(|chance| chance >= DOUBTFUL);
+        let may_be_dark = estimate.chance_fraction.is_none_or(|chance| chance >= DOUBTFUL);
         diagnose(sensor, observed, &delays_ps, may_be_dark).map_err(|e| e.to_string())
     });
     let mut assessment = Assessment {

@@ -10,8 +10,8 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use super::law::{CountLaw, laws};
 use super::target::Target;
+use crate::estimate::count_law::{CountLaw, laws};
 use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::fit::start::PeakShape;

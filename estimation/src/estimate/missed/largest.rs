@@ -8,8 +8,8 @@
 
 use std::collections::HashMap;
 
-use super::law::{CountLaw, laws};
 use super::target::Target;
+use crate::estimate::count_law::{CountLaw, laws};
 use crate::estimate::expected_counts::ExpectedCounts;
 
 /// From this standard deviation on counts are taken in strides: ties hardly matter.

@@ -7,7 +7,6 @@
 
 mod drawn;
 mod largest;
-mod law;
 mod target;
 mod wedge;
 

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::law::CountLaw;
 use super::wedge::Planar;
+use crate::estimate::count_law::CountLaw;
 use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::phase::{estimate_at, window_indices};

@@ -49,6 +49,12 @@ impl CountLaw {
         CountLaw { mean, variance, total, afterpulses: spad.afterpulses_per_avalanche() }
     }
 
+    /// That of a step with so many detections, whose clusters alone make the variance.
+    pub fn of_clusters(mean: f64, total: f64, afterpulses: f64) -> CountLaw {
+        let law = CountLaw { mean, variance: 0.0, total, afterpulses };
+        CountLaw { variance: law.generated(0.0).curvature, ..law }
+    }
+
     pub fn std(&self) -> f64 {
         self.variance.sqrt()
     }
@@ -123,6 +129,11 @@ impl CountLaw {
         };
         let density = (-0.5 * w * w).exp() / (2.0 * PI).sqrt();
         (normal_cdf(w) + density * correction).clamp(0.0, 1.0)
+    }
+
+    /// P(count > y): as [`CountLaw::below`], and as precise however small it is.
+    pub fn above(&self, y: f64) -> f64 {
+        CountLaw { mean: -self.mean, ..*self }.below(-y)
     }
 
     /// Afterpulses of an avalanche, as far as clusters end: the variance is exact all
@@ -252,11 +263,6 @@ fn between(counts: &ExpectedCounts, steps: usize, stride: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn law(mean: f64, total: f64, afterpulses: f64) -> CountLaw {
-        let law = CountLaw { mean, variance: 1.0, total, afterpulses };
-        CountLaw { variance: law.generated(0.0).curvature, ..law }
-    }
-
     /// P(count = x) for x = -300..=300: clusters are added one number at a time
     /// (Panjer's recursion would do for positive sums only, so by convolution of the
     /// Poisson-many clusters of each size).
@@ -313,7 +319,7 @@ mod tests {
             (0.0, 40.0, 0.147, 0.03),
             (20.0, 40.0, 0.147, 0.03),
         ] {
-            let (law, exact) = (law(mean, total, m), exact(mean, total, m));
+            let (law, exact) = (CountLaw::of_clusters(mean, total, m), exact(mean, total, m));
             for z in -3..=5 {
                 let x = (mean + f64::from(z) * law.std()).round() as i64;
                 let below: f64 = exact[..(x + 301) as usize].iter().sum();
@@ -344,14 +350,14 @@ mod tests {
     #[test]
     fn cumulants_are_those_of_the_jumps() {
         // No clusters: every cumulant of even order is the number of detections.
-        let plain = law(0.0, 50.0, 0.0);
+        let plain = CountLaw::of_clusters(0.0, 50.0, 0.0);
         assert!((plain.variance - 50.0).abs() < 1e-9);
         assert!(plain.cumulants()[0].abs() < 1e-9);
         assert!((plain.cumulants()[1] - 1.0 / 50.0).abs() < 1e-5);
         // E n = 1 / (1 - m), E n (n - 1) = E n^2 - E n with Var n = m / (1 - m)^3; the
         // fourth moment of n signs is 3 n^2 - 2 n.
         let m = 0.147_f64;
-        let clustered = law(0.0, 50.0, m);
+        let clustered = CountLaw::of_clusters(0.0, 50.0, m);
         let second = m / (1.0 - m).powi(3) + (1.0 - m).powi(-2);
         let fourth = 50.0 * (1.0 - m) * (3.0 * second - 2.0 / (1.0 - m));
         let found = clustered.cumulants()[1] * 2500.0;
@@ -360,7 +366,7 @@ mod tests {
 
     #[test]
     fn a_count_known_to_be_below_its_mean_is_half_a_normal_one() {
-        let law = CountLaw { variance: 9.0, ..law(10.0, 20.0, 0.0) };
+        let law = CountLaw { variance: 9.0, ..CountLaw::of_clusters(10.0, 20.0, 0.0) };
         let (mean, variance) = law.given_below(10.0);
         // Half-normal: sqrt(2 / pi) and 1 - 2 / pi.
         assert!((mean - (10.0 - 3.0 * (2.0 / PI).sqrt())).abs() < 1e-9);
