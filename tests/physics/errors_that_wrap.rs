@@ -1,8 +1,8 @@
 //! Estimates of a code so short that errors come round its period.
 
 use goldtof::Jobs as _;
-use goldtof::estimate::distance_m;
 use goldtof::estimate::report::estimate_scan;
+use goldtof::estimate::{CountingTier, calibration_offset_ps, distance_m, estimate};
 use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
@@ -71,17 +71,25 @@ fn a_bias_of_half_the_period_is_what_was_expected() {
 #[test]
 fn the_errors_do_wrap() {
     // Without circular statistics the test above would have nothing to find.
-    let scene = misled(5_000.0);
-    let mut signs = [0, 0];
-    // As `run` does it, from sampled counts.
-    scans(&Sensor::new(&scene), DetectorIndex(0), Tier::Sampled, 3, 100, |counts| {
-        let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), counts);
-        signs[usize::from(report.error_m.unwrap() > 0.0)] += 1;
+    let sensor = Sensor::new(&misled(5_000.0));
+    let detector = DetectorIndex(0);
+    let offset_ps = calibration_offset_ps(&sensor, detector, CountingTier::Sampled);
+    let (mut signs, mut told) = ([0, 0], 0);
+    scans(&sensor, detector, Tier::Sampled, 3, 100, |counts| {
+        let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
+        let estimate = estimate(sensor.timing(), &signed, offset_ps).expect("there is light");
+        let error_m = fold(estimate.distance_m - distance_m(5_000.0));
+        signs[usize::from(error_m > 0.0)] += 1;
         // One scan against its expectation, the shorter way round.
-        assert!(report.deviation_in_std.unwrap().abs() < 6.0, "{report:?}");
+        let report = estimate_scan(&sensor, detector, counts);
+        let [bias_m, std_m] = [report.expected_bias_m, report.expected_std_m].map(Option::unwrap);
+        assert!((fold(error_m - bias_m) / std_m).abs() < 6.0, "{report:?}");
+        told += u32::from(report.distance_m.is_some());
     })
     .expect("the scene can be simulated");
     assert!(signs[0] > 0 && signs[1] > 0, "{signs:?}");
+    // The other source's light says nothing of the own distance, and the own hardly anything.
+    assert!(told <= 12, "{told}");
 }
 
 #[test]

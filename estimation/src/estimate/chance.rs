@@ -2,9 +2,11 @@
 //! has as large a count. A beam that is blocked, or a laser that is off, leaves counts that have a largest
 //! one, too.
 
+use std::f64::consts::PI;
+
 use super::count_law::CountLaw;
 use super::effort::{TheoryEffort, Work};
-use super::phase::first_maximum;
+use super::phase::{first_maximum, fundamental, is_one_window};
 use crate::photons::{DeadTime, DetectorModel, StepCount};
 use crate::response::{CountingTier, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
@@ -96,13 +98,13 @@ impl<'s> Darkness<'s> {
         if counts.len() < SCATTERED_STEPS {
             return 0.0;
         }
-        let parallel = self.sensor.timing().parallel as usize;
+        let group = self.steps_of_the_same_light(counts.len());
         let law = |step: usize| self.laws[step % self.laws.len()];
         let excess = |step: usize| counts[step].signed as f64 - law(step).mean;
         let (mut squares, mut expected) = (0.0, 0.0);
         for step in 1..counts.len() {
             squares += (excess(step) - excess(step - 1)).powi(2);
-            let sees_the_same = step % parallel != 0;
+            let sees_the_same = step % group != 0;
             let of_light = if sees_the_same { self.of_the_same_light() } else { 1.0 };
             expected += of_light * (law(step).variance + law(step - 1).variance);
         }
@@ -131,20 +133,14 @@ impl<'s> Darkness<'s> {
 
     /// Hits of a scan of so many steps by the scene: none if it has no other light.
     pub fn hits_of_scan(&self, steps: usize) -> f64 {
-        let is_histogram = self.sensor.scene().hardware.architecture == Architecture::Histogram;
-        let scans = if is_histogram {
-            1.0
-        } else {
-            steps as f64 / f64::from(self.sensor.timing().parallel)
-        };
-        self.hits_of_scene * scans
+        self.hits_of_scene * (steps as f64 / self.steps_of_the_same_light(steps) as f64)
     }
 
-    /// Share of such scans in which some step counts as much as the estimate rests on; none of hardware whose
+    /// Share of such scans whose counts show as much as those that the estimate rests on; none of hardware whose
     /// counts saturate, and without hits.
     ///
-    /// The phase rests on the largest count, a fit on the counts of a chip, whose sum is the least likely.
-    /// Of counts that go together it is more than the share.
+    /// The phase rests on the largest count, or, where the scan is one window, on its fundamental alone; a fit on
+    /// the counts of a chip, whose sum is the least likely. Of counts that go together it is more than the share.
     pub fn chance(&self, counts: &[StepCount]) -> Option<f64> {
         if self.sensor.interface().saturates() || self.hits <= 0.0 || counts.is_empty() {
             return None;
@@ -152,6 +148,9 @@ impl<'s> Darkness<'s> {
         let signed: Vec<f64> = counts.iter().map(|count| count.signed as f64).collect();
         let laws = self.laws(counts.len());
         let (law, count) = match self.sensor.scene().estimator {
+            EstimatorKind::Fft if is_one_window(self.sensor.timing()) => {
+                return Some(self.chance_of_fundamental(&laws, &signed));
+            }
             EstimatorKind::Fft => {
                 let coarse = first_maximum(&signed);
                 (laws[coarse], signed[coarse])
@@ -162,12 +161,39 @@ impl<'s> Darkness<'s> {
         Some(-(counts.len() as f64 * (-of_one).ln_1p()).exp_m1())
     }
 
+    /// Share of such scans of a period of two chips with as large a fundamental, whose square is exponentially
+    /// distributed. Counts of the same light correlate as the square wave does: 1 - 2 |k - l| / S.
+    fn chance_of_fundamental(&self, laws: &[CountLaw], signed: &[f64]) -> f64 {
+        let excess: Vec<f64> =
+            signed.iter().zip(laws).map(|(count, law)| count - law.mean).collect();
+        let Ok(sum) = fundamental(&excess, 0, self.sensor.timing()) else { return 1.0 };
+        let chip = f64::from(self.sensor.clock().samples_per_chip);
+        let group = self.steps_of_the_same_light(laws.len());
+        let mut mean_square = 0.0;
+        for (first, law) in laws.iter().enumerate() {
+            let from = first - first % group;
+            for second in from..(from + group).min(laws.len()) {
+                let apart = first.abs_diff(second) as f64;
+                let correlation = 1.0 - 2.0 * apart.min(2.0 * chip - apart) / chip;
+                mean_square += law.variance * correlation * (PI * apart / chip).cos();
+            }
+        }
+        (-sum.norm_sqr() / mean_square).exp()
+    }
+
+    /// Neighbouring steps that count the same hits.
+    fn steps_of_the_same_light(&self, steps: usize) -> usize {
+        match self.sensor.scene().hardware.architecture {
+            Architecture::Histogram => steps,
+            Architecture::UpDown => self.sensor.timing().parallel as usize,
+        }
+    }
+
     /// Neighbouring steps of a chip, if each counts light of its own.
     fn steps_that_add_up(&self) -> usize {
-        let is_histogram = self.sensor.scene().hardware.architecture == Architecture::Histogram;
-        match is_histogram || self.sensor.timing().parallel > 1 {
-            true => 1,
-            false => self.sensor.clock().samples_per_chip as usize,
+        match self.steps_of_the_same_light(usize::MAX) {
+            1 => self.sensor.clock().samples_per_chip as usize,
+            _ => 1,
         }
     }
 }
@@ -298,6 +324,27 @@ mod tests {
         assert!(found.expect("there are hits") > 0.5, "{found:?}");
     }
 
+    /// Counts of so many hits in each group of steps, anywhere in the code, that tell a `total`.
+    fn counts_of_noise(
+        sensor: &Sensor,
+        hits: usize,
+        parallel: usize,
+        total: u64,
+        random: &mut Xoshiro256PlusPlus,
+    ) -> Vec<StepCount> {
+        let chips = &sensor.reference(DetectorIndex(0)).chips;
+        let samples = 8 * chips.len();
+        let sign = |sample: usize| 2 * i64::from(chips[sample % samples / 8]) - 1;
+        let mut counts = Vec::new();
+        while counts.len() < samples {
+            let hits: Vec<usize> = (0..hits).map(|_| random.random_range(0..samples)).collect();
+            let signed = |step: usize| hits.iter().map(|hit| sign(hit + step)).sum();
+            counts.extend((0..parallel).map(|step| StepCount { signed: signed(step), total }));
+        }
+        counts.truncate(samples);
+        counts
+    }
+
     /// Signed counts of 900 hits at random places of the code, in a scene that expects 90: the scatter tells it
     /// within four of its standard errors, whether steps count the same hits or not.
     #[test]
@@ -307,23 +354,38 @@ mod tests {
         for parallel in [1, 4, 16] {
             let parallel_steps = format!("hardware.parallel={parallel}");
             let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps", &parallel_steps]);
-            let chips = &sensor.reference(DetectorIndex(0)).chips;
-            let counts: Vec<StepCount> = (0..248 / parallel)
-                .flat_map(|_| {
-                    let hits: Vec<usize> = (0..HITS).map(|_| random.random_range(0..248)).collect();
-                    let sign = |sample: usize| 2 * i64::from(chips[sample % 248 / 8]) - 1;
-                    let signed = |step: usize| hits.iter().map(|hit| sign(hit + step)).sum();
-                    let counts =
-                        (0..parallel).map(|step| StepCount { signed: signed(step), total: 0 });
-                    counts.collect::<Vec<_>>()
-                })
-                .collect();
+            let counts = counts_of_noise(&sensor, HITS, parallel, 0, &mut random);
             let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
             assert!((dark.hits_of_scene / 90.0 - 1.0).abs() < 0.01, "{}", dark.hits_of_scene);
             let ratio = dark.hits / HITS as f64;
             let independent = (counts.len() / parallel) as f64;
             assert!((ratio - 1.0).abs() < 4.0 * (3.0 / independent).sqrt(), "{parallel}: {ratio}");
             println!("{parallel}: {ratio}");
+        }
+    }
+
+    /// Hits at random places of a square wave: the shares of scans with larger fundamentals are uniform, whether
+    /// steps count the same hits or not.
+    #[test]
+    fn fundamentals_of_a_square_wave_have_their_shares() {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(8);
+        for parallel in [1, 4, 16] {
+            let settings = ["source.code={ family = \"square\" }", "hardware.total_counts=true"];
+            let parallel_steps = format!("hardware.parallel={parallel}");
+            let sensor = ideal(&[settings[0], settings[1], &parallel_steps]);
+            let mut below = [0; 4];
+            for _ in 0..2000 {
+                let counts = counts_of_noise(&sensor, 50, parallel, 50, &mut random);
+                let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+                let chance = dark.chance(&counts).expect("there are hits");
+                let limits = [0.5, 0.2, 0.05, 0.02];
+                below.iter_mut().zip(limits).for_each(|(n, limit)| *n += u32::from(chance < limit));
+            }
+            for (found, share) in below.into_iter().zip([0.5, 0.2, 0.05, 0.02]) {
+                let (mean, std): (f64, f64) =
+                    (2000.0 * share, (2000.0 * share * (1.0 - share)).sqrt());
+                assert!((f64::from(found) - mean).abs() < 4.0 * std, "{parallel}: {below:?}");
+            }
         }
     }
 

@@ -206,6 +206,12 @@ pub(super) fn fundamental(
     Ok(sum)
 }
 
+/// Whether a scan is one window: the phase of a period of two chips is the same wherever the largest count is.
+pub(super) fn is_one_window(timing: &Timing) -> bool {
+    let half = u64::from(timing.clock.samples_per_chip);
+    half > 1 && timing.scan.is_full() && timing.scan.steps == 2 * half
+}
+
 /// Offsets -S..S-1 from the peak, with their indices in the scan.
 pub(super) fn window_indices(
     peak: usize,

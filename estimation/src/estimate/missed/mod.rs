@@ -14,6 +14,7 @@ use self::target::Target;
 pub use self::target::tolerance_ps;
 pub(super) use self::target::{counted_errors_ps, errors_wrap};
 use super::expected_counts::ExpectedCounts;
+use super::phase::is_one_window;
 use super::truth::Asked;
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, EstimatorKind};
@@ -48,12 +49,8 @@ pub(super) fn missed_fraction(
     if is_model && !is_alone() {
         return None;
     }
-    // The phase of a period of two chips is the same wherever the largest count is; the bound does not
-    // account for it.
-    let has_phase = sensor.clock().samples_per_chip > 1;
-    let window = 2 * u64::from(sensor.clock().samples_per_chip);
-    let scan = &sensor.timing().scan;
-    let one_window = has_phase && scan.is_full() && scan.steps == window;
+    // The bound does not account for it.
+    let one_window = is_one_window(sensor.timing());
     if bound < NEGLIGIBLE && !one_window && target.finds_from(&counts.signed(), peak) {
         return Some(bound);
     }
