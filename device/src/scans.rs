@@ -20,26 +20,48 @@ pub struct Row {
 pub struct Largest {
     /// Phase step and count.
     largest: Option<(u64, i64)>,
-    least: i64,
-    counts: u64,
+    counts: Vec<i64>,
 }
+
+/// Normal numbers are nearer to their median than this many standard deviations a quarter of the time.
+const QUARTER_STD: f64 = 0.3186;
+/// Share of scans without light that have as large a count, from which on there is no peak.
+const NO_PEAK: f64 = 0.02;
 
 impl Largest {
     /// Takes a count.
     pub fn take(&mut self, phase_step: u64, count: i64) {
-        self.least = if self.counts == 0 { count } else { self.least.min(count) };
-        self.counts += 1;
+        self.counts.push(count);
         if self.largest.is_none_or(|(_, largest)| count > largest) {
             self.largest = Some((phase_step, count));
         }
     }
 
-    /// Phase step and count of it; none where nothing stands out: every count is the same, or the only one
-    /// is 0.
+    /// Phase step and count of it; none where nothing stands out: noise that scatters as the counts do has as large
+    /// a one, or the only one is 0.
+    ///
+    /// The scatter is that of the quarter of the counts that are nearest to the median: most sidelobes of a code
+    /// are small, and a peak is not among them. Counts are whole numbers: half of one is added.
     pub fn peak(&self) -> Option<(u64, i64)> {
-        let rest = if self.counts > 1 { self.least } else { 0 };
-        self.largest.filter(|&(_, largest)| largest != rest)
+        let (step, largest) = self.largest?;
+        if self.counts.len() == 1 {
+            return (largest != 0).then_some((step, largest));
+        }
+        let number = self.counts.len();
+        let median = nth(self.counts.iter().copied(), number / 2);
+        let quarter = nth(self.counts.iter().map(|count| count.abs_diff(median)), number / 4);
+        let std = (quarter as f64 + 0.5) / QUARTER_STD;
+        let (height, variance) = (largest.abs_diff(median) as f64, std * std);
+        // The Chernoff bound of differences of Poisson numbers.
+        let tail = height.hypot(variance) - variance - height * (height / variance).asinh();
+        (number as f64 * tail.exp() < NO_PEAK).then_some((step, largest))
     }
+}
+
+/// The number that `before` of some are not greater than.
+fn nth<T: Ord + Copy>(numbers: impl Iterator<Item = T>, before: usize) -> T {
+    let mut numbers: Vec<T> = numbers.collect();
+    *numbers.select_nth_unstable(before).1
 }
 
 /// Puts the results of frames at their places.
@@ -195,5 +217,49 @@ impl Scans {
             self.coming.time_s = time_s;
             std::mem::take(&mut self.coming)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Poisson};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    fn peak(counts: impl Iterator<Item = i64>) -> Option<(u64, i64)> {
+        let mut largest = Largest::default();
+        (0..).zip(counts).for_each(|(step, count)| largest.take(step, count));
+        largest.peak()
+    }
+
+    /// Scans of 248 differences of Poisson numbers, as dark counts up and down are: one in fifty may have a peak,
+    /// and where hits are few a hit more or less is none.
+    #[test]
+    fn noise_has_no_peak() {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+        for hits in [0.02, 1.0, 45.0] {
+            let poisson = Poisson::new(hits).expect("a mean");
+            let mut difference =
+                || (poisson.sample(&mut random) - poisson.sample(&mut random)) as i64;
+            let peaks = (0..400).filter(|_| peak((0..248).map(|_| difference())).is_some()).count();
+            assert!(peaks <= 24, "{hits}: {peaks} of 400");
+        }
+    }
+
+    /// The Gold code of degree 5 with the largest sidelobes, chip by chip and without noise: its peak is one, bright
+    /// or dim.
+    #[test]
+    fn sidelobes_hide_no_peak() {
+        let chips = goldtof::Sensor::load("../scenes/quick.toml").expect("the scene is sound");
+        let chips = chips.reference(goldtof::scene::DetectorIndex(0)).chips.clone();
+        let sign = |chip: usize| 2 * i64::from(chips[chip % 31]) - 1;
+        let correlation =
+            |lag: usize| (0..31).map(|chip| sign(chip) * sign(chip + lag)).sum::<i64>();
+        for times in [1, 1000] {
+            let peak = peak((0..31).map(|step| times * correlation((step + 11) % 31)));
+            assert_eq!(peak, Some((20, 31 * times)));
+        }
     }
 }

@@ -227,7 +227,7 @@ impl View {
             (None, None, _) if self.scan.is_none() => {
                 ("no whole scan yet".to_owned(), String::new())
             }
-            (None, None, _) => ("no peak".to_owned(), "every count is the same".to_owned()),
+            (None, None, _) => ("no peak".to_owned(), "no count stands out".to_owned()),
         };
         let first = vec![name, Span::from(told).style(bold), Span::from(at_peak)];
         let more = Span::from(format!("{:13}{more}", "")).style(Color::Gray);

@@ -137,7 +137,7 @@ impl fmt::Display for Report {
                 )?;
             }
             None if self.scans == 0 => write!(f, "  no whole scan yet")?,
-            None => write!(f, "  no peak: every count is the same")?,
+            None => write!(f, "  no peak stands out")?,
         }
         let tally = &self.tally;
         write!(
