@@ -245,18 +245,19 @@ fn next_group(
     model.timing.is_gapless().then_some((repetition + 1, Group(0)))
 }
 
-/// The pulses of one group alone from the plain loop, in order; `start` is its first sample.
+/// The pulses of one group alone from the plain loop, in order; `start` is its first sample. A list: what is drawn
+/// one by one is compiled again, and without optimisation in tests, wherever it is asked for.
 pub fn pulses_of_group(
     model: &DetectorModel,
     seed: u64,
     repetition: u64,
     group: Group,
     start: Sample,
-) -> impl Iterator<Item = Pulse> + '_ {
+) -> Vec<Pulse> {
     let detections = model.step(seed, repetition, group);
     let pulses =
-        detections.map(move |detection| sample((detection, model.pulse_width_chips), model, start));
-    pulses.filter(|pulse| pulse.first < pulse.end)
+        detections.map(|detection| sample((detection, model.pulse_width_chips), model, start));
+    pulses.filter(|pulse| pulse.first < pulse.end).collect()
 }
 
 /// The samples of a detection's pulse in a group that starts at `start`.
