@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use goldtof::Sensor;
 use goldtof_device::{Line, hexadecimal, scene_hash};
 use goldtof_system::files;
 use goldtof_system::printable::printable_path;
@@ -90,6 +91,9 @@ enum Command {
         /// What to write: 0x1 or 1.
         #[arg(value_parser = number)]
         data: u32,
+        /// Writes taps that are no primitive polynomial, too, which --scene finds.
+        #[arg(long)]
+        force: bool,
     },
 }
 
@@ -161,7 +165,12 @@ fn run(command: &Command) -> Result<(), Failed> {
             println!("{:#010x}", device.read(register(*address)?)?);
             Ok(())
         }
-        Command::Write { line, address, data } => {
+        Command::Write { line, address, data, force } => {
+            let sensor = line.scene.as_ref().map(Sensor::load).transpose()?;
+            let doubt = sensor.and_then(|sensor| sensor.interface().doubt(*address, *data));
+            if let Some(doubt) = doubt.filter(|_| !force) {
+                return Err(format!("{doubt}; --force writes it all the same").into());
+            }
             let (mut device, _) = Line::from(line).open()?;
             Ok(device.write(register(*address)?, *data)?)
         }

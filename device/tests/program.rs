@@ -245,6 +245,19 @@ fn wrong_addresses_and_ports_are_refused_in_words() {
     assert!(String::from_utf8_lossy(&output.stderr).starts_with("error: no-such-port: "));
     let output = program(folder.path(), "p", &["read", "16x"]);
     assert!(String::from_utf8_lossy(&output.stderr).contains("write a number up to 0xffffffff"));
+    // Polynomial 5,4,3,2,1,0 is x^5 + ... + 1, which divides x^6 - 1: a period of 6.
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenes/taps.toml");
+    let write = ["write", "0x24", "0x3ff", "--scene", scene];
+    let errors = program(folder.path(), "no-such-port", &write).stderr;
+    let errors = String::from_utf8_lossy(&errors).into_owned();
+    assert!(
+        errors.starts_with(
+            "error: TAPS of SEED_0 would be 0x1f, which is no primitive polynomial of degree 5: "
+        ),
+        "{errors}"
+    );
+    let forced = program(folder.path(), "no-such-port", &[&write[..], &["--force"]].concat());
+    assert!(String::from_utf8_lossy(&forced.stderr).starts_with("error: no-such-port: "));
 }
 
 /// A screen that is 110 columns wide and 34 lines high: the end that shows, and the program's.

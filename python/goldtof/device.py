@@ -76,9 +76,13 @@ class Device:
         """The register at a byte address (docs/registers.md)."""
         return self._device.read(address)
 
-    def write(self, address: int, data: int) -> None:
-        """Writes the register at a byte address."""
-        self._device.write(address, data)
+    def write(self, address: int, data: int, *, force: bool = False) -> None:
+        """Writes the register at a byte address.
+
+        Of a device that was opened with its scene, a code's taps that are no primitive polynomial of its degree are
+        refused (``ValueError``), unless ``force`` is true: docs/registers.md.
+        """
+        self._device.write(address, data, force=force)
 
     def close(self) -> None:
         """Gives the port back."""

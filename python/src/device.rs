@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use goldtof::Sensor;
 use goldtof_device::{Device, DeviceError, Feed, Line, Scan, Scans, What, hexadecimal};
 use goldtof_wire::{Content, Event, Frame, Identity, Tally};
 use numpy::PyArray1;
@@ -11,7 +12,7 @@ use pyo3::exceptions::{PyConnectionError, PyTimeoutError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::{bad_argument, failed};
+use crate::errors::{bad_argument, failed, of_scene};
 
 /// How often signals are looked for.
 const LOOK: Duration = Duration::from_millis(50);
@@ -20,6 +21,8 @@ const LOOK: Duration = Duration::from_millis(50);
 #[pyclass(name = "_Device", module = "goldtof._goldtof")]
 pub(crate) struct PyDevice {
     identity: Identity,
+    /// Of the scene, if it is known.
+    sensor: Option<Sensor>,
     open: Mutex<Option<Open>>,
 }
 
@@ -85,13 +88,14 @@ impl PyDevice {
         let line = Line { port, baud, scene };
         let opened: Result<(Device<_>, Identity), DeviceError> = python.detach(|| line.open());
         let (device, identity) = opened.map_err(of_device)?;
+        let sensor = line.scene.as_ref().map(Sensor::load).transpose().map_err(of_scene)?;
         let open = Open {
             feed: Feed::start(device, identity, None),
             scans: Scans::new(identity),
             tally: Tally::default(),
             gone: None,
         };
-        Ok(PyDevice { identity, open: Mutex::new(Some(open)) })
+        Ok(PyDevice { identity, sensor, open: Mutex::new(Some(open)) })
     }
 
     /// What the device says of itself.
@@ -185,8 +189,13 @@ impl PyDevice {
         python.detach(|| self.with(|open| open.feed.read(address).map_err(of_device)))
     }
 
-    /// Writes the register at a byte address.
-    fn write(&self, python: Python<'_>, address: u16, data: u32) -> PyResult<()> {
+    /// Writes the register at a byte address; taps that make no code of the scene's kind only by ``force``.
+    #[pyo3(signature = (address, data, *, force=false))]
+    fn write(&self, python: Python<'_>, address: u16, data: u32, force: bool) -> PyResult<()> {
+        let doubt = |sensor: &Sensor| sensor.interface().doubt(address.into(), data);
+        if let Some(doubt) = self.sensor.as_ref().filter(|_| !force).and_then(doubt) {
+            return Err(bad_argument(format!("{doubt}; force=True writes it all the same")));
+        }
         python.detach(|| self.with(|open| open.feed.write(address, data).map_err(of_device)))
     }
 

@@ -22,7 +22,8 @@ STEPS, COUNT_BITS, TOTAL_BITS = 248, 17, 16
 class Simulated:
     """The far end of a line: it answers, and sends what it is told to."""
 
-    def __init__(self, *, registers: bool = True) -> None:
+    def __init__(self, *, registers: bool = True, scene: Path = QUICK) -> None:
+        self.scene = scene
         self.far, self.near = os.openpty()
         tty.setraw(self.near)
         self.port = os.ttyname(self.near)
@@ -39,7 +40,7 @@ class Simulated:
         os.write(self.far, b"\xa5" + frame + struct.pack("<I", zlib.crc32(frame)))
 
     def identity(self) -> bytes:
-        digest = hashlib.sha256(QUICK.read_bytes()).digest()[:8]
+        digest = hashlib.sha256(self.scene.read_bytes()).digest()[:8]
         head = struct.pack("<BBBBBBBB", 1, 0, COUNT_BITS, 1, TOTAL_BITS, 1, 8, 0)
         numbers = b"".join(number.to_bytes(3, "little") for number in (0, STEPS, 31))
         return head + struct.pack("<I", 8_000_000) + numbers + struct.pack("<BH", 0, 1) + digest
@@ -100,6 +101,20 @@ class Simulated:
 @pytest.fixture
 def simulated() -> Iterator[Callable[..., Simulated]]:
     yield Simulated
+
+
+def test_taps_that_make_no_code_are_not_written(simulated: Callable[..., Simulated]) -> None:
+    scene = QUICK.parents[1] / "tests/scenes/taps.toml"
+    board = simulated(scene=scene)
+    # CHIPS in bits 4..0, TAPS in 9..5. x^5 + x^4 + x^3 + x^2 + x + 1 divides x^6 - 1.
+    good, bad = 0x0F << 5 | 0x13, 0x1F << 5 | 0x13
+    with goldtof.device.open(board.port, scene) as device:
+        device.write(0x024, good)
+        with pytest.raises(ValueError, match="no primitive polynomial of degree 5"):
+            device.write(0x024, bad)
+        assert board.registers[0x024] == good
+        device.write(0x024, bad, force=True)
+        assert board.registers[0x024] == bad
 
 
 def numbers(scan: int) -> tuple[np.ndarray, np.ndarray]:

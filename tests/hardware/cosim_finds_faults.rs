@@ -235,6 +235,20 @@ const REGISTERS: &[Fault] = &[
     ("sensor_top.v", "transmit_epoch[0] & sequencer_on", "transmit_epoch[0]"),
 ];
 
+/// Faults in the Verilog of tests/scenes/taps.toml: taps that a host sets.
+const TAPS: &[Fault] = &[
+    ("gold_generator.v", "taps = i_seed[9:5]", "taps = 5'h0f"),
+    ("gold_generator.v", "first_chips = i_seed[4:0]", "first_chips = i_seed[9:5]"),
+    ("m_sequence_generator.v", "taps = i_seed[9:5]", "taps = U_TAPS"),
+    ("m_sequence_generator.v", "o_chip = v_r[0]", "o_chip = u_r[0]"),
+    ("m_sequence_generator.v", "last_r <= u_r == U_LAST", "last_r <= 1'b0"),
+    ("interleaver.v", ".i_seed    (i_seed)", ".i_seed    ({i_seed[9:5], 5'h13})"),
+    // A sequence of another period goes on behind the code's.
+    ("gold_generator.v", "last_r <= u_r == U_LAST", "last_r <= 1'b0"),
+    ("gold_generator.v", "o_epoch <= last_r", "o_epoch <= u_r == U_LAST"),
+    ("scan_sequencer.v", "o_seed[9:0] <= i_word", "o_seed[9:0] <= {5'h0f, i_word[4:0]}"),
+];
+
 /// Faults in the Verilog of tests/scenes/rows.toml: detectors that are read out by rows.
 const ROWS: &[Fault] = &[
     // Windows: shorter than the row, never begun anew, ends of steps that are none.
@@ -696,6 +710,11 @@ fn every_fault_in_the_peak_detector_is_found() {
 #[test]
 fn every_fault_in_registers_and_what_they_set_is_found() {
     all_are_found("tests/scenes/registers.toml", REGISTERS);
+}
+
+#[test]
+fn every_fault_in_taps_that_a_host_sets_is_found() {
+    all_are_found("tests/scenes/taps.toml", TAPS);
 }
 
 #[test]

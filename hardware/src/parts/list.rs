@@ -310,8 +310,15 @@ fn registers(interface: &Interface) -> Part {
                  step{}",
                 match plan.seeds.len() {
                     0 => String::new(),
-                    1 => ", and the seed of the code".to_owned(),
-                    seeds => format!(", and the seeds of {seeds} codes"),
+                    seeds => format!(
+                        ", and the {}",
+                        match (seeds, plan.sets_taps()) {
+                            (1, false) => "seed of the code".to_owned(),
+                            (1, true) => "seed and taps of the code".to_owned(),
+                            (_, false) => format!("seeds of {seeds} codes"),
+                            (_, true) => format!("seeds and taps of {seeds} codes"),
+                        }
+                    ),
                 }
             ),
         ),

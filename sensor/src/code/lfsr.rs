@@ -51,11 +51,7 @@ impl Lfsr {
     /// The first `count` chips.
     pub fn chips(&self, count: usize) -> Vec<u8> {
         // Bit i of the window is the chip i places after its oldest.
-        let taps = self
-            .exponents
-            .iter()
-            .filter(|&&e| e > 0)
-            .fold(0u64, |taps, e| taps | 1u64 << (self.degree - e));
+        let taps = self.taps();
         let mut window =
             self.seed.iter().rev().fold(0u64, |window, &chip| window << 1 | u64::from(chip));
         (0..count)
@@ -66,6 +62,20 @@ impl Lfsr {
                 chip
             })
             .collect()
+    }
+
+    /// Chips whose XOR is the chip that comes `degree` chips after the first of them: bit i is set for the one i chips
+    /// after it. c\[t + n\] is the XOR of c\[t + n - e\] over the exponents e > 0.
+    pub fn taps(&self) -> u64 {
+        let exponents = self.exponents.iter().filter(|&&e| e > 0);
+        exponents.fold(0, |taps, e| taps | 1 << (self.degree - e))
+    }
+
+    /// The same LFSR with other taps, as [`Lfsr::taps`] has them: any, whose sequence need not have the period 2^n - 1.
+    pub(super) fn with_taps(&self, taps: u64) -> Lfsr {
+        let places = (0..self.degree).filter(|place| taps >> place & 1 == 1);
+        let exponents = places.map(|place| self.degree - place).chain([0]).collect();
+        Lfsr { exponents, ..self.clone() }
     }
 
     /// Chips per period, 2^n - 1.
@@ -95,6 +105,16 @@ impl Lfsr {
     pub fn seed_text(&self) -> String {
         super::chips_text(&self.seed)
     }
+}
+
+/// Whether an LFSR of this degree with these taps, as [`Lfsr::taps`] has them, goes through all states but that of
+/// zeros, so that its sequence has the period 2^n - 1.
+pub fn is_maximal(degree: u32, taps: u64) -> bool {
+    // The exponents' polynomial: that of the taps, reversed, and the constant term.
+    let polynomial = (0..degree)
+        .filter(|place| taps >> place & 1 == 1)
+        .fold(1, |mask, place| mask | 1 << (degree - place));
+    taps & 1 == 1 && gf2::is_primitive(polynomial, degree)
 }
 
 /// Exponents as the command line takes them: `11,2,0`.
@@ -136,6 +156,32 @@ mod tests {
         assert_eq!(lfsr.chips(2100), expected);
         assert_eq!(expected[..10], [1, 0, 0, 0, 1, 1, 0, 1, 0, 1]);
         assert_eq!(expected[0..1000], expected[1023..2023]);
+    }
+
+    /// Of all taps of some degrees those that are told have the period 2^n - 1, and no others: counted.
+    #[test]
+    fn taps_are_maximal_if_all_states_follow_one_another() {
+        for degree in 2..=9 {
+            let first = Lfsr::new(degree, &gf2::first_primitive(degree).unwrap(), None).unwrap();
+            for taps in 0..1 << degree {
+                let (mut state, mut states) = (1_u64, 0);
+                loop {
+                    let next = u64::from((state & taps).count_ones() & 1);
+                    state = state >> 1 | next << (degree - 1);
+                    states += 1;
+                    if state == 1 || states > first.period() {
+                        break;
+                    }
+                }
+                assert_eq!(
+                    is_maximal(degree, taps),
+                    states == first.period(),
+                    "{degree} {taps:#b}"
+                );
+                assert_eq!(first.with_taps(taps).taps(), taps);
+            }
+            assert!(is_maximal(degree, first.taps()));
+        }
     }
 
     #[test]

@@ -35,7 +35,7 @@ pub use error::CodeError;
 pub use family::{Family, UnknownFamily};
 pub use gold::{GoldSet, bound, default_pair, default_polynomial};
 pub use interleave::interleave;
-pub use lfsr::{Lfsr, polynomial_text};
+pub use lfsr::{Lfsr, is_maximal, polynomial_text};
 pub use report::{Autocorrelation, CodesReport, GoldSetReport, report};
 pub use spec::CodeSpec;
 pub use text::{MalformedPolynomials, parse_polynomials, parse_seeds};
@@ -77,6 +77,14 @@ impl Generator {
             Generator::MSequence(lfsr) | Generator::Gold { u: lfsr, .. } => lfsr.period(),
             Generator::Square => 2,
             Generator::Chips(chips) => chips.len() as u64,
+        }
+    }
+
+    /// The LFSR that chooses among codes of one period: a Gold code's second, or that of an m-sequence.
+    pub fn last_lfsr(&self) -> Option<&Lfsr> {
+        match self {
+            Generator::MSequence(lfsr) | Generator::Gold { v: lfsr, .. } => Some(lfsr),
+            Generator::Square | Generator::Chips(_) => None,
         }
     }
 
@@ -128,14 +136,19 @@ impl Code {
         Ok(Code { chips: self::interleave(&chips, interleave), generator, interleave })
     }
 
-    /// The same code with another seed of its second LFSR, its first chips with the earliest in bit 0; a code
-    /// of one LFSR stays as it is. Hardware may be given any: 0 leaves the first LFSR's m-sequence.
-    pub fn with_second_seed(&self, seed: u64) -> Code {
-        let Generator::Gold { u, v } = &self.generator else {
-            return self.clone();
+    /// The same code with another seed and other taps ([`Lfsr::taps`]) of its [last LFSR](Generator::last_lfsr); the seed's
+    /// first chip is in bit 0. Hardware may be given any: the LFSR begins anew with each code period, and of a Gold code
+    /// the seed 0 leaves the first LFSR's m-sequence.
+    pub fn with_last_lfsr(&self, seed: u64, taps: u64) -> Code {
+        let other = |lfsr: &Lfsr| Lfsr {
+            seed: (0..lfsr.degree).map(|chip| (seed >> chip & 1) as u8).collect(),
+            ..lfsr.with_taps(taps)
         };
-        let seed = (0..v.degree).map(|chip| (seed >> chip & 1) as u8).collect();
-        let generator = Generator::Gold { u: u.clone(), v: Lfsr { seed, ..v.clone() } };
+        let generator = match &self.generator {
+            Generator::MSequence(lfsr) => Generator::MSequence(other(lfsr)),
+            Generator::Gold { u, v } => Generator::Gold { u: u.clone(), v: other(v) },
+            Generator::Square | Generator::Chips(_) => return self.clone(),
+        };
         let chips = self::interleave(&generator.chips(), self.interleave);
         Code { generator, chips, interleave: self.interleave }
     }

@@ -43,6 +43,8 @@ tables! {
         registers => registers: Registers = choice(Registers::CHOICES), Or("\"none\""), "\"axi4-lite\"";
             "registers by which a host starts and stops scans, and sets first step, number of \
              steps, integration and code, with no new build";
+        code_taps => code_taps: bool = BOOLEAN, Or("false"), "true";
+            "whether a host sets codes' taps with their seeds: of Gold codes' second LFSRs, and of m-sequences";
         track => track: bool = BOOLEAN, Or("false"), "true";
             "whether the hardware, once a scan has found a target, follows it with a window of two chips";
         track_gain => track_gain: Share = choice(Share::CHOICES), Or("\"1/4\""), "\"1/2\"";
@@ -276,6 +278,20 @@ fn check_readout(
             scan.integration_chips
         );
         section.report("readout", &message);
+    }
+}
+
+/// Reports what a scene lacks whose codes' taps a host is to set.
+pub(super) fn check_taps(section: &Section, scene: &Scene) {
+    if !scene.hardware.code_taps {
+        return;
+    }
+    if scene.hardware.registers == Registers::None {
+        let message = "a host sets taps by registers; write registers = \"axi4-lite\", too, or leave out this key";
+        section.report("code_taps", message);
+    }
+    if scene.sources.iter().all(|source| source.code.generator.last_lfsr().is_none()) {
+        section.report("code_taps", "no source's code comes from an LFSR; leave out this key");
     }
 }
 

@@ -71,6 +71,7 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     let scene = scene.with_array(array?);
     movement::check_distances(&root.sections("path", usize::MAX), &scene);
     sums::check(root, &scene);
+    hardware::check_taps(&root.section_or_defaults("hardware"), &scene);
     hardware::check_tracking(&root.section_or_defaults("hardware"), &scene);
     detector::check_crosstalk(&root.sections("detector", usize::MAX), &scene);
     Some(scene)

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
-use super::registers::{Hardware, RegisterPlan, Settings, is_same, seed_of};
+use super::registers::{Hardware, RegisterPlan, Settings};
 use super::rows::{RowPlan, signed_bits};
 use super::track::TrackPlan;
 use crate::code::Code;
@@ -314,8 +314,14 @@ impl Interface {
                 detectors: interface.reference_codes.len(),
                 clocks_of_counting: counting,
                 least_chips_of_peak: interface.peak().map(|peak| peak.least_chips),
+                sets_taps: scene.hardware.code_taps,
                 longest_counter: longest_carry_chain(scene.hardware.target),
-                text: format!("{:?} {:?}", interface.polarity, interface.counting),
+                text: format!(
+                    "{:?} {:?}{}",
+                    interface.polarity,
+                    interface.counting,
+                    if scene.hardware.code_taps { " taps" } else { "" }
+                ),
             })));
         }
         interface
@@ -328,18 +334,24 @@ impl Interface {
         scan.integration_chips = settings.chips;
         scan.steps = settings.groups * u64::from(self.parallel());
         scan.first_step = settings.first_step;
-        for (seed, &value) in plan.seeds.iter().zip(&settings.seeds) {
-            let before = self.source_codes[seed.source].clone();
-            if seed_of(&before) == value {
-                continue;
-            }
-            let after = Arc::new(before.with_second_seed(value));
-            let codes = interface.source_codes.iter_mut().chain(&mut interface.reference_codes);
-            for code in codes.filter(|code| is_same(code, &before)) {
-                *code = after.clone();
+        let seeds = plan.seeds.iter().zip(&settings.seeds);
+        let set: Vec<Arc<Code>> = seeds
+            .map(|(seed, &value)| match &self.source_codes[seed.source] {
+                code if seed.of(code) == value => code.clone(),
+                code => Arc::new(seed.code(code, value)),
+            })
+            .collect();
+        for code in interface.source_codes.iter_mut().chain(&mut interface.reference_codes) {
+            if let Some(number) = plan.seed_number(code, &self.source_codes) {
+                *code = set[number].clone();
             }
         }
         interface
+    }
+
+    /// Why a host should not write a word to a register, though the hardware takes it ([`RegisterPlan::doubt`]).
+    pub fn doubt(&self, address: u32, word: u32) -> Option<String> {
+        self.registers.as_ref()?.doubt(&self.source_codes, address, word)
     }
 
     /// The correlators, if hits are counted up and down.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use goldtof_system::digest::sha256_of_all;
 use serde::Serialize;
 
-use crate::code::{Code, Generator};
+use crate::code::{Code, Generator, Lfsr, is_maximal};
 use crate::scan::Timing;
 use crate::scene::SourceIndex;
 
@@ -96,7 +96,35 @@ pub struct Seed {
     /// The first source with the code.
     pub source: SourceIndex,
     /// Degree n of its polynomials.
+    pub degree: u32,
+    /// Bits of the setting: those of the seed, and above them as many of taps if a host sets these, too.
     pub bits: u32,
+}
+
+impl Seed {
+    /// Whether a host sets the taps, too.
+    pub fn has_taps(&self) -> bool {
+        self.bits > self.degree
+    }
+
+    /// The setting that stands for a code's last LFSR; 0 of a code without.
+    pub fn of(&self, code: &Code) -> u64 {
+        let Some(lfsr) = code.generator.last_lfsr() else {
+            return 0;
+        };
+        let taps = if self.has_taps() { lfsr.taps() } else { 0 };
+        lfsr.seed.iter().rev().fold(taps, |state, &chip| state << 1 | u64::from(chip))
+    }
+
+    /// The code with this setting.
+    pub fn code(&self, code: &Code, setting: u64) -> Code {
+        let seed = setting & ((1 << self.degree) - 1);
+        let taps = match self.has_taps() {
+            true => setting >> self.degree,
+            false => code.generator.last_lfsr().map_or(0, Lfsr::taps),
+        };
+        code.with_last_lfsr(seed, taps)
+    }
 }
 
 /// What a host sets, in the registers' own numbers.
@@ -108,7 +136,8 @@ pub struct Settings {
     pub groups: u64,
     /// Its first phase step.
     pub first_step: u64,
-    /// Of the second LFSR of each code that has one to be set: its first chips, the earliest in bit 0.
+    /// Of the second LFSR of each code that has one to be set: its first chips, the earliest in bit 0, and
+    /// its taps ([`Seed`]).
     pub seeds: Vec<u64>,
 }
 
@@ -121,6 +150,8 @@ pub(super) struct Hardware<'a> {
     pub(super) clocks_of_counting: u32,
     /// Fewest chips of a group that a peak detector takes, if there is one.
     pub(super) least_chips_of_peak: Option<u64>,
+    /// Whether a host sets taps with seeds.
+    pub(super) sets_taps: bool,
     /// Longest counter that keeps the clock.
     pub(super) longest_counter: u32,
     /// All else that tells it from other hardware.
@@ -175,14 +206,17 @@ pub fn is_same(one: &Arc<Code>, other: &Arc<Code>) -> bool {
         || (one.interleave == other.interleave && one.generator == other.generator)
 }
 
-/// The codes whose seed a host sets: Gold codes, each once.
-fn seeds(codes: &[Arc<Code>]) -> Vec<Seed> {
+/// The codes of which a host sets something, each once: Gold codes, whose seed chooses among those of a set, and where
+/// taps are set m-sequences, too.
+fn seeds(codes: &[Arc<Code>], sets_taps: bool) -> Vec<Seed> {
     let sources = SourceIndex::of(codes);
+    let is_set = |generator: &Generator| sets_taps || matches!(generator, Generator::Gold { .. });
     sources
         .filter(|&source| !codes[..source.0].iter().any(|code| is_same(code, &codes[source])))
-        .filter_map(|source| match &codes[source].generator {
-            Generator::Gold { v, .. } => Some(Seed { source, bits: v.degree }),
-            _ => None,
+        .filter_map(|source| {
+            let generator = &codes[source].generator;
+            let Lfsr { degree, .. } = generator.last_lfsr().filter(|_| is_set(generator))?;
+            Some(Seed { source, degree: *degree, bits: *degree << u32::from(sets_taps) })
         })
         .collect()
 }
@@ -204,7 +238,7 @@ impl RegisterPlan {
                 .then_some((scan.first_step % lanes) as u32),
             least_chips: hardware.least_chips(),
             period_chips: timing.code_chips(),
-            seeds: seeds(hardware.source_codes),
+            seeds: seeds(hardware.source_codes, hardware.sets_taps),
             whole_groups: is_whole.then_some(scan.steps_per_period / parallel),
             peaks: hardware.least_chips_of_peak.map_or(0, |_| hardware.detectors as u32),
             identity: hardware.identity(),
@@ -220,6 +254,16 @@ impl RegisterPlan {
     /// Lanes whose chip depends on a delay that a host sets.
     pub fn lanes(&self) -> u32 {
         if self.fixed_samples.is_some() { 0 } else { (1 << self.sample_bits) - 1 }
+    }
+
+    /// Which seed a code takes, in a sensor whose sources have these codes.
+    pub fn seed_number(&self, code: &Arc<Code>, source_codes: &[Arc<Code>]) -> Option<usize> {
+        self.seeds.iter().position(|seed| is_same(code, &source_codes[seed.source]))
+    }
+
+    /// Whether a host sets taps, too.
+    pub fn sets_taps(&self) -> bool {
+        self.seeds.iter().any(Seed::has_taps)
     }
 
     /// Bits of all seeds.
@@ -266,7 +310,7 @@ impl RegisterPlan {
             chips: timing.scan.integration_chips,
             groups: timing.groups(),
             first_step: timing.scan.first_step,
-            seeds: self.seeds.iter().map(|seed| seed_of(&codes[seed.source])).collect(),
+            seeds: self.seeds.iter().map(|seed| seed.of(&codes[seed.source])).collect(),
         }
     }
 
@@ -309,6 +353,35 @@ impl RegisterPlan {
             && settings.first_step >> self.sample_bits < self.period_chips
     }
 
+    /// Why a host should not write a word, though the hardware takes it: it makes no code like those of the scene.
+    /// `source_codes` are the sources' codes.
+    pub fn doubt(&self, source_codes: &[Arc<Code>], address: u32, word: u32) -> Option<String> {
+        let number = (address as usize / 4).checked_sub(IDENTITY_WORDS + SCAN_WORDS)?;
+        let seed = self.seeds.get(number).filter(|seed| seed.has_taps())?;
+        let degree = seed.degree;
+        let setting = u64::from(word);
+        let (chips, taps) = (setting & ((1 << degree) - 1), setting >> degree);
+        let is_alone = matches!(source_codes[seed.source].generator, Generator::MSequence(_));
+        let why = if taps >> degree != 0 {
+            format!("is more than a polynomial of degree {degree} has: {degree} bits")
+        } else if taps & 1 == 0 {
+            format!("is not of degree {degree}: its lowest bit has to be set")
+        } else if !is_maximal(degree, taps) {
+            format!(
+                "is no primitive polynomial of degree {degree}: its sequence repeats within the code's {} chips, and so \
+                 does what it correlates with",
+                (1 << degree) - 1
+            )
+        } else if is_alone && chips == 0 {
+            return Some(format!(
+                "CHIPS of SEED_{number} would be 0, from which no LFSR makes a code; at least one bit has to be set"
+            ));
+        } else {
+            return None;
+        };
+        Some(format!("TAPS of SEED_{number} would be {taps:#x}, which {why}"))
+    }
+
     /// Whether scans of these settings follow one another without a gap.
     pub fn is_gapless(&self, settings: &Settings) -> bool {
         self.whole_groups == Some(settings.groups)
@@ -320,16 +393,6 @@ impl Settings {
     pub fn words(&self) -> Vec<u32> {
         let scan = [self.chips, self.groups, self.first_step];
         scan.into_iter().chain(self.seeds.iter().copied()).map(|word| word as u32).collect()
-    }
-}
-
-/// The first chips of a Gold code's second LFSR, the earliest in bit 0; 0 of any other code.
-pub fn seed_of(code: &Code) -> u64 {
-    match &code.generator {
-        Generator::Gold { v, .. } => {
-            v.seed.iter().rev().fold(0, |state, &chip| state << 1 | u64::from(chip))
-        }
-        _ => 0,
     }
 }
 
@@ -437,11 +500,20 @@ impl RegisterPlan {
         word("FIRST", "setting", Access::ReadWrite, &[("STEP", step_bits, &first)]);
         for (number, seed) in self.seeds.iter().enumerate() {
             let about = format!(
-                "first chips of the second LFSR of source {}'s code, the earliest in bit 0",
+                "first chips of the {}LFSR of source {}'s code, the earliest in bit 0",
+                match &codes[seed.source].generator {
+                    Generator::Gold { .. } => "second ",
+                    _ => "",
+                },
                 seed.source.0
             );
+            let taps = format!(
+                "of these {0} chips those whose XOR is the next one, the earliest in the lowest bit, which has to be set",
+                seed.degree
+            );
+            let fields = [("CHIPS", seed.degree, &*about), ("TAPS", seed.degree, &*taps)];
             let name = format!("SEED_{number}");
-            word(&name, "setting", Access::ReadWrite, &[("CHIPS", seed.bits, &about)]);
+            word(&name, "setting", Access::ReadWrite, &fields[..1 + usize::from(seed.has_taps())]);
         }
         map.extend(self.state_map());
         map
@@ -586,8 +658,89 @@ mod tests {
         };
         let (first, third) = (code("0"), code("3"));
         assert_ne!(first, third);
-        assert_eq!(first.with_second_seed(seed_of(&third)), *third);
+        let seed = Seed { source: SourceIndex(0), degree: 5, bits: 5 };
+        assert_eq!(seed.code(&first, seed.of(&third)), *third);
         // Without its second LFSR it is the first one's m-sequence, of 16 ones in 31 chips.
-        assert_eq!(first.with_second_seed(0).weight(), 16);
+        assert_eq!(seed.code(&first, 0).weight(), 16);
+    }
+
+    /// A host may make two sources' codes one, and both others at once.
+    #[test]
+    fn codes_that_become_one_another_are_told_apart() {
+        let scene = scene::load(std::path::Path::new("../tests/scenes/registers.toml")).unwrap();
+        let sensor = Sensor::new(&scene);
+        let interface = sensor.interface();
+        let plan = interface.registers.as_ref().unwrap();
+        let mut settings = plan.settings_of(&interface.timing, &interface.source_codes);
+        assert_eq!(settings.seeds.len(), 2);
+        settings.seeds.swap(0, 1);
+        let swapped = interface.with_settings(plan, &settings).source_codes;
+        assert_eq!(swapped[0], interface.source_codes[1]);
+        assert_eq!(swapped[1], interface.source_codes[0]);
+    }
+
+    /// Without a second LFSR the seed moves the code, and an m-sequence of other taps is another one.
+    #[test]
+    fn the_taps_of_an_m_sequence_are_its_own() {
+        let sensor =
+            Sensor::new(&scene::load(std::path::Path::new("../tests/scenes/taps.toml")).unwrap());
+        let interface = sensor.interface();
+        let plan = interface.registers.as_ref().unwrap();
+        let (at, code) = (plan.seeds.len() - 1, &interface.source_codes[1]);
+        let Generator::MSequence(lfsr) = &code.generator else { panic!("{code:?}") };
+        let (seed, own) = (plan.seeds[at], plan.seeds[at].of(code));
+        assert_eq!(seed.code(code, own), **code);
+        // x^5 + x^3 + 1 and its reciprocal x^5 + x^2 + 1 run backwards of one another.
+        let other = if lfsr.exponents == [5, 2, 0] { 0b00101 } else { 0b01001 };
+        let other = seed.code(code, other << 5 | 1).generator.chips();
+        let backwards: Vec<u8> = lfsr.chips(31).into_iter().rev().collect();
+        assert!((0..31).any(|shift| (0..31).all(|t| other[(t + shift) % 31] == backwards[t])));
+        let address = 4 * (IDENTITY_WORDS + SCAN_WORDS + at) as u32;
+        assert_eq!(interface.doubt(address, own as u32), None);
+        let doubt = interface.doubt(address, (own & !31) as u32).unwrap();
+        assert!(doubt.starts_with("CHIPS of SEED_1 would be 0"), "{doubt}");
+    }
+
+    /// Another preferred pair with the same first LFSR is other taps: three values of the cross-correlation,
+    /// -1, -9 and 7 in 31 chips, are what a Gold set has (Gold 1967).
+    #[test]
+    fn other_taps_are_the_codes_of_another_pair() {
+        let sensor = sensor(|scene| scene.hardware.code_taps = true);
+        let interface = sensor.interface();
+        let plan = interface.registers.clone().unwrap();
+        let code = &interface.source_codes[0];
+        let Generator::Gold { u, v } = &code.generator else { panic!("{code:?}") };
+        assert_eq!(plan.seeds[0].bits, 10);
+        let (mut pairs, own) = (Vec::new(), plan.seeds[0].of(code));
+        assert_eq!(plan.seeds[0].code(code, own), **code);
+        for taps in (0..32).filter(|&taps| is_maximal(5, taps) && taps != u.taps()) {
+            let single = plan.seeds[0].code(code, taps << 5 | 1);
+            let second: Vec<i64> =
+                single.chips.iter().zip(u.chips(31)).map(|(c, u)| i64::from(c ^ u)).collect();
+            let chi = |chip: i64| 2 * chip - 1;
+            let values: Vec<i64> = (0..31)
+                .map(|lag| {
+                    (0..31).map(|t| chi(u.chips(31)[t].into()) * chi(second[(t + lag) % 31])).sum()
+                })
+                .collect();
+            if values.iter().all(|value| [-1, -9, 7].contains(value)) {
+                pairs.push(taps);
+            }
+        }
+        // Address 0x024: IDENTITY, three settings, and the seed.
+        assert_eq!(interface.doubt(0x24, own as u32), None);
+        assert_eq!(interface.doubt(0x20, 0), None);
+        for (taps, why) in [
+            (0x1f, "no primitive polynomial of degree 5"),
+            (0x02, "not of degree 5"),
+            (0x25, "more than a polynomial of degree 5 has: 5 bits"),
+        ] {
+            let doubt = interface.doubt(0x24, taps << 5 | 1).unwrap();
+            assert!(doubt.starts_with(&format!("TAPS of SEED_0 would be {taps:#x}, ")), "{doubt}");
+            assert!(doubt.contains(why), "{doubt}");
+        }
+        // Of the six m-sequences of 31 chips four make a preferred pair with any one.
+        assert_eq!(pairs.len(), 4);
+        assert!(pairs.contains(&v.taps()));
     }
 }

@@ -37,6 +37,7 @@ pub fn wrapped(value: i128, bits: u32) -> u128 {
 fn every_block_does_in_rust_hdl_and_in_verilator_what_it_is_for() {
     let noise = &mut Noise::new(31);
     let mut cases = code_sources(noise);
+    cases.extend(set_code_sources(noise));
     cases.extend([
         edge_detector(noise),
         quad_counter(noise),

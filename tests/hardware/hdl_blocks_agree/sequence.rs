@@ -1,12 +1,15 @@
 //! What happens when: codes, scans, and a channel that follows both.
 
+use goldtof::code::Generator;
 use goldtof::rtl::blocks::{CodeSource, DetectorChannel, ScanController, StateMatch};
+use goldtof::scene::SourceIndex;
 use goldtof::sensor::interface::Interface;
+use goldtof::sensor::registers::Seed;
 
 use super::{CLOCKS, bit, wrapped};
 use crate::hdl_support::block_testbench::Case;
 use crate::hdl_support::stimulus::Noise;
-use crate::hdl_support::{Family, code, scene};
+use crate::hdl_support::{Family, code, interleaved, recurrence, scene};
 
 pub fn code_sources(noise: &mut Noise) -> Vec<Case> {
     let families = [
@@ -37,6 +40,63 @@ pub fn code_sources(noise: &mut Noise) -> Vec<Case> {
         cases.push(Case::new(
             CodeSource::new(&code, start, true),
             (&["i_load", "i_advance"], &["o_chip", "o_epoch"]),
+            inputs,
+            expected,
+        ));
+    }
+    cases
+}
+
+/// Generators whose last LFSR has seed and taps from outside: an exponent e of its polynomial is bit n - e of the taps. It
+/// begins anew with each period, whatever its own.
+pub fn set_code_sources(noise: &mut Noise) -> Vec<Case> {
+    const DEGREE: u32 = 5;
+    const CHIPS: usize = 31;
+    let mut cases = Vec::new();
+    for (family, interleave) in [
+        (Family::Gold(DEGREE), 0),
+        (Family::Gold(DEGREE), 2),
+        (Family::MSequence(DEGREE), 0),
+        (Family::MSequence(DEGREE), 1),
+    ] {
+        let code = code(family, interleave, 9);
+        let seed = Seed { source: SourceIndex(0), degree: DEGREE, bits: 2 * DEGREE };
+        let mut setting = 0;
+        let inputs: Vec<Vec<u128>> = (0..CLOCKS)
+            .map(|clock| {
+                let restarts = clock <= Case::RESET_CLOCKS || noise.below(400) == 0;
+                if restarts {
+                    setting = noise.below(1 << (2 * DEGREE)) | 1 << DEGREE;
+                }
+                let advances = noise.below(8) != 0;
+                vec![u128::from(restarts), u128::from(advances), u128::from(setting)]
+            })
+            .collect();
+        let (mut position, mut chips) = (0, code.chips.clone());
+        let expected = inputs.iter().enumerate().map(|(clock, input)| {
+            if clock < Case::RESET_CLOCKS {
+                position = 0;
+            } else if input[0] == 1 {
+                position = 0;
+                let bit = |place: u32| (input[2] >> place & 1) as u8;
+                let first: Vec<u8> = (0..DEGREE).map(bit).collect();
+                let taps = (0..DEGREE).filter(|&place| bit(DEGREE + place) == 1);
+                let exponents: Vec<u32> = taps.map(|place| DEGREE - place).chain([0]).collect();
+                let mut last = recurrence(&exponents, &first, CHIPS);
+                if let Generator::Gold { u, .. } = &code.generator {
+                    let u = recurrence(&u.exponents, &u.seed, CHIPS);
+                    last.iter_mut().zip(u).for_each(|(chip, u)| *chip ^= u);
+                }
+                chips = interleaved(&last, interleave);
+            } else {
+                position = (position + input[1] as usize) % chips.len();
+            }
+            Some(vec![u128::from(chips[position]), u128::from(position == 0)])
+        });
+        let expected = expected.collect();
+        cases.push(Case::new(
+            CodeSource::seeded(&code, Some(seed)),
+            (&["i_load", "i_advance", "i_seed"], &["o_chip", "o_epoch"]),
             inputs,
             expected,
         ));

@@ -52,6 +52,7 @@ pub fn emitted_with(
             continue;
         }
         scene.hardware.registers = registers;
+        scene.hardware.code_taps = rng.random_bool(0.5);
         match emit(&Sensor::new(&scene), "goldtof emit random.toml") {
             Ok(emission) => return (scene, emission),
             Err(HdlError::Limit { .. } | HdlError::ShortStep { .. }) => {}

@@ -109,7 +109,7 @@ pub fn code(family: Family, interleave: u32, variant: u32) -> Arc<Code> {
 }
 
 /// Eq. 23: every chip 2^nu times, every odd one inverted.
-fn interleaved(base: &[u8], depth: u32) -> Vec<u8> {
+pub fn interleaved(base: &[u8], depth: u32) -> Vec<u8> {
     (0..base.len() << depth)
         .map(|i| base[i >> depth] ^ if depth > 0 { (i & 1) as u8 } else { 0 })
         .collect()

@@ -265,7 +265,7 @@ fn scan() {
 
 #[test]
 fn estimate_and_hardware() {
-    const CASES: [Case; 12] = [
+    const CASES: [Case; 14] = [
         ("an unknown estimator", "[scan]", "[estimate]\nestimator = \"fit\"\n\n[scan]"),
         ("an estimator that is a truth value", "[scan]", "[estimate]\nestimator = true\n\n[scan]"),
         ("an estimate that is a word", "[clock]", "estimate = \"fft\"\n[clock]"),
@@ -277,6 +277,14 @@ fn estimate_and_hardware() {
         ("an unknown key of the hardware", "[scan]", "[hardware]\ncounter_bits = 20\n\n[scan]"),
         ("total counts that are a number", "[scan]", "[hardware]\ntotal_counts = 1\n\n[scan]"),
         ("total counts that are a word", "[scan]", "[hardware]\ntotal_counts = \"yes\"\n\n[scan]"),
+        ("taps without registers", "[scan]", "[hardware]\ncode_taps = true\n\n[scan]"),
+        (
+            "taps of a code without an LFSR",
+            "[clock]\nchip_period = \"8 ns\"\nsamples_per_chip = 8\n\n[[source]]\nname = \"laser\"\n\
+             code = { family = \"gold\", degree = 5 }",
+            "[hardware]\nregisters = \"axi4-lite\"\ncode_taps = true\n\n[clock]\nchip_period = \"8 ns\"\n\
+             samples_per_chip = 8\n\n[[source]]\nname = \"laser\"\ncode = { family = \"square\" }",
+        ),
         (
             "the model estimator without total counts",
             "[scan]",

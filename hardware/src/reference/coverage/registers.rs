@@ -1,11 +1,14 @@
 //! Cover points of registers, and of scans that a host sets.
 
 use super::{Family, Hindered};
+use crate::code::is_maximal;
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::host::Request;
 use crate::reference::planned::{PlannedGroup, Receiver};
 use crate::sensor::interface::Interface;
-use crate::sensor::registers::{CONTROL, IDENTITY_WORDS, PEAKS, RegisterPlan, STATUS, state};
+use crate::sensor::registers::{
+    CONTROL, IDENTITY_WORDS, PEAKS, RegisterPlan, SCAN_WORDS, STATUS, Seed, state,
+};
 
 /// Something that a host does, or that scans do by its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -14,6 +17,13 @@ pub enum RegisterPoint {
     Taken {
         /// Which setting.
         setting: usize,
+    },
+    /// A result of a scan that began with other taps of a code.
+    TapsTaken {
+        /// Of which seed.
+        seed: usize,
+        /// Whether their polynomial is primitive.
+        primitive: bool,
     },
     /// Settings are refused.
     Refused {
@@ -132,6 +142,11 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
     let mut points = Vec::new();
     let mut add = |point| points.push((point, None));
     (0..plan.settings()).for_each(|setting| add(RegisterPoint::Taken { setting }));
+    for (seed, _) in plan.seeds.iter().enumerate().filter(|(_, seed)| seed.has_taps()) {
+        for primitive in [true, false] {
+            add(RegisterPoint::TapsTaken { seed, primitive });
+        }
+    }
     let refuses = |setting: usize| match setting {
         // Every number of so many bits may be a delay.
         2 => plan.period_chips >> plan.delay_bits == 0,
@@ -179,6 +194,10 @@ impl Family for RegisterPoint {
         match *self {
             RegisterPoint::Taken { setting } => {
                 format!("a scan with another value of {}", setting_text(setting))
+            }
+            RegisterPoint::TapsTaken { seed, primitive } => {
+                let polynomial = if primitive { "another" } else { "no" };
+                format!("a scan with taps of {polynomial} primitive polynomial in seed {seed}")
             }
             RegisterPoint::Refused { setting } => {
                 format!("settings that are refused for {}", setting_text(setting))
@@ -247,6 +266,32 @@ impl Family for RegisterPoint {
     }
 }
 
+/// What a scan shows whose settings are these words, and those of the one before others.
+pub(in crate::reference) fn taken(
+    plan: &RegisterPlan,
+    words: &[u32],
+    last_words: &[u32],
+) -> Vec<RegisterPoint> {
+    let mut points = Vec::new();
+    for (setting, (&word, &last)) in words.iter().zip(last_words).enumerate() {
+        if word == last {
+            continue;
+        }
+        points.push(RegisterPoint::Taken { setting });
+        let seed = setting.checked_sub(SCAN_WORDS);
+        let Some((seed, &Seed { degree, .. })) =
+            seed.and_then(|seed| Some((seed, plan.seeds.get(seed).filter(|it| it.has_taps())?)))
+        else {
+            continue;
+        };
+        if word >> degree != last >> degree {
+            let primitive = is_maximal(degree, (word >> degree).into());
+            points.push(RegisterPoint::TapsTaken { seed, primitive });
+        }
+    }
+    points
+}
+
 /// Address of a setting.
 fn address(setting: usize) -> u32 {
     4 * (IDENTITY_WORDS + setting) as u32
@@ -297,6 +342,17 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
     };
     for (setting, word) in others.into_iter().enumerate() {
         requests.extend([Request::write(address(setting), word), wait, read(address(setting))]);
+    }
+    // Taps of another primitive polynomial, and of x^n + 1, whose sequence of n chips does not fit into a period.
+    let taps = plan.seeds.iter().zip(&settings.seeds).enumerate();
+    for (number, (&Seed { degree, .. }, word)) in taps.filter(|(_, (seed, _))| seed.has_taps()) {
+        let (chips, present) = (word & ((1 << degree) - 1), word >> degree);
+        let primitive =
+            (1 << (degree - 1)..).find(|&taps| taps != present && is_maximal(degree, taps));
+        for (taps, chips) in primitive.map(|taps| (taps, chips)).into_iter().chain([(1, 1)]) {
+            let word = (taps << degree | chips) as u32;
+            requests.extend([Request::write(address(SCAN_WORDS + number), word), wait, wait]);
+        }
     }
     // Delays of every number of samples.
     if plan.fixed_samples.is_none() {

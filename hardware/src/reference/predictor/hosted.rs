@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::{Reference, ScanState, Surroundings};
 use crate::reference::canvas::Canvas;
+use crate::reference::coverage::registers::taken;
 use crate::reference::coverage::{RegisterPoint, Start};
 use crate::reference::host_ports::HostOutputs;
 use crate::reference::pattern::chip_patterns;
@@ -292,9 +293,7 @@ impl Reference {
         let how = hosted.start.take().map(|how| RegisterPoint::Began { how });
         hosted.proves.clear();
         hosted.proves.extend(how);
-        let other = hosted.words.iter().zip(&hosted.last_words).enumerate();
-        let other = other.filter(|(_, (word, last))| word != last);
-        hosted.proves.extend(other.map(|(setting, _)| RegisterPoint::Taken { setting }));
+        hosted.proves.extend(taken(&plan, &hosted.words, &hosted.last_words));
         hosted.last_words.clone_from(&hosted.words);
         let interface = hosted.base.with_settings(&plan, settings);
         let is_other = |(one, other): (&Arc<_>, &Arc<_>)| one != other;

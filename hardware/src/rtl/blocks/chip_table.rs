@@ -21,7 +21,7 @@ pub struct ChipTableGenerator {
     #[set((u128::BITS - last.leading_zeros()).max(1))]
     index_bits: u32,
     /// ports
-    #[is(CodePorts::new(reloads, 0))]
+    #[is(CodePorts::new(reloads, None))]
     pub io: CodePorts,
     /// that reset gives
     #[width(index_bits)]

@@ -7,15 +7,18 @@
 
 use std::sync::Arc;
 
+use super::code_ports::taps_about;
+use super::code_source::seed_of;
 use super::phase_stepper::{PhaseGeometry, ReferenceStart};
 use super::step_ends::dump_about;
 use super::{
     CodeSource, CorrelatorBank, CountClamp, EdgeDetector, HitCounter, PhaseStepper,
     UpdownCorrelator,
 };
-use crate::code::{Code, Generator};
+use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::sensor::interface::{Correlator, CountSegments, Interface};
+use crate::sensor::registers::Seed;
 
 #[block(detector_channel)]
 /// one detector's hits, correlated with its reference
@@ -39,6 +42,9 @@ pub struct DetectorChannel {
     /// Whether a host sets scan and code.
     #[set(interface.registers.is_some())]
     is_set: bool,
+    /// What a host sets of the code.
+    #[set(seed_of(&interface, &code))]
+    seed: Option<Seed>,
     /// Whether the reference is loaded before a scan.
     #[set(interface.realigns() || is_set)]
     realigns: bool,
@@ -86,9 +92,9 @@ pub struct DetectorChannel {
     /// a scan begins with the next clock
     #[when(realigns)]
     pub i_start: Optional<Input<bool>>,
-    /// first chips of the code's second register, the earliest in bit 0: what i_start gives it
-    #[when(is_set && seed_bits(&code) > 0)]
-    #[width(seed_bits(&code))]
+    /// first chips of the code's second register, the earliest in bit 0: what i_start gives it{taps_about(seed)}
+    #[when(seed.is_some())]
+    #[width(seed.map_or(0, |seed| seed.bits))]
     pub i_seed: Optional<Input<Word>>,
     /// lanes that take the previous chip in a scan's first step
     #[when(is_set && geometry.grows_by_samples())]
@@ -108,7 +114,7 @@ pub struct DetectorChannel {
     /// {clamped_about(parallel, total_saturates)}
     #[each(_step in 0..clamps)]
     pub o_clamped: Vec<Output<bool>>,
-    #[is(if is_set { CodeSource::seeded(&code) } else { CodeSource::new(&code, start.1, realigns) })]
+    #[is(if is_set { CodeSource::seeded(&code, seed) } else { CodeSource::new(&code, start.1, realigns) })]
     reference: CodeSource,
     #[is(PhaseStepper::new(geometry, start.0, looks_ahead, realigns, is_set))]
     stepper: PhaseStepper,
@@ -180,14 +186,6 @@ pub(super) fn first_samples(interface: &Interface) -> u32 {
     match &interface.registers {
         Some(plan) => plan.fixed_samples.unwrap_or(0),
         None => (interface.timing.scan.first_step % u64::from(interface.lanes())) as u32,
-    }
-}
-
-/// Bits of a seed that is set from outside: those of a Gold code's second register.
-pub(super) fn seed_bits(code: &Code) -> u32 {
-    match &code.generator {
-        Generator::Gold { v, .. } => v.degree,
-        _ => 0,
     }
 }
 

@@ -7,43 +7,51 @@
 use super::CodePorts;
 use crate::code::{Lfsr, polynomial_text};
 use crate::rtl::front::prelude::*;
+use crate::sensor::registers::Seed;
 
 /// A code from one LFSR (m-sequence) or the XOR of two (Gold code).
-#[block(describe(&first, second.is_some()))]
+#[block(describe(&first, second.is_some(), sets_taps))]
 pub struct LfsrGenerator {
     first: Lfsr,
     second: Option<Lfsr>,
     start: u64,
     reloads: bool,
-    /// Whether the second is loaded with a seed from outside.
-    seeded: bool,
+    /// What is set from outside of the last register.
+    seed: Option<Seed>,
     #[set(first.degree)]
     width: u32,
+    /// Whether that is its taps, too.
+    #[set(seed.is_some_and(|seed| seed.has_taps()))]
+    sets_taps: bool,
+    /// Whether there is a register v. Beside an m-sequence with taps from outside u counts the chips of a period.
+    #[set(second.is_some() || sets_taps)]
+    has_v: bool,
     // The first stands in for the second where there is none.
     #[set(second.clone().unwrap_or_else(|| first.clone()))]
     other: Lfsr,
     /// ports
-    #[is(CodePorts::new(reloads, if seeded { width } else { 0 }))]
+    #[is(CodePorts::new(reloads, seed))]
     pub io: CodePorts,
     #[under(lfsr_heading("u", &first))]
     #[width(width)]
-    #[value(tap_mask(&first))]
+    #[value(first.taps().into())]
     u_taps: Constant,
     /// {load_about(width)}
     #[width(width)]
     #[value(state_at(&first, start))]
     u_load: Constant,
-    /// {first.period() - 1} shifts on, one chip before the first comes again
+    /// {shifts_to_last(&first, sets_taps)} shifts on, {if sets_taps { "two chips" } else { "one chip" }} before the first comes again
     #[width(width)]
-    #[value(state_at(&first, start + first.period() - 1))]
+    #[value(state_at(&first, start + shifts_to_last(&first, sets_taps)))]
     u_last: Constant,
-    #[when(second.is_some())]
+    #[when(has_v && !sets_taps)]
     #[under(lfsr_heading("v", &other))]
     #[width(width)]
-    #[value(tap_mask(&other))]
+    #[value(other.taps().into())]
     v_taps: Optional<Constant>,
     /// {load_about(width)}
-    #[when(second.is_some())]
+    #[under(if sets_taps { "v: an LFSR of the taps in i_seed".to_owned() } else { lfsr_heading("v", &other) })]
+    #[when(has_v)]
     #[width(width)]
     #[value(state_at(&other, start))]
     v_load: Optional<Constant>,
@@ -53,13 +61,22 @@ pub struct LfsrGenerator {
     /// the present chip is the one that reset gives
     #[reset(true)]
     epoch: Register<bool>,
-    #[when(second.is_some())]
+    #[when(has_v)]
     #[width(width)]
     #[reset(state_at(&other, start), v_load)]
     v: Optional<Register<Word>>,
+    /// the present chip is the period's last
+    #[when(sets_taps)]
+    last: Optional<Register<bool>>,
+    #[when(sets_taps)]
+    #[width(width)]
+    taps: Optional<Local<Word>>,
+    #[when(sets_taps)]
+    #[width(width)]
+    first_chips: Optional<Local<Word>>,
 }
 
-fn describe(first: &Lfsr, is_gold: bool) -> About {
+fn describe(first: &Lfsr, is_gold: bool, sets_taps: bool) -> About {
     let about = match is_gold {
         false => {
             About::new("m_sequence_generator", "m-sequence, one linear-feedback shift register")
@@ -69,24 +86,40 @@ fn describe(first: &Lfsr, is_gold: bool) -> About {
             "Gold code, the XOR of two linear-feedback shift registers",
         ),
     };
-    about
-        .note(format!(
-            "Bit 0 of a register is its present chip, bit i the chip i clocks later; the \
+    let about = about.note(format!(
+        "Bit 0 of a register is its present chip, bit i the chip i clocks later; the \
                  feedback enters at the top. The epoch {}is recognised one chip early, so that it \
                  comes from a register.",
-            match is_gold {
-                false => "",
-                true => "needs u only, because both registers have the same period, and ",
-            }
-        ))
+        match is_gold {
+            false => "",
+            true => "needs u only, because both registers have the same period, and ",
+        }
+    ));
+    let about = match (sets_taps, is_gold) {
+        (false, _) => about,
+        (true, true) => about.note(
+            "The upper half of i_seed has the taps of v, which begins anew with each period of u, so that a code has the \
+             same period with any taps.",
+        ),
+        (true, false) => about.note(
+            "The chips are those of v, of which the upper half of i_seed has the taps. It begins anew with each period of \
+             u, so that a code has the same period with any taps.",
+        ),
+    };
+    about
         .fact("Period", format!("{} chips", first.period()))
         .fact("Latency", "0 clocks from register to o_chip")
         .checks([StateCheck {
             taps: "u_taps".to_owned(),
             first: "u_load".to_owned(),
-            shifts: first.period() - 1,
+            shifts: shifts_to_last(first, sets_taps),
             last: "u_last".to_owned(),
         }])
+}
+
+/// Shifts from the first state to the one that is recognised: before a reload a chip more is needed.
+fn shifts_to_last(first: &Lfsr, sets_taps: bool) -> u64 {
+    first.period() - 1 - u64::from(sets_taps)
 }
 
 fn load_about(width: u32) -> String {
@@ -96,17 +129,26 @@ fn load_about(width: u32) -> String {
 #[kernel]
 impl Logic for LfsrGenerator {
     fn update(&mut self) {
-        if self.v.is_present() {
+        if self.second.is_none() && self.has_v {
+            self.io.o_chip.next = self.v.val().get_bit(0);
+        } else if self.has_v {
             self.io.o_chip.next = self.u.val().get_bit(0) ^ self.v.val().get_bit(0);
         } else {
             self.io.o_chip.next = self.u.val().get_bit(0);
         }
         self.io.o_epoch.next = self.epoch.val();
+        if self.taps.is_present() {
+            self.taps.next = self.io.i_seed.val().slice(self.width as usize, self.width as usize);
+            self.first_chips.next = self.io.i_seed.val().slice(0, self.width as usize);
+        }
         self.advance();
         if self.io.i_load.is_present() && self.io.i_load.val() {
             self.epoch.next = true;
             self.u.next = self.u_load.val();
-            if self.io.i_seed.is_present() {
+            if self.taps.is_present() {
+                self.last.next = false;
+                self.v.next = self.first_chips.val();
+            } else if self.io.i_seed.is_present() {
                 self.v.next = self.io.i_seed.val();
             } else if self.v.is_present() {
                 self.v.next = self.v_load.val();
@@ -117,9 +159,20 @@ impl Logic for LfsrGenerator {
     fn advance(&mut self) {
         let bits = self.width as usize;
         if self.io.i_advance.val() {
-            self.epoch.next = self.u.val() == self.u_last.val();
+            if self.taps.is_present() {
+                self.last.next = self.u.val() == self.u_last.val();
+                self.epoch.next = self.last.val();
+            } else {
+                self.epoch.next = self.u.val() == self.u_last.val();
+            }
             self.u.next = self.u.val().advanced(bits, self.u_taps.val());
-            if self.v.is_present() {
+            if self.taps.is_present() {
+                if self.last.val() {
+                    self.v.next = self.first_chips.val();
+                } else {
+                    self.v.next = self.v.val().advanced(bits, self.taps.val());
+                }
+            } else if self.v.is_present() {
                 self.v.next = self.v.val().advanced(bits, self.v_taps.val());
             }
         }
@@ -130,12 +183,6 @@ impl Logic for LfsrGenerator {
 pub(super) fn lfsr_heading(name: &str, lfsr: &Lfsr) -> String {
     let polynomial = polynomial_text(&lfsr.exponents);
     format!("{name}: an LFSR of the polynomial {polynomial} (exponents)")
-}
-
-/// Bits of the state whose XOR is the chip that comes in: c[t + n] is the XOR
-/// of c[t + n - e] over the exponents e > 0, and bit i holds c[t + i].
-pub(super) fn tap_mask(lfsr: &Lfsr) -> u128 {
-    lfsr.exponents.iter().filter(|&&e| e > 0).fold(0, |mask, &e| mask | 1 << (lfsr.degree - e))
 }
 
 /// The state whose bit 0 is chip `position`.

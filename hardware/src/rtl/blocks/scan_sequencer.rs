@@ -100,7 +100,7 @@ pub struct ScanSequencer {
     /// the references wait at their first chips
     #[under("Codes")]
     pub o_load: Output<bool>,
-    /// first chips of the codes' second registers, side by side
+    /// first chips of the codes' second registers{if plan.sets_taps() { " and their taps" } else { "" }}, side by side
     #[when(seeds > 0)]
     #[under("Codes")]
     #[width(plan.seed_bits())]

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use super::CodeSource;
+use super::code_source::seed_of;
 use super::register_file::RegisterPorts;
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
@@ -101,7 +102,7 @@ pub struct SensorShell {
     pub(super) laser: Register<Word>,
     pub(super) epoch: Register<bool>,
     #[each(code in codes.all.iter())]
-    #[is(if is_set { CodeSource::seeded(code) } else { CodeSource::new(code, 0, reloads) })]
+    #[is(if is_set { CodeSource::seeded(code, seed_of(&interface, code)) } else { CodeSource::new(code, 0, reloads) })]
     pub(super) transmit: Vec<CodeSource>,
     /// chips on their way to the lasers
     #[each(_stage in 0..if is_set { CHIPS_AHEAD } else { 0 })]

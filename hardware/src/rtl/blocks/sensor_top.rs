@@ -1,19 +1,16 @@
 //! The whole sensor.
 
-use std::sync::Arc;
-
+use super::code_source::seed_taken;
 use super::histogram_channel::about_clamping;
 use super::sensor_shell::{about_clock, about_power_up};
 use super::{
     DetectorChannel, Groups, PeakDetector, PixelArray, RegisterFile, ResultStream, ScanController,
     ScanSequencer, SensorShell,
 };
-use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::scan::Scan;
 use crate::sensor::interface::{Correlator, Interface, TotalCount};
 use crate::sensor::port::Direction;
-use crate::sensor::registers::{Seed, is_same};
 
 #[block(sensor_top)]
 /// DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in
@@ -120,18 +117,6 @@ fn about_totals(total: TotalCount, data_bits: u32) -> String {
         total.first_bit,
         if total.saturates() { ", clamped" } else { "" }
     )
-}
-
-/// First bit and bits of the seed of a code among those that a host sets; none has 0 bits.
-fn seed_taken(interface: &Interface, code: &Arc<Code>) -> (usize, usize) {
-    let Some(plan) = &interface.registers else {
-        return (0, 0);
-    };
-    let is_its = |seed: &Seed| is_same(code, &interface.source_codes[seed.source]);
-    let number = plan.seeds.iter().position(is_its);
-    number.map_or((0, 0), |number| {
-        (plan.first_seed_bit(number) as usize, plan.seeds[number].bits as usize)
-    })
 }
 
 #[kernel]

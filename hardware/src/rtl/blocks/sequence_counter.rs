@@ -2,7 +2,7 @@
 
 use crate::code::Lfsr;
 
-use super::lfsr::{lfsr_heading, state_at, tap_mask};
+use super::lfsr::{lfsr_heading, state_at};
 
 /// An LFSR that counts to a number known beforehand.
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ impl SequenceCounter {
     }
 
     pub(crate) fn taps(&self) -> u128 {
-        tap_mask(&self.lfsr)
+        self.lfsr.taps().into()
     }
 
     /// The state that comes to the first by one count, and to which no count of

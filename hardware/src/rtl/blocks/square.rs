@@ -17,7 +17,7 @@ pub struct SquareGenerator {
     #[set(u128::from(start.is_multiple_of(2)))]
     load: u128,
     /// ports
-    #[is(CodePorts::new(reloads, 0))]
+    #[is(CodePorts::new(reloads, None))]
     pub io: CodePorts,
     /// that reset gives
     #[width(1)]

@@ -7,6 +7,7 @@
 use super::CodeSource;
 use crate::rtl::blocks::CodePorts;
 use crate::rtl::front::prelude::*;
+use crate::sensor::registers::Seed;
 
 #[block(interleaver)]
 /// a code with every chip repeated and every other repetition inverted
@@ -21,10 +22,10 @@ pub struct Interleaver {
     /// Of the generator's first chip.
     first_subchip: u64,
     reloads: bool,
-    /// Bits of the generator's seed, if that is set from outside.
-    seed_bits: u32,
+    /// What is set from outside of the generator.
+    seed: Option<Seed>,
     /// ports
-    #[is(CodePorts::new(reloads, seed_bits))]
+    #[is(CodePorts::new(reloads, seed))]
     pub io: CodePorts,
     /// that reset gives
     #[width(depth)]

@@ -3,6 +3,7 @@
 mod interleaver;
 
 use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
 
 use rust_hdl_core::ast::Verilog;
 
@@ -10,6 +11,23 @@ pub use self::interleaver::Interleaver;
 use super::{ChipTableGenerator, CodePorts, LfsrGenerator, SquareGenerator};
 use crate::code::{Code, Generator, Lfsr};
 use crate::rtl::front::prelude::*;
+use crate::sensor::interface::Interface;
+use crate::sensor::registers::Seed;
+
+/// What a host sets of a code, if there is a host and it sets something.
+pub(super) fn seed_of(interface: &Interface, code: &Arc<Code>) -> Option<Seed> {
+    let plan = interface.registers.as_ref()?;
+    plan.seed_number(code, &interface.source_codes).map(|number| plan.seeds[number])
+}
+
+/// First bit and bits of that among all that a host sets; no bits of other codes.
+pub(super) fn seed_taken(interface: &Interface, code: &Arc<Code>) -> (usize, usize) {
+    let taken = interface.registers.as_ref().and_then(|plan| {
+        let number = plan.seed_number(code, &interface.source_codes)?;
+        Some((plan.first_seed_bit(number) as usize, plan.seeds[number].bits as usize))
+    });
+    taken.unwrap_or_default()
+}
 
 /// Any source of chips; all have [`CodePorts`].
 #[derive(Debug, Clone)]
@@ -28,20 +46,19 @@ impl CodeSource {
     /// The source of `code` whose reset and load give chip `start`, 0 ..
     /// `code.len()`.
     pub fn new(code: &Code, start: u64, reloads: bool) -> CodeSource {
-        CodeSource::of(code, start, reloads, false)
+        CodeSource::of(code, start, reloads, None)
     }
 
-    /// The source of `code` from its first chip on, whose load gives a Gold code's second register
-    /// the seed on `i_seed`.
-    pub fn seeded(code: &Code) -> CodeSource {
-        CodeSource::of(code, 0, true, matches!(code.generator, Generator::Gold { .. }))
+    /// The source of `code` from its first chip on, whose load gives its last LFSR what is on `i_seed`.
+    pub fn seeded(code: &Code, seed: Option<Seed>) -> CodeSource {
+        CodeSource::of(code, 0, true, seed)
     }
 
-    fn of(code: &Code, start: u64, reloads: bool, seeded: bool) -> CodeSource {
+    fn of(code: &Code, start: u64, reloads: bool, seed: Option<Seed>) -> CodeSource {
         let base_start = start >> code.interleave;
         let lfsr = |first: &Lfsr, second: Option<&Lfsr>| {
             let second = second.cloned();
-            let lfsr = LfsrGenerator::new(first.clone(), second, base_start, reloads, seeded);
+            let lfsr = LfsrGenerator::new(first.clone(), second, base_start, reloads, seed);
             CodeSource::Lfsr(lfsr.into())
         };
         let generator = match &code.generator {
@@ -58,11 +75,7 @@ impl CodeSource {
             return generator;
         }
         let subchip = start & ((1 << code.interleave) - 1);
-        let seed_bits = match &code.generator {
-            Generator::Gold { v, .. } if seeded => v.degree,
-            _ => 0,
-        };
-        let interleaver = Interleaver::new(code.interleave, subchip, reloads, seed_bits, generator);
+        let interleaver = Interleaver::new(code.interleave, subchip, reloads, seed, generator);
         CodeSource::Interleaver(interleaver.into())
     }
 
