@@ -28,7 +28,7 @@ use crate::photons::fast::StepCounter;
 use crate::reference::blocks;
 use crate::reference::photons::Photons;
 use crate::reference::predictor::{Reference, ReferenceError, StepResult};
-use crate::reference::stimulus::clocks_for_scans;
+use crate::reference::stimulus::{Stimulus, clocks_for_scans};
 use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Architecture, DetectorIndex, TotalsMissing};
 use crate::sensor::Sensor;
@@ -200,6 +200,26 @@ impl Prepared {
         }
     }
 
+    /// Clocks the Verilog, of a tier that does, beside the reference model for so many clocks. Gives what it was
+    /// made to show.
+    ///
+    /// # Errors
+    /// When the two differ.
+    pub fn beside_reference(
+        &self,
+        sensor: &Sensor,
+        stimulus: &mut dyn Stimulus,
+        clocks: u64,
+    ) -> Result<Option<Exercised>, ScansError> {
+        let Some(rtl) = &self.rtl else {
+            return Ok(None);
+        };
+        if rtl.engine == Engine::Lanes {
+            return Err(CosimError::NoLanes(ONE_SCAN.to_owned()).into());
+        }
+        rtl.beside_reference(sensor, stimulus, clocks, &mut |_| (), &mut |_| ()).map(Some)
+    }
+
     fn steps(
         &self,
         wanted: &Wanted,
@@ -317,7 +337,7 @@ impl Rtl {
         self.compared(wanted, from, &mut on_result, &mut on_sent)
     }
 
-    /// Clocks the Verilog beside the reference model from one scan on to the last that is wanted.
+    /// Clocks the Verilog beside the reference model with photons from one scan on to the last that is wanted.
     /// `on_result` gets what the model counts, `on_sent` what the Verilog sends, with scans numbered
     /// from the run's first. Gives what it was made to show.
     fn compared(
@@ -328,12 +348,26 @@ impl Rtl {
         on_sent: &mut dyn FnMut(SentCount),
     ) -> Result<Option<Exercised>, ScansError> {
         let interface = wanted.sensor.interface();
-        let layout = Layout::of(interface);
         let clocks = clocks_for_scans(interface, wanted.scans.end - from);
+        let models = wanted.models();
+        let mut photons = Photons::from_scan(&models, interface, wanted.seed, from);
+        self.beside_reference(wanted.sensor, &mut photons, clocks, on_result, on_sent).map(Some)
+    }
+
+    /// Clocks the Verilog beside the reference model, with `stimulus` for so many clocks.
+    fn beside_reference(
+        &self,
+        sensor: &Sensor,
+        stimulus: &mut dyn Stimulus,
+        clocks: u64,
+        on_result: &mut dyn FnMut(StepResult),
+        on_sent: &mut dyn FnMut(SentCount),
+    ) -> Result<Exercised, ScansError> {
+        let layout = Layout::of(sensor.interface());
         let outcome = Lockstep {
             model: &mut Verilated::load(&self.library, &layout)?,
-            reference: &mut Reference::new(interface.clone())?,
-            stimulus: &mut Photons::from_scan(&wanted.models(), interface, wanted.seed, from),
+            reference: &mut Reference::new(sensor.interface().clone())?,
+            stimulus,
             layout: &layout,
             window: Window::Found,
         }
@@ -341,9 +375,9 @@ impl Rtl {
         if outcome.first.is_some() {
             return Err(ScansError::Mismatch);
         }
-        let detectors = wanted.sensor.scene().detectors.iter();
+        let detectors = sensor.scene().detectors.iter();
         let names = detectors.map(|detector| detector.name.as_str());
-        Ok(Some(outcome.exercise.named(names)))
+        Ok(outcome.exercise.named(names))
     }
 }
 

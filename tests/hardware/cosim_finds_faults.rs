@@ -249,6 +249,123 @@ const TAPS: &[Fault] = &[
     ("scan_sequencer.v", "o_seed[9:0] <= i_word", "o_seed[9:0] <= {5'h0f, i_word[4:0]}"),
 ];
 
+/// Faults in the Verilog of tests/scenes/tracking-short.toml: a window that follows a target.
+const TRACKING: &[Fault] = &[
+    // Settings: a window that has the host's, that goes on for ever, or takes a number from another's place.
+    ("target_tracker.v", "window_r <= follows_r;", "window_r <= 1'b0;"),
+    ("target_tracker.v", "(window_r & passes_r[1]) ? WINDOW_STEPS", "(passes_r[1]) ? WINDOW_STEPS"),
+    ("target_tracker.v", "(window_r & passes_r[2]) ?", "(window_r & passes_r[3]) ?"),
+    ("target_tracker.v", "o_go = i_go & ~waits_r", "o_go = i_go"),
+    ("target_tracker.v", "waits_r <= i_word[0] | window_r", "waits_r <= i_word[0]"),
+    ("target_tracker.v", "gain_r <= i_word[3:1]", "gain_r <= i_word[4:2]"),
+    ("target_tracker.v", "threshold_r <= i_word[6:4]", "threshold_r <= i_word[5:3]"),
+    ("target_tracker.v", "patience_r <= i_word[10:7]", "patience_r <= {1'b0, i_word[9:7]}"),
+    (
+        "target_tracker.v",
+        "if (i_refused) begin\n                waits_r <= 1'b0",
+        "if (i_refused) begin\n                waits_r <= waits_r",
+    ),
+    // Sums: which half, what is left of the window before, signs.
+    ("target_tracker.v", "if (place_r[2]) begin", "if (place_r[1]) begin"),
+    (
+        "target_tracker.v",
+        "slope_r <= 13'd0;\n            end\n            began_r",
+        "slope_r <= slope_r;\n            end\n            began_r",
+    ),
+    (
+        "target_tracker.v",
+        "{{3{i_count[9]}}, i_count};\n                if",
+        "{3'd0, i_count};\n                if",
+    ),
+    // Which peak, and which counts, are a scan's that looks for a target.
+    ("target_tracker.v", "began_r <= i_run | (began_r & ~i_taken_first)", "began_r <= 1'b1"),
+    ("target_tracker.v", "waits_r & ~window_r", "waits_r"),
+    ("target_tracker.v", "i_last & window_r};", "i_last};"),
+    // Light: shares, what is expected, windows in a row.
+    ("target_tracker.v", "least_r <= {1'b0, least_r[12:1]}", "least_r <= least_r"),
+    ("target_tracker.v", "way_r <= {way_r[19], way_r[19:1]}", "way_r <= {1'b0, way_r[19:1]}"),
+    ("target_tracker.v", "(|all_r) & ~all_r[12]", "~all_r[12]"),
+    ("target_tracker.v", "(|all_r) & ~all_r[12]", "(|all_r)"),
+    ("target_tracker.v", "{{3{gained[13]}}, gained[13:4]}", "{3'd0, gained[13:4]}"),
+    (
+        "target_tracker.v",
+        "missed_r <= 4'd0;\n                end else",
+        "missed_r <= missed_r;\n                end else",
+    ),
+    ("target_tracker.v", "missed_r <= missed_r + 4'd1", "missed_r <= missed_r"),
+    ("target_tracker.v", "(|i_peak_count) & ~i_peak_count[9]", "~i_peak_count[9]"),
+    ("target_tracker.v", "(|i_peak_count) & ~i_peak_count[9]", "(|i_peak_count)"),
+    ("target_tracker.v", "{1'b0, i_peak_count, 2'd0}", "{2'd0, i_peak_count, 1'd0}"),
+    // The quotient: signs, the most, its bits.
+    ("target_tracker.v", "{1'b0, ~slope_r} + 14'd1", "{1'b0, ~slope_r}"),
+    ("target_tracker.v", "is_most_r ? {9{1'b1}} : quotient_r", "quotient_r"),
+    ("target_tracker.v", "negative_r <= slope_r[12]", "negative_r <= 1'b0"),
+    (
+        "target_tracker.v",
+        "quotient_r <= {quotient_r[7:0], 1'b1}",
+        "quotient_r <= {quotient_r[7:0], 1'b0}",
+    ),
+    // The way: the window's middle, what leaves the fraction, the ends of the code period.
+    (
+        "target_tracker.v",
+        "{3'd0, ahead_r, 15'd0} - {3'd0, half_fraction}",
+        "{3'd0, ahead_r, 15'd0} - {5'd0, fraction_r}",
+    ),
+    ("target_tracker.v", "carry_r <= added[15]", "carry_r <= 1'b0"),
+    ("target_tracker.v", "stage_r[21] | stage_r[22] | stage_r[24]", "stage_r[21] | stage_r[22]"),
+    ("target_tracker.v", "if (moved_r[9]) begin", "if (1'b0) begin"),
+    ("target_tracker.v", "else if (~wrapped[9]) begin", "else if (1'b0) begin"),
+    ("target_tracker.v", "{8'd0, ahead_r}) - HALF_WINDOW", "{8'd0, ahead_r}) - 10'd3"),
+    ("target_tracker.v", "owed_r <= placed[14:0]", "owed_r <= owed_r"),
+    ("target_tracker.v", "ahead_r <= placed[16:15]", "ahead_r <= {1'b0, placed[15]}"),
+    (
+        "target_tracker.v",
+        "owed_r <= 15'd0;\n                moved_r",
+        "owed_r <= owed_r;\n                moved_r",
+    ),
+    (
+        "target_tracker.v",
+        "fraction_r <= 15'd0;\n                owed_r",
+        "fraction_r <= fraction_r;\n                owed_r",
+    ),
+    ("target_tracker.v", "moved_r <= {3'd0, first_r} +", "moved_r <= 10'd0 +"),
+    // What follows: patience, flags, a host that stops.
+    ("target_tracker.v", "missed_r >= patience_r", "missed_r > patience_r"),
+    (
+        "target_tracker.v",
+        "gives_up_r <= 1'b0;\n            end\n            o_lost",
+        "gives_up_r <= gives_up_r;\n            end\n            o_lost",
+    ),
+    (
+        "target_tracker.v",
+        "& (window_r | lit_r);\n                o_locked",
+        ";\n                o_locked",
+    ),
+    ("target_tracker.v", "o_locked <= on_r & window_r & lit_r", "o_locked <= on_r & lit_r"),
+    ("target_tracker.v", "follows_r <= on_r & ~gives_up_r", "follows_r <= ~gives_up_r"),
+    ("target_tracker.v", "o_locked <= on_r & window_r & lit_r", "o_locked <= window_r & lit_r"),
+    ("target_tracker.v", "o_lost <= on_r & gives_up_r", "o_lost <= gives_up_r"),
+    (
+        "target_tracker.v",
+        "follows_r <= 1'b0;\n                o_locked <= 1'b0;\n            end\n        end",
+        "o_locked <= 1'b0;\n            end\n        end",
+    ),
+    (
+        "target_tracker.v",
+        "follows_r <= 1'b0;\n                o_locked <= 1'b0;\n            end\n        end",
+        "follows_r <= 1'b0;\n            end\n        end",
+    ),
+    ("target_tracker.v", "{step_r, fraction_r[14:7]}", "{step_r, fraction_r[13:6]}"),
+    ("target_tracker.v", "if (stage_r[19] & lit_r)", "if (stage_r[19])"),
+    // What a reset leaves.
+    ("target_tracker.v", "follows_r <= 1'b0;\n            window_r <= 1'b0;", "window_r <= 1'b0;"),
+    // What a host reads, and clears.
+    ("register_file.v", "if (s_axil_wdata[7])", "if (s_axil_wdata[6])"),
+    ("sensor_top.v", ".i_go            (tracker_go)", ".i_go            (registers_go)"),
+    ("register_file.v", "peak_word == 2'd2", "peak_word == 2'd3"),
+    ("register_file.v", "target_lost_r <= 1'b1", "target_lost_r <= target_lost_r"),
+];
+
 /// Faults in the Verilog of tests/scenes/rows.toml: detectors that are read out by rows.
 const ROWS: &[Fault] = &[
     // Windows: shorter than the row, never begun anew, ends of steps that are none.
@@ -715,6 +832,11 @@ fn every_fault_in_registers_and_what_they_set_is_found() {
 #[test]
 fn every_fault_in_taps_that_a_host_sets_is_found() {
     all_are_found("tests/scenes/taps.toml", TAPS);
+}
+
+#[test]
+fn every_fault_in_following_a_target_is_found() {
+    all_are_found("tests/scenes/tracking-short.toml", TRACKING);
 }
 
 #[test]

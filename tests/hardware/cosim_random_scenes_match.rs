@@ -19,7 +19,7 @@ const MOST_CLOCKS: u64 = 400_000;
 fn match_under_hostile_inputs(scenes: u64, seed: u64, registers: Registers) {
     let shown = (0..scenes).into_par_iter().map(|number| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64((seed << 32) + number);
-        let (scene, emission) = draw::emitted_with(&mut rng, Extent::SHORT, registers);
+        let (scene, emission) = draw::emitted_with(&mut rng, Extent::SHORT, registers, |_| ());
         let verilog = Verilog {
             top: goldtof::cosim::TOP.to_owned(),
             sources: sources_of(&emission.files),
@@ -52,11 +52,13 @@ fn match_under_hostile_inputs(scenes: u64, seed: u64, registers: Registers) {
             has(report.phase_steps > 0),
             has(scene.hardware.peak_detector),
             has(scene.sends_total_counts()),
+            has(scene.hardware.track),
         ]
     });
-    let [with_results, with_peak, with_totals] =
-        shown.reduce(|| [0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+    let [with_results, with_peak, with_totals, with_track] =
+        shown.reduce(|| [0; 4], |a, b| std::array::from_fn(|i| a[i] + b[i]));
     assert_eq!(with_results, scenes, "every run shows results");
+    assert_eq!(with_track > 0, registers == Registers::Axi4Lite, "{with_track} follow a target");
     if scenes < 10 {
         return;
     }

@@ -90,16 +90,28 @@ fn every_proof_holds_for_a_design_with_every_part() {
     assert_verdicts(folder.path(), &proofs, &covers);
 }
 
-/// The slave's rules, settings that are steady, and what does not depend on who sets the scan.
-#[test]
-fn registers_are_proven_and_faults_in_them_refused() {
-    let scene = scene::load(Path::new("tests/scenes/registers.toml")).expect("it is sound");
-    let emission = emit(&Sensor::new(&scene), "goldtof emit registers.toml").expect("it is fine");
+/// A scene's proofs of the slave's rules, of settings that are steady, and of what does not depend on who sets the scan;
+/// its emitted files.
+fn with_proven_registers(scene: &str) -> TempDir {
+    let sensor = Sensor::load(scene).unwrap_or_else(|errors| panic!("{errors}"));
+    let emission = emit(&sensor, "goldtof emit SCENE").expect("it is fine");
     let folder = tempfile::tempdir().expect("a temporary folder");
     write(&emission, folder.path()).expect("the files can be written");
     assert_eq!(emission.formal.proofs, ["reset", "registers", "counts", "stream", "peak", "axis"]);
     let proofs = ["reset", "registers", "stream", "axis"];
     assert_verdicts(folder.path(), &proofs, &["registers_cover"]);
+    folder
+}
+
+/// A window has settings of its own, which are as steady.
+#[test]
+fn registers_are_proven_where_a_target_is_followed() {
+    with_proven_registers("tests/scenes/tracking-short.toml");
+}
+
+#[test]
+fn registers_are_proven_and_faults_in_them_refused() {
+    let folder = with_proven_registers("tests/scenes/registers.toml");
     for (file, from, to) in [
         ("register_file.v", "end else if (s_axil_bready) begin", "end else begin"),
         ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),

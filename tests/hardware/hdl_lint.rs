@@ -3,7 +3,7 @@
 use crate::flow_lint_matrix::lint;
 use crate::hdl_support::{Family, code, scene};
 use goldtof::deliver::emit;
-use goldtof::scene::Scene;
+use goldtof::scene::{Registers, Scene};
 use goldtof::sensor::Sensor;
 use rayon::prelude::*;
 
@@ -45,10 +45,29 @@ fn scenes() -> Vec<Scene> {
     scenes
 }
 
+/// Every number of samples, with a host that sets scans, and every other time a target that is followed.
+fn hosted_scenes() -> Vec<Scene> {
+    let families = [Family::Gold(3), Family::Gold(11), Family::MSequence(5), Family::Chips(64)];
+    let mut scenes = Vec::new();
+    for (number, lanes) in [1, 2, 4, 8, 16].into_iter().enumerate() {
+        for track in [false, true] {
+            let family = families[(number + usize::from(track)) % families.len()];
+            let codes = [code(family, (number % 2) as u32, 3)];
+            let width = (number == 3).then_some(8);
+            let mut hosted = scene(&codes, 0, lanes, 1, Some(5), 1_310, width);
+            hosted.hardware.registers = Registers::Axi4Lite;
+            hosted.hardware.peak_detector = true;
+            hosted.hardware.track = track;
+            scenes.push(hosted);
+        }
+    }
+    scenes
+}
+
 #[test]
-fn forty_scenes_are_clean_under_verilator_icarus_and_yosys() {
-    let scenes = scenes();
-    assert_eq!(scenes.len(), 40);
+fn fifty_scenes_are_clean_under_verilator_icarus_and_yosys() {
+    let scenes = [scenes(), hosted_scenes()].concat();
+    assert_eq!(scenes.len(), 50);
     scenes.par_iter().for_each(|scene| {
         let made_by = "goldtof emit test.toml --out build";
         let emission = emit(&Sensor::new(scene), made_by).expect("the scene is fine");

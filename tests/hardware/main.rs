@@ -37,3 +37,4 @@ mod reference_model_equals_a_clock_by_clock_model;
 mod registers;
 mod rows;
 mod schema_takes_scenes;
+mod tracking;

@@ -20,11 +20,14 @@ use goldtof::reference::host_ports::HostInputs;
 use goldtof::reference::predictor::{Reference, StepResult};
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scan::Sample;
-use goldtof::scene::Registers;
+use goldtof::scene::{Registers, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::layout::Layout;
 use goldtof::sensor::port::Role;
-use goldtof::sensor::registers::{Access, CONTROL, RegisterPlan, STATUS, Settings};
+use goldtof::sensor::registers::{
+    Access, CONTROL, Register, RegisterField, RegisterPlan, STATUS, Settings, setting_address,
+};
+use goldtof::sensor::track::TrackSetting;
 
 use crate::hdl_support::stimulus::Noise;
 use crate::hdl_support::{Family, code, models, recurrence, run, scene};
@@ -32,6 +35,8 @@ use crate::hdl_support::{Family, code, models, recurrence, run, scene};
 const SCENE: &str = "tests/scenes/registers.toml";
 /// A Gold code and an m-sequence, whose taps a host sets.
 const TAPS: &str = "tests/scenes/taps.toml";
+/// A window that follows a target.
+const TRACKING: &str = "tests/scenes/tracking-short.toml";
 
 fn sensor(scene: &str) -> Sensor {
     Sensor::load(scene).unwrap_or_else(|errors| panic!("{errors}"))
@@ -276,38 +281,26 @@ impl Stimulus for AtEachClock {
     }
 }
 
-#[test]
-fn a_write_at_any_moment_of_a_scan_does_what_the_reference_model_says() {
-    // Short scans: two groups of 16 chips behind codes of seven.
-    let mut scene = scene(&[code(Family::Gold(3), 0, 1)], 0, 2, 5, Some(2), 16, None);
-    scene.hardware.registers = Registers::Axi4Lite;
-    let sensor = Sensor::new(&scene);
-    let (interface, plan) = (sensor.interface(), plan(&sensor));
-    // Reset, start, preparation, scan, its results, and the next one's preparation.
-    let scan = plan.start_clocks() + 2 * plan.period_chips + 2 * 16;
-    let pitch = 2 * scan + 40;
-    let settings = |number: u32| 4 * (6 + number);
-    let writes = vec![
-        (CONTROL, 0),
-        (CONTROL, 2),
-        (CONTROL, 3),
-        (settings(0), 19),
-        (settings(1), 1),
-        (settings(1), plan.whole_groups.expect("there are whole scans") as u32),
-        (settings(2), 11),
-        (settings(3), 5),
-        (settings(0), 3),
-        (STATUS, u32::MAX),
-    ];
-    let clocks = (scan + 30) * writes.len() as u64 * pitch;
+/// Runs a scene's Verilog beside the reference model, with resets every `pitch` clocks, and each write of a host at every
+/// clock up to `moments` after them.
+fn is_predicted_whenever_a_host_writes(
+    scene: &Scene,
+    pitch: u64,
+    moments: u64,
+    writes: Vec<(u32, u32)>,
+) {
+    let sensor = Sensor::new(scene);
+    let interface = sensor.interface();
+    let clocks = moments * writes.len() as u64 * pitch;
     let layout = Layout::of(interface);
     let library = build(TOP, &sources_of(&emission(&sensor).files), interface, &models())
         .unwrap_or_else(|error| panic!("{error}"));
     let mut model = Verilated::load(&library, &layout).unwrap_or_else(|error| panic!("{error}"));
+    let lanes = interface.lanes().into();
     let outcome = Lockstep {
         model: &mut model,
         reference: &mut Reference::new(interface.clone()).expect("it can be predicted"),
-        stimulus: &mut AtEachClock { pitch, writes, noise: Noise::new(9), lanes: 2 },
+        stimulus: &mut AtEachClock { pitch, writes, noise: Noise::new(9), lanes },
         layout: &layout,
         window: Window::Found,
     }
@@ -318,10 +311,77 @@ fn a_write_at_any_moment_of_a_scan_does_what_the_reference_model_says() {
     assert!(outcome.exercise.phase_steps > clocks / pitch, "{:?}", outcome.exercise);
 }
 
+/// Short scans: two groups of 16 chips behind codes of seven.
+fn short_scans() -> Scene {
+    let mut scene = scene(&[code(Family::Gold(3), 0, 1)], 0, 2, 5, Some(2), 16, None);
+    scene.hardware.registers = Registers::Axi4Lite;
+    scene
+}
+
+#[test]
+fn a_write_at_any_moment_of_a_scan_does_what_the_reference_model_says() {
+    let scene = short_scans();
+    let sensor = Sensor::new(&scene);
+    let plan = plan(&sensor);
+    // Reset, start, preparation, scan, its results, and the next one's preparation.
+    let scan = plan.start_clocks() + 2 * plan.period_chips + 2 * 16;
+    let pitch = 2 * scan + 40;
+    let writes = vec![
+        (CONTROL, 0),
+        (CONTROL, 2),
+        (CONTROL, 3),
+        (setting_address(0), 19),
+        (setting_address(1), 1),
+        (setting_address(1), plan.whole_groups.expect("there are whole scans") as u32),
+        (setting_address(2), 11),
+        (setting_address(3), 5),
+        (setting_address(0), 3),
+        (STATUS, u32::MAX),
+    ];
+    is_predicted_whenever_a_host_writes(&scene, pitch, scan + 30, writes);
+}
+
+/// The same of a scan that looks for a target, its peak's decision, a window, and that one's decision.
+#[test]
+fn a_write_at_any_moment_of_a_window_does_what_the_reference_model_says() {
+    let mut scene = short_scans();
+    scene.hardware.peak_detector = true;
+    scene.hardware.track = true;
+    let sensor = Sensor::new(&scene);
+    let plan = plan(&sensor);
+    let track = plan.track.expect("the hardware follows a target");
+    let begins = plan.start_clocks() + 2 * plan.period_chips;
+    let scan = begins + 2 * plan.least_chips + 40;
+    let window = begins + track.window_steps() * plan.least_chips + 20;
+    let window = window + u64::from(track.decision_clocks());
+    let follows = |gain_halvings, threshold_halvings, patience| {
+        let setting = TrackSetting { is_on: true, gain_halvings, threshold_halvings, patience };
+        (setting_address(plan.track_setting().expect("it has one")), setting.word())
+    };
+    let off = (follows(0, 0, 0).0, 0);
+    let writes = vec![
+        (setting_address(0), plan.least_chips as u32),
+        follows(0, 7, 15),
+        (CONTROL, 0),
+        (CONTROL, 2),
+        (setting_address(2), 11),
+        follows(7, 1, 1),
+        (setting_address(0), 3),
+        (setting_address(0), plan.least_chips as u32),
+        off,
+        follows(2, 7, 2),
+        (STATUS, u32::MAX),
+        (setting_address(1), 1),
+        (setting_address(1), 2),
+    ];
+    let pitch = scan + 2 * window + 20;
+    is_predicted_whenever_a_host_writes(&scene, pitch, scan + window + 60, writes);
+}
+
 /// Addresses, bits and values at power-up in a header that PeakRDL makes of the SystemRDL, and in ours.
 #[test]
 fn systemrdl_compiles_and_says_what_the_c_header_says() {
-    for scene in [SCENE, TAPS] {
+    for scene in [SCENE, TAPS, TRACKING] {
         check_header(&sensor(scene));
     }
 }
@@ -366,16 +426,24 @@ fn check_header(sensor: &Sensor) {
     assert_eq!(status.code(), Some(0), "line of compare.c");
 }
 
-/// The manual's table is that of the hardware.
+/// The manual's tables are those of the hardware: all registers of one scene, and of another what follows a target.
 #[test]
 fn the_manual_has_every_register() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/registers.md");
+    page_has_registers("docs/registers.md", SCENE, |_, _| true);
+    let is_of_tracking = |register: &Register, field: &RegisterField| {
+        register.name.starts_with("TRACK") || field.name.starts_with("LOCK")
+    };
+    page_has_registers("docs/tracking.md", TRACKING, is_of_tracking);
+}
+
+fn page_has_registers(page: &str, scene: &str, has: impl Fn(&Register, &RegisterField) -> bool) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
     let manual = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{error}"));
-    let sensor = sensor(SCENE);
+    let sensor = sensor(scene);
     let mut table = "| address | register | bits | field | access | at power-up | |\n|---|---|---|---|---|---|---|\n".to_owned();
     let interface = sensor.interface();
     for register in plan(&sensor).map(&interface.timing, &interface.source_codes) {
-        for field in &register.fields {
+        for field in register.fields.iter().filter(|field| has(&register, field)) {
             let last = field.first_bit + field.width - 1;
             let bits = match field.width {
                 1 => last.to_string(),

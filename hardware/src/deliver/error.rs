@@ -35,12 +35,6 @@ pub enum HdlError {
         /// Chips that are needed.
         needed: u64,
     },
-    /// Hardware that follows a target.
-    #[error(
-        "hardware that follows a target is simulated (`goldtof simulate --track`), but not emitted yet; leave out \
-         hardware.track and what begins with it"
-    )]
-    Tracking,
     /// A value beyond what the blocks are made for.
     #[error("{what} is {found}, but the hardware takes {limit}")]
     Limit {

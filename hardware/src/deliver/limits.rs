@@ -19,9 +19,6 @@ pub(super) fn check_limits(sensor: &Sensor, interface: &Interface) -> Result<(),
     if periods.clone().any(|period| period != interface.reference_codes[0].len()) {
         return Err(HdlError::CodeLengths { found: periods.collect() });
     }
-    if sensor.scene().hardware.track {
-        return Err(HdlError::Tracking);
-    }
     match &interface.counting {
         Counting::Correlator(correlator) => check_correlator(sensor, interface, correlator)?,
         Counting::Histogram(plan) => check_histogram(sensor, plan)?,
@@ -85,6 +82,17 @@ fn check_registers(
             "the groups of phase steps of hardware with registers",
             interface.groups(),
             format!("at most {}; scan fewer steps", (1u64 << plan.groups_bits) - 1),
+        );
+    }
+    if let Some(track) = &plan.track
+        && track.sum_bits() > longest
+    {
+        return limit(
+            "the bits of a window's sum, of hardware that follows a target,",
+            track.sum_bits().into(),
+            format!(
+                "at most {longest}; write a smaller counter_width, or integrate over fewer chips"
+            ),
         );
     }
     // The reference's chips have to be there before a scan, however long it waits.

@@ -307,7 +307,7 @@ fn registers(interface: &Interface) -> Part {
             PART,
             format!(
                 "registers = \"axi4-lite\": a host starts and stops scans, and sets their chips, groups and first \
-                 step{}",
+                 step{}{}",
                 match plan.seeds.len() {
                     0 => String::new(),
                     seeds => format!(
@@ -318,6 +318,13 @@ fn registers(interface: &Interface) -> Part {
                             (_, false) => format!("seeds of {seeds} codes"),
                             (_, true) => format!("seeds and taps of {seeds} codes"),
                         }
+                    ),
+                },
+                match &plan.track {
+                    None => String::new(),
+                    Some(track) => format!(
+                        "; a window of {} phase steps follows the peak that a scan has found",
+                        track.window_steps()
                     ),
                 }
             ),

@@ -26,6 +26,16 @@ pub(super) enum Told {
     Clamped,
     /// Step, from the scan's first, and count of each detector's peak.
     Peaks(Vec<(u64, i64)>),
+    /// A window, or a scan that looked for a target, has been weighed: where it is, if there is one, and whether the
+    /// window had its light.
+    Tracked {
+        /// Phase step and fraction.
+        position: Option<u32>,
+        /// It had.
+        locked: bool,
+    },
+    /// A target was lost.
+    TargetLost,
 }
 
 /// What the rest of the hardware is at, at a clock.
@@ -69,6 +79,9 @@ pub(super) struct Registers {
     lost: u32,
     scans: u32,
     peaks: Vec<(u64, i64)>,
+    position: u32,
+    locked: bool,
+    target_lost: bool,
     /// What is told at clocks to come.
     told: BTreeMap<u64, Vec<Told>>,
     /// What has shown, for the cover points.
@@ -114,6 +127,9 @@ impl Registers {
             lost: 0,
             scans: 0,
             peaks: vec![(0, 0); plan.peaks as usize],
+            position: 0,
+            locked: false,
+            target_lost: false,
             told: BTreeMap::new(),
             seen: Seen::default(),
             plan,
@@ -141,6 +157,9 @@ impl Registers {
             lost: 0,
             scans: 0,
             peaks: vec![(0, 0); self.plan.peaks as usize],
+            position: 0,
+            locked: false,
+            target_lost: false,
             told: BTreeMap::new(),
             seen: Seen::default(),
         };
@@ -211,6 +230,7 @@ impl Registers {
                 let until = next.min(clocks.end);
                 let events: Vec<u64> = self.told.range(..until).map(|(&clock, _)| clock).collect();
                 events.into_iter().for_each(|clock| self.hear(clock));
+                self.locked &= self.go();
                 self.target = None;
                 self.show(clock..until, expected);
                 clock = until;
@@ -240,6 +260,7 @@ impl Registers {
     fn step(&mut self, clock: u64, host: &HostInputs, sequence: Sequence) {
         let is_free = sequence.taken.is_none();
         let before = self.state(sequence.busy);
+        let goes = self.go();
         self.watch(host, is_free, before);
         let (write, target, read) = (self.write, self.target, self.read);
         let fetched = self.fetched.take();
@@ -290,11 +311,14 @@ impl Registers {
                 self.overrun &= keeps(state::OVERRUN);
                 self.saturated &= keeps(state::SATURATED);
                 self.refused &= keeps(state::REFUSED);
+                self.target_lost &= keeps(state::LOCK_LOST);
             }
             None => {}
         }
         self.refused |= sequence.refused;
         self.hear(clock);
+        // A target is followed as long as scans are wanted.
+        self.locked &= goes;
         let whole = host.write_strobe == 0xf;
         self.target = self.target_at(host.write_address.into()).filter(|_| whole);
         self.shown.write_ready = self.write;
@@ -312,6 +336,11 @@ impl Registers {
                 }
                 Told::Clamped => self.saturated = true,
                 Told::Peaks(peaks) => self.peaks = peaks,
+                Told::Tracked { position, locked } => {
+                    self.position = position.unwrap_or(self.position);
+                    self.locked = locked;
+                }
+                Told::TargetLost => self.target_lost = true,
             }
         }
     }
@@ -325,6 +354,8 @@ impl Registers {
             (state::OVERRUN, self.overrun),
             (state::SATURATED, self.saturated),
             (state::REFUSED, self.refused),
+            (state::LOCKED, self.locked),
+            (state::LOCK_LOST, self.target_lost),
         ];
         let flags = flags.into_iter().fold(0, |word, (bit, is)| word | u32::from(is) << bit);
         flags | self.lost << state::LOST | self.scans << state::SCANS
@@ -354,7 +385,7 @@ impl Registers {
             let of = self.place(host.read_address.into());
             self.seen.read = Some(of);
             if matches!(of, Place::Control | Place::Status) {
-                for bit in [state::OVERRUN, state::SATURATED, state::REFUSED] {
+                for bit in [state::OVERRUN, state::SATURATED, state::REFUSED, state::LOCK_LOST] {
                     let is_set = state >> bit & 1 == 1;
                     if is_set {
                         self.seen.flags |= 1 << bit;
@@ -415,7 +446,11 @@ impl Registers {
         if word == CONTROL || word == STATUS {
             return Some(state);
         }
-        if let Some(number) = word.checked_sub(PEAKS).map(|from| from as usize / 4)
+        let number = word.checked_sub(PEAKS).map(|from| from / 4);
+        if self.plan.track.is_some() && number == Some(2 * self.plan.peaks) {
+            return Some(self.position);
+        }
+        if let Some(number) = number.map(|number| number as usize)
             && let Some(&(step, count)) = self.peaks.get(number / 2)
         {
             return Some(if number % 2 == 0 { step as u32 } else { count as u32 });

@@ -90,6 +90,11 @@ impl Follower {
         Some((self.target?.position >> HIDDEN_BITS) as u64)
     }
 
+    /// Phase steps of the code period.
+    pub fn period_steps(&self) -> u64 {
+        self.plan.period_steps
+    }
+
     /// Whether the last window had the target's light.
     pub fn is_locked(&self) -> bool {
         self.target.is_some_and(|target| target.is_locked)

@@ -9,7 +9,7 @@ use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
 use super::registers::{Hardware, RegisterPlan, Settings};
 use super::rows::{RowPlan, signed_bits};
-use super::track::TrackPlan;
+use super::track::{CLOCKS_FROM_PEAK, TrackPlan};
 use crate::code::Code;
 use crate::scan::{Grouping, PERIODS_OF_PREPARATION, Timing};
 use crate::scene::{Architecture, Polarity, Readout, Registers, Scene, Source, Target};
@@ -316,6 +316,9 @@ impl Interface {
                 least_chips_of_peak: interface.peak().map(|peak| peak.least_chips),
                 sets_taps: scene.hardware.code_taps,
                 longest_counter: longest_carry_chain(scene.hardware.target),
+                track: interface.correlator().and_then(|correlator| {
+                    TrackPlan::of(&scene.hardware, &interface.timing, correlator.count_bits)
+                }),
                 text: format!(
                     "{:?} {:?}{}",
                     interface.polarity,
@@ -385,6 +388,11 @@ impl Interface {
         self.correlator()?.peak.as_ref()
     }
 
+    /// What follows a target, if the hardware does.
+    pub fn track(&self) -> Option<&TrackPlan> {
+        self.registers.as_ref()?.track.as_ref()
+    }
+
     /// Clocks from a scan's last sample word to its peak; 0 without a peak detector.
     pub fn peak_latency_clocks(&self) -> u32 {
         self.peak().map_or(0, |peak| peak.latency_clocks)
@@ -400,12 +408,25 @@ impl Interface {
         self.start_clocks() + self.timing.preparation_chips
     }
 
-    /// Chips from the first of a window to that of the next: the window, until its last count is there and has been
-    /// weighed, until codes have begun anew, and a scan's preparation.
+    /// Chips from the first of a window to that of the next.
     pub fn window_pitch_chips(&self, track: &TrackPlan) -> u64 {
-        let window = track.window_steps() * self.timing.scan.integration_chips;
-        let turn = u64::from(self.result_latency_clocks + track.decision_clocks() + 1);
-        window + turn + self.start_clocks() + PERIODS_OF_PREPARATION * self.timing.code_chips()
+        track.window_steps() * self.timing.scan.integration_chips + self.window_turn_chips(track)
+    }
+
+    /// Chips from the last of a window to the first of the next: until its last count is there and has been weighed, until
+    /// codes have begun anew, and a scan's preparation.
+    pub fn window_turn_chips(&self, track: &TrackPlan) -> u64 {
+        self.turn_chips(self.result_latency_clocks + track.decision_clocks())
+    }
+
+    /// The same of a scan that has found a target, and the first window: its peak is waited for.
+    pub fn search_turn_chips(&self) -> u64 {
+        self.turn_chips(self.peak_latency_clocks() + CLOCKS_FROM_PEAK)
+    }
+
+    fn turn_chips(&self, decision_clocks: u32) -> u64 {
+        let start = u64::from(decision_clocks) + 1 + self.start_clocks();
+        start + PERIODS_OF_PREPARATION * self.timing.code_chips()
     }
 
     /// Results that a group sends: one for each phase step and detector, or the rows of

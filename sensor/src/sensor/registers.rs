@@ -11,6 +11,7 @@ use std::sync::Arc;
 use goldtof_system::digest::sha256_of_all;
 use serde::Serialize;
 
+use super::track::{FRACTION_BITS, PATIENCE_BITS, SHARE_BITS, TrackPlan, TrackSetting};
 use crate::code::{Code, Generator, Lfsr, is_maximal};
 use crate::scan::Timing;
 use crate::scene::SourceIndex;
@@ -27,6 +28,10 @@ pub const CONTROL: u32 = 0x400;
 pub const STATUS: u32 = 0x404;
 /// Address of the first detector's last peak: its step, and four bytes on its count. Others follow.
 pub const PEAKS: u32 = 0x500;
+/// Address of a setting, numbered from 0.
+pub const fn setting_address(number: usize) -> u32 {
+    4 * (IDENTITY_WORDS + number) as u32
+}
 /// Words of identification before the settings.
 pub const IDENTITY_WORDS: usize = 6;
 /// Settings before the seeds: chips, groups, first step.
@@ -53,6 +58,10 @@ pub mod state {
     pub const SATURATED: u32 = 4;
     /// Settings were refused.
     pub const REFUSED: u32 = 5;
+    /// A window follows a target, and the last ones had its light.
+    pub const LOCKED: u32 = 6;
+    /// A target was lost.
+    pub const LOCK_LOST: u32 = 7;
     /// Groups that were lost.
     pub const LOST: u32 = 8;
     /// Scans that have ended.
@@ -84,6 +93,8 @@ pub struct RegisterPlan {
     pub whole_groups: Option<u64>,
     /// Detectors with a peak.
     pub peaks: u32,
+    /// What follows a target, if the hardware does.
+    pub track: Option<TrackPlan>,
     /// Of the hardware, for a host that has its scene.
     pub identity: [u32; 2],
     /// Shape of the sensor, as the register SHAPE has it.
@@ -139,6 +150,8 @@ pub struct Settings {
     /// Of the second LFSR of each code that has one to be set: its first chips, the earliest in bit 0, and
     /// its taps ([`Seed`]).
     pub seeds: Vec<u64>,
+    /// How a target is followed, if the hardware does that.
+    pub track: Option<TrackSetting>,
 }
 
 /// The hardware that registers are to be for.
@@ -154,6 +167,8 @@ pub(super) struct Hardware<'a> {
     pub(super) sets_taps: bool,
     /// Longest counter that keeps the clock.
     pub(super) longest_counter: u32,
+    /// What follows a target.
+    pub(super) track: Option<TrackPlan>,
     /// All else that tells it from other hardware.
     pub(super) text: String,
 }
@@ -179,6 +194,7 @@ impl Hardware<'_> {
         let mut texts = vec![format!("{clock:?} {parallel} {}", self.text)];
         let codes = self.source_codes.iter();
         texts.extend(codes.map(|code| format!("{:?} {}", code.generator, code.interleave)));
+        texts.extend(self.track.map(|track| format!("{track:?}")));
         let digest = sha256_of_all(texts);
         let word = |at: usize| u32::from_str_radix(&digest[at..at + 8], 16).unwrap_or(0);
         [word(0), word(8)]
@@ -241,6 +257,7 @@ impl RegisterPlan {
             seeds: seeds(hardware.source_codes, hardware.sets_taps),
             whole_groups: is_whole.then_some(scan.steps_per_period / parallel),
             peaks: hardware.least_chips_of_peak.map_or(0, |_| hardware.detectors as u32),
+            track: hardware.track,
             identity: hardware.identity(),
             shape: hardware.shape(),
         }
@@ -248,7 +265,22 @@ impl RegisterPlan {
 
     /// Words of settings that the hardware takes over.
     pub fn settings(&self) -> usize {
-        SCAN_WORDS + self.seeds.len()
+        SCAN_WORDS + self.seeds.len() + usize::from(self.track.is_some())
+    }
+
+    /// Which setting says how a target is followed: the last.
+    pub fn track_setting(&self) -> Option<usize> {
+        self.track.map(|_| SCAN_WORDS + self.seeds.len())
+    }
+
+    /// Address of where the window is, if there is one: behind the peaks.
+    pub fn position_address(&self) -> u32 {
+        PEAKS + 8 * self.peaks
+    }
+
+    /// Words that are read behind the state: step and count of each peak, and where the window is.
+    pub fn readings(&self) -> u32 {
+        2 * self.peaks + u32::from(self.track.is_some())
     }
 
     /// Lanes whose chip depends on a delay that a host sets.
@@ -276,10 +308,16 @@ impl RegisterPlan {
         self.seeds[..seed].iter().map(|seed| seed.bits).sum()
     }
 
+    /// Bits of the widest setting that a scan takes over.
+    pub fn scan_setting_bits(&self) -> u32 {
+        let seeds = self.seeds.iter().map(|seed| seed.bits).max().unwrap_or(0);
+        let scan = self.chips_bits.max(self.groups_bits).max(self.delay_bits + self.sample_bits);
+        scan.max(seeds)
+    }
+
     /// Bits of the widest setting.
     pub fn setting_bits(&self) -> u32 {
-        let seeds = self.seeds.iter().map(|seed| seed.bits).max().unwrap_or(0);
-        self.chips_bits.max(self.groups_bits).max(self.delay_bits + self.sample_bits).max(seeds)
+        self.scan_setting_bits().max(self.track.map_or(0, |_| TrackSetting::BITS))
     }
 
     /// Words in the memory.
@@ -311,6 +349,7 @@ impl RegisterPlan {
             groups: timing.groups(),
             first_step: timing.scan.first_step,
             seeds: self.seeds.iter().map(|seed| seed.of(&codes[seed.source])).collect(),
+            track: self.track.map(|track| track.setting),
         }
     }
 
@@ -343,6 +382,7 @@ impl RegisterPlan {
             groups: masked(words[1], self.groups_bits),
             first_step: (delay << self.sample_bits) + samples,
             seeds: seeds.map(|(seed, &word)| masked(word, seed.bits)).collect(),
+            track: self.track_setting().map(|number| TrackSetting::of_word(words[number])),
         }
     }
 
@@ -392,7 +432,8 @@ impl Settings {
     /// As the memory holds them.
     pub fn words(&self) -> Vec<u32> {
         let scan = [self.chips, self.groups, self.first_step];
-        scan.into_iter().chain(self.seeds.iter().copied()).map(|word| word as u32).collect()
+        let scan = scan.into_iter().chain(self.seeds.iter().copied()).map(|word| word as u32);
+        scan.chain(self.track.map(TrackSetting::word)).collect()
     }
 }
 
@@ -515,6 +556,23 @@ impl RegisterPlan {
             let name = format!("SEED_{number}");
             word(&name, "setting", Access::ReadWrite, &fields[..1 + usize::from(seed.has_taps())]);
         }
+        if self.track.is_some() {
+            let gain = "halvings of the window's way to the peak: gain 1, 1/2, 1/4, ...";
+            let threshold = "halvings of the followed light below which a window has lost it";
+            let patience =
+                "windows without it, one after another, until a scan looks for the target";
+            word(
+                "TRACK",
+                "setting",
+                Access::ReadWrite,
+                &[
+                    ("ENABLE", 1, "a window follows the peak that a scan has found"),
+                    ("GAIN", SHARE_BITS, gain),
+                    ("THRESHOLD", SHARE_BITS, threshold),
+                    ("PATIENCE", PATIENCE_BITS, patience),
+                ],
+            );
+        }
         map.extend(self.state_map());
         map
     }
@@ -537,7 +595,7 @@ impl RegisterPlan {
             field("SINGLE", state::SINGLE, 1, Access::ReadWrite, Some(0), single),
             field("STATE", 2, 30, read, None, "as STATUS has it"),
         ];
-        let status = [
+        let mut status = vec![
             field("CONTROL", 0, 2, read, None, "as CONTROL has it"),
             field("BUSY", state::BUSY, 1, read, None, "a scan is under way, or prepared"),
             field("OVERRUN", state::OVERRUN, 1, clear, Some(0), "a result was lost"),
@@ -567,6 +625,16 @@ impl RegisterPlan {
                 "scans ended since reset, modulo 65536",
             ),
         ];
+        if self.track.is_some() {
+            let locked = "a window follows the target, and has its light";
+            let lost = "a target was lost, and is looked for";
+            let flags = [
+                field("LOCKED", state::LOCKED, 1, read, None, locked),
+                field("LOCK_LOST", state::LOCK_LOST, 1, clear, Some(0), lost),
+            ];
+            let place = status.partition_point(|field| field.first_bit < state::LOCKED);
+            status.splice(place..place, flags);
+        }
         let register = |name: String, address, about: &str, fields: Vec<RegisterField>| Register {
             name,
             address,
@@ -575,7 +643,7 @@ impl RegisterPlan {
         };
         let mut map = vec![
             register("CONTROL".to_owned(), CONTROL, "starts and stops", control.into()),
-            register("STATUS".to_owned(), STATUS, "flags and counters", status.into()),
+            register("STATUS".to_owned(), STATUS, "flags and counters", status),
         ];
         for detector in 0..self.peaks {
             let address = PEAKS + 8 * detector;
@@ -584,6 +652,15 @@ impl RegisterPlan {
             let about = format!("last peak of detector {detector}");
             map.push(register(format!("PEAK_STEP_{detector}"), address, &about, vec![step]));
             map.push(register(format!("PEAK_COUNT_{detector}"), address + 4, &about, vec![count]));
+        }
+        if let Some(track) = &self.track {
+            let about = "where the target's peak is, after the last window".to_owned();
+            let fields = vec![
+                field("FRACTION", 0, FRACTION_BITS, read, None, "of a phase step, in parts of 256"),
+                field("STEP", FRACTION_BITS, track.step_bits, read, None, "phase step"),
+            ];
+            let address = self.position_address();
+            map.push(register("TRACK_POSITION".to_owned(), address, &about, fields));
         }
         map
     }

@@ -14,6 +14,8 @@ pub const SHARE_BITS: u32 = 3;
 pub const PATIENCE_BITS: u32 = 4;
 /// Halvings of the share by which the light that is expected of a window becomes that of the last one.
 pub const LIGHT_HALVINGS: u32 = 4;
+/// Clocks from where a scan's peak shows to where the first window begins: a decision's last stages.
+pub const CLOCKS_FROM_PEAK: u32 = 6;
 
 /// A window of phase steps that follows the peak of its own counts: sizes and timing.
 ///
@@ -44,6 +46,30 @@ pub struct TrackSetting {
     pub threshold_halvings: u32,
     /// Windows without it, one after another, after which a scan looks for the target.
     pub patience: u32,
+}
+
+impl TrackSetting {
+    /// Bits of its word.
+    pub const BITS: u32 = 1 + 2 * SHARE_BITS + PATIENCE_BITS;
+
+    /// As a word of the registers has it: on, gain, threshold and patience, from bit 0 on.
+    pub fn of_word(word: u32) -> TrackSetting {
+        let field = |first: u32, bits: u32| word >> first & ((1 << bits) - 1);
+        TrackSetting {
+            is_on: field(0, 1) == 1,
+            gain_halvings: field(1, SHARE_BITS),
+            threshold_halvings: field(1 + SHARE_BITS, SHARE_BITS),
+            patience: field(1 + 2 * SHARE_BITS, PATIENCE_BITS),
+        }
+    }
+
+    /// As that word.
+    pub fn word(self) -> u32 {
+        let numbers = self.gain_halvings
+            | self.threshold_halvings << SHARE_BITS
+            | self.patience << (2 * SHARE_BITS);
+        u32::from(self.is_on) | numbers << 1
+    }
 }
 
 impl TrackPlan {

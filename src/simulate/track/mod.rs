@@ -1,7 +1,8 @@
-//! A target that is acquired and then tracked: the rule of the hardware, in whole numbers, with simulated photons in
-//! its loop, beside what theory says of it.
+//! A target that is acquired and then tracked: the rule of the hardware, in whole numbers, or the hardware, with simulated
+//! photons in its loop, beside what theory says of it.
 
 mod bound;
+mod hardware;
 mod plot;
 mod run;
 mod text;
@@ -14,15 +15,20 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use self::bound::Information;
-use self::run::{Course, Outcome, Run};
+pub use self::hardware::Differs;
+use self::hardware::Targets;
+use self::run::{Course, Outcome, Run, Scan};
 use self::theory::Peak;
 use self::windows::Windows;
 use super::effort::{self, TooMuch};
+use super::scans::{Prepared, ScansError};
 use super::{SimulateOptions, Tier};
+use crate::cosim::engine::Engine;
 use crate::document::Body;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::photons::DetectorModel;
 use crate::photons::random::scatter;
+use crate::reference::predictor::ReferenceError;
 use crate::reference::tracking::Follower;
 use crate::response::MeanResponseError;
 use crate::scene::{DetectorIndex, Movement, PathIndex};
@@ -51,9 +57,9 @@ pub enum TrackError {
          [hardware]"
     )]
     NotInScene,
-    /// A tier without photons, or with Verilog.
+    /// A tier without photons.
     #[error(
-        "a window goes where its own photons lead it; write --fidelity events or sampled, not {0}"
+        "a window goes where its own photons lead it; write --fidelity events, sampled or rtl, not {0}"
     )]
     NotOfTier(Tier),
     /// What is to be followed is not one target.
@@ -72,6 +78,15 @@ pub enum TrackError {
     /// It would take too long.
     #[error(transparent)]
     TooMuch(#[from] TooMuch),
+    /// The hardware could not be clocked.
+    #[error(transparent)]
+    Scans(#[from] ScansError),
+    /// It is not modelled.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// It does something else.
+    #[error(transparent)]
+    Differs(#[from] Differs),
 }
 
 /// How a simulated target was acquired and tracked; distances are those of the target in the middle of a window's time.
@@ -174,6 +189,7 @@ pub struct Tracking<'s> {
     plan: TrackPlan,
     path: PathIndex,
     tier: Tier,
+    engine: Engine,
     seed: u64,
     /// Round its peak at the start of a scan.
     peak: Peak,
@@ -191,7 +207,7 @@ impl<'s> Tracking<'s> {
         let plan = TrackPlan::of(&scene.hardware, sensor.timing(), correlator.count_bits);
         let plan = plan.ok_or(TrackError::NotInScene)?;
         let tier = options.fidelity;
-        if !matches!(tier, Tier::Events | Tier::Sampled) {
+        if !matches!(tier, Tier::Events | Tier::Sampled | Tier::Rtl) {
             return Err(TrackError::NotOfTier(tier));
         }
         let own: Vec<PathIndex> = scene.own_paths(DETECTOR).collect();
@@ -202,7 +218,8 @@ impl<'s> Tracking<'s> {
             return Err(TrackError::Fluctuates);
         }
         let peak = Peak::new(&sensor.still_at(0.0), DETECTOR, path, tier.counting())?;
-        Ok(Tracking { sensor, plan, path, tier, seed: options.seed, peak })
+        let (engine, seed) = (options.engine, options.seed);
+        Ok(Tracking { sensor, plan, path, tier, engine, seed, peak })
     }
 
     fn gain_of(halvings: u32) -> f64 {
@@ -227,7 +244,7 @@ impl<'s> Tracking<'s> {
 
     fn course(&self, velocity_m_per_s: f64) -> Course {
         let (clock, scan) = (self.sensor.clock(), self.sensor.timing().scan);
-        let pitch = self.sensor.interface().window_pitch_chips(&self.plan);
+        let interface = self.sensor.interface();
         let window_steps = self.plan.window_steps();
         let offset_ps = calibration_offset_ps(self.sensor, DETECTOR, self.counting());
         let delay_ps = self.sensor.scene().paths[self.path].delay_ps + offset_ps;
@@ -236,7 +253,8 @@ impl<'s> Tracking<'s> {
             steps: scan.steps,
             window_steps,
             integration_chips: scan.integration_chips,
-            turn_chips: pitch - window_steps * scan.integration_chips,
+            search_turn_chips: interface.search_turn_chips(),
+            turn_chips: interface.window_turn_chips(&self.plan),
             steps_per_period: scan.steps_per_period,
             place: delay_ps / clock.sample_period_ps(),
             steps_per_chip: velocity_m_per_s * self.seconds(1.0) / self.metres(1.0),
@@ -268,25 +286,49 @@ impl<'s> Tracking<'s> {
         let course = self.course(self.velocity());
         // What is left of the scan's distance is (1 - gain)^settling: below a hundredth.
         let settling = (5.0 / gain).ceil() as u64;
-        self.check_effort(targets, course.steps + (settling + updates) * course.window_steps)?;
+        let steps = course.steps + (settling + updates) * course.window_steps;
+        self.check_effort(self.tier, targets, steps)?;
         let model = DetectorModel::new(self.sensor, DETECTOR);
+        let photons = |number| Windows::new(&model, self.counting(), self.seed, number);
         let outcomes: Vec<Outcome> = (0..targets)
             .into_par_iter()
             .map(|number| {
-                let windows = Windows::new(&model, self.counting(), self.seed, number);
-                let run = Run::new(course, windows, Follower::new(self.plan, setting));
+                let run = Run::new(course, photons(number), Follower::new(self.plan, setting));
+                let run = if self.tier == Tier::Rtl { run.read() } else { run };
                 run.acquire_and_follow(settling, updates, scatter(self.seed, number))
             })
             .collect();
+        if self.tier == Tier::Rtl {
+            let scans: Vec<Vec<Scan>> =
+                outcomes.iter().map(|outcome| outcome.scans.clone()).collect();
+            self.follow_in_verilog(setting, &scans, &photons)?;
+        }
         let fastest = self.fastest(setting.gain_halvings)?;
         let report = self.report(&course, &outcomes, updates, fastest)?;
         Ok(TrackReport { run_time_s: started.elapsed().as_secs_f64(), ..report })
     }
 
+    /// Whether the Verilog follows targets with the same photons through the same scans to the same places.
+    fn follow_in_verilog<'m>(
+        &'m self,
+        setting: TrackSetting,
+        scans: &'m [Vec<Scan>],
+        photons: &'m dyn Fn(u64) -> Windows<'m>,
+    ) -> Result<(), TrackError> {
+        let interface = self.sensor.interface();
+        let registers = interface.registers.as_deref().ok_or(TrackError::NotInScene)?;
+        let following = (self.plan, setting);
+        let mut targets = Targets::new((interface, registers), following, scans, photons)?;
+        let clocks = targets.clocks();
+        let prepared = Prepared::new(self.sensor, self.tier, self.engine)?;
+        prepared.beside_reference(self.sensor, &mut targets, clocks)?;
+        Ok(targets.end()?)
+    }
+
     /// Whether so many runs of so many phase steps are not too much.
-    fn check_effort(&self, runs: u64, steps: u64) -> Result<(), TooMuch> {
+    fn check_effort(&self, tier: Tier, runs: u64, steps: u64) -> Result<(), TooMuch> {
         let scans = (runs as f64 * steps as f64 / self.sensor.timing().scan.steps as f64).ceil();
-        effort::check(self.sensor, DETECTOR, self.tier, scans as u64)
+        effort::check(self.sensor, DETECTOR, tier, scans as u64)
     }
 
     /// The fastest target that is held with a gain of so many halvings.
@@ -299,7 +341,10 @@ impl<'s> Tracking<'s> {
         let course = self.course(0.0);
         // A lag takes some of the loop's own time to build up.
         let updates = 12 + (12.0 / gain) as u64;
-        self.check_effort(SPEEDS.len() as u64 * TARGETS, updates * course.window_steps)?;
+        // Of the Verilog it would take hours, and its windows count what sampled ones do.
+        let tier = if self.tier == Tier::Rtl { Tier::Sampled } else { self.tier };
+        let runs = SPEEDS.len() as u64 * TARGETS;
+        self.check_effort(tier, runs, updates * course.window_steps)?;
         let sign = if self.velocity() < 0.0 { -1.0 } else { 1.0 };
         let threshold = Tracking::gain_of(setting.threshold_halvings);
         let share = Tracking::share_of_step(&course);
@@ -527,6 +572,43 @@ mod tests {
         assert!(report.window_bound_with_totals_m < report.window_bound_m, "{report:#?}");
     }
 
+    /// The Verilog beside the reference model, with the same photons, and a host that reads: with gain 1 a host's 2^-8 of a step are
+    /// all that it leaves out of the positions. That nothing is left of a place that is another one shows that they are compared.
+    #[test]
+    fn the_verilog_follows_the_same_targets_to_the_same_places() {
+        let setting = |text: &str| text.parse().expect("a setting");
+        let settings = [
+            setting("path.velocity=40 m/s"),
+            setting("hardware.track_gain=\"1\""),
+            setting("scan.integration=\"16.376 us\""),
+            setting("source.mean_power=\"25 pW\""),
+        ];
+        let sensor =
+            Sensor::load_with("tests/scenes/tracking.toml", &settings).expect("the scene is valid");
+        let of = |tier: Tier| {
+            let tracking = Tracking::new(&sensor, &tier.scans(1)).expect("it can be simulated");
+            tracking.track(2, 6).unwrap_or_else(|error| panic!("{error}"))
+        };
+        let (sampled, rtl) = (of(Tier::Sampled), of(Tier::Rtl));
+        assert_eq!((rtl.acquired, rtl.lost, rtl.told_in_time), (2, 0, 2), "{rtl:#?}");
+        assert_eq!(rtl.time_to_lock_s, sampled.time_to_lock_s);
+        let step_m = distance_m(1000.0);
+        let (read, exact) = rtl.bias_m.zip(sampled.bias_m).expect("it was followed");
+        assert!((0.0..step_m / 256.0).contains(&(exact - read)), "{read} {exact}");
+
+        let tracking = Tracking::new(&sensor, &Tier::Rtl.scans(1)).expect("it can be simulated");
+        let model = DetectorModel::new(&sensor, DETECTOR);
+        let photons = |number| Windows::new(&model, CountingTier::Sampled, tracking.seed, number);
+        let follower = Follower::new(tracking.plan, tracking.setting());
+        let run = Run::new(tracking.course(40.0), photons(0), follower).read();
+        let mut scans = run.acquire_and_follow(1, 1, 0).scans;
+        let place = scans[2].after.position.as_mut().expect("it is followed");
+        *place += 1;
+        let refused = tracking.follow_in_verilog(tracking.setting(), &[scans], &photons);
+        let said = refused.expect_err("another place is told").to_string();
+        assert!(said.starts_with("target 0, scan 2: the hardware shows"), "{said}");
+    }
+
     #[test]
     fn what_is_not_simulated_is_refused_by_name() {
         let refused = |sensor: &Sensor, tier: Tier| match Tracking::new(sensor, &tier.scans(1)) {
@@ -535,7 +617,8 @@ mod tests {
         };
         let moving = sensor("1 m/s");
         assert!(
-            refused(&moving, Tier::Counts).contains("--fidelity events or sampled, not counts")
+            refused(&moving, Tier::Counts)
+                .contains("--fidelity events, sampled or rtl, not counts")
         );
         let none = moving.with(|scene| scene.hardware.track = false);
         assert!(refused(&none, Tier::Events).contains("track = true"));

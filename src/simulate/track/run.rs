@@ -3,6 +3,7 @@
 use super::windows::Windows;
 use crate::photons::random::scatter;
 use crate::reference::tracking::{Follower, Sums};
+use crate::sensor::track::FRACTION_BITS;
 
 /// Scans that look for a target before it is given up.
 const MOST_SCANS: u32 = 3;
@@ -17,7 +18,8 @@ pub(super) struct Course {
     pub steps: u64,
     pub window_steps: u64,
     pub integration_chips: u64,
-    /// From a scan's last chip to the next one's first.
+    /// From a scan's last chip to the first one of the window behind it, and from a window's.
+    pub search_turn_chips: u64,
     pub turn_chips: u64,
     pub steps_per_period: u64,
     /// Phase step at which the light's peak is at the first scan's start, and how many it goes on in a chip.
@@ -48,9 +50,33 @@ impl Course {
     }
 }
 
+/// A scan that looked for a target, or a window.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scan {
+    /// Chips from the target's first scan's first one to its own.
+    pub chips: u64,
+    /// Phase steps, and those of them that had the target's light.
+    pub steps: u64,
+    pub lit: u64,
+    /// What followed.
+    pub after: Place,
+}
+
+/// Where a target is thought to be, as a host reads it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Place {
+    /// Phase step, in parts of 2^-8; none without a target.
+    pub position: Option<u64>,
+    pub is_locked: bool,
+    /// Whether it has just been lost.
+    pub is_lost: bool,
+}
+
 /// What became of a target.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outcome {
+    /// Scans and windows, one after another.
+    pub scans: Vec<Scan>,
     /// Chips from the first scan's first to the end of the first window that had its light; none without one.
     pub locked_chips: Option<u64>,
     /// How far the position was off after each update that was asked for, in steps.
@@ -69,18 +95,31 @@ pub(super) struct Run<'m> {
     course: Course,
     windows: Windows<'m>,
     follower: Follower,
+    /// Whether positions are as a host reads them, to 2^-8 of a step; or as they are.
+    is_read: bool,
     /// First chip of the next scan.
     chips: u64,
+    scans: Vec<Scan>,
 }
 
 impl<'m> Run<'m> {
     pub fn new(course: Course, windows: Windows<'m>, follower: Follower) -> Run<'m> {
-        Run { course, windows, follower, chips: 0 }
+        Run { course, windows, follower, is_read: false, chips: 0, scans: Vec::new() }
+    }
+
+    /// The same with positions as a host reads them.
+    pub fn read(self) -> Run<'m> {
+        Run { is_read: true, ..self }
     }
 
     /// A target that a scan has to find, then is followed for `settling` and `updates` windows, and then taken away in
     /// a phase step that `random` chooses.
     pub fn acquire_and_follow(mut self, settling: u64, updates: u64, random: u64) -> Outcome {
+        let outcome = self.outcome(settling, updates, random);
+        Outcome { scans: self.scans, ..outcome }
+    }
+
+    fn outcome(&mut self, settling: u64, updates: u64, random: u64) -> Outcome {
         let mut outcome = Outcome::default();
         let locks = (0..MOST_SCANS).any(|_| {
             self.look();
@@ -125,7 +164,6 @@ impl<'m> Run<'m> {
     fn look(&mut self) {
         let Course { first_step, steps, steps_per_period, .. } = self.course;
         let counts = self.windows.scan(first_step, steps, self.chips, u64::MAX);
-        self.chips += steps * self.course.integration_chips + self.course.turn_chips;
         // The first of equal ones, as the hardware's peak.
         let mut peak = (0, i64::MIN);
         for (step, &count) in counts.iter().enumerate() {
@@ -134,6 +172,8 @@ impl<'m> Run<'m> {
             }
         }
         self.follower.found((first_step + peak.0) % steps_per_period, peak.1);
+        self.end_scan(steps, steps, false);
+        self.chips += steps * self.course.integration_chips + self.course.search_turn_chips;
     }
 
     /// A window, whose first `lit` steps have light. How far the position is off afterwards, of where the target was
@@ -142,9 +182,20 @@ impl<'m> Run<'m> {
         let first = self.follower.window()?;
         let counts = self.windows.scan(first, self.course.window_steps, self.chips, lit);
         let middle = self.chips as f64 + 0.5 * self.course.window_chips() as f64;
+        let is_lost = self.follower.counted(Sums::of(&counts));
+        self.end_scan(self.course.window_steps, lit, is_lost);
         self.chips += self.course.pitch_chips();
-        self.follower.counted(Sums::of(&counts));
-        Some(self.course.error(self.follower.position_steps()?, middle))
+        let steps = match self.is_read {
+            true => self.follower.position()? as f64 / f64::from(1 << FRACTION_BITS),
+            false => self.follower.position_steps()?,
+        };
+        Some(self.course.error(steps, middle))
+    }
+
+    fn end_scan(&mut self, steps: u64, lit: u64, is_lost: bool) {
+        let position = self.follower.position();
+        let after = Place { position, is_locked: self.follower.is_locked(), is_lost };
+        self.scans.push(Scan { chips: self.chips, steps, lit, after });
     }
 
     /// The light goes off in the middle of some window. Updates until the last of them had no light: the first is that

@@ -1,6 +1,6 @@
 //! Counts of scans that begin when the hardware begins them.
 
-use crate::photons::{DetectorModel, Level, count_step, pulses_of_group};
+use crate::photons::{DetectorModel, Level, Pulse, count_step, pulses_of_group};
 use crate::response::CountingTier;
 use crate::scan::{Group, Sample, Step};
 
@@ -28,52 +28,68 @@ impl<'m> Windows<'m> {
     /// Signed counts of the `steps` phase steps from `first` on of a scan that begins so many chips after the run's first
     /// one. The modulated light is there in the first `lit` of them.
     pub fn scan(&mut self, first: u64, steps: u64, chips: u64, lit: u64) -> Vec<i64> {
+        let group = self.begin(first, steps, chips);
+        match self.tier {
+            CountingTier::Events => {
+                let count = |step| {
+                    let model = self.of_step(step, lit);
+                    count_step(model, self.seed, self.run, Step(group.0 + step)).signed
+                };
+                (0..steps).map(count).collect()
+            }
+            CountingTier::Sampled => self.counts(self.sampled(group, steps, lit), first, steps),
+        }
+    }
+
+    /// Begins the next scan; gives its first group.
+    fn begin(&mut self, first: u64, steps: u64, chips: u64) -> Group {
         let group = Group(self.group);
         self.group += steps;
         for model in [&mut self.model, &mut self.dark] {
             model.begin_scan(group, first, chips);
         }
-        let of_step = |step: u64| if step < lit { &self.model } else { &self.dark };
-        match self.tier {
-            CountingTier::Events => {
-                let count = |step| {
-                    count_step(of_step(step), self.seed, self.run, Step(group.0 + step)).signed
-                };
-                (0..steps).map(count).collect()
-            }
-            CountingTier::Sampled => self.sampled(group, first, steps, of_step),
-        }
+        group
+    }
+
+    fn of_step(&self, step: u64, lit: u64) -> &DetectorModel {
+        if step < lit { &self.model } else { &self.dark }
+    }
+
+    /// Pulses of the next scan, of so many phase steps, from its first sample on; as [`Windows::scan`] has them.
+    pub fn pulses(&mut self, steps: u64, chips: u64, lit: u64) -> impl Iterator<Item = Pulse> {
+        let group = self.begin(0, steps, chips);
+        self.sampled(group, steps, lit)
+    }
+
+    fn sampled(&self, group: Group, steps: u64, lit: u64) -> impl Iterator<Item = Pulse> {
+        let timing = self.model.timing();
+        let samples_of_step = timing.sampling().samples_of(timing.scan.integration_chips);
+        (0..steps).flat_map(move |step| {
+            let start = Sample(step * samples_of_step);
+            let group = Group(group.0 + step);
+            pulses_of_group(self.of_step(step, lit), self.seed, self.run, group, start)
+        })
     }
 
     /// As the hardware counts: a hit is a high sample after a low one, and its sign that of the reference's chip.
-    fn sampled<'d>(
-        &self,
-        group: Group,
-        first: u64,
-        steps: u64,
-        of_step: impl Fn(u64) -> &'d DetectorModel,
-    ) -> Vec<i64> {
+    fn counts(&self, pulses: impl Iterator<Item = Pulse>, first: u64, steps: u64) -> Vec<i64> {
         let timing = self.model.timing();
         let sampling = timing.sampling();
         let samples_of_step = sampling.samples_of(timing.scan.integration_chips);
         let samples_of_code = sampling.samples_of(self.chips_of_code.len() as u64);
         let mut counts = vec![0; steps as usize];
         let mut level = Level::default();
-        for step in 0..steps {
-            let start = Sample(step * samples_of_step);
-            let group = Group(group.0 + step);
-            for pulse in pulses_of_group(of_step(step), self.seed, self.run, group, start) {
-                if !level.rises(&pulse) {
-                    continue;
-                }
-                let step = pulse.first.0 / samples_of_step;
-                // What comes in the last sample of the scan is seen in the first one behind it.
-                let Some(count) = counts.get_mut(step as usize) else { continue };
-                let delay = (first + step) % samples_of_code;
-                let sample = (pulse.first.0 + samples_of_code - delay) % samples_of_code;
-                let chip = self.chips_of_code[sampling.clock_of(Sample(sample)) as usize];
-                *count += if chip == 1 { 1 } else { -1 };
+        for pulse in pulses {
+            if !level.rises(&pulse) {
+                continue;
             }
+            let step = pulse.first.0 / samples_of_step;
+            // What comes in the last sample of the scan is seen in the first one behind it.
+            let Some(count) = counts.get_mut(step as usize) else { continue };
+            let delay = (first + step) % samples_of_code;
+            let sample = (pulse.first.0 + samples_of_code - delay) % samples_of_code;
+            let chip = self.chips_of_code[sampling.clock_of(Sample(sample)) as usize];
+            *count += if chip == 1 { 1 } else { -1 };
         }
         counts
     }

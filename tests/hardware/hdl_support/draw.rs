@@ -1,7 +1,7 @@
 //! Scenes drawn at random from the interface.
 
 use goldtof::deliver::{Emission, EmittedFile, HdlError, Prefix, emit, verilog};
-use goldtof::scene::{Architecture, Polarity, Registers, Scene, Target};
+use goldtof::scene::{Architecture, Polarity, Registers, Scene, Share, Target};
 use goldtof::sensor::Sensor;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -26,46 +26,37 @@ impl Extent {
         Extent { most_degree: 8, most_integration_chips: 600, most_steps: 150 };
 }
 
+/// Gains, and thresholds, of hardware that follows a target.
+const SHARES: [Share; 4] = [Share::Whole, Share::Half, Share::Eighth, Share::Part128];
+
 /// A scene that can be emitted, its emission, and why those drawn before it cannot.
 pub fn emitted(
     rng: &mut Xoshiro256PlusPlus,
     extent: Extent,
     on_refusal: impl FnMut(String),
 ) -> (Scene, Emission) {
-    made(rng, extent, on_refusal, |sensor| emit(sensor, "goldtof emit random.toml"))
+    emitted_with(rng, extent, Registers::None, on_refusal)
 }
 
-/// A scene whose hardware has these registers, and its emission.
+/// The same, of hardware with these registers.
 pub fn emitted_with(
     rng: &mut Xoshiro256PlusPlus,
     extent: Extent,
     registers: Registers,
+    on_refusal: impl FnMut(String),
 ) -> (Scene, Emission) {
-    if registers == Registers::None {
-        return emitted(rng, extent, |_| ());
-    }
-    loop {
-        let mut scene = draw(rng, extent);
-        let parallel = u64::from(scene.hardware.parallel);
-        let is_even = scene.scan.steps.is_multiple_of(parallel);
-        if scene.hardware.architecture != Architecture::UpDown || !is_even {
-            continue;
-        }
-        scene.hardware.registers = registers;
-        scene.hardware.code_taps = rng.random_bool(0.5);
-        match emit(&Sensor::new(&scene), "goldtof emit random.toml") {
-            Ok(emission) => return (scene, emission),
-            Err(HdlError::Limit { .. } | HdlError::ShortStep { .. }) => {}
-            Err(error) => panic!("{error}"),
-        }
-    }
+    let draw = |rng: &mut _| match registers {
+        Registers::None => draw(rng, extent),
+        Registers::Axi4Lite => draw_hosted(rng, extent),
+    };
+    made(rng, draw, on_refusal, |sensor| emit(sensor, "goldtof emit random.toml"))
 }
 
 /// A scene that can be emitted, and the modules of its design.
 pub fn modules(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> (Scene, Vec<EmittedFile>) {
     made(
         rng,
-        extent,
+        |rng| draw(rng, extent),
         |_| (),
         |sensor| verilog(sensor, &Prefix::default(), "goldtof emit random.toml"),
     )
@@ -73,12 +64,12 @@ pub fn modules(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> (Scene, Vec<Emit
 
 fn made<T>(
     rng: &mut Xoshiro256PlusPlus,
-    extent: Extent,
+    draw: impl Fn(&mut Xoshiro256PlusPlus) -> Scene,
     mut on_refusal: impl FnMut(String),
     make: impl Fn(&Sensor) -> Result<T, HdlError>,
 ) -> (Scene, T) {
     loop {
-        let scene = draw(rng, extent);
+        let scene = draw(rng);
         match make(&Sensor::new(&scene)) {
             Ok(made) => return (scene, made),
             Err(limit @ (HdlError::Limit { .. } | HdlError::ShortStep { .. })) => {
@@ -129,6 +120,31 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
     }
     if rng.random_bool(0.3) {
         scene.hardware.polarity = Polarity::Low;
+    }
+    scene
+}
+
+/// A scene that a host sets; half of them follow a target.
+fn draw_hosted(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
+    let mut scene = loop {
+        let scene = draw(rng, extent);
+        let is_even = scene.scan.steps.is_multiple_of(scene.hardware.parallel.into());
+        if scene.hardware.architecture == Architecture::UpDown && is_even {
+            break scene;
+        }
+    };
+    let hardware = &mut scene.hardware;
+    hardware.registers = Registers::Axi4Lite;
+    hardware.code_taps = rng.random();
+    let window_steps = 2 * u64::from(scene.samples_per_chip);
+    if rng.random() && window_steps <= scene.scan.steps_per_period {
+        hardware.parallel = 1;
+        hardware.peak_detector = true;
+        hardware.track = true;
+        hardware.track_gain = SHARES[rng.random_range(0..SHARES.len())];
+        hardware.track_threshold = SHARES[rng.random_range(0..SHARES.len())];
+        hardware.track_patience = rng.random_range(1..=15);
+        scene.detectors.truncate(1);
     }
     scene
 }

@@ -27,7 +27,7 @@ pub use self::bins::BinPoint;
 pub use self::carries::CarryPoint;
 pub use self::hits::HitPoint;
 pub use self::peaks::PeakPoint;
-pub use self::registers::{First, Place as RegisterPlace, RegisterPoint, Start};
+pub use self::registers::{First, Place as RegisterPlace, RegisterPoint, Start, TrackPoint};
 pub use self::resets::{ResetPoint, ResetState};
 pub(super) use self::running::{CountedHit, Running};
 pub use self::saturation::SaturationPoint;

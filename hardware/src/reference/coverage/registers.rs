@@ -7,8 +7,9 @@ use crate::reference::host::Request;
 use crate::reference::planned::{PlannedGroup, Receiver};
 use crate::sensor::interface::Interface;
 use crate::sensor::registers::{
-    CONTROL, IDENTITY_WORDS, PEAKS, RegisterPlan, SCAN_WORDS, STATUS, Seed, state,
+    CONTROL, IDENTITY_WORDS, PEAKS, RegisterPlan, SCAN_WORDS, STATUS, Seed, setting_address, state,
 };
+use crate::sensor::track::TrackSetting;
 
 /// Something that a host does, or that scans do by its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -57,6 +58,11 @@ pub enum RegisterPoint {
     },
     /// A read that waited while settings were taken over.
     Waited,
+    /// A result of a scan that follows from a window, or from a scan that looked for a target.
+    Tracked {
+        /// What.
+        what: TrackPoint,
+    },
     /// A flag that was read, set and then cleared.
     Flag {
         /// Its bit.
@@ -64,6 +70,58 @@ pub enum RegisterPoint {
         /// Cleared.
         cleared: bool,
     },
+}
+
+/// What came of a window, or of a scan that looked for a target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TrackPoint {
+    /// A target was found.
+    Found,
+    /// No count was positive.
+    Nothing,
+    /// The window had the light.
+    Lit,
+    /// It had not, and the next may.
+    Missed,
+    /// As many had not as patience has.
+    Lost,
+    /// It moved.
+    Moved {
+        /// To smaller phase steps.
+        back: bool,
+    },
+    /// One half had all of the light.
+    Most,
+    /// It moved over the end of the code period.
+    OverTheEnd,
+}
+
+impl TrackPoint {
+    const ALL: [TrackPoint; 9] = [
+        TrackPoint::Found,
+        TrackPoint::Nothing,
+        TrackPoint::Lit,
+        TrackPoint::Missed,
+        TrackPoint::Lost,
+        TrackPoint::Moved { back: false },
+        TrackPoint::Moved { back: true },
+        TrackPoint::Most,
+        TrackPoint::OverTheEnd,
+    ];
+
+    fn text(self) -> &'static str {
+        match self {
+            TrackPoint::Found => "a window at a target that a scan has found",
+            TrackPoint::Nothing => "a scan behind one that has found no target",
+            TrackPoint::Lit => "a scan behind a window with its target's light",
+            TrackPoint::Missed => "a window behind one without light",
+            TrackPoint::Lost => "a scan for a target that was lost",
+            TrackPoint::Moved { back: false } => "a window that has moved on",
+            TrackPoint::Moved { back: true } => "a window that has moved back",
+            TrackPoint::Most => "a window behind one with all light in one half",
+            TrackPoint::OverTheEnd => "a window that has moved over the end of the code period",
+        }
+    }
 }
 
 /// How a scan began.
@@ -141,11 +199,16 @@ fn setting_text(setting: usize) -> String {
 pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered<RegisterPoint>> {
     let mut points = Vec::new();
     let mut add = |point| points.push((point, None));
-    (0..plan.settings()).for_each(|setting| add(RegisterPoint::Taken { setting }));
+    let own = plan.track_setting();
+    let settings = (0..plan.settings()).filter(|setting| Some(*setting) != own);
+    settings.for_each(|setting| add(RegisterPoint::Taken { setting }));
     for (seed, _) in plan.seeds.iter().enumerate().filter(|(_, seed)| seed.has_taps()) {
         for primitive in [true, false] {
             add(RegisterPoint::TapsTaken { seed, primitive });
         }
+    }
+    if own.is_some() {
+        TrackPoint::ALL.into_iter().for_each(|what| add(RegisterPoint::Tracked { what }));
     }
     let refuses = |setting: usize| match setting {
         // Every number of so many bits may be a delay.
@@ -181,7 +244,8 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
     }
     add(RegisterPoint::Waited);
     let saturated = interface.saturates().then_some(state::SATURATED);
-    for bit in [state::OVERRUN, state::REFUSED].into_iter().chain(saturated) {
+    let lock_lost = own.map(|_| state::LOCK_LOST);
+    for bit in [state::OVERRUN, state::REFUSED].into_iter().chain(saturated).chain(lock_lost) {
         for cleared in [false, true] {
             add(RegisterPoint::Flag { bit, cleared });
         }
@@ -226,11 +290,13 @@ impl Family for RegisterPoint {
             RegisterPoint::Held { read } => {
                 format!("the response to a {} that waits", if read { "read" } else { "write" })
             }
+            RegisterPoint::Tracked { what } => what.text().to_owned(),
             RegisterPoint::Waited => "a read that waits for a take-over".to_owned(),
             RegisterPoint::Flag { bit, cleared } => {
                 let flag = match bit {
                     state::OVERRUN => "overrun",
                     state::SATURATED => "saturation",
+                    state::LOCK_LOST => "a lost target",
                     _ => "refusal",
                 };
                 format!("the flag of {flag}, {}", if cleared { "cleared" } else { "read" })
@@ -251,7 +317,11 @@ impl Family for RegisterPoint {
             matches!(self, RegisterPoint::Began { how: Start::GoesOn | Start::ChangedWhole });
         let (talk, clocks) = match is_whole {
             true => (whole_scans(plan, scan + whole), 5 * (scan + whole)),
-            false => (conversation(maker.interface, plan, scan), 96 * scan),
+            false => {
+                let talk = conversation(maker.interface, plan, scan);
+                let (track, waits) = track_conversation(plan, scan);
+                (talk.into_iter().chain(track).collect(), 96 * scan + waits)
+            }
         };
         if clocks > maker.reach.most_clocks {
             return Err(format!("it takes {clocks} clocks"));
@@ -274,7 +344,8 @@ pub(in crate::reference) fn taken(
 ) -> Vec<RegisterPoint> {
     let mut points = Vec::new();
     for (setting, (&word, &last)) in words.iter().zip(last_words).enumerate() {
-        if word == last {
+        // What follows from how a target is followed has points of its own.
+        if word == last || Some(setting) == plan.track_setting() {
             continue;
         }
         points.push(RegisterPoint::Taken { setting });
@@ -292,14 +363,12 @@ pub(in crate::reference) fn taken(
     points
 }
 
-/// Address of a setting.
-fn address(setting: usize) -> u32 {
-    4 * (IDENTITY_WORDS + setting) as u32
-}
-
 /// Scans of two steps, as short as may be.
 fn short_scans(plan: &RegisterPlan) -> Vec<Request> {
-    vec![Request::write(address(0), plan.least_chips as u32), Request::write(address(1), 2)]
+    vec![
+        Request::write(setting_address(0), plan.least_chips as u32),
+        Request::write(setting_address(1), 2),
+    ]
 }
 
 /// The settings of the scene, and scans one after another.
@@ -310,7 +379,7 @@ pub(in crate::reference) fn as_in_the_scene(
     let settings = plan.settings_of(&interface.timing, &interface.source_codes);
     let words = settings.words().into_iter().enumerate();
     let mut requests: Vec<Request> =
-        words.map(|(setting, word)| Request::write(address(setting), word)).collect();
+        words.map(|(setting, word)| Request::write(setting_address(setting), word)).collect();
     requests.push(Request::write(CONTROL, 1 << state::RUN));
     requests
 }
@@ -341,7 +410,11 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
         scan.into_iter().chain(seeds).map(|word| word as u32).collect()
     };
     for (setting, word) in others.into_iter().enumerate() {
-        requests.extend([Request::write(address(setting), word), wait, read(address(setting))]);
+        requests.extend([
+            Request::write(setting_address(setting), word),
+            wait,
+            read(setting_address(setting)),
+        ]);
     }
     // Taps of another primitive polynomial, and of x^n + 1, whose sequence of n chips does not fit into a period.
     let taps = plan.seeds.iter().zip(&settings.seeds).enumerate();
@@ -351,7 +424,11 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
             (1 << (degree - 1)..).find(|&taps| taps != present && is_maximal(degree, taps));
         for (taps, chips) in primitive.map(|taps| (taps, chips)).into_iter().chain([(1, 1)]) {
             let word = (taps << degree | chips) as u32;
-            requests.extend([Request::write(address(SCAN_WORDS + number), word), wait, wait]);
+            requests.extend([
+                Request::write(setting_address(SCAN_WORDS + number), word),
+                wait,
+                wait,
+            ]);
         }
     }
     // Delays of every number of samples.
@@ -359,15 +436,15 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
         for samples in 0..1 << plan.sample_bits {
             let delay = (u64::from(samples) * 5 % plan.period_chips) << plan.sample_bits;
             let word = delay as u32 | samples;
-            requests.extend([Request::write(address(2), word), wait]);
+            requests.extend([Request::write(setting_address(2), word), wait]);
         }
     }
     // Scans of one group that end less than five chips before a code period.
-    requests.push(Request::write(address(1), 1));
+    requests.push(Request::write(setting_address(1), 1));
     for short_by in 0..=4 {
         let chips = chips_to_an_epoch(plan) - short_by;
         if chips >> plan.chips_bits == 0 {
-            requests.push(Request::write(address(0), chips as u32));
+            requests.push(Request::write(setting_address(0), chips as u32));
             requests.extend([wait; 4]);
         }
     }
@@ -375,9 +452,9 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
     // Settings that do not fit.
     let (low, step) = (plan.least_chips as u32, 0);
     for (setting, bad, good) in [(0, low - 1, low), (1, 0, 2), (2, u32::MAX, step)] {
-        requests.extend([Request::write(address(setting), bad), wait, read(STATUS)]);
+        requests.extend([Request::write(setting_address(setting), bad), wait, read(STATUS)]);
         requests.extend([status(&[state::REFUSED]), read(STATUS)]);
-        requests.extend([Request::write(address(setting), good), run(&[state::RUN]), wait]);
+        requests.extend([Request::write(setting_address(setting), good), run(&[state::RUN]), wait]);
     }
     // Stopped, one scan, two at once, and on again.
     requests.extend([read(STATUS), run(&[]), wait, read(STATUS), status(&all), read(STATUS)]);
@@ -393,15 +470,72 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
     for address in [beyond, 0x3fc, 0x408, 0x4fc, 0x600, 0x800, 0xc00, 0xffc] {
         requests.extend([Request::write(address, !0), read(address)]);
     }
-    for peak in 0..2 * plan.peaks + 1 {
+    for peak in 0..plan.readings() + 1 {
         requests.extend([Request::write(PEAKS + 4 * peak, !0), read(PEAKS + 4 * peak)]);
     }
     for strobe in [0, 1, 7, 8, 14] {
-        for address in [address(0), CONTROL, STATUS] {
+        for address in [setting_address(0), CONTROL, STATUS] {
             requests.push(Request::Write { address, data: !0, strobe });
         }
     }
     requests
+}
+
+/// All that a host may do with a target that is followed, in scans that take `scan` clocks each, and about how many
+/// clocks that takes. Hits are as chance has them: with a threshold of a 128th every other window has light.
+fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
+    let (Some(track), Some(own)) = (&plan.track, plan.track_setting()) else {
+        return (Vec::new(), 0);
+    };
+    let window = scan + track.window_steps() * plan.least_chips;
+    let set = |is_on, numbers: [u32; 3]| {
+        let [gain_halvings, threshold_halvings, patience] = numbers;
+        let setting = TrackSetting { is_on, gain_halvings, threshold_halvings, patience };
+        Request::write(setting_address(own), setting.word())
+    };
+    let read = |address| Request::Read { address };
+    let flag = Request::write(STATUS, 1 << state::LOCK_LOST);
+    let look = [read(STATUS), read(plan.position_address()), Request::Wait { clocks: window }];
+    let mut requests = short_scans(plan);
+    let last_step = (plan.period_chips << plan.sample_bits) as u32 - 1;
+    let longer = (8 * plan.least_chips).min((1 << plan.chips_bits) - 1);
+    // Chips of a step, windows, and numbers. Of long steps halves may have counts of much more than all; of many windows some have
+    // counts that cancel.
+    let turns = [
+        (plan.least_chips, 40, [0, 7, 15]),
+        (plan.least_chips, 12, [1, 7, 1]),
+        (plan.least_chips, 40, [2, 2, 3]),
+        (plan.least_chips, 12, [7, 7, 15]),
+        (plan.least_chips, 40, [0, 1, 1]),
+        (plan.least_chips, 12, [0, 0, 9]),
+        (longer, 30, [0, 7, 15]),
+    ];
+    for (turn, (chips, windows, numbers)) in turns.into_iter().enumerate() {
+        // At either end of the code period, and scans of a single step, whose count is as often negative as not.
+        let (first, groups) = if turn % 2 == 0 { (0, 1) } else { (last_step, 2) };
+        let settings = [chips as u32, groups, first].into_iter().enumerate();
+        requests
+            .extend(settings.map(|(number, word)| Request::write(setting_address(number), word)));
+        requests.push(set(true, numbers));
+        (0..windows).for_each(|_| requests.extend(look));
+        requests.extend([flag, read(STATUS)]);
+    }
+    // Stopped while it follows, and on again; settings that do not fit; and turned off.
+    requests.extend([Request::write(CONTROL, 0), look[2], read(STATUS)]);
+    requests.extend([Request::write(CONTROL, 1 << state::RUN), look[2], look[2]]);
+    requests.extend([Request::write(setting_address(0), 1), look[2], look[2], read(STATUS)]);
+    requests.push(Request::write(STATUS, 1 << state::REFUSED));
+    requests.extend(short_scans(plan));
+    requests.extend([Request::write(CONTROL, 1 << state::RUN), look[2], look[2]]);
+    // A window that follows is the last, whether it has the light or loses what is no longer followed.
+    for patience in [0, 15].repeat(6) {
+        let threshold = if patience == 0 { 0 } else { 7 };
+        requests.extend([set(true, [0, 7, 15]), look[2], look[2], look[2]]);
+        requests.extend([set(false, [0, threshold, patience]), look[2], look[2]]);
+        requests.extend([read(STATUS), flag]);
+    }
+    let clocks = 300 * window;
+    (requests, clocks)
 }
 
 /// Chips of a step, not of the shortest, that is whole code periods.
@@ -414,10 +548,10 @@ fn whole_scans(plan: &RegisterPlan, scan: u64) -> Vec<Request> {
     let wait = Request::Wait { clocks: scan };
     let groups = plan.whole_groups.unwrap_or(1) as u32;
     vec![
-        Request::write(address(1), groups),
+        Request::write(setting_address(1), groups),
         wait,
         wait,
-        Request::write(address(0), plan.least_chips as u32 + 1),
+        Request::write(setting_address(0), plan.least_chips as u32 + 1),
         wait,
         wait,
     ]
@@ -426,6 +560,6 @@ fn whole_scans(plan: &RegisterPlan, scan: u64) -> Vec<Request> {
 /// Addresses that are worth reading, and some that are not.
 pub(in crate::reference) fn addresses(plan: &RegisterPlan) -> Vec<u32> {
     let words = (0..1 << plan.word_bits()).map(|word| 4 * word);
-    let peaks = (0..2 * plan.peaks + 1).map(|word| PEAKS + 4 * word);
+    let peaks = (0..plan.readings() + 1).map(|word| PEAKS + 4 * word);
     words.chain([CONTROL, STATUS, 0x408, 0x800]).chain(peaks).collect()
 }

@@ -16,6 +16,8 @@ use crate::sensor::layout::Layout;
 use crate::sensor::port::Role;
 use crate::sensor::registers::{CHIPS_AHEAD, Settings};
 
+use super::hosted_track::HostedTrack;
+
 /// No cycle of any run.
 pub(super) const NEVER: u64 = u64::MAX / 4;
 
@@ -40,6 +42,8 @@ pub(super) struct Hosted {
     last_words: Vec<u32>,
     /// Cover points that the next result with a hit proves.
     proves: Vec<RegisterPoint>,
+    /// What follows a target, if the hardware does.
+    track: Option<HostedTrack>,
 }
 
 /// What the hardware is at.
@@ -67,6 +71,7 @@ impl Hosted {
             start: None,
             last_words: Vec::new(),
             proves: Vec::new(),
+            track: interface.track().map(|plan| HostedTrack::new(*plan)),
         }))
     }
 
@@ -78,6 +83,21 @@ impl Hosted {
         self.has_ended = true;
         self.start = None;
         self.proves.clear();
+        if let Some(track) = &mut self.track {
+            track.reset();
+        }
+    }
+
+    /// Scans are wanted, and the next one need not wait for what follows of the last.
+    fn may_begin(&self, clock: u64) -> bool {
+        self.registers.go() && !self.track.as_ref().is_some_and(|track| track.waits(clock))
+    }
+
+    /// A count of the present scan.
+    pub(super) fn count(&mut self, count: i64) {
+        if let Some(track) = &mut self.track {
+            track.counts.push(count);
+        }
     }
 
     /// Cover points that a result with a hit proves.
@@ -89,6 +109,9 @@ impl Hosted {
     pub(super) fn scan_ends(&mut self, clock: u64) {
         self.has_ended = true;
         self.registers.tell(clock, Told::ScanCounted);
+        if let Some(track) = &mut self.track {
+            track.window_ends(clock, &mut self.registers);
+        }
     }
 
     /// The scan that comes after one which nothing is known to follow.
@@ -101,6 +124,12 @@ impl Reference {
     /// What the slave of the registers shows after the blocks predicted so far.
     pub fn host_outputs(&self) -> HostOutputs {
         self.hosted.as_ref().map(|hosted| hosted.registers.shown()).unwrap_or_default()
+    }
+
+    /// Where the peak of the target that is followed is, in phase steps, and whether the last window had its light; after
+    /// the blocks predicted so far, and what follows of them.
+    pub fn target(&self) -> Option<(f64, bool)> {
+        self.hosted.as_ref()?.track.as_ref()?.target()
     }
 
     /// A stretch of clocks without reset, of hardware with registers.
@@ -179,6 +208,9 @@ impl Reference {
             for (clock, peaks) in
                 peak.predict(clocks, expected, &mut self.stream.axis.exercise.covered)
             {
+                if let Some(track) = &mut hosted.track {
+                    track.scan_found(clock, peaks[0], &mut hosted.registers);
+                }
                 hosted.registers.tell(clock, Told::Peaks(peaks));
             }
         }
@@ -199,7 +231,7 @@ impl Reference {
         }
         let last = clocks.end - 1;
         hosted.registers.run(clocks.start..last, &block.host, busy, expected);
-        let (go, changed) = (hosted.registers.go(), hosted.registers.changed());
+        let (go, changed) = (hosted.may_begin(last), hosted.registers.changed());
         hosted.registers.run(last..clocks.end, &block.host, busy, expected);
         let end = last - self.released;
         let to_epoch = end.next_multiple_of(hosted.registers.plan().period_chips) - end;
@@ -207,6 +239,8 @@ impl Reference {
             (true, false) => Some(Start::GoesOn),
             (true, true) => (to_epoch <= CHIPS_TO_PREPARATION).then_some(Start::EndsAtEpoch),
             (false, realigns) if go && !realigns => Some(Start::ChangedWhole),
+            // What follows of a scan is waited for.
+            (false, _) if hosted.registers.go() && !go => None,
             (false, _) => Some(if go { Start::Changed } else { Start::AfterStop }),
         };
         if go && !changed {
@@ -241,8 +275,13 @@ impl Reference {
         let mut sequence = Sequence::default();
         let mut next = hosted.phase;
         match hosted.phase {
-            Phase::Idle if hosted.registers.go() => {
+            Phase::Idle if hosted.may_begin(clock) => {
                 next = Phase::Takes { from: clock + 1 };
+            }
+            Phase::Idle if !hosted.registers.go() => {
+                if let Some(track) = &mut hosted.track {
+                    track.stops(clocks.end - 1);
+                }
             }
             Phase::Takes { from } => {
                 let at = clock - from;
@@ -251,6 +290,9 @@ impl Reference {
                     let word = hosted.registers.setting(at as usize);
                     if at == 0 {
                         hosted.words.clear();
+                        if let Some(track) = &mut hosted.track {
+                            track.begins();
+                        }
                         if !hosted.registers.runs() {
                             hosted.start = Some(Start::Single);
                         }
@@ -258,10 +300,16 @@ impl Reference {
                     hosted.words.push(word);
                     sequence.taken = Some(at as usize);
                 } else if at == settings + 2 {
-                    let settings = hosted.registers.settings(&hosted.words);
+                    let mut settings = hosted.registers.settings(&hosted.words);
+                    if let Some(track) = &mut hosted.track {
+                        track.takes(&mut settings);
+                    }
                     sequence.refused = !hosted.registers.plan().fits(&settings);
                     if sequence.refused {
                         hosted.start = Some(Start::AfterStop);
+                        if let Some(track) = &mut hosted.track {
+                            track.refused();
+                        }
                         let plan = Arc::clone(hosted.registers.plan());
                         let is_bad = [
                             settings.chips < plan.least_chips,
@@ -294,6 +342,10 @@ impl Reference {
         hosted.proves.clear();
         hosted.proves.extend(how);
         hosted.proves.extend(taken(&plan, &hosted.words, &hosted.last_words));
+        if let Some(track) = &mut hosted.track {
+            let points = track.take_points().into_iter();
+            hosted.proves.extend(points.map(|what| RegisterPoint::Tracked { what }));
+        }
         hosted.last_words.clone_from(&hosted.words);
         let interface = hosted.base.with_settings(&plan, settings);
         let is_other = |(one, other): (&Arc<_>, &Arc<_>)| one != other;

@@ -6,6 +6,7 @@
 
 mod counting;
 mod hosted;
+mod hosted_track;
 mod results;
 
 use std::ops::Range;

@@ -79,6 +79,9 @@ impl Reference {
                 let counted = Counted::new(detector, exact, self.totals[detector]);
                 beats.push(self.stream.beat(count, total, counted));
                 let number = first + step as u64;
+                if let Some(hosted) = &mut self.hosted {
+                    hosted.count(count);
+                }
                 if let Some(peak) = &mut self.peak {
                     // It counts the steps that it has seen.
                     let seen = Step(number - self.scan.left_out);

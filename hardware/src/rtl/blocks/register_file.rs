@@ -105,12 +105,15 @@ pub struct RegisterFile {
     peaks: usize,
     #[set(peaks > 0)]
     has_peaks: bool,
-    /// Bits of the number of a word with a peak.
-    #[set(if has_peaks { (2 * peaks).next_power_of_two().trailing_zeros() as usize } else { 0 })]
-    peak_words_bits: usize,
-    /// Words with a peak.
-    #[set(2 * peaks)]
+    /// Whether a target is followed.
+    #[set(plan.track.is_some())]
+    tracks: bool,
+    /// Words with a peak, and where the target is.
+    #[set(plan.readings() as usize)]
     peak_words: usize,
+    /// Bits of the number of such a word.
+    #[set(if has_peaks { peak_words.next_power_of_two().trailing_zeros() as usize } else { 0 })]
+    peak_words_bits: usize,
     #[set(which(plan.word_bits(), |word| {
         (IDENTITY_WORDS..plan.words()).contains(&word)
     }))]
@@ -151,6 +154,16 @@ pub struct RegisterFile {
     #[when(has_peaks)]
     #[width(plan.peaks * peak_bits.1)]
     pub i_peak_count: Optional<Input<Word>>,
+    /// phase step of the target's peak, and 8 bits of its fraction
+    #[when(tracks)]
+    #[width(plan.track.map_or(1, |track| track.position_bits()))]
+    pub i_position: Optional<Input<Word>>,
+    /// the last window had its light
+    #[when(tracks)]
+    pub i_locked: Optional<Input<bool>>,
+    /// it has just been lost
+    #[when(tracks)]
+    pub i_target_lost: Optional<Input<bool>>,
     #[is(RegisterMemory::new(&initial, plan.word_bits(), "identification and settings"))]
     memory: RegisterMemory,
     #[is(BitTable::new(which_are_settings.clone(), plan.word_bits(), "Words that a host may write"))]
@@ -191,6 +204,9 @@ pub struct RegisterFile {
     #[when(saturates)]
     saturated: Optional<Register<bool>>,
     refused: Register<bool>,
+    /// a target was lost
+    #[when(tracks)]
+    target_lost: Optional<Register<bool>>,
     /// groups of results that were lost
     #[width(LOST_BITS)]
     lost: Register<Word>,
@@ -417,6 +433,9 @@ impl Logic for RegisterFile {
             if self.saturates && self.io.s_axil_wdata.val().get_bit(state::SATURATED as usize) {
                 self.saturated.d.next = false;
             }
+            if self.tracks && self.io.s_axil_wdata.val().get_bit(state::LOCK_LOST as usize) {
+                self.target_lost.d.next = false;
+            }
         }
         if self.i_refused.val() {
             self.refused.d.next = true;
@@ -427,6 +446,9 @@ impl Logic for RegisterFile {
         }
         if self.saturates && self.i_clamps.val() {
             self.saturated.d.next = true;
+        }
+        if self.tracks && self.i_target_lost.val() {
+            self.target_lost.d.next = true;
         }
         if self.i_scan_counted.val() {
             self.scans.d.next = self.scans.q.val() + 1;
@@ -452,6 +474,10 @@ impl Logic for RegisterFile {
                 self.was_clamped.val()
             } else if place == state::REFUSED as usize {
                 self.refused.q.val()
+            } else if self.tracks && place == state::LOCKED as usize {
+                self.i_locked.val()
+            } else if self.tracks && place == state::LOCK_LOST as usize {
+                self.target_lost.q.val()
             } else if place < state::LOST as usize {
                 false
             } else if place < state::SCANS as usize {
@@ -471,7 +497,11 @@ impl Logic for RegisterFile {
         self.peak.next = bit_cast(self.i_peak_step.val().slice(0, step_bits), 32)
             & signed_cast(!self.peak_word.val().any());
         for word in 1..self.peak_words {
-            if word % 2 == 0 {
+            if word == 2 * self.peaks {
+                self.peak.next = self.peak.val()
+                    | (bit_cast(self.i_position.val(), 32)
+                        & signed_cast(self.peak_word.val() == word));
+            } else if word % 2 == 0 {
                 self.peak.next = self.peak.val()
                     | (bit_cast(
                         self.i_peak_step.val().slice(step_bits * (word / 2), step_bits),

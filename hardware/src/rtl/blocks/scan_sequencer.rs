@@ -70,7 +70,7 @@ pub struct ScanSequencer {
     pub i_changed: Input<bool>,
     /// the setting that was read a clock ago
     #[under("Registers")]
-    #[width(plan.setting_bits())]
+    #[width(plan.scan_setting_bits())]
     pub i_word: Input<Word>,
     /// settings are read
     #[under("Registers")]

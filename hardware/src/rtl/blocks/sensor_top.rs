@@ -5,12 +5,13 @@ use super::histogram_channel::about_clamping;
 use super::sensor_shell::{about_clock, about_power_up};
 use super::{
     DetectorChannel, Groups, PeakDetector, PixelArray, RegisterFile, ResultStream, ScanController,
-    ScanSequencer, SensorShell,
+    ScanSequencer, SensorShell, TargetTracker,
 };
 use crate::rtl::front::prelude::*;
 use crate::scan::Scan;
 use crate::sensor::interface::{Correlator, Interface, TotalCount};
 use crate::sensor::port::Direction;
+use crate::sensor::registers::RegisterPlan;
 
 #[block(sensor_top)]
 /// DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in
@@ -49,6 +50,9 @@ pub struct SensorTop {
     /// over at a register's word.
     #[set(counts.dumps_early())]
     dumps_early: u32,
+    /// Whether a target is followed.
+    #[set(interface.track().is_some())]
+    tracks: bool,
     /// First bit and bits of the seed that each code takes.
     #[set(io.codes.all.iter().map(|code| seed_taken(&interface, code)).collect())]
     seeds: Vec<(usize, usize)>,
@@ -83,6 +87,9 @@ pub struct SensorTop {
         counts.peak.map_or((0, 0), |peak| (peak.step_bits, peak.count_bits)),
     ))]
     registers: Vec<RegisterFile>,
+    #[each(plan in interface.registers.iter().filter(|plan| plan.track.is_some()))]
+    #[is(target_tracker(plan, &counts))]
+    tracker: Vec<TargetTracker>,
     #[each(code in interface.reference_codes.iter().filter(|_| counts.rows.is_none()))]
     #[is(DetectorChannel::new(interface.clone(), counts, code.clone()))]
     channel: Vec<DetectorChannel>,
@@ -106,6 +113,20 @@ pub struct SensorTop {
     #[each(peak in counts.peak.iter())]
     #[is(PeakDetector::new(*peak, detectors))]
     peak: Vec<PeakDetector>,
+}
+
+/// What follows a target.
+fn target_tracker(plan: &RegisterPlan, counts: &Correlator) -> TargetTracker {
+    let (Some(track), Some(peak)) = (plan.track, counts.peak) else {
+        unreachable!("scenes that follow targets have a peak detector")
+    };
+    TargetTracker::new(
+        track,
+        plan.settings(),
+        plan.setting_bits() as usize,
+        plan.scan_setting_bits() as usize,
+        peak.step_bits as usize,
+    )
 }
 
 /// What is said of the totals in a word of so many bits.
@@ -172,7 +193,12 @@ impl Logic for SensorTop {
         let last = self.io.ahead.len() - 1;
         self.sequencer[0].i_epoch.next = self.io.transmit[0].o_epoch.val();
         self.sequencer[0].i_laser_epoch.next = self.io.epoch_ahead.val().get_bit(last);
-        connect! { self.sequencer[0] from self.registers[0]: i_go, i_changed, i_word }
+        if self.tracks {
+            self.track_target();
+        } else {
+            connect! { self.sequencer[0] from self.registers[0]: i_go, i_word }
+        }
+        connect! { self.sequencer[0] from self.registers[0]: i_changed }
         for d in 0..self.channel.len() {
             self.channel[d].i_start.next = self.sequencer[0].o_load.val();
             connect! { self.channel[d] from self.sequencer[0]: i_delayed }
@@ -183,6 +209,20 @@ impl Logic for SensorTop {
                     .slice(self.reference_seeds[d].0, self.reference_seeds[d].1);
             }
         }
+    }
+
+    /// Between the registers and the sequencer a window has its own settings.
+    fn track_target(&mut self) {
+        connect! { self.tracker[0] from self.registers[0]: i_go, i_word }
+        connect! { self.tracker[0] from self.sequencer[0]: i_taken_first, i_refused, i_run, i_counted }
+        connect! { self.sequencer[0] from self.tracker[0]: i_go, i_word }
+        self.tracker[0].i_last.next = self.sequencer[0].o_scan_counted.val();
+        self.tracker[0].i_count.next = self.channel[0].o_count[0].val();
+        self.tracker[0].i_peak_step.next = self.peak[0].o_step.val();
+        self.tracker[0].i_peak_count.next = self.peak[0].o_count.val();
+        self.tracker[0].i_peak_valid.next = self.peak[0].o_valid.val();
+        connect! { self.registers[0] from self.tracker[0]: i_position, i_locked }
+        self.registers[0].i_target_lost.next = self.tracker[0].o_lost.val();
     }
 
     /// The registers, and what they tell.

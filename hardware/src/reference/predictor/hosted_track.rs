@@ -1,0 +1,175 @@
+//! A target that is followed, from scan to scan of hardware whose host has turned that on.
+
+use crate::reference::coverage::TrackPoint;
+use crate::reference::registers::{Registers, Told};
+use crate::reference::tracking::{Follower, Sums};
+use crate::sensor::registers::Settings;
+use crate::sensor::track::{CLOCKS_FROM_PEAK, TrackPlan};
+
+/// What follows a target.
+#[derive(Debug, Clone)]
+pub(super) struct HostedTrack {
+    plan: TrackPlan,
+    follower: Follower,
+    /// There is a target for the next scan to follow.
+    follows: bool,
+    /// The present scan is a window.
+    is_window: bool,
+    /// First phase step of the present scan.
+    first_step: u64,
+    /// Counts of the present scan so far.
+    pub(super) counts: Vec<i64>,
+    /// The present scan's last count is there, or on its way.
+    has_ended: bool,
+    waits: Waits,
+    /// Cover points that the next scan proves.
+    points: Vec<TrackPoint>,
+}
+
+/// Whether what follows of the present scan is still to come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Waits {
+    /// It is.
+    Yes,
+    /// Until after this clock.
+    Until(u64),
+    No,
+}
+
+impl HostedTrack {
+    pub(super) fn new(plan: TrackPlan) -> HostedTrack {
+        HostedTrack {
+            plan,
+            follower: Follower::new(plan, plan.setting),
+            follows: false,
+            is_window: false,
+            first_step: 0,
+            counts: Vec::new(),
+            has_ended: false,
+            waits: Waits::No,
+            points: Vec::new(),
+        }
+    }
+
+    pub(super) fn reset(&mut self) {
+        *self = HostedTrack::new(self.plan);
+    }
+
+    /// Where the target is that is followed, in phase steps, and whether the last window had its light.
+    pub(super) fn target(&self) -> Option<(f64, bool)> {
+        let position = self.follower.position_steps().filter(|_| self.follows)?;
+        Some((position, self.follower.is_locked()))
+    }
+
+    /// Whether no scan may begin at a clock.
+    pub(super) fn waits(&self, clock: u64) -> bool {
+        match self.waits {
+            Waits::Yes => true,
+            Waits::Until(last) => clock <= last,
+            Waits::No => false,
+        }
+    }
+
+    /// No scans are wanted at a clock: a target that was found by then is left alone.
+    pub(super) fn stops(&mut self, clock: u64) {
+        let is_to_come = matches!(self.waits, Waits::Until(last) if clock < last);
+        self.follows &= is_to_come;
+    }
+
+    /// Settings are taken over.
+    pub(super) fn begins(&mut self) {
+        self.is_window = self.follows;
+        self.counts.clear();
+        self.has_ended = false;
+    }
+
+    /// What was decided before the scan that begins now.
+    pub(super) fn take_points(&mut self) -> Vec<TrackPoint> {
+        std::mem::take(&mut self.points)
+    }
+
+    /// They have been; a window has some of its own.
+    pub(super) fn takes(&mut self, settings: &mut Settings) {
+        let setting = settings.track.unwrap_or(self.plan.setting);
+        self.follower.setting = setting;
+        if let Some(first) = self.follower.window().filter(|_| self.is_window) {
+            settings.groups = self.plan.window_steps();
+            settings.first_step = first;
+        }
+        self.first_step = settings.first_step;
+        let waits = setting.is_on || self.is_window;
+        self.waits = if waits { Waits::Yes } else { Waits::No };
+    }
+
+    /// They do not fit.
+    pub(super) fn refused(&mut self) {
+        self.waits = Waits::No;
+    }
+
+    /// A scan's last count is there at a clock.
+    pub(super) fn window_ends(&mut self, clock: u64, registers: &mut Registers) {
+        let counts = std::mem::take(&mut self.counts);
+        self.has_ended = true;
+        if !self.is_window || self.waits != Waits::Yes {
+            return;
+        }
+        let setting = self.follower.setting;
+        let sums = Sums::of(&counts);
+        let before = self.follower.window();
+        let is_lost = self.follower.counted(sums);
+        self.points = points(&self.follower, sums, before, is_lost);
+        let done = clock + u64::from(self.plan.decision_clocks());
+        self.follows = setting.is_on && !is_lost;
+        let position = self.follower.position().filter(|_| self.follows);
+        registers.tell(
+            done,
+            Told::Tracked {
+                position: position.map(|position| position as u32),
+                locked: self.follows && self.follower.is_locked(),
+            },
+        );
+        if setting.is_on && is_lost {
+            registers.tell(done + 1, Told::TargetLost);
+        }
+        self.waits = Waits::Until(done);
+    }
+
+    /// A scan's peak, its step from the scan's first on and its count, shows after a clock.
+    pub(super) fn scan_found(
+        &mut self,
+        clock: u64,
+        (step, count): (u64, i64),
+        registers: &mut Registers,
+    ) {
+        if self.is_window || self.waits != Waits::Yes || !self.has_ended {
+            return;
+        }
+        let done = clock + u64::from(CLOCKS_FROM_PEAK);
+        self.follower.found((self.first_step + step) % self.plan.period_steps, count);
+        self.follows = self.follower.window().is_some();
+        self.points = vec![if self.follows { TrackPoint::Found } else { TrackPoint::Nothing }];
+        let position = self.follower.position().map(|position| position as u32);
+        registers.tell(done, Told::Tracked { position, locked: false });
+        self.waits = Waits::Until(done);
+    }
+}
+
+/// What a window's decision shows of the rule.
+fn points(follower: &Follower, sums: Sums, before: Option<u64>, is_lost: bool) -> Vec<TrackPoint> {
+    if !follower.is_locked() {
+        return vec![if is_lost { TrackPoint::Lost } else { TrackPoint::Missed }];
+    }
+    let mut points = vec![TrackPoint::Lit];
+    if sums.slope.abs() >= sums.all {
+        points.push(TrackPoint::Most);
+    }
+    if let (Some(before), Some(after)) = (before, follower.window()) {
+        if before != after {
+            points.push(TrackPoint::Moved { back: sums.slope < 0 });
+        }
+        if before.abs_diff(after) > follower.period_steps() / 2 {
+            points.push(TrackPoint::OverTheEnd);
+        }
+    }
+    points
+}
