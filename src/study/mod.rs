@@ -11,9 +11,24 @@
 //! ```
 
 pub mod architectures;
-mod article;
 pub mod fidelity;
 pub mod limits;
 pub mod reproduce;
 pub mod stress;
 pub mod sweep;
+
+use crate::scene::{self, Detector, Scene};
+
+const PAPER_SINGLE: &str = include_str!("../../scenes/paper-single.toml");
+
+/// The sensor of Table I: the standard scene `paper-single`, the one place in which the
+/// table's numbers stand.
+fn table_i() -> Scene {
+    scene::parse("paper-single.toml", PAPER_SINGLE).expect("the standard scene is sound")
+}
+
+/// The detector of Table I, with an afterpulse's delay counted from the end of the dead
+/// time; its reference is the first source.
+fn table_i_detector() -> Detector {
+    table_i().detectors.swap_remove(0)
+}

@@ -1,15 +1,19 @@
 //! Which sensor to build: the same light on hardware that counts one phase step after
 //! another, sixteen at once, or by arrival time. The JSON of `goldtof compare-architectures`.
 
-mod files;
 mod points;
-mod text;
+
+use std::fmt::Write as _;
 
 use serde::Serialize;
 
 use crate::document::Body;
 use crate::estimate::{NoEstimate, PredictionError, check_modulated};
+use crate::files::{FileError, OutputFolder};
 use crate::plan::resources::{Resources, resources};
+use crate::report::chart::{Axis, Chart, Mark, Panel, Role};
+use crate::report::columns::Lines;
+use crate::report::table::{Quoted, Table};
 use crate::scan::Step;
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex, Scene};
 use crate::sensor::Sensor;
@@ -212,5 +216,129 @@ fn way(plan: &Plan, scene: &Scene, path: PathIndex, times: &[u64]) -> Way {
         },
         points,
         remarks,
+    }
+}
+
+impl Comparison {
+    /// Writes `architectures.svg` and `architectures.csv`; gives their names.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn write_files(&self, folder: &OutputFolder) -> Result<Vec<&'static str>, FileError> {
+        let table = self.table();
+        let files =
+            [("architectures.svg", self.chart(&table).svg()), ("architectures.csv", table.csv())];
+        folder.write_all(files)
+    }
+
+    fn chart(&self, table: &Table) -> Chart {
+        let panel = |column: &str, label: &str| {
+            Panel::new(
+                Axis::log("measuring_time_s", "measuring time (ms)"),
+                Axis::log(column, label),
+            )
+        };
+        let of = |kind: EstimatorKind| {
+            let kind = kind.to_string();
+            table.only(|table, row| table.value(row, "estimator").text() == kind)
+        };
+        let phase = of(EstimatorKind::Fft);
+        let on_front = self.ways.iter().flat_map(|way| way.points.iter().filter(|p| p.pareto));
+        let corner = |p: &Point| (p.measuring_time_s * 1e3, p.rms_error_m * 1e3);
+        let mut front: Vec<(f64, f64)> = on_front.map(corner).collect();
+        front.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Chart {
+            title: format!(
+                "{}: {:.2} million detections per second, each in one sensor or another",
+                self.scene,
+                self.detected_rate_cps / 1e6
+            ),
+            panels: vec![
+                panel("std_m", "standard deviation of the phase (mm)")
+                    .curves(&phase, Mark::LineAndDots),
+                panel("rms_error_m", "error of the phase, bias included (mm)")
+                    .curves(&phase, Mark::LineAndDots),
+                panel("rms_error_m", "error of the model fit (mm); line: Pareto front of both")
+                    .with("Pareto front", Role::Truth, Mark::Line, front)
+                    .curves(&of(EstimatorKind::Model), Mark::LineAndDots),
+            ],
+        }
+    }
+
+    fn table(&self) -> Table {
+        let rows =
+            self.ways.iter().flat_map(|way| way.points.iter().map(move |point| (way, point)));
+        let rows: Vec<(&Way, &Point)> = rows.collect();
+        let cells = |way: &Way| way.resources.as_ref().map(|resources| resources.cells);
+        Table::of(&rows)
+            .column("sensor", |(way, _)| Quoted(way.name))
+            .column("estimator", |(_, p)| p.estimator.to_string())
+            .column("measuring_time_s", |(_, p)| p.measuring_time_s)
+            .column("frame_rate_hz", |(_, p)| p.frame_rate_hz)
+            .column("bias_m", |(_, p)| p.bias_m)
+            .column("std_m", |(_, p)| p.std_m)
+            .column("rms_error_m", |(_, p)| p.rms_error_m)
+            .column("coarse_failure_bound_fraction", |(_, p)| p.coarse_failure_bound_fraction)
+            .column("pareto", |(_, p)| p.pareto)
+            .column("phase_steps", |(way, _)| way.phase_steps)
+            .column("parallel", |(way, _)| way.parallel)
+            .column("luts", |(way, _)| cells(way).map(|cells| cells.luts))
+            .column("flip_flops", |(way, _)| cells(way).map(|cells| cells.flip_flops))
+            .column("memory_bits", |(way, _)| way.memory_bits)
+            .table()
+    }
+}
+
+impl Comparison {
+    /// The comparison as a table.
+    pub fn to_text(&self) -> String {
+        let mut text = format!(
+            "{}, path {} at {:.4} m, {:.3} million detections per second\n",
+            self.scene,
+            self.path,
+            self.true_distance_m,
+            self.detected_rate_cps / 1e6
+        );
+        for way in &self.ways {
+            way.write(&mut text);
+        }
+        text += "Pareto: no sensor over the whole range has a smaller error in as little time\n";
+        text
+    }
+}
+
+impl Way {
+    fn write(&self, text: &mut String) {
+        let cells = match &self.resources {
+            Some(resources) => resources.in_short(),
+            None => "LUTs unknown".to_owned(),
+        };
+        let _ = writeln!(
+            text,
+            "\n{}: {} phase steps, {} at once, {cells}, {} kbit of memory{}",
+            self.name,
+            self.phase_steps,
+            self.parallel,
+            self.memory_bits.div_ceil(1024),
+            if self.whole_range { "" } else { "; for a distance known to a chip" },
+        );
+        if !self.points.is_empty() {
+            *text += &Lines::of(&self.points, "  ")
+                .left("estimator", 9, |point| point.estimator.to_string())
+                .right("time ms", 12, |point| format!("{:.4}", point.measuring_time_s * 1e3))
+                .right("frames per s", 14, |point| format!("{:.2}", point.frame_rate_hz))
+                .right("bias mm", 9, |point| format!("{:.3}", point.bias_m * 1e3))
+                .right("std mm", 9, |point| format!("{:.3}", point.std_m * 1e3))
+                .right("error mm", 10, |point| format!("{:.3}", point.rms_error_m * 1e3))
+                .right("missed below", 13, |point| {
+                    let missed = point.coarse_failure_bound_fraction;
+                    missed.map_or("-".to_owned(), |share| format!("{share:.1e}"))
+                })
+                .left("", 0, |point| if point.pareto { "  Pareto" } else { "" }.to_owned())
+                .text();
+        }
+        for remark in &self.remarks {
+            let _ = writeln!(text, "  {remark}");
+        }
     }
 }

@@ -7,11 +7,8 @@
 //! that the reference itself does not resolve in the time is refused.
 
 mod choice;
-mod files;
 mod points;
-mod sensor;
 mod text;
-mod window;
 
 use std::time::{Duration, Instant};
 
@@ -308,7 +305,7 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
     let path = scene.own_paths(DetectorIndex(0)).next().ok_or(FidelityError::NoPath)?;
     let sensor = Sensor::new(scene);
     check_modulated(&sensor, DetectorIndex(0))?;
-    let (windowed, unscanned) = window::round_peak(&sensor, path, target_error);
+    let (windowed, unscanned) = points::round_peak(&sensor, path, target_error);
     let share = (budget.div_f64(5.0), target_error);
     let of_reference = (budget.mul_f64(choice::REFERENCE_SHARE), target_error);
 
@@ -359,7 +356,7 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
         reference,
         tiers,
         domains,
-        sensor: sensor::trade(scene, path),
+        sensor: points::trade(scene, path),
         left_out,
     })
 }

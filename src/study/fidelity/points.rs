@@ -1,10 +1,12 @@
 //! Runs of the tiers, and how they compare with the reference.
 
-use crate::math::NORMAL_95;
-use crate::scene::PathIndex;
 use std::time::{Duration, Instant};
 
-use super::{Agreement, FidelityError, Reference, TierPoint};
+use super::{Agreement, FidelityError, Reference, SensorPoint, TierPoint};
+use crate::estimate::{CountingTier, calibration_offset_ps, predict};
+use crate::math::NORMAL_95;
+use crate::plan::{Part, Saving};
+use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex, Scene};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::path_statistics::PathStatistics;
@@ -225,6 +227,100 @@ fn least([low, high]: [f64; 2]) -> f64 {
         return 0.0;
     }
     low.abs().min(high.abs())
+}
+
+/// Powers and integration times, relative to the scene's.
+const POWERS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
+const INTEGRATIONS: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
+
+/// Expected error of the distance over integration time at several light levels.
+/// Where the counts have no expected peak there is no point.
+pub fn trade(scene: &Scene, path: PathIndex) -> Vec<SensorPoint> {
+    let mut points = Vec::new();
+    for relative_power in POWERS {
+        for factor in INTEGRATIONS {
+            let mut other = scene.clone();
+            // The trade is that of the phase estimator, its misses too.
+            other.estimator = EstimatorKind::Fft;
+            for source in &mut other.sources {
+                source.mean_power_w *= relative_power;
+            }
+            let whole_chips = match scene.hardware.architecture {
+                Architecture::UpDown => 1,
+                // Whole code periods.
+                Architecture::Histogram => Sensor::new(scene).timing().code_chips(),
+            } as f64;
+            let times = (scene.scan.integration_chips as f64 * factor / whole_chips).round();
+            let chips = times.max(1.0) * whole_chips;
+            other.scan.integration_chips = chips as u64;
+            let Ok(expected) =
+                predict(&Sensor::new(&other), DetectorIndex(0), path, CountingTier::Sampled)
+            else {
+                continue;
+            };
+            points.push(SensorPoint {
+                relative_power,
+                detected_rate_cps: expected.detection_rate_hz,
+                integration_s: scene.clock().ps(chips) * 1e-12,
+                std_m: expected.std_m,
+                bias_m: expected.bias_m,
+                coarse_failure_bound_fraction: expected.coarse_failure_bound_fraction,
+                missed_fraction: expected.missed_fraction,
+            });
+        }
+    }
+    points
+}
+
+/// Expected misses of the whole scan that a window may leave out, in target errors.
+const LEFT_OUT: f64 = 0.01;
+
+/// The sensor with only the phase steps that the fine stage needs, two chips on
+/// either side of the path's peak (whole groups of them), and what that saved.
+///
+/// Steps elsewhere decide how many scans miss the peak. They are left out only where
+/// that is expected to be next to nothing beside the target error, by the sum of the
+/// chances of all of them.
+pub fn round_peak(sensor: &Sensor, path: PathIndex, target_error: f64) -> (Sensor, Option<Part>) {
+    let scene = sensor.scene();
+    if scene.hardware.architecture == Architecture::Histogram {
+        // Its bins make up the whole range.
+        return (sensor.clone(), None);
+    }
+    let step_ps = sensor.clock().sample_period_ps();
+    let offset_ps = calibration_offset_ps(sensor, DetectorIndex(0), CountingTier::Sampled);
+    let period = scene.scan.steps_per_period;
+    let peak = ((scene.paths[path].delay_ps + offset_ps) / step_ps).round() as u64 % period;
+    let half = 2 * u64::from(scene.samples_per_chip);
+    let steps = (2 * half + 1).next_multiple_of(u64::from(scene.hardware.parallel));
+    if !scene.scan.is_full() || steps >= period {
+        return (sensor.clone(), None);
+    }
+    let missed = match predict(sensor, DetectorIndex(0), path, CountingTier::Sampled) {
+        Ok(expected) if expected.coarse_failure_bound_fraction <= LEFT_OUT * target_error => {
+            expected.coarse_failure_bound_fraction
+        }
+        _ => return (sensor.clone(), None),
+    };
+    let windowed = sensor.with(|scene| {
+        scene.scan.first_step = (peak + period - half) % period;
+        scene.scan.steps = steps;
+    });
+    let part = Part {
+        part: "phase_steps_away_from_the_peak".to_owned(),
+        kept: false,
+        reason: format!(
+            "the fine stage needs {steps} of {period} phase steps, and the others are expected to \
+             mislead at most {:.1e} of the scans",
+            missed
+        ),
+        saving: Some(Saving {
+            time_fraction: 1.0 - steps as f64 / period as f64,
+            basis: "share of the phase steps: photons and clocks".to_owned(),
+        }),
+        saved_cells: None,
+    };
+    (windowed, Some(part))
 }
 
 #[cfg(test)]

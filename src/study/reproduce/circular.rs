@@ -4,19 +4,12 @@
 
 use std::sync::Arc;
 
-use super::figure::Figure;
-use super::run::Run;
-use super::run_error::RunError;
-use super::sensor::{CHIP_PERIOD_PS, Light, POWER_PW, sensor, window};
-use crate::code::{Code, CodeSpec, Family};
-use crate::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, distance_m, estimate};
+use super::prelude::*;
+use crate::code::{CodeSpec, Family};
+use crate::estimate::{calibration_offset_ps, delay_error_ps, estimate};
 use crate::photons::DetectorModel;
-use crate::report::chart::{Axis, Mark, Panel};
-use crate::report::table::{Spread, Table};
 use crate::response::MeanResponse;
 use crate::scan::Step;
-use crate::scene::{DetectorIndex, EstimatorKind, Scene};
-use crate::sensor::Sensor;
 
 /// Degree of the code.
 const DEGREE: u32 = 11;

@@ -1,19 +1,8 @@
 //! Mean correlations with their intervals: Figs. 7, 9, 10 and 11; of the last three, which
 //! are of two lights, also what both estimators say of the distances.
 
-use super::figure::{Claim, Figure};
-use super::many::beside::Beside;
-use super::run::Run;
-use super::run_error::RunError;
-use super::sensor::{
-    CHIP_PERIOD_PS, Light, POWER_PW, SAMPLES_PER_CHIP, TARGET_PS, balanced_gold, delays_chips,
-    sensor, window,
-};
-use super::statistics::Measured;
-use super::verdict::ClaimVerdict;
-use crate::report::chart::{Axis, Mark, Panel};
-use crate::report::table::Table;
-use crate::scene::Scene;
+use super::many::Beside;
+use super::prelude::*;
 
 /// Integration time of Figs. 7 and 9 to 11.
 const INTEGRATION_S: f64 = 1.04e-3;

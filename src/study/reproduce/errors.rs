@@ -1,20 +1,10 @@
-//! Systematic errors that the article leaves out: range walk and interference
-//! bias, by both estimators.
+//! Errors that the article leaves out: range walk and interference bias, by both estimators, and
+//! failures of the search over a whole code period at low light.
 
 use std::sync::Arc;
 
-use super::bias::{Bias, ByModel, Frame, figure};
 use super::extremes::Candidates;
-use super::figure::Figure;
-use super::run::Run;
-use super::run_error::RunError;
-use super::sensor::{
-    CHIP_PERIOD_PS, Light, POWER_PW, TARGET_PS, balanced_gold, sensor, square, window,
-};
-use crate::code::Code;
-use crate::report::chart::{Axis, Mark, Panel, Role};
-use crate::report::table::Table;
-use crate::simulate::Tier;
+use super::prelude::*;
 
 /// Integration time of the phase estimator's biases.
 const INTEGRATION_S: f64 = 1.04e-3;
@@ -129,4 +119,131 @@ fn all_delays(own: &Arc<Code>, other: &Arc<Code>) -> Result<(Table, Panel, Strin
         Axis::linear("", "phase estimator's bias over all delays, peak to peak (mm)"),
     );
     Ok((table.table(), panel.with("exact", Role::Expected, Mark::LineAndDots, ranges_mm), note))
+}
+
+/// How the model estimator's bias is simulated.
+#[derive(Debug, Clone, Copy)]
+pub struct ByModel {
+    /// By which tier.
+    pub tier: Tier,
+    /// Scans behind each point.
+    pub scans: u64,
+}
+
+/// A bias at points of one quantity: name of the series, x, and the bias in metres with its
+/// interval.
+pub struct Bias {
+    label: String,
+    rows: Vec<(String, f64, [Option<f64>; 3])>,
+}
+
+impl Bias {
+    /// The phase estimator's bias, exact for each of `fine`, simulated for each of
+    /// `coarse`; `scene` gives the scene for one value of x.
+    pub fn of_phase(
+        run: &mut Run,
+        label: &str,
+        fine: &[f64],
+        coarse: &[f64],
+        scene: impl Fn(f64) -> Scene,
+    ) -> Result<Bias, RunError> {
+        let mut bias = Bias { label: label.to_owned(), rows: Vec::new() };
+        for &x in fine {
+            bias.push(PHASE_EXACT, x, expected(&scene(x))?.bias_m);
+        }
+        for &x in coarse {
+            bias.push(PHASE, x, run.errors(&scene(x))?.bias_m);
+        }
+        Ok(bias)
+    }
+
+    /// Adds the model estimator's bias for each of `coarse`.
+    pub fn and_model(
+        mut self,
+        run: &mut Run,
+        by: ByModel,
+        coarse: &[f64],
+        scene: impl Fn(f64) -> Scene,
+    ) -> Result<Bias, RunError> {
+        for &x in coarse {
+            let scene = Scene { estimator: EstimatorKind::Model, ..scene(x) };
+            self.push(MODEL, x, run.fitted_bias_m(&scene, by.tier, by.scans)?);
+        }
+        Ok(self)
+    }
+
+    fn push(&mut self, kind: &str, x: f64, bias_m: impl Spread) {
+        self.rows.push((self.label.clone() + kind, x, bias_m.spread()));
+    }
+}
+
+/// What a figure of biases says beside its data.
+pub struct Frame<'a> {
+    pub title: &'a str,
+    pub x: Axis,
+    /// What the model estimator's bias is to stay below, in millimetres.
+    pub limit_mm: f64,
+}
+
+/// The phase's biases to the left, the model's to the right.
+pub fn figure(frame: Frame, biases: &[Bias]) -> Figure {
+    let rows: Vec<_> = biases.iter().flat_map(|bias| &bias.rows).collect();
+    let table = Table::of(&rows)
+        .column("series", |row| row.0.as_str())
+        .column(&frame.x.column, |row| row.1)
+        .interval("bias_m", |row| row.2)
+        .table();
+    let part = |kind: &str| {
+        let of_kind = table.only(|_, row| row.name.ends_with(kind));
+        of_kind.named(|_, row| row.name.trim_end_matches(kind).to_owned())
+    };
+    let panel = |label: &str| Panel::new(frame.x.clone(), Axis::linear("bias_m", label));
+    let panels = vec![
+        panel("bias of the phase estimator (mm); lines: exact")
+            .curves(&part(PHASE_EXACT), Mark::Line)
+            .curves(&part(PHASE), Mark::Dots),
+        panel("bias of the model estimator (mm)")
+            .curves(&part(MODEL), Mark::Dots)
+            .limits(frame.limit_mm, "mm"),
+    ];
+    Figure::new(frame.title, table, panels)
+}
+
+/// What follows a bias's label in the name of its series.
+const PHASE_EXACT: &str = ", phase, exact";
+const PHASE: &str = ", phase, simulated";
+const MODEL: &str = ", model, simulated";
+
+/// How often the estimate of a whole code period is more than a chip off.
+pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
+    const POWERS_PW: [f64; 9] = [0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8];
+    const INTEGRATION_S: f64 = 104.8e-6;
+    let mut rows = Vec::new();
+    for (estimator, name) in [
+        (EstimatorKind::Fft, "largest count (phase)"),
+        (EstimatorKind::Model, "shape of the peak (model)"),
+    ] {
+        for nu in 0..=1 {
+            let code = balanced_gold(0, nu)?;
+            for power_pw in POWERS_PW {
+                let mut scene = sensor(&[Light::new(&code, power_pw)], INTEGRATION_S);
+                scene.estimator = estimator;
+                scene.other_light = OtherLight::None;
+                let failures = run.search(&scene)?.complement();
+                rows.push((format!("ν = {nu}, {name}"), power_pw, failures));
+            }
+        }
+    }
+    let table = Table::of(&rows)
+        .column("series", |row| row.0.as_str())
+        .column("power_pw", |row| row.1)
+        .interval("failures", |row| row.2)
+        .table();
+    let panel = Panel::new(
+        Axis::log("power_pw", "optical power at the detector (pW)"),
+        Axis::linear("failures", "share of scans that miss the target"),
+    );
+    let title = "Global coarse search: failures at low light, 104.8 µs per phase step";
+    let panel = panel.curves(&table, Mark::LineAndDots);
+    Ok(Figure::new(title, table, vec![panel]))
 }

@@ -6,9 +6,8 @@ use std::sync::Arc;
 
 use goldtof_fft::num_complex::Complex64;
 
-use super::run_error::RunError;
-use super::sensor::{CHIP_PERIOD_PS, Light, SAMPLES_PER_CHIP, TARGET_PS, expected, sensor, window};
-use crate::code::{Code, correlate};
+use super::prelude::*;
+use crate::code::correlate;
 
 /// Exact biases are taken at so many of the most promising delays to either side.
 const CANDIDATES: usize = 8;

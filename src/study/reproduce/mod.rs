@@ -11,24 +11,32 @@
 //! Intervals are 95 %: normal for means and standard deviations, exact binomial
 //! for rates.
 
-mod bias;
 mod circular;
-mod coarse;
 mod correlations;
 mod errors;
 mod extremes;
 mod figure;
-mod made;
 mod many;
-mod phase;
 mod precision;
-mod printed;
 mod run;
-mod run_error;
 mod sensor;
 mod statistics;
 mod theory;
-mod verdict;
+
+/// What figures are made with.
+mod prelude {
+    pub use super::figure::{Claim, ClaimVerdict, Figure};
+    pub use super::run::{Run, RunError};
+    pub use super::sensor::*;
+    pub use super::statistics::*;
+    pub use crate::code::Code;
+    pub use crate::estimate::{CountingTier, distance_m};
+    pub use crate::report::chart::{Axis, Mark, Panel, Role};
+    pub use crate::report::table::{Spread, Table};
+    pub use crate::scene::{DetectorIndex, EstimatorKind, OtherLight, Scene};
+    pub use crate::sensor::Sensor;
+    pub use crate::simulate::Tier;
+}
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -36,11 +44,11 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 pub use self::figure::Claim;
+pub use self::figure::ClaimVerdict;
 use self::figure::Figure;
-pub use self::made::MadeFigure;
+pub use self::figure::MadeFigure;
 use self::run::Run;
-pub use self::run_error::RunError;
-pub use self::verdict::ClaimVerdict;
+pub use self::run::RunError;
 use crate::document::Body;
 use crate::files::{FileError, OutputFolder};
 
@@ -108,7 +116,7 @@ figures! {
     "Error left out: circular error against sub-step delay",
         Circular, "circular", None, "error-circular", circular::circular_error;
     "Error left out: failures of the global coarse search",
-        Coarse, "coarse", None, "error-coarse-search", coarse::coarse_search;
+        Coarse, "coarse", None, "error-coarse-search", errors::coarse_search;
     "Joint fit: two paths of one code by their separation, beside the bound",
         TwoPaths, "two-paths", None, "joint-two-paths", many::two_paths::two_paths;
     "Joint fit: own sensor under another one by their power ratio, synchronised and not",

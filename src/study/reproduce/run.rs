@@ -1,21 +1,22 @@
 //! Simulated scans behind the points of one figure.
 
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use goldtof_fft::num_complex::Complex64;
+
 use super::many::Fits;
-use super::phase::{Errors, phase_errors};
-use super::printed::printed_distance_m;
-use super::run_error::RunError;
-use super::statistics::{Measured, rate, sample_mean, sample_mean_of, sample_std};
+use super::prelude::*;
 use super::{FigureId, ReproduceOptions};
+use crate::code::CodeError;
 use crate::door::Jobs as _;
 use crate::estimate::fit::Fitter;
 use crate::estimate::unwrap::unwrap;
-use crate::estimate::{CountingTier, delay_error_ps, distance_m};
+use crate::estimate::{PredictionError, calibration_offset_ps, delay_error_ps, estimate};
 use crate::photons::DetectorModel;
-use crate::response::{CountSampler, MeanResponse, SecondMoments};
-use crate::scene::{DetectorIndex, EstimatorKind, Scene};
-use crate::sensor::Sensor;
-use crate::simulate::Tier;
-use crate::simulate::scans::scans;
+use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
+use crate::scan::Step;
+use crate::simulate::scans::{ScansError, scans};
 
 /// Scans behind a mean correlation, as in the article.
 const CORRELATION_SCANS: u64 = 100;
@@ -198,5 +199,139 @@ impl Run {
             on_scan(&signed);
         })?;
         Ok(())
+    }
+}
+
+/// Why a figure could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A code could not be made.
+    #[error(transparent)]
+    Code(#[from] CodeError),
+    /// Scans could not be simulated.
+    #[error(transparent)]
+    Scans(#[from] ScansError),
+    /// The mean response could not be had.
+    #[error(transparent)]
+    MeanResponse(#[from] MeanResponseError),
+    /// The estimator's mean answer could not be had.
+    #[error(transparent)]
+    Prediction(#[from] PredictionError),
+    /// No statistics came of the scans.
+    #[error("fewer than two of {scans} scans found the target; use more --repeat")]
+    NoStatistics {
+        /// Scans simulated.
+        scans: u64,
+    },
+}
+
+/// Errors of the estimates of a scene's first path.
+#[derive(Debug, Clone, Copy)]
+pub struct Errors {
+    /// Standard deviation, in metres.
+    pub std_m: Measured,
+    /// Mean error, in metres.
+    pub bias_m: Measured,
+    /// Scans within a chip of the target; the others take no part.
+    pub found: u64,
+    /// All scans.
+    pub scans: u64,
+    /// Share of the found in which another step than the most frequent one counts
+    /// most.
+    pub elsewhere: Measured,
+    /// Detections per second.
+    pub detected_rate_cps: f64,
+}
+
+impl Errors {
+    /// Share of scans within a chip of the target.
+    pub fn correct_coarse(&self) -> Measured {
+        rate(self.found, self.scans)
+    }
+}
+
+/// Simulates scans, single detection by single detection, and takes the phase
+/// estimator's errors against the first path.
+pub fn phase_errors(scene: &Scene, seed: u64, repetitions: u64) -> Result<Errors, RunError> {
+    let sensor = Sensor::new(scene);
+    let timing = sensor.timing();
+    let offset_ps = calibration_offset_ps(&sensor, DetectorIndex(0), CountingTier::Events);
+    let period_ps = timing.code_period_ps();
+    let mut errors_m = Vec::new();
+    let mut coarse_steps: BTreeMap<u64, u64> = BTreeMap::new();
+    let mut detections = 0;
+    let mut signed = Vec::new();
+    scans(&sensor, DetectorIndex(0), Tier::Events, seed, repetitions, |counts| {
+        signed.clear();
+        signed.extend(counts.iter().map(|count| count.signed));
+        detections += counts.iter().map(|count| count.total).sum::<u64>();
+        let Ok(found) = estimate(timing, &signed, offset_ps) else {
+            return;
+        };
+        let error_ps = delay_error_ps(found.delay_ps, scene.paths[0].delay_ps, period_ps);
+        if error_ps.abs() <= timing.clock.chip_period_ps {
+            errors_m.push(distance_m(error_ps));
+            *coarse_steps.entry(found.coarse_step).or_default() += 1;
+        }
+    })?;
+    if errors_m.len() < 2 {
+        return Err(RunError::NoStatistics { scans: repetitions });
+    }
+    let found = errors_m.len() as u64;
+    let most_frequent = coarse_steps.values().copied().max().unwrap_or(found);
+    let step_s = timing.integration_ps() * 1e-12;
+    Ok(Errors {
+        std_m: sample_std(&errors_m),
+        bias_m: sample_mean_of(&errors_m),
+        found,
+        scans: repetitions,
+        elsewhere: rate(found - most_frequent, found),
+        detected_rate_cps: detections as f64 / (step_s * (repetitions * scene.scan.steps) as f64),
+    })
+}
+
+/// Distance, in metres and not calibrated, by eqs. 16 and 17 as printed: 2 S + 1
+/// samples, half the fundamental, the absolute phase step in the exponent (T_s
+/// there in units of itself), and a fine part of phi T_s / (2 pi).
+///
+/// The fine part is at most half a phase step whatever the counts are, so that
+/// what is returned is the coarse grid. `None` for a peak at the scan's rim.
+pub fn printed_distance_m(scene: &Scene, counts: &[i64]) -> Option<f64> {
+    let samples = scene.samples_per_chip as usize;
+    let step_ps = scene.clock().sample_period_ps();
+    // The first of equals, as `estimate` has it.
+    let peak = (0..counts.len()).rev().max_by_key(|&i| counts[i])?;
+    let window = peak.checked_sub(samples)?..peak + samples + 1;
+    let fundamental: Complex64 = counts
+        .get(window.clone())?
+        .iter()
+        .zip(window)
+        .map(|(&count, index)| {
+            let k = scene.scan.phase_step(Step::at(index)) as f64;
+            Complex64::from_polar(count as f64, -PI * k / (2 * samples) as f64)
+        })
+        .sum();
+    let fine_ps = fundamental.arg() / (2.0 * PI) * step_ps;
+    Some(distance_m(scene.scan.phase_step(Step::at(peak)) as f64 * step_ps + fine_ps))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::reproduce::sensor::{Light, gold, sensor};
+
+    #[test]
+    fn a_triangle_at_a_step_returns_that_step_and_its_own_number_as_phase() {
+        let code = gold(0, 0).expect("a Gold code");
+        let scene = sensor(&[Light::new(&code, 1.0)], 1e-4);
+        for k0 in [10_i64, 20, 37] {
+            let counts: Vec<i64> =
+                (0..scene.scan.steps as i64).map(|k| 100 * (8 - (k - k0).abs()).max(0)).collect();
+            // A real, even window turned by -pi k0 / 16: nothing but k0 in it.
+            let turns = -(k0 as f64) / 32.0;
+            let expected_ps = 1000.0 * (k0 as f64 + turns - turns.round());
+            let found = printed_distance_m(&scene, &counts).expect("a peak inside");
+            assert!((found - distance_m(expected_ps)).abs() < 1e-9, "{k0}");
+        }
     }
 }

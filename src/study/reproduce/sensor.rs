@@ -6,7 +6,6 @@ use crate::code::{Code, CodeError, CodeSpec, Family};
 use crate::estimate::{CountingTier, Prediction, PredictionError, calibration_offset_ps, predict};
 use crate::scene::{DetectorIndex, Path, PathIndex, Scan, Scene, Source, SourceIndex};
 use crate::sensor::Sensor;
-use crate::study::article;
 
 /// Chip period of the article.
 pub const CHIP_PERIOD_PS: f64 = 8000.0;
@@ -87,7 +86,7 @@ impl Light {
 /// # Panics
 /// If there is no light at all.
 pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
-    let table_i = article::table_i();
+    let table_i = crate::study::table_i();
     let source = |(number, light): (usize, &Light)| Source {
         name: format!("laser{number}"),
         code: light.code.clone(),

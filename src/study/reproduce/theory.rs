@@ -1,17 +1,7 @@
 //! What needs no photons: correlations of codes (Fig. 3).
 
-use super::figure::{Claim, Figure};
-use super::run::Run;
-use super::run_error::RunError;
-use super::sensor::{
-    CHIP_PERIOD_PS, Light, POWER_PW, balanced_gold, balanced_index, gold, sensor, square,
-};
-use super::statistics::Measured;
-use super::verdict::ClaimVerdict;
-use crate::code::{Code, CodeError, bound, correlate};
-use crate::estimate::distance_m;
-use crate::report::chart::{Axis, Mark, Panel};
-use crate::report::table::Table;
+use super::prelude::*;
+use crate::code::{CodeError, bound, correlate};
 
 /// Degree of the article's codes.
 const DEGREE: u32 = 11;

@@ -1,15 +1,9 @@
 //! Codes and scans at the ends of their parameters.
 
-use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{correlation, counts, estimated, mean_counts, signed_z, verdict};
-use super::scenes::{GOLD_5, ideal, lit_step, table_i, window};
-use super::statistics::{differing, seen, step_s};
-use crate::code::{CodeSpec, Family};
+use super::prelude::*;
+use crate::estimate::CoarseOnly;
 use crate::estimate::report::estimate_scan;
-use crate::estimate::{CoarseOnly, NoEstimate};
-use crate::scan::Step;
-use crate::scene::{self, DetectorIndex, Scene};
-use crate::sensor::Sensor;
+use crate::scene;
 
 pub(super) const CASES: &[Case] = cases! {
     Codes slow "degree-3-to-20-correlations":

@@ -1,17 +1,11 @@
 //! Detectors at the ends of their parameters.
 
-use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{
-    counts, mean_count, model, moments_of_total, numbers, rate_z, signed_z, totals, verdict,
-};
-use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
-use super::statistics::{differing, seen, step_s};
+use super::prelude::*;
 use super::stiff::quick_trap_behind_dead_time;
 use crate::light::photon_rate_hz;
 use crate::photons::{Level, PulseStream};
-use crate::response::MeanResponse;
-use crate::scan::{Sample, Sampler, Step};
-use crate::scene::{self, Combination, Crosstalk, Recharge, Scene};
+use crate::scan::{Sample, Sampler};
+use crate::scene::{self, Combination, Crosstalk, Recharge};
 
 pub(super) const CASES: &[Case] = cases! {
     Detectors quick "detection-probability-0":

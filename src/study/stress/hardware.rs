@@ -1,11 +1,10 @@
 //! The Verilog at its limits, beside the reference model and the definition.
 
-use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::scenes::{ideal, window};
+use super::prelude::*;
 use super::testbench::{Script, Testbench};
 use crate::photons::Pulse;
-use crate::scan::{Sample, Step};
-use crate::scene::{Scene, SourceIndex, Target};
+use crate::scan::Sample;
+use crate::scene::{SourceIndex, Target};
 use crate::sensor::port::Role;
 
 const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one interface: every \

@@ -1,17 +1,8 @@
 //! No light, and too much of it.
 
-use super::case::{Case, CaseError, Measured, cases};
-use super::reading::{
-    counts, counts_of_scans, estimated, mean_counts, model, refusal, simulated, totals,
-};
-use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
-use super::statistics::step_s;
-use crate::estimate::{CountingTier, Estimate, NoEstimate};
-use crate::math::Sample;
+use super::prelude::*;
+use crate::estimate::Estimate;
 use crate::photons::fast::StepCounter;
-use crate::response::MeanResponse;
-use crate::scene::Scene;
-use crate::simulate::Tier;
 
 /// Photons per second that reach the detector, a factor of 1,000 apart.
 const INCIDENT_CPS: [f64; 4] = [1e3, 1e6, 1e9, 1e12];

@@ -1,19 +1,9 @@
 //! Light without modulation, all modulation, and modulation behind a bright background.
 
-use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{
-    counts_of_scans, drawn, mean_count, mean_counts, model, predicted, simulated,
-};
-use super::scenes::{GOLD_5, ideal, lit_step, table_i, window};
-use super::statistics::step_s;
+use super::prelude::*;
+use crate::estimate::PredictionError;
 use crate::estimate::report::estimate_scan;
-use crate::estimate::{CountingTier, PredictionError};
-use crate::math::Sample;
-use crate::response::{CountMoments, CountSampler};
-use crate::scan::Step;
-use crate::scene::{DetectorIndex, EstimatorKind, Scene};
-use crate::sensor::Sensor;
-use crate::simulate::Tier;
+use crate::response::CountMoments;
 
 pub(super) const CASES: &[Case] = cases! {
     Light quick "extinction-ratio-1-is-expected-flat":

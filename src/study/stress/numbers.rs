@@ -4,20 +4,9 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use goldtof_fft::num_complex::Complex;
-use goldtof_fft::{Fft, FftNum};
-use goldtof_fft::{double_pair, single_pair};
+use goldtof_fft::{Fft, FftNum, double_pair, single_pair};
 
-use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{
-    drawn, estimated, mean_count, mean_counts, model, numbers, of_totals, rate_z,
-};
-use super::scenes::{GOLD_5, GOLD_11, constant_light, ideal, table_i, window};
-use super::statistics::{step_s, worst};
-use crate::code::{CodeSpec, Family};
-use crate::estimate::CountingTier;
-use crate::response::{CountSampler, MeanResponse, SecondMoments};
-use crate::scan::Step;
-use crate::scene::Scene;
+use super::prelude::*;
 
 pub(super) const CASES: &[Case] = cases! {
     Numbers quick "the-estimate-of-1e12-counts":

@@ -1,18 +1,11 @@
 //! From counts to distance: bounds, expectations and diagnoses where they are tempted most.
 
-use super::case::{Case, CaseError, Measured, cases, ensure};
-use super::reading::{deviations_of_pixels, drawn, mean_counts, predicted, scanned, simulated};
-use super::scenes::{GOLD_5, table_i, window};
-use super::statistics::{seen, worst};
-use crate::estimate::CountingTier;
+use super::prelude::*;
 use crate::estimate::bound::bound;
 use crate::estimate::fit::Fitter;
-use crate::photons::{DetectorModel, StepCount};
+use crate::photons::DetectorModel;
 use crate::recorded::{RecordedScan, assess};
-use crate::response::{CountSampler, MeanResponse, SecondMoments};
-use crate::scene::{self, DetectorIndex, EstimatorKind, OtherLight, PathIndex, Scene, SourceIndex};
-use crate::sensor::Sensor;
-use crate::simulate::Tier;
+use crate::scene::{self, OtherLight, PathIndex, SourceIndex};
 
 const FIRST: DetectorIndex = DetectorIndex(0);
 

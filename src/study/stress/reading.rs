@@ -4,19 +4,19 @@
 use std::ops::Range;
 
 use super::case::CaseError;
-use super::statistics::step_s;
 use crate::code::correlate;
 use crate::door::Jobs as _;
 use crate::estimate::{
     CountingTier, Estimate, NoEstimate, Prediction, PredictionError, estimate, predict,
 };
 use crate::image::{ImageOptions, image};
+use crate::light::{photon_rate_hz, round_trip_ps};
 use crate::math::Sample;
 use crate::photons::fast::StepCounter;
 use crate::photons::{Detection, DetectorModel, StepCount, count_step};
 use crate::response::{CountSampler, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::{Group, Step};
-use crate::scene::{DetectorIndex, PathIndex, Scene};
+use crate::scene::{self, Detector, DetectorIndex, PathIndex, Scene, SceneErrors};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::Simulation;
@@ -278,5 +278,128 @@ pub(super) fn verdict(is_so: bool) -> bool {
     match nothing() {
         None => is_so,
         Some(nothing) => nothing == Nothing::Undefined,
+    }
+}
+
+/// A sensor that adds nothing of its own: no dead time, no afterpulses, no
+/// delay, no jitter, no edges; one path without delay, every photon detected.
+/// `code` is the right-hand side of the key, `rate_cps` the mean rate of photons.
+pub(super) fn ideal(
+    code: &str,
+    samples_per_chip: u32,
+    rate_cps: f64,
+    integration_chips: u64,
+) -> Result<Scene, SceneErrors> {
+    let integration_ns = 8 * integration_chips;
+    let text = format!(
+        r#"
+[clock]
+chip_period = "8 ns"
+samples_per_chip = {samples_per_chip}
+
+[[source]]
+name = "laser"
+code = {code}
+wavelength = "783 nm"
+mean_power = "{power_w:e} W"
+extinction_ratio = "inf"
+
+[[detector]]
+name = "spad"
+reference = "laser"
+
+[[path]]
+source = "laser"
+detector = "spad"
+delay = "0 ns"
+
+[scan]
+integration = "{integration_ns} ns"
+"#,
+        power_w = rate_cps / photon_rate_hz(1.0, 783.0),
+    );
+    scene::parse("ideal.toml", &text)
+}
+
+/// The detector of Table I at 3.2 m, at a mean primary rate of `rate_cps`.
+pub(super) fn table_i(
+    code: &str,
+    rate_cps: f64,
+    integration_chips: u64,
+) -> Result<Scene, SceneErrors> {
+    let detector = crate::study::table_i_detector();
+    let photons_cps = rate_cps / detector.photon_detection_probability;
+    let mut scene = ideal(code, 8, photons_cps, integration_chips)?;
+    scene.sources[0].extinction_ratio = 10.0;
+    scene.paths[0].delay_ps = round_trip_ps(3.2);
+    scene.detectors[0] = detector;
+    Ok(scene)
+}
+
+/// A Gold code of 31 chips.
+pub(super) const GOLD_5: &str = r#"{ family = "gold", degree = 5 }"#;
+/// A Gold code of 2,047 chips.
+pub(super) const GOLD_11: &str = r#"{ family = "gold", degree = 11 }"#;
+
+/// Ideal scene under background only: `rate_cps` of background on a detector that `set` changes.
+pub(super) fn constant_light(
+    rate_cps: f64,
+    integration_chips: u64,
+    set: impl FnOnce(&mut Detector),
+) -> Result<Scene, SceneErrors> {
+    let mut scene = ideal(GOLD_5, 8, 0.0, integration_chips)?;
+    scene.detectors[0].background_rate_cps = rate_cps;
+    set(&mut scene.detectors[0]);
+    Ok(scene)
+}
+
+/// The ideal sensor in light of 10 Mcps, with a scan of one phase step.
+pub(super) fn lit_step(
+    code: &str,
+    samples_per_chip: u32,
+    integration_chips: u64,
+    step: u64,
+) -> Result<Scene, SceneErrors> {
+    let mut scene = ideal(code, samples_per_chip, 10e6, integration_chips)?;
+    window(&mut scene, step, 1);
+    Ok(scene)
+}
+
+/// A scan of the `steps` phase steps from `first` on.
+pub(super) fn window(scene: &mut Scene, first: u64, steps: u64) {
+    scene.scan.first_step = first;
+    scene.scan.steps = steps;
+}
+
+/// How many of some counts have counted anything.
+pub(super) fn seen(counts: &[StepCount]) -> usize {
+    counts.iter().filter(|count| count.total > 0).count()
+}
+
+/// How many counts of two runs differ.
+pub(super) fn differing(a: &[StepCount], b: &[StepCount]) -> usize {
+    a.iter().zip(b).filter(|(a, b)| a != b).count() + a.len().abs_diff(b.len())
+}
+
+/// Integration time per phase step.
+pub(super) fn step_s(scene: &Scene) -> f64 {
+    scene.timing().integration_ps() * 1e-12
+}
+
+/// The value of largest magnitude; NaN if one is NaN, or there is none.
+pub(super) fn worst(values: impl IntoIterator<Item = f64>) -> f64 {
+    let larger = |a: f64, b: f64| if a.is_nan() || a > b { a } else { b };
+    values.into_iter().map(f64::abs).reduce(larger).unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_value_is_the_largest_or_undefined() {
+        assert_eq!(worst([0.5, -2.0, 1.0]), 2.0);
+        assert!(worst([0.5, f64::NAN, 1.0]).is_nan());
+        assert!(worst([]).is_nan() && worst([f64::NAN, 1.0]).is_nan());
     }
 }

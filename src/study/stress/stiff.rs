@@ -1,14 +1,7 @@
 //! Time scales many decades apart.
 
-use super::case::{Case, CaseError, Measured, cases};
-use super::reading::{
-    counts, counts_of_scans, detections, plain_counts, predicted, rate_z, totals,
-};
-use super::scenes::{GOLD_5, constant_light, ideal, table_i, window};
-use super::statistics::{differing, seen, step_s};
-use crate::estimate::CountingTier;
-use crate::photons::{Detection, StepCount};
-use crate::scene::Scene;
+use super::prelude::*;
+use crate::photons::Detection;
 
 const NO_DRIFT: &str = "time is whole chips and an offset, and the code's position is taken modulo \
                         the code: the same random numbers must give the same detections, to the \

@@ -1,8 +1,8 @@
 //! Verilog and reference model under inputs that a case has decided.
 
-use super::case::{CaseError, ensure};
 use std::ops::Range;
 
+use super::prelude::*;
 use crate::cosim::build::{build, cache_dir};
 use crate::cosim::exercised::missing;
 use crate::cosim::lockstep::Lockstep;
@@ -18,8 +18,6 @@ use crate::reference::exercise::Exercised;
 use crate::reference::predictor::{Reference, StepResult};
 use crate::reference::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::scan::Sampling;
-use crate::scene::Scene;
-use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 use crate::sensor::port::Role;

@@ -7,7 +7,6 @@
 //! are missing ([`Store`]).
 
 mod axis;
-mod plot;
 mod points;
 mod store;
 mod table;
@@ -16,11 +15,10 @@ use std::sync::{Mutex, PoisonError, mpsc};
 use std::thread;
 
 pub use axis::{Axis, Value};
-pub use plot::Plot;
 pub use points::{Point, Sweep, SweepError, SweepOptions};
 use rayon::ThreadPoolBuilder;
 pub use store::{Store, StoreError};
-pub use table::{contradicted, empty};
+pub use table::{Plot, contradicted, empty};
 
 use crate::cosim::engine::Engine;
 use crate::simulate::Tier;

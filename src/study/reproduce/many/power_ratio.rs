@@ -1,16 +1,8 @@
 //! The own sensor under another one that is brighter: how far off its distance is, with
 //! clocks that are one and clocks that are not.
 
-use super::fits::{Fits, Found};
-use crate::report::chart::{Axis, Mark, Panel};
-use crate::report::table::Table;
-use crate::scene::Scene;
-use crate::simulate::Tier;
-use crate::study::reproduce::figure::Figure;
-use crate::study::reproduce::run::Run;
-use crate::study::reproduce::run_error::RunError;
-use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, balanced_gold, sensor, window};
-use crate::study::reproduce::statistics::Measured;
+use super::{Fits, Found};
+use crate::study::reproduce::prelude::*;
 
 const INTEGRATION_S: f64 = 1.04e-3;
 /// Power of the other sensor's light at the detector.

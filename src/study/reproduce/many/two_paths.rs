@@ -3,16 +3,8 @@
 
 use std::sync::Arc;
 
-use super::fits::{Fits, PathFits};
-use crate::code::Code;
-use crate::report::chart::{Axis, Mark, Panel};
-use crate::report::table::Table;
-use crate::scene::Scene;
-use crate::simulate::Tier;
-use crate::study::reproduce::figure::Figure;
-use crate::study::reproduce::run::Run;
-use crate::study::reproduce::run_error::RunError;
-use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, balanced_gold, sensor};
+use super::{Fits, PathFits};
+use crate::study::reproduce::prelude::*;
 
 const INTEGRATION_S: f64 = 1.04e-3;
 /// Most scans of a point: each is of a whole code period, and takes a quarter of a second.

@@ -2,19 +2,9 @@
 
 use std::sync::Arc;
 
-use super::curve::{Curve, at_position, steady_std_m, table};
-use super::drawing::{panel, panels};
-use super::{POWER, with_interval};
-use crate::code::Code;
-use crate::report::chart::{Axis, Mark, Panel};
-use crate::report::table::Table;
-use crate::scene::{Detector, Scene};
-use crate::study::reproduce::figure::{Claim, Figure};
-use crate::study::reproduce::run::Run;
-use crate::study::reproduce::run_error::RunError;
-use crate::study::reproduce::sensor::{Light, balanced_gold, sensor, square};
-use crate::study::reproduce::statistics::{Measured, mean};
-use crate::study::reproduce::verdict::ClaimVerdict;
+use super::{Curve, POWER, at_position, panel, panels, steady_std_m, table, with_interval};
+use crate::scene::Detector;
+use crate::study::reproduce::prelude::*;
 
 const INTEGRATION_S: f64 = 104.8e-6;
 /// To where the Gold code scatters by a few millimetres.
@@ -74,7 +64,7 @@ fn mean_of(losses: &[(f64, Measured)]) -> Measured {
 /// The largest power of the article's own range: the least at which its Gold code
 /// scatters by "a few millimetres", or the last.
 fn powers_of_the_article(gold: &Curve) -> f64 {
-    let few = |curve: &&super::curve::PowerPoint| curve.std_m().value <= A_FEW_M;
+    let few = |curve: &&super::PowerPoint| curve.std_m().value <= A_FEW_M;
     let last = gold.points.iter().find(few).or(gold.points.last());
     last.map_or(f64::INFINITY, |point| point.power_pw)
 }
@@ -156,8 +146,8 @@ fn degradation(losses: &[(f64, Measured)], range_pw: f64, reasons: &str) -> Opti
 
 #[cfg(test)]
 mod tests {
-    use super::super::curve::tests::curve;
     use super::*;
+    use crate::study::reproduce::precision::tests::curve;
 
     #[test]
     fn the_loss_over_the_articles_powers_decides() {

@@ -2,16 +2,8 @@
 
 use std::sync::Arc;
 
-use super::curve::{Curve, table};
-use super::drawing::panels;
-use super::{POWER, POWERS_PW, mean_loss, with_interval};
-use crate::code::Code;
-use crate::study::reproduce::figure::{Claim, Figure};
-use crate::study::reproduce::run::Run;
-use crate::study::reproduce::run_error::RunError;
-use crate::study::reproduce::sensor::{Light, balanced_gold, sensor, square};
-use crate::study::reproduce::statistics::Measured;
-use crate::study::reproduce::verdict::ClaimVerdict;
+use super::{Curve, POWER, POWERS_PW, mean_loss, panels, table, with_interval};
+use crate::study::reproduce::prelude::*;
 
 /// Fig. 6, which decides C4.
 pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
@@ -87,8 +79,8 @@ fn recovery(curves: &[Curve], by_amplitude: &str) -> Option<Claim> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::curve::tests::curve;
     use super::*;
+    use crate::study::reproduce::precision::tests::curve;
 
     #[test]
     fn the_share_won_back_is_that_of_logarithms() {
