@@ -1,19 +1,19 @@
 //! The command line and its commands. The options of a command stand beside it, or are the job's own
 //! (`SimulateOptions` and the like).
 
-use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
-use super::command::Command;
-use super::output::{Ending, Output};
-use super::values::parse_time;
+use super::common::{self, parse_time};
+use super::prelude::*;
 use super::{
-    calibrate, common, compare_architectures, cosim, emit, estimate, explain, fidelity, grade,
-    image, merge, new, pulses, replay, reproduce, run, simulate, stress, sweep,
+    calibrate, compare_architectures, cosim, emit, estimate, explain, fidelity, grade, image, new,
+    pulses, replay, reproduce, run, shards, simulate, stress, sweep,
 };
-use crate::code::CodeSpec;
+use crate::code::{CodeSpec, report};
+use crate::plan::overview::overview;
+use crate::report::plan::text;
 
 /// Verilog, co-simulation and photon-level simulation of DS-CDMA indirect
 /// time-of-flight sensors.
@@ -81,7 +81,7 @@ commands! {
     /// Simulate a scene over ranges of its keys: a table and a plot
     Sweep(sweep::SweepArguments);
     /// Join the shards of a command, as if it had run as one
-    Merge(merge::MergeArguments);
+    Merge(shards::MergeArguments);
     /// Write a commented scene to start from
     New(new::NewArguments);
     /// Estimate distances from recorded counts, with residuals and a diagnosis
@@ -122,6 +122,25 @@ pub(super) struct ManArguments {
     /// --out man
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+}
+
+impl Command for SceneArgument {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let sensor = self.sensor(output)?;
+        let overview = overview(&sensor);
+        output.answer(
+            Some(sensor.scene().reference()),
+            &overview,
+            &text(&overview, terminal_width()),
+        )
+    }
+}
+
+impl Command for CodeSpec {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let report = report(self)?;
+        output.answer(None, &report, &report.to_text())
+    }
 }
 
 #[cfg(test)]

@@ -1,20 +1,11 @@
 //! `goldtof calibrate`: widths of the samples' bins from dark counts.
 
-use std::path::PathBuf;
-
 use anyhow::{Context as _, bail};
-use clap::Args;
-use serde::Serialize;
 
-use super::command::Command;
-use super::common::SceneArgument;
-use super::output::{Ending, Output};
-use crate::document::Body;
+use super::prelude::*;
 use crate::files;
-use crate::printable::printable_path;
 use crate::recorded::CountsFile;
 use crate::recorded::code_density::{CodeDensity, code_density};
-use crate::sensor::Sensor;
 
 #[derive(Debug, Args)]
 #[command(

@@ -1,12 +1,6 @@
 //! `goldtof compare-architectures`.
 
-use std::path::PathBuf;
-
-use clap::Args;
-
-use super::command::Command;
-use super::common::SceneArgument;
-use super::output::{Ending, Output};
+use super::prelude::*;
 use crate::study::architectures::compare;
 
 #[derive(Debug, Args)]

@@ -1,16 +1,12 @@
 //! `goldtof cosim`.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::Args;
-
-use super::command::Command;
-use super::common::{SceneArgument, VcdWindow};
+use super::common::VcdWindow;
 use super::emit::command_line;
-use super::forecast::Forecast;
 use super::junit;
-use super::output::{Bar, Ending, Output, with_causes};
+use super::output::{Bar, with_causes};
+use super::prelude::*;
 use super::replay::ChannelArguments;
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
@@ -18,9 +14,7 @@ use crate::cosim::{CosimOptions, Report, StimulusKind, VcdClocks, Verdict};
 use crate::door::cosim;
 use crate::files::check_target;
 use crate::photons::Pulse;
-use crate::printable::printable_path;
 use crate::progress::Progress;
-use crate::sensor::Sensor;
 use crate::sensor::port::Role;
 
 #[derive(Debug, Args)]

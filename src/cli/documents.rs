@@ -43,7 +43,7 @@ pub fn schemas() -> Vec<(&'static str, String)> {
         crate::study::sweep::SweepOptions,
         crate::shard::Shard,
         super::shards::ShardDone,
-        super::merge::MissingShards,
+        super::shards::MissingShards,
     ]
 }
 

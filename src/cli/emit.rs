@@ -1,19 +1,11 @@
 //! `goldtof emit`.
 
-use std::path::{Path, PathBuf};
-
-use clap::Args;
-
-use super::command::Command;
-use super::common::SceneArgument;
-use super::output::{Ending, Output};
-use super::warnings::warn;
+use super::prelude::*;
 use crate::deliver::board::{BOARD, Board, BoardProject, PinChoice, Plan};
 use crate::deliver::testbenches::{self, BIND, COCOTB};
 use crate::deliver::{self, Emission, EmittedFile};
 use crate::door::{EmitOptions, Jobs as _};
-use crate::printable::{printable, printable_path, shell_word};
-use crate::sensor::Sensor;
+use crate::printable::shell_word;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof emit scenes/quick.toml --out rtl")]

@@ -1,22 +1,12 @@
 //! `goldtof estimate`: the distance that recorded counts give.
 
-use std::path::PathBuf;
-
-use clap::Args;
-use serde::Serialize;
-
-use super::command::Command;
-use super::common::{CheckArgument, SceneArgument};
-use super::output::{Ending, Output};
-use super::warnings::warn;
-use crate::document::Body;
+use super::prelude::*;
 use crate::door::EstimateOptions;
 use crate::recorded::{
     Assessment, CountsFile, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram,
 };
 use crate::report::residual_plot;
 use crate::scene::DetectorIndex;
-use crate::sensor::Sensor;
 
 #[derive(Debug, Args)]
 #[command(

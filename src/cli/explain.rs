@@ -1,13 +1,7 @@
 //! `goldtof explain`: what limits a sensor.
 
-use clap::Args;
-
-use super::command::Command;
-use super::common::SceneArgument;
-use super::output::{Ending, Output, terminal_width};
-use super::warnings::warn;
+use super::prelude::*;
 use crate::report::limits::text;
-use crate::sensor::Sensor;
 use crate::study::limits::limits;
 
 #[derive(Debug, Args)]

@@ -1,13 +1,7 @@
 //! `goldtof fidelity`.
 
-use std::path::PathBuf;
-
-use clap::Args;
-
-use super::command::Command;
-use super::common::{CheckArgument, SceneArgument};
 use super::forecast::announce;
-use super::output::{Ending, Output};
+use super::prelude::*;
 use crate::study::fidelity::{FidelityOptions, compare};
 
 #[derive(Debug, Args)]

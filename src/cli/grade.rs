@@ -1,24 +1,14 @@
 //! `goldtof grade`.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use clap::Args;
-
-use super::command::Command;
-use super::common::{SceneArgument, ShardArguments};
 use super::cosim::CosimProgress;
 use super::emit::command_line;
-use super::output::{Ending, Output};
-use super::shards::InShards;
+use super::prelude::*;
 use crate::door::{grade, grade_some, sha256_of};
-use crate::files::OutputFolder;
 use crate::grade::{Grade, GradeOptions, GradeStimulus, Score};
-use crate::printable::printable_lines;
 use crate::report::quantities::percent;
-use crate::scene::SceneReference;
-use crate::sensor::Sensor;
-use crate::shard::{self, GradeJob, Job, Part, Parts, Results};
+use crate::shard::{self, GradeJob};
 
 /// Survivors that are printed; the JSON has all.
 const SHOWN: usize = 20;

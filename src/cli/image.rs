@@ -1,25 +1,17 @@
 //! `goldtof image`: what an array of pixels sees.
 
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
 
-use clap::Args;
-
-use super::command::Command;
-use super::common::{Order, SceneArgument};
-use super::image_files::{PAGE, write};
-use super::output::{Bar, Ending, Output, terminal_width};
-use super::provenance::typed_command;
-use super::shards::InShards;
+use super::output::Bar;
+use super::prelude::*;
 use super::target_maps::read_target;
-use super::values::parse_shard;
-use crate::files::OutputFolder;
-use crate::image::{Image, ImageError, ImageOptions, MapTarget, View, image};
-use crate::printable::printable_path;
+use crate::files::FileError;
+use crate::image::{Image, ImageError, ImageOptions, ImageReport, Map, MapTarget, View, image};
 use crate::progress::Progress;
-use crate::report::image::text;
-use crate::scene::{Lens, SceneReference};
-use crate::sensor::Sensor;
-use crate::shard::{ImageJob, Job, Part, Parts, Results, pixel_rows};
+use crate::report::image::{page, text};
+use crate::report::raster::{Picture, picture};
+use crate::scene::Lens;
+use crate::shard::{ImageJob, pixel_rows};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof image scenes/image.toml --out out/image --check 200")]
@@ -124,4 +116,87 @@ fn target(arguments: &ImageArguments, sensor: &Sensor) -> anyhow::Result<Option<
     let Some(depth) = &arguments.depth else { return Ok(None) };
     let lens: Lens = sensor.scene().array.as_ref().ok_or(ImageError::NoArray)?.lens;
     Ok(Some(read_target(depth, arguments.reflectance.as_deref(), &lens)?))
+}
+
+pub(super) const PAGE: &str = "index.html";
+const POINTS: &str = "points.ply";
+
+/// Writes all files, all or none; gives their names, the page last.
+///
+/// # Errors
+/// When one cannot be written.
+pub(super) fn write(
+    image: &Image,
+    report: &ImageReport,
+    command: &str,
+    folder: &OutputFolder,
+) -> Result<Vec<String>, FileError> {
+    let mut names: Vec<String> = Vec::new();
+    let mut staged = Vec::new();
+    for named in image.maps() {
+        let (array, shown) = (format!("{}.npy", named.name), format!("{}.png", named.name));
+        staged.push(folder.stage(&array, |out| npy(&named.map, out))?);
+        staged.push(folder.stage(&shown, |out| png(&picture(&named), out))?);
+        names.extend([array, shown]);
+    }
+    staged.push(folder.stage(POINTS, |out| ply(image, out))?);
+    staged.push(folder.stage(PAGE, |out| out.write_all(page(report, command).as_bytes()))?);
+    names.extend([POINTS.to_owned(), PAGE.to_owned()]);
+    folder.publish(staged)?;
+    Ok(names)
+}
+
+/// A map as a NumPy array of 32-bit floating-point numbers, version 1.0 of the format: a header of
+/// text, padded so that the numbers begin at a multiple of 64 bytes.
+fn npy(map: &Map, out: &mut dyn Write) -> io::Result<()> {
+    const BEFORE_TEXT: usize = 10;
+    let text = format!(
+        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}), }}",
+        map.rows(),
+        map.columns
+    );
+    let length = (BEFORE_TEXT + text.len() + 1).next_multiple_of(64) - BEFORE_TEXT;
+    out.write_all(b"\x93NUMPY\x01\x00")?;
+    out.write_all(&(length as u16).to_le_bytes())?;
+    writeln!(out, "{text:<width$}", width = length - 1)?;
+    let numbers = map.values.iter().flat_map(|value| (*value as f32).to_le_bytes());
+    out.write_all(&numbers.collect::<Vec<u8>>())
+}
+
+fn png(picture: &Picture, out: &mut dyn Write) -> io::Result<()> {
+    let mut encoder = png::Encoder::new(out, picture.width as u32, picture.height as u32);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(picture.palette.concat());
+    encoder.set_compression(png::Compression::High);
+    // Numbers of colours are no measure of anything: their differences are no smaller.
+    encoder.set_filter(png::Filter::NoFilter);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&picture.pixels)?;
+    Ok(writer.finish()?)
+}
+
+/// The measured points, in metres: x to the right, y down, z away from the lens; with the
+/// detections per second, the confidence, and the standard deviation where it is known.
+fn ply(image: &Image, out: &mut dyn Write) -> io::Result<()> {
+    let (seen, measured) = (&image.seen, &image.measured);
+    let pixels = 0..measured.distance_m.values.len();
+    let known: Vec<usize> =
+        pixels.filter(|&pixel| measured.distance_m.values[pixel].is_finite()).collect();
+    writeln!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {}", known.len())?;
+    for property in ["x", "y", "z", "intensity_cps", "confidence", "std_m"] {
+        writeln!(out, "property float {property}")?;
+    }
+    writeln!(out, "end_header")?;
+    let mut bytes = Vec::with_capacity(known.len() * 24);
+    for pixel in known {
+        let light = &seen.lights[pixel];
+        let depth = measured.distance_m.values[pixel] * light.depth_per_distance();
+        let beside = [&measured.detected_rate_cps, &measured.found_fraction, &measured.std_m];
+        let place = light.ray.iter().map(|along| along * depth);
+        for value in place.chain(beside.map(|map| map.values[pixel])) {
+            bytes.extend((value as f32).to_le_bytes());
+        }
+    }
+    out.write_all(&bytes)
 }

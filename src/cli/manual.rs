@@ -1,13 +1,9 @@
 //! `goldtof completions` and `goldtof man`.
 
 use clap::CommandFactory as _;
-use serde::Serialize;
 
 use super::arguments::{Cli, CompletionsArguments, ManArguments};
-use super::command::Command;
-use super::output::{Ending, Output};
-use crate::document::Body;
-use crate::printable::printable_path;
+use super::prelude::*;
 
 /// The JSON of `goldtof completions`.
 #[derive(Serialize, schemars::JsonSchema)]

@@ -11,8 +11,6 @@
 
 mod arguments;
 pub mod calibrate;
-mod codes;
-mod command;
 mod common;
 mod compare_architectures;
 mod cosim;
@@ -26,13 +24,10 @@ mod fidelity;
 mod forecast;
 mod grade;
 mod image;
-mod image_files;
 mod junit;
 mod manual;
-mod merge;
 mod new;
 mod output;
-pub mod plan;
 mod provenance;
 mod pulses;
 mod replay;
@@ -42,17 +37,36 @@ mod shards;
 mod simulate;
 mod stress;
 mod sweep;
-mod sweep_files;
 mod target_maps;
-mod values;
-mod warnings;
+
+/// What commands are made with.
+mod prelude {
+    pub(super) use std::path::{Path, PathBuf};
+
+    pub(super) use clap::Args;
+    pub(super) use serde::Serialize;
+
+    pub(super) use super::common::{
+        CheckArgument, Command, Order, SceneArgument, ShardArguments, parse_shard, warn,
+    };
+    pub(super) use super::forecast::Forecast;
+    pub(super) use super::output::{Ending, Output, terminal_width};
+    pub(super) use super::provenance::typed_command;
+    pub(super) use super::shards::InShards;
+    pub(super) use crate::document::Body;
+    pub(super) use crate::files::OutputFolder;
+    pub(super) use crate::printable::{printable, printable_lines, printable_path};
+    pub(super) use crate::scene::SceneReference;
+    pub(super) use crate::sensor::Sensor;
+    pub(super) use crate::shard::{Job, Part, Parts, Results};
+}
 
 use std::process::ExitCode;
 
 use clap::Parser as _;
 
 use self::arguments::Cli;
-use self::command::Command as _;
+use self::common::Command as _;
 use self::failure::Failure;
 use self::output::{Ending, Output};
 use crate::cosim::build::set_cache_dir;

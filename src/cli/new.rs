@@ -1,16 +1,9 @@
 //! `goldtof new`: a scene to start from.
 
-use std::path::PathBuf;
-
 use anyhow::bail;
-use clap::Args;
-use serde::Serialize;
 
-use super::command::Command;
-use super::output::{Ending, Output};
-use crate::document::Body;
+use super::prelude::*;
 use crate::files;
-use crate::printable::printable_path;
 
 /// The short scene.
 const SHORT: &str = include_str!("new/short.toml");

@@ -1,14 +1,7 @@
 //! `goldtof pulses`.
 
-use std::path::PathBuf;
-
-use clap::Args;
-
-use super::command::Command;
-use super::common::SceneArgument;
-use super::output::{Ending, Output};
+use super::prelude::*;
 use crate::files;
-use crate::printable::printable_path;
 use crate::simulate::pulses::pulses;
 
 #[derive(Debug, Args)]

@@ -2,18 +2,13 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
 
-use clap::Args;
 use goldtof_tags::{Channel, TagReader};
 
-use super::command::Command;
-use super::common::{CheckArgument, SceneArgument};
-use super::output::{Ending, Output};
+use super::prelude::*;
 use crate::recorded::{Assessment, RecordedScan};
 use crate::replay::{Replay, ReplayOptions, ReplayReport, as_histogram, replay, report};
 use crate::report::{DetectorCounts, bins_csv, counts_csv, residual_plot};
-use crate::sensor::Sensor;
 
 /// Which channels of a recording are which.
 #[derive(Debug, Clone, Args)]

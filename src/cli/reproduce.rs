@@ -1,18 +1,9 @@
 //! `goldtof reproduce`: the article's figures and claims.
 
 use std::cell::RefCell;
-use std::path::{Path, PathBuf};
 
-use clap::Args;
-
-use super::command::Command;
-use super::common::Order;
-use super::forecast::Forecast;
-use super::output::{Ending, Output};
-use super::shards::InShards;
-use super::values::parse_shard;
-use crate::files::OutputFolder;
-use crate::shard::{self, Job, Part, Parts, Results};
+use super::prelude::*;
+use crate::shard;
 use crate::study::reproduce::{MadeFigure, ReproduceOptions, Reproduction, reproduce};
 
 #[derive(Debug, Args)]

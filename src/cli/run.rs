@@ -1,24 +1,16 @@
 //! `goldtof run`: the main job, with its progress and summary.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 
-use clap::Args;
-
-use super::command::Command;
-use super::common::{CheckArgument, SceneArgument, VcdWindow};
+use super::common::VcdWindow;
 use super::cosim::{CosimProgress, ending, exercised, score, text as cosim_text, with_junit};
 use super::emit::{command_line, text as emit_text};
-use super::grade;
-use super::junit;
-use super::output::{Ending, Output, terminal_width};
+use super::prelude::*;
 use super::provenance::provenance;
-use super::warnings::warn;
+use super::{grade, junit};
 use crate::cosim::Verdict;
-use crate::printable::printable_path;
 use crate::report::estimates::{BothEstimates, texts};
 use crate::run::{REPORT, Run, RunEvent, RunOptions, run as main_job};
-use crate::sensor::Sensor;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof run scenes/quick.toml")]

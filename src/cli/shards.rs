@@ -1,17 +1,18 @@
 //! `--shard`: a part of a command's work. `super::merge` joins the parts.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use serde::Serialize;
 
-use super::common::Order;
+use super::common::{Command, Order};
 use super::output::{Ending, Output};
 use super::provenance::typed_command;
 use crate::document::Body;
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::scene::SceneText;
-use crate::shard::{Folder, Job, Part, Parts, Results, Shard};
+use crate::shard::{Folder, Job, Part, Parts, Results, Shard, listed};
 use crate::study::sweep::Store;
 
 /// The JSON of a command with `--shard`.
@@ -76,5 +77,47 @@ impl Order<'_> {
         let report =
             ShardDone { shard: self.part.number(), shards: self.part.of(), file, done_before };
         output.answer(scene, &report, &text)
+    }
+}
+
+/// The JSON of `goldtof merge --missing`.
+#[derive(Serialize, schemars::JsonSchema)]
+pub(super) struct MissingShards {
+    /// Number of shards of the job.
+    shards: u64,
+    /// Numbers of the missing shards.
+    missing: Vec<u64>,
+}
+
+impl Body for MissingShards {
+    const NAME: &'static str = "merge-missing";
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: goldtof merge out/many")]
+pub(super) struct MergeArguments {
+    /// Output folder of the shards
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Only list the missing shards, in the format of `sbatch --array`
+    #[arg(long)]
+    pub missing: bool,
+}
+
+impl Command for MergeArguments {
+    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+        let collected = Folder::collect(&self.folder)?;
+        if self.missing {
+            let missing = collected.missing();
+            let text = match missing.is_empty() {
+                true => String::new(),
+                false => listed(&missing) + "\n",
+            };
+            let report = MissingShards { shards: collected.of, missing };
+            return output.answer(collected.scene, &report, &text);
+        }
+        let job = collected.job.clone();
+        let shards = collected.whole()?;
+        in_shards(&job).merge(shards, &self.folder, output)
     }
 }

@@ -1,20 +1,10 @@
 //! `goldtof simulate`.
 
-use std::path::{Path, PathBuf};
-
-use clap::Args;
-
-use super::command::Command;
-use super::common::{CheckArgument, SceneArgument, ShardArguments};
 use super::forecast::announce;
-use super::output::{Ending, Output};
-use super::shards::InShards;
-use super::warnings::warn;
-use crate::files::{self, OutputFolder};
+use super::prelude::*;
+use crate::files;
 use crate::recorded::expected_csv;
-use crate::scene::SceneReference;
-use crate::sensor::Sensor;
-use crate::shard::{self, Job, Part, Parts, Results, SimulateJob};
+use crate::shard::{self, SimulateJob};
 use crate::simulate::repeat::{Simulated, Simulation};
 use crate::simulate::scans::Prepared;
 use crate::simulate::track::Tracking;

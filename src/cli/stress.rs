@@ -1,19 +1,9 @@
 //! `goldtof stress`.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use clap::Args;
-use serde::Serialize;
-
-use super::command::Command;
-use super::common::ShardArguments;
-use super::forecast::Forecast;
-use super::output::{Ending, Output};
-use super::shards::InShards;
-use crate::document::Body;
-use crate::files::OutputFolder;
-use crate::shard::{self, Job, Part, Parts, Results};
+use super::prelude::*;
+use crate::shard;
 use crate::study::stress::{Case, Group, StressOptions, StressReport, run as run_cases};
 
 #[derive(Debug, Args)]

@@ -1,13 +1,12 @@
 //! Maps of depth and reflectance that stand for a scene's surfaces.
 
 use std::io::Cursor;
-use std::path::Path;
 
 use anyhow::{Context as _, anyhow, bail, ensure};
 
+use super::prelude::*;
 use crate::files::read_bytes;
 use crate::image::MapTarget;
-use crate::printable::printable_path;
 use crate::scene::{Lens, MAX_PIXELS};
 
 /// Largest file: an array of the most pixels, in doubles, and its header.
