@@ -7,7 +7,7 @@ use super::emit::command_line;
 use super::prelude::*;
 use crate::door::{grade, grade_some, sha256_of};
 use crate::grade::{Grade, GradeOptions, GradeStimulus, Score};
-use crate::report::quantities::percent;
+use crate::report::columns::percent;
 use crate::shard::{self, GradeJob};
 
 /// Survivors that are printed; the JSON has all.

@@ -1,11 +1,8 @@
 //! The emitted modules and their connections, drawn.
 
-use std::collections::BTreeMap;
-
-use maud::{Markup, html};
-
-use super::figure::{Figure, coordinate, label, shortened};
+use super::figure::shortened;
 use super::layers::{Layers, Slot, layers};
+use super::prelude::*;
 use crate::rtl::back::{Connections, End, Netlist};
 
 const WIDTH: f64 = 480.0;

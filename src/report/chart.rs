@@ -1,11 +1,8 @@
 //! Charts: curves, dots and error bars over one pair of axes, on the report's page or side by
 //! side in a drawing of their own.
 
-use maud::{Markup, html};
-
-use super::coordinate::Coordinate;
 pub use super::coordinate::{Axis, Point, Scale};
-use super::figure::{Figure, coordinate, label, points};
+use super::prelude::*;
 pub use super::role::Role;
 use super::role::{OF_A_KIND, colours};
 use super::table::Table;

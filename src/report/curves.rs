@@ -1,12 +1,10 @@
 //! What longer integration gains, and what longer simulation does.
 
-use super::chart::{Axis, Mark, Panel, Role};
-use super::figure::Figure;
+use super::prelude::*;
 use crate::cosim;
 use crate::estimate::bound::bound_m;
 use crate::estimate::{CountingTier, TheoryEffort, Work, theory_of_integrations};
-use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
-use crate::sensor::Sensor;
+use crate::scene::PathIndex;
 use crate::simulate::{Tier, forecast};
 
 /// Integration times, in powers of four of the scene's.

@@ -1,8 +1,7 @@
 //! What the estimators say of a scan, side by side, for people.
 
-use super::columns::{Lines, columns};
-use crate::estimate::report::EstimateReport;
-use crate::scene::EstimatorKind;
+use super::columns::Lines;
+use super::prelude::*;
 
 /// Both estimators on one detector's counts.
 #[derive(Debug, Clone, Copy)]

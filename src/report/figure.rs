@@ -1,7 +1,7 @@
 //! A drawing of the report: SVG with a title and a description for those who do not
 //! see it, in colours of the page.
 
-use maud::{Markup, html};
+use super::prelude::*;
 
 /// A drawing.
 pub(super) struct Figure {

@@ -1,10 +1,8 @@
 //! Lasers, targets, detectors and the paths between them, drawn.
 
-use maud::{Markup, html};
-
-use super::figure::{Figure, coordinate, label, points, shortened};
-use super::quantities::length;
-use crate::scene::{DetectorIndex, Path, Scene, SourceIndex};
+use super::figure::shortened;
+use super::prelude::*;
+use crate::scene::{Path, Scene, SourceIndex};
 
 const WIDTH: f64 = 480.0;
 const BOX: (f64, f64) = (140.0, 30.0);

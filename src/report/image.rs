@@ -1,12 +1,9 @@
 //! An image as text, and its page.
 
-use maud::{Markup, html};
-
-use super::columns::{columns, paragraph, row};
-use super::estimates::{estimator_name, millimetres};
+use super::columns::row;
 use super::page::document;
 use super::plan::row;
-use super::quantities::{length, number, percent, rate};
+use super::prelude::*;
 use crate::image::{ImageReport, MapSummary, PixelReport};
 use crate::simulate::Tier;
 

@@ -1,9 +1,8 @@
 //! What limits a sensor, in one screen.
 
-use super::columns::{columns, paragraph, row};
-use super::estimates::{estimator_name, millimetres};
+use super::columns::{bit_rate, row};
 use super::plan::row;
-use super::quantities::{bit_rate, length, number, percent, rate, time};
+use super::prelude::*;
 use crate::study::limits::{Change, Limit, Limits, Performance};
 
 /// Changes of less are within what theory rounds.

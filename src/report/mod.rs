@@ -16,8 +16,8 @@ pub(crate) mod page;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod plan;
+mod prelude;
 pub mod provenance;
-pub(crate) mod quantities;
 pub(crate) mod raster;
 mod residuals;
 mod role;

@@ -1,14 +1,8 @@
 //! What the estimators are off by, in millimetres: beside the truth, which is one line with them on the
 //! scale of the counts.
 
-use maud::html;
-
-use super::chart::Role;
-use super::coordinate::{Coordinate, Scale};
-use super::estimates::{BothEstimates, estimator_name, millimetres};
-use super::figure::{Figure, coordinate, label};
-use crate::estimate::report::EstimateReport;
-use crate::scene::{DetectorIndex, EstimatorKind};
+use super::coordinate::Scale;
+use super::prelude::*;
 
 const WIDTH: f64 = 480.0;
 const LEFT: f64 = 110.0;

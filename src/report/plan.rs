@@ -1,8 +1,7 @@
 //! The plan for people: the sensor in numbers, what it takes, what is left out.
 
-use super::columns::{columns, paragraph, row};
-use super::estimates::{estimator_name, millimetres};
-use super::quantities::{frequency, length, number, time};
+use super::columns::row;
+use super::prelude::*;
 use crate::plan::figures::Figures;
 use crate::plan::link::LinkBudget;
 use crate::plan::overview::{ExpectedError, Overview};

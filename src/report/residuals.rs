@@ -1,6 +1,7 @@
 //! Counts over what is expected of them, and what is left.
 
-use super::chart::{Axis, Chart, Mark, Panel, Point, Role};
+use super::chart::{Chart, Point};
+use super::prelude::*;
 use crate::recorded::{Assessment, BinResidual, HITS_OF_A_SUM, StepResidual};
 
 /// Most points of a series: of longer scans the steps round the largest count.

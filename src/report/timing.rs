@@ -1,18 +1,15 @@
 //! The ports clock by clock, as the reference model has them: WaveJSON and its drawing.
 
-use crate::scene::DetectorIndex;
 use std::ops::Range;
 
-use maud::{Markup, html};
 use serde::Serialize;
 
-use super::figure::{Figure, coordinate, label, points};
+use super::prelude::*;
 use crate::photons::DetectorModel;
 use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::photons::Photons;
 use crate::reference::predictor::{Reference, ReferenceError};
 use crate::reference::stimulus::RESET_CLOCKS;
-use crate::sensor::Sensor;
 use crate::sensor::layout::{Field, Layout};
 use crate::sensor::port::Role;
 

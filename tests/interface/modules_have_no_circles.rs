@@ -16,8 +16,12 @@ struct Module {
     aliases: BTreeMap<String, Names>,
     /// What it has under a name from other packages: cargo keeps watch there.
     outside: BTreeSet<String>,
+    /// Modules all of whose names it takes, or hands on.
+    globs: Vec<Names>,
     /// All that it takes from elsewhere.
     needs: Vec<Names>,
+    /// The words of its text.
+    words: BTreeSet<String>,
 }
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -171,10 +175,15 @@ fn read(source: &str, here: &Names, modules: &BTreeSet<Names>) -> Module {
             let hands_on = at > 0 && (tokens[at - 1] == "pub" || tokens[at - 1] == ")");
             let (paths, end) = tree(&tokens, at + 1, &Names::new());
             for (path, name) in paths {
-                let Some(path) = from_root(&path, here, modules) else {
+                let Some(mut path) = from_root(&path, here, modules) else {
                     module.outside.insert(name);
                     continue;
                 };
+                if name == "*" {
+                    path.pop();
+                    module.globs.push(path);
+                    continue;
+                }
                 if !hands_on {
                     module.needs.push(path.clone());
                 }
@@ -195,6 +204,7 @@ fn read(source: &str, here: &Names, modules: &BTreeSet<Names>) -> Module {
             at += 1;
         }
     }
+    module.words = tokens.into_iter().collect();
     module
 }
 
@@ -218,10 +228,20 @@ fn defined_in(path: &Names, modules: &BTreeMap<Names, Module>) -> Option<Names> 
     panic!("{path:?} leads round and round");
 }
 
-/// The modules that every module needs.
+/// The modules that every module needs. Of a module all of whose names it takes, those are
+/// needed that hand a name on to it that its text has.
 fn arrows(modules: &BTreeMap<Names, Module>) -> BTreeMap<&Names, BTreeSet<Names>> {
+    let through = |glob: &Names, words: &BTreeSet<String>| {
+        let from = defined_in(glob, modules).map(|there| &modules[&there]);
+        let named = from.into_iter().flat_map(|from| &from.aliases);
+        let used = named.filter(|(name, _)| words.contains(*name)).map(|(_, path)| path);
+        let all = from.into_iter().flat_map(|from| &from.globs);
+        [glob].into_iter().chain(used).chain(all).cloned().collect::<Vec<_>>()
+    };
     let needs = |(here, module): (&Names, &Module)| {
-        let needed = module.needs.iter().filter_map(|path| defined_in(path, modules));
+        let globs = module.globs.iter().flat_map(|glob| through(glob, &module.words));
+        let paths = module.needs.iter().cloned().chain(globs);
+        let needed = paths.filter_map(|path| defined_in(&path, modules));
         needed.filter(|there| !here.starts_with(there)).collect()
     };
     modules.iter().map(|entry| (entry.0, needs(entry))).collect()
@@ -274,6 +294,7 @@ fn circles_are_found_through_names_that_are_handed_on() {
             (&[][..], "pub mod a; pub mod b;"),
             (&["a"], "mod c;\npub use self::c::Of as A;\nuse crate::b::{self, B};"),
             (&["a", "c"], c),
+            (&["d"], "pub use crate::b::{B, D};"),
             (&["b"], "fn f() -> super::a::A { \"use crate::a::x;\" } // use crate::a::y;"),
         ];
         let owned = sources.map(|(place, text)| {
@@ -284,5 +305,9 @@ fn circles_are_found_through_names_that_are_handed_on() {
     };
     assert_eq!(scene("use super::A; struct Of;"), Vec::<String>::new());
     assert_eq!(scene("use crate::{b::B as X, a};"), ["a::c", "b"]);
+    // Through a module that hands names on, those that are used.
+    assert_eq!(scene("use crate::b::*; struct Of;"), ["a::c", "b"]);
+    assert_eq!(scene("use crate::d::*; struct Of(B);"), ["a::c", "b"]);
+    assert_eq!(scene("use crate::d::*; struct Of(C);"), Vec::<String>::new());
     assert_eq!(scene("fn g() { crate::b::B::new('\"') }"), ["a::c", "b"]);
 }

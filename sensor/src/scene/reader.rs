@@ -112,6 +112,11 @@ impl<'r, 't> Section<'r, 't> {
         self.diagnostics.report(value.span(), format!("{path}: {message}"));
     }
 
+    /// What was read of `value`, which belongs to `key`; what is wrong with it is reported.
+    fn told<T>(&self, key: &str, value: Value, read: Result<T, String>) -> Option<T> {
+        read.map_err(|message| self.report_at(key, value, &message)).ok()
+    }
+
     /// How much was wrong with the scene so far.
     pub(super) fn complaints(&self) -> usize {
         self.diagnostics.reported()
@@ -150,11 +155,17 @@ impl<'r, 't> Section<'r, 't> {
 
     /// Every quantity of a list.
     pub(super) fn quantities(&self, name: &'static str, example: &str) -> Vec<f64> {
-        let array = self.array(name, example).into_iter();
-        array
-            .flat_map(|array| array.iter())
-            .filter_map(|value| self.quantity_of(name, value, self.key(name)))
-            .collect()
+        self.list(name, example, |value| self.quantity_of(name, value, self.key(name)))
+    }
+
+    fn list<T>(
+        &self,
+        name: &'static str,
+        example: &str,
+        read: impl Fn(Value) -> Option<T>,
+    ) -> Vec<T> {
+        let array = self.array(name, example).into_iter().flat_map(|array| array.iter());
+        array.filter_map(read).collect()
     }
 
     /// The quantity `value` of the key `name`, if it is what `key` says.
@@ -167,7 +178,7 @@ impl<'r, 't> Section<'r, 't> {
             true => Ok(number),
             false => Err(key.outside(&self.excerpt(value))),
         });
-        checked.map_err(|message| self.report_at(name, value, &message)).ok()
+        self.told(name, value, checked)
     }
 
     fn parse_quantity(
@@ -197,11 +208,7 @@ impl<'r, 't> Section<'r, 't> {
 
     /// Every number of a list.
     pub(super) fn numbers(&self, name: &'static str, example: &str) -> Vec<f64> {
-        let array = self.array(name, example).into_iter();
-        array
-            .flat_map(|array| array.iter())
-            .filter_map(|value| self.number_of(name, value, self.key(name)))
-            .collect()
+        self.list(name, example, |value| self.number_of(name, value, self.key(name)))
     }
 
     /// The number `value` of the key `name`, if it is what `key` says.
@@ -210,20 +217,15 @@ impl<'r, 't> Section<'r, 't> {
             DeValue::Integer(digits) => digits.to_string().parse().ok(),
             DeValue::Float(digits) => digits.as_str().parse().ok(),
             DeValue::String(text) if text == "inf" && key.holds(f64::INFINITY) => {
-                return Some(f64::INFINITY);
+                Some(f64::INFINITY)
             }
             _ => {
                 let wrong = self.wrong_type(value, "a plain number", key.example);
-                let message = wrong + key.or_inf();
-                self.report_at(name, value, &message);
-                return None;
+                return self.told(name, value, Err(wrong + key.or_inf()));
             }
         };
-        let number = number.filter(|&number| key.holds(number));
-        if number.is_none() {
-            self.report_at(name, value, &key.outside(&self.excerpt(value)));
-        }
-        number
+        let within = number.filter(|&number| key.holds(number));
+        self.told(name, value, within.ok_or_else(|| key.outside(&self.excerpt(value))))
     }
 
     /// A whole number within its bounds.
@@ -245,17 +247,15 @@ impl<'r, 't> Section<'r, 't> {
         let Kind::Integer { least, most } = key.kind else {
             unreachable!("{name} is not a whole number");
         };
-        let message = match value.get_ref() {
+        let read = match value.get_ref() {
             DeValue::Integer(digits) => {
-                match i64::from_str_radix(digits.as_str(), digits.radix()) {
-                    Ok(number) if (least..=most).contains(&number) => return Some(number),
-                    _ => key.outside(&self.excerpt(value)),
-                }
+                let number = i64::from_str_radix(digits.as_str(), digits.radix()).ok();
+                let within = number.filter(|number| (least..=most).contains(number));
+                within.ok_or_else(|| key.outside(&self.excerpt(value)))
             }
-            _ => self.wrong_type(value, "a whole number", key.example),
+            _ => Err(self.wrong_type(value, "a whole number", key.example)),
         };
-        self.report_at(name, value, &message);
-        None
+        self.told(name, value, read)
     }
 
     /// A string; `example` without its quotation marks.
@@ -272,11 +272,8 @@ impl<'r, 't> Section<'r, 't> {
         example: &str,
     ) -> Option<&'r str> {
         let text = value.get_ref().as_str();
-        if text.is_none() {
-            let message = self.wrong_type(value, "a string", &format!("\"{example}\""));
-            self.report_at(key, value, &message);
-        }
-        text
+        let wrong = || self.wrong_type(value, "a string", &format!("\"{example}\""));
+        self.told(key, value, text.ok_or_else(wrong))
     }
 
     /// `true` or `false`.
@@ -284,12 +281,8 @@ impl<'r, 't> Section<'r, 't> {
         let Some(value) = self.given(key) else {
             return self.key(key).default()?.parse().ok();
         };
-        let boolean = value.get_ref().as_bool();
-        if boolean.is_none() {
-            let message = self.wrong_type(value, "true or false", "true");
-            self.report_at(key, value, &message);
-        }
-        boolean
+        let wrong = || self.wrong_type(value, "true or false", "true");
+        self.told(key, value, value.get_ref().as_bool().ok_or_else(wrong))
     }
 
     /// One of a set of names.
@@ -323,12 +316,8 @@ impl<'r, 't> Section<'r, 't> {
         value: Value<'r, 't>,
         example: &str,
     ) -> Option<&'r DeArray<'t>> {
-        let array = value.get_ref().as_array();
-        if array.is_none() {
-            let message = self.wrong_type(value, "an array", example);
-            self.report_at(key, value, &message);
-        }
-        array
+        let wrong = || self.wrong_type(value, "an array", example);
+        self.told(key, value, value.get_ref().as_array().ok_or_else(wrong))
     }
 
     /// A table below this one.
@@ -366,11 +355,8 @@ impl<'r, 't> Section<'r, 't> {
         value: Value<'r, 't>,
         example: &str,
     ) -> Option<Section<'r, 't>> {
-        let Some(table) = value.get_ref().as_table() else {
-            let message = self.wrong_type(value, "a table", example);
-            self.report_at(key, value, &message);
-            return None;
-        };
+        let wrong = || self.wrong_type(value, "a table", example);
+        let table = self.told(key, value, value.get_ref().as_table().ok_or_else(wrong))?;
         let path = self.path_of(key);
         Some(Section::new(self.diagnostics, self.tables, table, value.span(), path))
     }

@@ -4,7 +4,7 @@ use super::declare::*;
 use super::names::Names;
 use super::reader::MAX_TABLES;
 use super::{Architecture, Detector, Path, Scene, SceneReference, Source};
-use super::{array, detector, estimator, hardware, movement, scan, source, sums};
+use super::{array, detector, estimator, hardware, movement, scan, source};
 use crate::code::MAX_CODE_CHIPS;
 use crate::scan::Clock;
 
@@ -70,7 +70,7 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     };
     let scene = scene.with_array(array?);
     movement::check_distances(&root.sections("path", usize::MAX), &scene);
-    sums::check(root, &scene);
+    scan::check_sums(root, &scene);
     hardware::check_taps(&root.section_or_defaults("hardware"), &scene);
     hardware::check_tracking(&root.section_or_defaults("hardware"), &scene);
     detector::check_crosstalk(&root.sections("detector", usize::MAX), &scene);

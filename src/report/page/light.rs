@@ -1,21 +1,18 @@
 //! Light, counts, and what more of either gains.
 
-use maud::{Markup, html};
 use rayon::prelude::*;
 
-use super::Page;
-use super::tables::table;
+use super::{Page, table};
 use crate::photons::StepCount;
 use crate::plan::link::link_budget;
 use crate::recorded::{RecordedScan, against_scene, histogram_against_scene};
-use crate::report::chart::{Axis, Mark, Panel, Role, decimate};
+use crate::report::chart::decimate;
 use crate::report::curves::{self, IntegrationCurves};
-use crate::report::estimates::BothEstimates;
-use crate::report::figure::Figure;
 use crate::report::plan::{LINK_HEADINGS, link};
+use crate::report::prelude::*;
 use crate::report::residuals::Residuals;
 use crate::report::{DetectorCounts, geometry, offsets};
-use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
+use crate::scene::PathIndex;
 
 /// Chips on either side of the largest count in the zoom.
 const ZOOM_CHIPS: usize = 4;

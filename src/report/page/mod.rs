@@ -2,24 +2,20 @@
 
 mod hardware;
 mod light;
-mod strength;
-mod tables;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, PreEscaped};
 
-use self::tables::{table, values};
 use super::DetectorCounts;
 use super::columns::row;
 use super::curves::IntegrationCurves;
-use super::estimates::{BothEstimates, Notes, estimator_name, millimetres};
+use super::estimates::Notes;
 use super::plan::{about, row, saving, spelled};
+use super::prelude::*;
 use super::provenance::Provenance;
-use super::quantities::{frequency, length, number, time};
 use super::role::colours;
 use super::timing::Wave;
 use crate::cosim;
 use crate::deliver::Emission;
-use crate::estimate::report::EstimateReport;
 use crate::grade::Grade;
 use crate::plan::figures::Figures;
 use crate::plan::resources::Resources;
@@ -27,7 +23,6 @@ use crate::plan::{Part, Plan};
 use crate::printable::{printable, printable_lines};
 use crate::recorded::RecordedHistogram;
 use crate::reference::cover_report::Missed;
-use crate::sensor::Sensor;
 
 /// Titles that links lead to.
 const COSIMULATION: &str = "Co-simulation";
@@ -104,7 +99,7 @@ impl Page<'_> {
             (HARDWARE, hardware::section(self)),
             (COSIMULATION, self.cosimulation()),
         ];
-        let strength = self.grade.map(strength::section);
+        let strength = self.grade.map(hardware::strength);
         sections.extend(strength.map(|section| (STRENGTH, section)));
         sections.extend([
             ("Left out, and kept", self.parts()),
@@ -370,4 +365,46 @@ fn capitalized(text: &str) -> String {
     characters
         .next()
         .map_or(String::new(), |first| first.to_uppercase().chain(characters).collect())
+}
+
+/// Headings and rows; the first cell of a row is its name.
+pub(super) fn table(headings: &[&str], rows: &[Vec<String>]) -> Markup {
+    html! {
+        table.rows {
+            thead { tr { @for heading in headings { th scope="col" { (heading) } } } }
+            tbody {
+                @for row in rows {
+                    tr {
+                        @for (column, cell) in row.iter().enumerate() {
+                            @if column == 0 {
+                                th scope="row" { (cell) }
+                            } @else {
+                                td data-name=[headings.get(column).filter(|name| !name.is_empty())] {
+                                    (cell)
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Names and values, without headings.
+pub(super) fn values(rows: &[Vec<String>]) -> Markup {
+    html! {
+        table.rows {
+            tbody {
+                @for row in rows {
+                    tr {
+                        @if let [name, values @ ..] = row.as_slice() {
+                            th scope="row" { (name) }
+                            @for value in values { td { (value) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

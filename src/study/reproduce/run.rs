@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 
 use goldtof_fft::num_complex::Complex64;
 
-use super::many::Fits;
 use super::prelude::*;
 use super::{FigureId, ReproduceOptions};
 use crate::code::CodeError;
@@ -43,7 +42,8 @@ impl Run {
         }
     }
 
-    fn next_seed(&mut self) -> u64 {
+    /// Seed of the scans that are made next.
+    pub fn next_seed(&mut self) -> u64 {
         self.seed = self.seed.wrapping_add(1);
         self.seed
     }
@@ -92,12 +92,6 @@ impl Run {
             Err(RunError::NoStatistics { .. }) => Ok(None),
             errors => errors.map(Some),
         }
-    }
-
-    /// Joint fits of scans of a tier, as many as were asked for and no more than `most`.
-    pub fn fits(&mut self, scene: &Scene, tier: Tier, most: u64) -> Result<Fits, RunError> {
-        let scans = self.repetitions.min(most);
-        Fits::of(scene, tier, self.next_seed(), scans)
     }
 
     /// Mean error, in metres, of the fits of so many scans of a tier.

@@ -4,8 +4,6 @@ use std::error::Error;
 
 use serde::{Deserialize, Serialize};
 
-use super::reading::worst;
-
 /// What a case is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -160,5 +158,23 @@ impl Measured {
         standard_errors: impl IntoIterator<Item = f64>,
     ) -> Result<Measured, CaseError> {
         Measured::largest(standard_errors, "standard errors", 4.0)
+    }
+}
+
+/// The value of largest magnitude; NaN if one is NaN, or there is none.
+pub(super) fn worst(values: impl IntoIterator<Item = f64>) -> f64 {
+    let larger = |a: f64, b: f64| if a.is_nan() || a > b { a } else { b };
+    values.into_iter().map(f64::abs).reduce(larger).unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_value_is_the_largest_or_undefined() {
+        assert_eq!(worst([0.5, -2.0, 1.0]), 2.0);
+        assert!(worst([0.5, f64::NAN, 1.0]).is_nan());
+        assert!(worst([]).is_nan() && worst([f64::NAN, 1.0]).is_nan());
     }
 }

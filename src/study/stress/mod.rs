@@ -12,26 +12,12 @@ mod hardware;
 mod light;
 mod modulation;
 mod numbers;
+mod prelude;
 mod ranging;
 mod reading;
 mod report;
 mod stiff;
 mod testbench;
-
-/// What cases are made with.
-mod prelude {
-    pub(super) use super::case::{Case, CaseError, Measured, cases, ensure};
-    pub(super) use super::reading::*;
-    pub(super) use crate::code::{CodeSpec, Family};
-    pub(super) use crate::estimate::{CountingTier, NoEstimate};
-    pub(super) use crate::math::Sample;
-    pub(super) use crate::photons::StepCount;
-    pub(super) use crate::response::{CountSampler, MeanResponse, SecondMoments};
-    pub(super) use crate::scan::Step;
-    pub(super) use crate::scene::{DetectorIndex, EstimatorKind, Scene};
-    pub(super) use crate::sensor::Sensor;
-    pub(super) use crate::simulate::Tier;
-}
 
 use std::time::Instant;
 

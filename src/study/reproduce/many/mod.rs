@@ -41,12 +41,13 @@ pub struct PathFits {
 }
 
 impl Fits {
-    /// Simulates `repetitions` scans by a tier, and fits them, told of all light that keeps
-    /// the detector's clock.
+    /// Simulates scans by a tier, as many as were asked for and no more than `most`, and fits
+    /// them, told of all light that keeps the detector's clock.
     ///
     /// # Errors
     /// When the tier cannot do the scene.
-    pub fn of(scene: &Scene, tier: Tier, seed: u64, repetitions: u64) -> Result<Fits, RunError> {
+    pub fn of(run: &mut Run, scene: &Scene, tier: Tier, most: u64) -> Result<Fits, RunError> {
+        let (seed, repetitions) = (run.next_seed(), run.repetitions().min(most));
         let sensor = Sensor::new(&told_of_all(scene));
         let detector = DetectorIndex(0);
         let mut counted = Vec::new();
@@ -194,7 +195,7 @@ impl Beside {
             let series = "article's estimator, moving light".to_owned();
             self.rows.push(Found::by_phase(series, at, Some(errors)));
         }
-        let fits = run.fits(&whole, Tier::Counts, MOST_SCANS)?;
+        let fits = Fits::of(run, &whole, Tier::Counts, MOST_SCANS)?;
         let paths = LIGHTS.iter().enumerate();
         self.rows.extend(paths.map(|(path, name)| {
             Found::by_fit(format!("joint fit, {name} light"), at, &fits, path)

@@ -54,9 +54,9 @@ pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
         let two_clocks = round_own(scene(ratio, CLOCK_OFFSET)?);
         let fits = [
             // Light that is found by its code shows in the whole scan only.
-            run.fits(&one_clock, Tier::Counts, MOST_WHOLE_SCANS)?,
+            Fits::of(run, &one_clock, Tier::Counts, MOST_WHOLE_SCANS)?,
             // Its counts are no longer those of a step's mean light, but of photons.
-            run.fits(&two_clocks, Tier::Events, MOST_SCANS)?,
+            Fits::of(run, &two_clocks, Tier::Events, MOST_SCANS)?,
         ];
         let windows = [round_own(one_clock), two_clocks];
         for ((kind, fits), scene) in KINDS.iter().zip(&fits).zip(&windows) {

@@ -43,7 +43,7 @@ pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
             let mut points = Vec::new();
             for apart_chips in APART_CHIPS {
                 let scene = pair(&code, power_pw, ratio, apart_chips);
-                points.push((apart_chips, run.fits(&scene, Tier::Counts, MOST_SCANS)?));
+                points.push((apart_chips, Fits::of(run, &scene, Tier::Counts, MOST_SCANS)?));
             }
             curves.push(Curve { label: format!("{level}, 1 : {ratio}"), points });
         }
@@ -134,7 +134,7 @@ mod tests {
         let code = spec.build().map(Arc::new).expect("a Gold code");
         let mut fits = |apart: f64| {
             let scene = pair(&code, 4.1, 1.0, apart);
-            run.fits(&scene, Tier::Counts, MOST_SCANS).expect("fits")
+            Fits::of(&mut run, &scene, Tier::Counts, MOST_SCANS).expect("fits")
         };
         let far = fits(0.6);
         assert!(far.told().value > 0.95, "{:?}", far.told());
