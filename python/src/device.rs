@@ -1,18 +1,14 @@
 //! A sensor at a serial port.
 
-use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use goldtof::Sensor;
 use goldtof_device::{Device, DeviceError, Feed, Line, Scan, Scans, What, hexadecimal};
 use goldtof_wire::{Content, Event, Frame, Identity, Tally};
-use numpy::PyArray1;
 use pyo3::exceptions::{PyConnectionError, PyTimeoutError};
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-use crate::errors::{bad_argument, failed, of_scene};
+use crate::errors::of_scene;
+use crate::prelude::*;
 
 /// How often signals are looked for.
 const LOOK: Duration = Duration::from_millis(50);

@@ -1,23 +1,17 @@
 //! From recorded counts to distances.
 
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use goldtof::histogram::Histogram;
 use goldtof::recorded::{
     Assessment, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram, read_recorded,
 };
-use goldtof::scene::{DetectorIndex, Scene};
-use goldtof::sensor::Sensor;
-use numpy::{PyArray1, PyReadonlyArray2};
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use goldtof::scene::Scene;
+use numpy::PyReadonlyArray2;
 use rayon::prelude::*;
 
-use crate::errors::{bad_argument, failed};
-use crate::scene::{PyScene, detector_of};
-use crate::values::to_python;
-use crate::waiting::wait_for;
+use crate::prelude::*;
+use crate::scene::detector_of;
 
 /// The distances that scans of a real sensor give, one row of counts each, and what seems wrong:
 /// what ``goldtof.estimate`` takes apart, as a list of dicts.

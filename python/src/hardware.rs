@@ -1,19 +1,13 @@
 //! Codes, Verilog, and the comparison of Verilog with the reference model.
 
-use std::path::PathBuf;
-
 use goldtof::code::{CodeSpec, Family, correlate, parse_polynomials, parse_seeds, report};
 use goldtof::cosim::StimulusKind;
 use goldtof::cosim::asked_latency::Latency;
 use goldtof::{CosimOptions, EmitOptions, Jobs as _, OwnRtl, Sensor};
-use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::prelude::*;
 
 use crate::arguments::{self, MOST_CLOCKS, named, within};
-use crate::errors::{bad_argument, failed, of_cosim};
-use crate::scene::PyScene;
-use crate::values::to_python;
-use crate::waiting::wait_for;
+use crate::errors::of_cosim;
+use crate::prelude::*;
 
 /// A code and its correlation properties, as ``goldtof codes`` has them; ``chips`` is an
 /// array of 0 and 1, the first chip first.

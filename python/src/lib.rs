@@ -12,6 +12,7 @@ mod estimating;
 mod guarded;
 mod hardware;
 mod model;
+mod prelude;
 mod recording;
 mod scene;
 mod scoreboard;

@@ -2,16 +2,10 @@
 
 use goldtof::batch::{self, HostInputs, Inputs, Model, PortValues, StepResult};
 use goldtof::sensor::port::{Role, Use};
-use numpy::{
-    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn, PyReadwriteArray1,
-    PyReadwriteArray2,
-};
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use numpy::{PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArray1, PyReadwriteArray2};
 
-use crate::errors::{bad_argument, failed};
 use crate::guarded::Guarded;
-use crate::scene::PyScene;
+use crate::prelude::*;
 
 /// Clocks whose records stay in a core's cache.
 const BLOCK: usize = 16_384;
@@ -47,6 +41,7 @@ struct OpenModel {
 }
 
 /// Sample words of one of numpy's types.
+#[derive(FromPyObject)]
 enum Samples<'py> {
     U8(PyReadonlyArrayDyn<'py, u8>),
     U16(PyReadonlyArrayDyn<'py, u16>),
@@ -55,7 +50,8 @@ enum Samples<'py> {
 }
 
 impl<'py> Samples<'py> {
-    fn of(array: &Bound<'py, PyAny>, detectors: usize) -> PyResult<Samples<'py>> {
+    /// Those of an array, and their clocks.
+    fn of(array: &Bound<'py, PyAny>, detectors: usize) -> PyResult<(Samples<'py>, usize)> {
         let array = &array.py().import("numpy")?.call_method1("ascontiguousarray", (array,))?;
         let shape: Vec<usize> = array.getattr("shape")?.extract()?;
         let is_right = match shape[..] {
@@ -69,22 +65,12 @@ impl<'py> Samples<'py> {
                 if detectors == 1 { " or (clocks,)" } else { "" }
             )));
         }
-        if let Ok(words) = array.extract() {
-            return Ok(Samples::U8(words));
-        }
-        if let Ok(words) = array.extract() {
-            return Ok(Samples::U16(words));
-        }
-        if let Ok(words) = array.extract() {
-            return Ok(Samples::U32(words));
-        }
-        if let Ok(words) = array.extract() {
-            return Ok(Samples::U64(words));
-        }
-        Err(bad_argument(format!(
-            "samples are {}, and have to be uint8, uint16, uint32 or uint64",
-            array.getattr("dtype")?
-        )))
+        let Ok(samples) = array.extract() else {
+            let dtype = array.getattr("dtype")?;
+            let right = "uint8, uint16, uint32 or uint64";
+            return Err(bad_argument(format!("samples are {dtype}, and have to be {right}")));
+        };
+        Ok((samples, shape[0]))
     }
 }
 
@@ -261,14 +247,8 @@ impl PyModel {
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut open = self.0.lock(python);
         let open = &mut *open;
-        let samples = Samples::of(samples, open.model.interface().reference_codes.len())?;
+        let (samples, clocks) = Samples::of(samples, open.model.interface().reference_codes.len())?;
         let (reset, ready) = (levels(reset, "reset")?, levels(ready, "ready")?);
-        let clocks = match &samples {
-            Samples::U8(words) => words.as_array().shape()[0],
-            Samples::U16(words) => words.as_array().shape()[0],
-            Samples::U32(words) => words.as_array().shape()[0],
-            Samples::U64(words) => words.as_array().shape()[0],
-        };
         let host = driven(host, clocks)?;
         let outputs = PyDict::new(python);
         let mut filling = Vec::new();

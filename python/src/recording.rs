@@ -2,18 +2,11 @@
 
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read};
-use std::path::PathBuf;
 
 use goldtof::replay::{ReplayOptions, replay, report};
 use goldtof_tags::{Channel, Format, Tag, TagReader};
-use numpy::PyArray1;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-use crate::errors::{bad_argument, failed};
-use crate::scene::PyScene;
-use crate::values::to_python;
-use crate::waiting::wait_for;
+use crate::prelude::*;
 
 /// A file, or the bytes of pairs.
 type Input = Box<dyn Read + Send>;

@@ -1,17 +1,13 @@
 //! Scenes.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::PathBuf;
 
-use goldtof::scene::{
-    self, DetectorIndex, Entry, EstimatorKind, Origin, Scene, SceneText, Setting,
-};
-use goldtof::sensor::Sensor;
+use goldtof::scene::{self, Entry, EstimatorKind, Origin, Scene, SceneText, Setting};
 use pyo3::exceptions::PyKeyError;
-use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
+use pyo3::types::{PyString, PyTuple};
 
-use crate::errors::{bad_argument, of_scene, of_whole_scene};
+use crate::errors::{of_scene, of_whole_scene};
+use crate::prelude::*;
 use crate::values::{of_toml, to_toml};
 
 /// A sensor and what surrounds it: what a scene file says, read and checked.

@@ -1,14 +1,9 @@
 //! The scoreboard, for testbenches in Python.
 
 use goldtof::batch::{Scoreboard, ScoreboardOptions, TestbenchPort};
-use numpy::PyReadonlyArray1;
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-use crate::errors::bad_argument;
 use crate::guarded::Guarded;
-use crate::scene::PyScene;
-use crate::values::to_python;
+use crate::prelude::*;
 
 /// Compares what a design shows with the reference model, every port at every clock.
 ///

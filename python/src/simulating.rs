@@ -6,19 +6,15 @@ use goldtof::estimate::report::expected_errors;
 use goldtof::photons::DetectorModel;
 use goldtof::recorded::expected_bins;
 use goldtof::response::{CountMoments, MeanResponse, SecondMoments};
-use goldtof::scene::{Architecture, DetectorIndex};
-use goldtof::sensor::Sensor;
+use goldtof::scene::Architecture;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::{Counted, Prepared};
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use numpy::{PyArray2, PyArrayMethods};
 
 use crate::arguments::{self, MOST_REPETITIONS, tier, within};
-use crate::errors::{bad_argument, failed, of_scans};
-use crate::scene::{PyScene, detector_of};
-use crate::values::to_python;
-use crate::waiting::wait_for;
+use crate::errors::of_scans;
+use crate::prelude::*;
+use crate::scene::detector_of;
 
 /// What the counts of a detector's scan are expected to be, exactly.
 ///

@@ -1,12 +1,11 @@
 //! JSON as Python's own types, and Python's as TOML.
 
 use goldtof::scene::MOST_KEY_PARTS;
-use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::errors::{bad_argument, failed};
+use crate::prelude::*;
 
 /// What a job reports, as the command line's JSON has it.
 pub(crate) fn to_python<'py>(

@@ -6,7 +6,7 @@ use super::cosim::CosimProgress;
 use super::emit::command_line;
 use super::prelude::*;
 use crate::door::{grade, grade_some, sha256_of};
-use crate::grade::{Grade, GradeOptions, GradeStimulus, Score};
+use crate::grade::{Grade, GradeOptions, GradeStimulus, Judged, Score};
 use crate::report::columns::percent;
 use crate::shard::{self, GradeJob};
 
@@ -99,24 +99,15 @@ pub(super) fn faults(grade: &Grade) -> String {
 }
 
 fn of_kind(name: &str, score: &Score) -> String {
+    let Score { total, caught, not_caught, undecided, proven_equivalent, .. } = score;
     let mut text = format!(
-        "{name}: {} of {} caught, {} not caught, {} undecided, {} proven equivalent: {} of those \
-         that are not\n",
-        score.caught,
-        score.total,
-        score.not_caught,
-        score.undecided,
-        score.proven_equivalent,
+        "{name}: {caught} of {total} caught, {not_caught} not caught, {undecided} undecided, \
+         {proven_equivalent} proven equivalent: {} of those that are not\n",
         percent(score.caught_fraction),
     );
     for survivor in score.survivors.iter().take(SHOWN) {
-        let line = format!(
-            "  {} {} ({}): {}",
-            survivor.net,
-            survivor.change,
-            survivor.source,
-            survivor.reason()
-        );
+        let Judged { net, change, source, .. } = survivor;
+        let line = format!("  {net} {change} ({source}): {}", survivor.reason());
         let _ = writeln!(text, "{}", printable_lines(&line));
     }
     if score.survivors.len() > SHOWN {

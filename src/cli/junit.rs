@@ -7,6 +7,7 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 
+use crate::cosim::mismatch::FirstMismatch;
 use crate::cosim::{Report, StimulusKind, Verdict};
 use crate::files::{self, FileError};
 use crate::printable::printable;
@@ -92,16 +93,12 @@ fn of_port(report: &Report, port: &str) -> TestCase {
 }
 
 fn first_mismatch(report: &Report) -> String {
-    report.first_mismatch.as_ref().map_or_else(String::new, |first| {
-        format!(
-            "clock {} ({:.3} ns): port {} should be {} and is {}",
-            first.clock,
-            first.time_ps / 1e3,
-            first.port,
-            first.expected,
-            first.got
-        )
-    })
+    let told = report.first_mismatch.as_ref().map(|first| {
+        let FirstMismatch { clock, port, expected, got, .. } = first;
+        let time_ns = first.time_ps / 1e3;
+        format!("clock {clock} ({time_ns:.3} ns): port {port} should be {expected} and is {got}")
+    });
+    told.unwrap_or_default()
 }
 
 fn document(scene: &str, cases: &[TestCase], seconds: f64) -> String {

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::SystemTime;
 
 use anyhow::Context as _;
+use chrono::{DateTime, SecondsFormat};
 
 use crate::printable::{printable_path, shell_word};
 use crate::report::provenance::Provenance;
@@ -39,23 +40,10 @@ pub(super) fn provenance(scene_text: String) -> anyhow::Result<Provenance> {
     })
 }
 
-/// Seconds since 1970 as a date and a time of day in UTC (RFC 3339). Years begin in March, so that
-/// a leap day is the last of its year; four hundred of them have 146,097 days.
+/// Seconds since 1970, no more than [`MOST_SECONDS`], as a date and a time of day in UTC (RFC 3339).
 fn rfc3339(seconds: u64) -> String {
-    // Days since 1 March of the year 0.
-    let days = seconds / 86_400 + 719_468;
-    let (era, day) = (days / 146_097, days % 146_097);
-    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    // Months have 31 and 30 days in turn, five of them 153.
-    let month = (5 * day + 2) / 153;
-    let day = day - (153 * month + 2) / 5 + 1;
-    let (year, month) = match month {
-        0..10 => (400 * era + year, month + 3),
-        _ => (400 * era + year + 1, month - 9),
-    };
-    let (hour, minute, second) = (seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
-    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
+    let date = DateTime::from_timestamp(seconds as i64, 0).unwrap_or_default();
+    date.to_rfc3339_opts(SecondsFormat::Secs, true)
 }
 
 /// The command as it was typed; words that a shell would take apart are in quotation marks.

@@ -7,7 +7,7 @@ use goldtof_tags::{Channel, TagReader};
 
 use super::prelude::*;
 use crate::recorded::{Assessment, RecordedScan};
-use crate::replay::{Replay, ReplayOptions, ReplayReport, as_histogram, replay, report};
+use crate::replay::{Epochs, Replay, ReplayOptions, ReplayReport, as_histogram, replay, report};
 use crate::report::{DetectorCounts, bins_csv, counts_csv, residual_plot};
 
 /// Which channels of a recording are which.
@@ -105,19 +105,15 @@ fn counted(sensor: &Sensor, scans: &[RecordedScan], told: &[Assessment]) -> Vec<
 }
 
 fn text(report: &ReplayReport) -> String {
-    let (file, epochs) = (&report.file, &report.file.epochs);
+    let file = &report.file;
+    let Epochs { epochs, missing, pauses, stray, periods, .. } = &file.epochs;
     let mut text = format!(
-        "{}: {} records, {} code periods\n{} epochs, {} missing, {} pauses, {} marks that are none; the code \
-         period is {:+.3} ppm off the scene's, and marks scatter by {:.1} ps\n",
+        "{}: {} records, {periods} code periods\n{epochs} epochs, {missing} missing, {pauses} pauses, {stray} \
+         marks that are none; the code period is {:+.3} ppm off the scene's, and marks scatter by {:.1} ps\n",
         file.kind,
         file.records,
-        epochs.periods,
-        epochs.epochs,
-        epochs.missing,
-        epochs.pauses,
-        epochs.stray,
-        epochs.period_error_fraction * 1e6,
-        epochs.jitter_std_s * 1e12
+        file.epochs.period_error_fraction * 1e6,
+        file.epochs.jitter_std_s * 1e12
     );
     if file.torn_bytes > 0 {
         text += &format!("the last record is torn: {} bytes of it are there\n", file.torn_bytes);

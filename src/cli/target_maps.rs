@@ -61,9 +61,7 @@ fn read(path: &Path, lens: &Lens, png_unit: impl Fn(f64) -> f64) -> anyhow::Resu
     ensure!(
         (map.rows, map.columns) == (rows, columns),
         "{shown}: it has {} rows of {} pixels, and the scene's array {rows} of {columns}; give the \
-         array its size: --set array.rows={} --set array.columns={}",
-        map.rows,
-        map.columns,
+         array its size: --set array.rows={0} --set array.columns={1}",
         map.rows,
         map.columns
     );

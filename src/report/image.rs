@@ -21,14 +21,10 @@ fn title(report: &ImageReport) -> String {
         (tier, 1) => format!("a frame of the tier {tier}"),
         (tier, frames) => format!("{frames} frames of the tier {tier}"),
     };
-    format!(
-        "{}: {} x {} pixels, {} of them lit, {}, {frames}",
-        report.scene,
-        report.columns,
-        report.rows,
-        number(report.lit_pixels as u64),
-        estimator_name(report.estimator)
-    )
+    let ImageReport { scene, columns, rows, .. } = report;
+    let lit = number(report.lit_pixels as u64);
+    let estimator = estimator_name(report.estimator);
+    format!("{scene}: {columns} x {rows} pixels, {lit} of them lit, {estimator}, {frames}")
 }
 
 /// What there is to say, each with its name.
@@ -71,13 +67,9 @@ fn of_map(map: &MapSummary) -> Option<String> {
         Some("cps") => rate(value),
         _ => percent(value),
     };
-    Some(format!(
-        "{}: median {}, 1st and 99th percentile {} and {}",
-        map.meaning,
-        shown(median),
-        shown(low),
-        shown(high)
-    ))
+    let [low, median, high] = [low, median, high].map(shown);
+    let meaning = map.meaning;
+    Some(format!("{meaning}: median {median}, 1st and 99th percentile {low} and {high}"))
 }
 
 fn of_pixel(pixel: &PixelReport) -> String {
@@ -92,13 +84,11 @@ fn of_pixel(pixel: &PixelReport) -> String {
         true => "shows no distance".to_owned(),
         false => format!("shows {}", list(&pixel.distances_m)),
     };
+    let PixelReport { row, column, fidelity, .. } = pixel;
+    let [own, background] = [pixel.own_primary_hz, pixel.background_hz].map(rate);
     let mut text = format!(
-        "pixel {},{} {seen}: {} of its light would fire it, {} of the background; its scan ({}) {shown}",
-        pixel.row,
-        pixel.column,
-        rate(pixel.own_primary_hz),
-        rate(pixel.background_hz),
-        pixel.fidelity
+        "pixel {row},{column} {seen}: {own} of its light would fire it, {background} of the background; \
+         its scan ({fidelity}) {shown}"
     );
     if let Some((bias_m, std_m)) = pixel.expected_bias_m.zip(pixel.expected_std_m) {
         text +=

@@ -10,16 +10,11 @@ const LEAST_CHANGE: f64 = 5e-4;
 
 /// Everything, in lines of no more than `width` characters where that is given.
 pub(crate) fn text(limits: &Limits, width: Option<usize>) -> String {
-    let at = limits.true_distance_m.map(|m| format!(" at {}", length(m)));
-    let title = format!(
-        "{}: {} ranging {}{}, {}",
-        limits.scene,
-        limits.detector,
-        limits.source,
-        at.unwrap_or_default(),
-        estimator_name(limits.estimator)
-    );
-    let mut text = paragraph(title, width);
+    let Limits { scene, detector, source, .. } = limits;
+    let at = limits.true_distance_m.map(|m| format!(" at {}", length(m))).unwrap_or_default();
+    let estimator = estimator_name(limits.estimator);
+    let mut text =
+        paragraph(format!("{scene}: {detector} ranging {source}{at}, {estimator}"), width);
     text += &columns(&uses(limits), 2, width);
     text += "\n";
     text += &paragraph(verdict(limits), width);

@@ -152,13 +152,8 @@ pub(super) fn link(budgets: &[LinkBudget]) -> Vec<Row> {
 
 /// Whose errors, and where.
 pub(super) fn expected_title(expected: &ExpectedError) -> String {
-    let at = expected.true_distance_m.map(|m| format!(" at {}", length(m)));
-    format!(
-        "Expected error of {} ranging {}{}",
-        expected.detector,
-        expected.source,
-        at.unwrap_or_default()
-    )
+    let at = expected.true_distance_m.map(|m| format!(" at {}", length(m))).unwrap_or_default();
+    format!("Expected error of {} ranging {}{at}", expected.detector, expected.source)
 }
 
 /// Bias and scatter of each estimator, and the bound.

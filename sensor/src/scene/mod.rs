@@ -37,6 +37,7 @@ mod keys;
 mod lookup;
 mod movement;
 mod names;
+mod origin;
 mod read;
 mod reader;
 mod sampler;
@@ -63,9 +64,10 @@ pub use hardware::{
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use lookup::{Entry, quantity_text};
 pub use movement::{Fluctuation, Movement};
+pub use origin::{Origin, SceneReference};
 pub use read::{load, load_with, parse, parse_with};
 pub use setting::{MOST_KEY_PARTS, Setting};
-pub use text::{Origin, SceneReference, SceneText};
+pub use text::SceneText;
 pub use toml::Value;
 pub use waveform::{Curve, JitterTail, LaserResponse};
 

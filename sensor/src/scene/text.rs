@@ -1,15 +1,14 @@
 //! A scene as it was read.
 
-use std::ffi::OsStr;
 use std::ops::Range;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use toml::de::DeTable;
 
+use super::origin::shown;
 use super::setting::Setting;
-use super::{Scene, SceneErrors, companions, read};
-use crate::digest::sha256;
+use super::{Scene, SceneErrors, SceneReference, companions, read};
 use crate::printable::printable_path;
 
 /// A scene as it was read, so that what is made of it needs no other file. It is read once:
@@ -73,49 +72,6 @@ fn chip_period_place(text: &str) -> Option<Range<usize>> {
     let root = DeTable::parse(text).ok()?;
     let clock = root.get_ref().get("clock")?.get_ref().as_table()?;
     clock.get("chip_period").map(toml::Spanned::span)
-}
-
-/// The text that a scene was read from. Empty for a scene that was made in a program.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct Origin {
-    /// Name of the file, without its folder.
-    pub file: String,
-    /// SHA-256 of its text, in hexadecimal digits.
-    pub sha256: String,
-    /// Overridden keys: `path.distance=5 m`.
-    pub settings: Vec<String>,
-}
-
-/// The scene of a document. What is made of a scene does not depend on the folder that it
-/// lies in, and so the folder is not named.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct SceneReference {
-    /// The file's stem.
-    pub name: String,
-    /// The text that it was read from.
-    #[serde(flatten)]
-    pub origin: Origin,
-}
-
-impl SceneReference {
-    /// Of the text of the file `path`, whose stem names the scene.
-    pub fn of_text(path: &str, text: &str, settings: &[Setting]) -> SceneReference {
-        let path = Path::new(path);
-        let settings = settings.iter().map(|setting| setting.assignment().to_owned());
-        SceneReference {
-            name: shown(path.file_stem()),
-            origin: Origin {
-                file: shown(path.file_name()),
-                sha256: sha256(text),
-                settings: settings.collect(),
-            },
-        }
-    }
-}
-
-/// Part of a path, as it may be written.
-pub(super) fn shown(part: Option<&OsStr>) -> String {
-    part.map_or_else(String::new, |part| printable_path(Path::new(part)))
 }
 
 #[cfg(test)]

@@ -135,11 +135,7 @@ pub enum Agreement {
 
 impl std::fmt::Display for Agreement {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Agreement::Holds => "holds",
-            Agreement::Differs => "differs",
-            Agreement::Unresolved => "unresolved",
-        })
+        self.serialize(f)
     }
 }
 

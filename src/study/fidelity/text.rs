@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::points::worst;
-use super::{FidelityReport, SensorPoint, TierPoint};
+use super::{FidelityReport, Reference, SensorPoint, TierPoint};
 use crate::files::{FileError, OutputFolder};
 use crate::report::chart::{Axis, Chart, Mark, Panel, Role};
 use crate::report::columns::Lines;
@@ -28,24 +28,18 @@ impl FidelityReport {
     }
 
     fn heading(&self) -> String {
-        let r = &self.reference;
+        let FidelityReport { scene, seed, reference: r, .. } = self;
+        let Reference { fidelity, repetitions, missed_fraction_ci95: [low, high], .. } = r;
+        let [std, std_error, bias, bias_error] =
+            [r.std_m, r.std_std_error_m, r.bias_m, r.bias_std_error_m].map(|metres| metres * 1e3);
+        let [missed, low, high] = [r.missed_fraction, *low, *high].map(|share| share * 100.0);
         let remark = r.expectation_remark.as_ref();
         let remark = remark.map(|told| format!("the expectation does not hold: {told}\n"));
+        let remark = remark.unwrap_or_default();
         format!(
-            "{}, seed {}; reference: {} with {} scans, standard deviation {:.3} +- {:.3} mm, bias \
-             {:.3} +- {:.3} mm, peak missed in {:.2} % [{:.2}, {:.2}]\n{}\n",
-            self.scene,
-            self.seed,
-            r.fidelity,
-            r.repetitions,
-            r.std_m * 1e3,
-            r.std_std_error_m * 1e3,
-            r.bias_m * 1e3,
-            r.bias_std_error_m * 1e3,
-            r.missed_fraction * 100.0,
-            r.missed_fraction_ci95[0] * 100.0,
-            r.missed_fraction_ci95[1] * 100.0,
-            remark.unwrap_or_default(),
+            "{scene}, seed {seed}; reference: {fidelity} with {repetitions} scans, standard deviation \
+             {std:.3} +- {std_error:.3} mm, bias {bias:.3} +- {bias_error:.3} mm, peak missed in \
+             {missed:.2} % [{low:.2}, {high:.2}]\n{remark}\n"
         )
     }
 

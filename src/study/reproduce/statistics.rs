@@ -45,6 +45,12 @@ impl Measured {
     }
 }
 
+/// A share with its interval, in percent.
+pub fn in_percent(share: Measured) -> String {
+    let Measured { value, low, high } = share.scaled(100.0);
+    format!("{value:.1} % ({low:.1} to {high:.1})")
+}
+
 impl Spread for Measured {
     fn spread(self) -> [Option<f64>; 3] {
         [self.value, self.low, self.high].map(Some)

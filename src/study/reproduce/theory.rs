@@ -73,12 +73,9 @@ fn unambiguous_range(run: &mut Run) -> Result<Claim, RunError> {
     let is_met = (range_m(&code) - 2450.0).abs() < 5.0 && times >= 1000.0 && found.value >= 1.0;
     let remark = format!(
         "{times:.1} times the square wave's {:.2} m. Scans over the whole range at {POWER_PW} pW \
-         and 104.8 us find the target at 2.4 km in {:.1} % ({:.1} to {:.1}); at low light the \
-         search fails (figure coarse)",
+         and 104.8 us find the target at 2.4 km in {}; at low light the search fails (figure coarse)",
         range_m(&square),
-        found.value * 100.0,
-        found.low * 100.0,
-        found.high * 100.0,
+        in_percent(found),
     );
     Ok(Claim::exact(claim, range_m(&code), "m", ClaimVerdict::exact(is_met), remark))
 }

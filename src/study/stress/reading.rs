@@ -16,7 +16,7 @@ use crate::photons::fast::StepCounter;
 use crate::photons::{Detection, DetectorModel, StepCount, count_step};
 use crate::response::{CountSampler, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::{Group, Step};
-use crate::scene::{self, Detector, DetectorIndex, PathIndex, Scene, SceneErrors};
+use crate::scene::{Detector, DetectorIndex, PathIndex, Scene, SceneErrors, Setting, parse_with};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::Simulation;
@@ -290,6 +290,17 @@ pub(super) fn ideal(
     rate_cps: f64,
     integration_chips: u64,
 ) -> Result<Scene, SceneErrors> {
+    ideal_with(code, samples_per_chip, rate_cps, integration_chips, &[])
+}
+
+/// [`ideal`] with some keys set.
+pub(super) fn ideal_with(
+    code: &str,
+    samples_per_chip: u32,
+    rate_cps: f64,
+    integration_chips: u64,
+    settings: &[Setting],
+) -> Result<Scene, SceneErrors> {
     let integration_ns = 8 * integration_chips;
     let text = format!(
         r#"
@@ -318,7 +329,7 @@ integration = "{integration_ns} ns"
 "#,
         power_w = rate_cps / photon_rate_hz(1.0, 783.0),
     );
-    scene::parse("ideal.toml", &text)
+    parse_with("ideal.toml", &text, settings)
 }
 
 /// The detector of Table I at 3.2 m, at a mean primary rate of `rate_cps`.

@@ -104,20 +104,12 @@ fn root_mean_square((bias, std): (Measured, Measured)) -> Measured {
 
 /// What the counts of clocks that are apart do to chi-square.
 fn note(ratio: f64, [one, two]: &[Fits; 2]) -> String {
-    let share = |measured: Measured| {
-        format!(
-            "{:.1} % ({:.1} to {:.1})",
-            100.0 * measured.value,
-            100.0 * measured.low,
-            100.0 * measured.high
-        )
-    };
     format!(
         "1 : {ratio}: more than 4 of its standard deviations off in {} of scans synchronised, {} with \
          clocks apart; alarms in {} and {}",
-        share(one.wrong()),
-        share(two.wrong()),
-        share(one.alarms()),
-        share(two.alarms()),
+        in_percent(one.wrong()),
+        in_percent(two.wrong()),
+        in_percent(one.alarms()),
+        in_percent(two.alarms()),
     )
 }

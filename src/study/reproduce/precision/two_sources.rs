@@ -201,27 +201,27 @@ fn remark(single: &Curve, best: &Best, limit_mm: f64) -> String {
         format!("{std} at {step}")
     });
     let std_mm = again.std_m().value * 1e3;
+    let by_position = by_position.collect::<Vec<_>>().join(", ");
     let last = single.points.last();
+    let most_pw = last.map_or(0.0, |point| point.power_pw);
+    let [most_mcps, mcps] =
+        [last, Some(again)].map(|point| point.map_or(0.0, PowerPoint::detected_rate_cps) / 1e6);
+    let below = powers(single, |point| point.std_m().high * 1e3 < limit_mm);
+    let wavering = powers(single, PowerPoint::wavers);
+    let limit_ms = 1e3 * INTEGRATION_S * (std_mm / limit_mm).powi(2);
+    let [bias, printed] =
+        [again.bias_m(), best.printed_m].map(|metres| with_interval(metres.scaled(1e3)));
     format!(
-        "powers up to {} pW ({:.0} Mcps detected; the dead time allows {:.0}); the least at {} pW \
-         ({:.1} Mcps), simulated there again: by phase steps beyond the usual target, in mm, {}. \
-         Below {limit_mm} mm, interval included, at {}. The coarse stage wavers between steps of a bent peak at {}. \
-         {limit_mm} mm would take {:.2} ms per phase step at the best power. At 1.04 ms the exact \
-         moments give at best {}. At its best the mean is off by {} mm: precise is not accurate. \
+        "powers up to {most_pw} pW ({most_mcps:.0} Mcps detected; the dead time allows {:.0}); the least at {} pW \
+         ({mcps:.1} Mcps), simulated there again: by phase steps beyond the usual target, in mm, {by_position}. \
+         Below {limit_mm} mm, interval included, at {below}. The coarse stage wavers between steps of a bent peak \
+         at {wavering}. {limit_mm} mm would take {limit_ms:.2} ms per phase step at the best power. At 1.04 ms the \
+         exact moments give at best {}. At its best the mean is off by {bias} mm: precise is not accurate. \
          The estimator as printed (eqs. 16, 17) returns the grid of coarse steps, 150 mm apart; on \
-         the same light it scatters by {} mm, which says how often a neighbouring step wins",
-        last.map_or(0.0, |point| point.power_pw),
-        last.map_or(0.0, PowerPoint::detected_rate_cps) / 1e6,
+         the same light it scatters by {printed} mm, which says how often a neighbouring step wins",
         1e-6 / 14e-9,
         again.power_pw,
-        again.detected_rate_cps() / 1e6,
-        by_position.collect::<Vec<_>>().join(", "),
-        powers(single, |point| point.std_m().high * 1e3 < limit_mm),
-        powers(single, PowerPoint::wavers),
-        1e3 * INTEGRATION_S * (std_mm / limit_mm).powi(2),
         best.others,
-        with_interval(again.bias_m().scaled(1e3)),
-        with_interval(best.printed_m.scaled(1e3)),
     )
 }
 
