@@ -1,7 +1,7 @@
 //! For which scenes and questions each tier's answers hold.
 
 use super::Tier;
-use crate::estimate::coverage::{count_limit, most_counts};
+use crate::estimate::coverage::{count_limit, most_counts, short_steps};
 use crate::estimate::fit::shared_light;
 use crate::estimate::{Prediction, PredictionError};
 use crate::photons::DetectorModel;
@@ -19,11 +19,6 @@ const SHARE: f64 = 0.01;
 /// period, in which a detector forgets its start up to this product of light and
 /// dead time: 3 s^2 = 10^5.
 const MOST_SATURATION: f64 = 182.0;
-/// A step must last so many times the detector's memory for its variance to be
-/// within 3 % of what is worked out without its rims. Measured for Table I's detector
-/// at 10 and 40 million detections per second: 2.4 % at 6 memories, 0.7 % at 20.
-pub(crate) const STEP_IN_MEMORIES: f64 = 6.0;
-
 /// The domain of a tier, in words.
 pub fn of(tier: Tier, architecture: Architecture) -> &'static str {
     match architecture {
@@ -208,15 +203,8 @@ impl View<'_> {
     }
 
     fn short_steps(&self) -> Option<String> {
-        let memory = self.memory().scale_chips();
-        let chips = self.sensor.timing().scan.integration_chips as f64;
-        (chips < STEP_IN_MEMORIES * memory).then(|| {
-            format!(
-                "a phase step of {chips} chips is not long beside the detector's memory of \
-                 {memory:.1} chips: variances hold within 3 % for steps of {:.0} chips and more",
-                STEP_IN_MEMORIES * memory
-            )
-        })
+        let short = short_steps(self.model).check().err()?;
+        Some(format!("{short}: variances hold within 3 % for longer ones"))
     }
 
     /// The moments are those of the first scan.

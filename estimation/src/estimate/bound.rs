@@ -111,6 +111,30 @@ fn bound_of_bins(sensor: &Sensor, detector: DetectorIndex) -> Result<Bound, FitE
     })
 }
 
+/// Standard deviation of a sensor's only path in metres, where the information changes within it: steps that count
+/// the same light tell much more of a delay on one side of an edge than on the other. The bound's square on
+/// average over the delays that estimates come from, by Gauss and Hermite's three. `None` with more paths, and
+/// without a bound.
+pub(super) fn averaged(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: CountingTier,
+) -> Option<f64> {
+    let of = |bound: &Bound| match bound.paths[..] {
+        [path] => Some((path.path, path.bound_m)),
+        _ => None,
+    };
+    let (path, here_m) = of(&bound(sensor, detector, tier).ok()?)?;
+    let beside = [-1.0, 1.0].map(|side| {
+        let later_ps = side * 3.0_f64.sqrt() * here_m / distance_m(1.0);
+        let there = sensor.with(|scene| scene.paths[path].delay_ps += later_ps);
+        let there = bound(&there, detector, tier).ok().as_ref().and_then(of);
+        there.map_or(here_m, |(_, bound_m)| bound_m)
+    });
+    let [before, after] = beside.map(|bound_m| bound_m * bound_m);
+    Some(((4.0 * here_m * here_m + before + after) / 6.0).sqrt())
+}
+
 /// Responses on both sides of each unknown of a detector's light, to tell bounds at several
 /// integration times from. `None` without a bound.
 pub(super) fn beside<'m>(

@@ -26,6 +26,7 @@ use crate::sensor::Sensor;
 pub(super) fn check_scene(asked: &Asked) -> Result<(), Approximation> {
     outside_scan(asked).check()?;
     let model = DetectorModel::new(asked.sensor, asked.detector);
+    short_steps(&model).check()?;
     folds_over(&model, Light::of(&model).brightest_per_chip()).check()?;
     match clamped(asked) {
         // Without a response the expectation fails for that reason.
@@ -75,6 +76,20 @@ pub fn check_fit(
         concerns_misses: true,
     }
     .check()
+}
+
+/// Whether a phase step lasts long beside the detector's memory: moments are worked out without the rims of
+/// steps. Measured for Table I's detector at 10 and 40 million detections per second, variances are 2.4 % off
+/// in steps of 6 memories, and 0.7 % of 20.
+pub fn short_steps(model: &DetectorModel) -> Approximation {
+    let memory = model.memory_under(Light::of(model).brightest_per_chip()).scale_chips();
+    Approximation {
+        name: "that a phase step is long beside the detector's memory",
+        measure: "share of a step that it remembers:",
+        size: memory / model.timing().scan.integration_chips as f64,
+        bound: 1.0 / 6.0,
+        concerns_misses: true,
+    }
 }
 
 /// How far a path's delay is outside of the scan.

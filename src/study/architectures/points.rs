@@ -1,13 +1,12 @@
 //! What is expected of each sensor, time by time.
 
 use super::{ComparisonError, Plan, Point, Way};
+use crate::estimate::coverage::short_steps;
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::{CountingTier, Prediction, delay_error_ps, distance_m, predict};
 use crate::photons::DetectorModel;
-use crate::response::Light;
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
 use crate::sensor::Sensor;
-use crate::simulate::domain::STEP_IN_MEMORIES;
 
 /// The shortest measuring time in code periods, and from one time to the next.
 const SHORTEST_PERIODS: u64 = 7;
@@ -139,13 +138,8 @@ impl Points {
 
 /// Whether steps are not long beside the detector's memory, or no chip at all.
 fn is_too_short(scene: &Scene) -> bool {
-    let chips = scene.scan.integration_chips;
-    if chips == 0 {
-        return true;
-    }
-    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
-    let memory = model.memory_under(Light::of(&model).brightest_per_chip()).scale_chips();
-    (chips as f64) < STEP_IN_MEMORIES * memory
+    scene.scan.integration_chips == 0
+        || short_steps(&DetectorModel::new(&Sensor::new(scene), DetectorIndex(0))).check().is_err()
 }
 
 /// Bias and standard deviation of the fit's strongest path.

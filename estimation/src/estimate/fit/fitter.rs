@@ -15,7 +15,7 @@ use super::problem::{Problem, window};
 use super::scoring::likeliest_of;
 use super::template::Axis;
 use super::{folds_over, start};
-use crate::estimate::bound::bound;
+use crate::estimate::bound::{averaged, bound};
 use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, distance_m};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanCount, MeanResponse};
@@ -112,7 +112,15 @@ impl<'s> Fitter<'s> {
         if let Some(moment_ps) = moment_ps {
             moving::take_movement(sensor, &response, tier, moment_ps, &mut means)?;
         }
-        self.fit_means(&means)
+        let mut fitted = self.fit_means(&means)?;
+        // A fit's own covariance is of light up to a phase step's fraction away, which says too little
+        // where steps share their light.
+        let shares_light = sensor.timing().parallel > 1 && fitted.paths.len() == 1;
+        if let Some(std_m) = shares_light.then(|| averaged(sensor, detector, tier)).flatten() {
+            fitted.std_m = std_m;
+            fitted.paths[0].delay_std_ps = std_m / distance_m(1.0);
+        }
+        Ok(fitted)
     }
 
     /// The same for counts that need not be whole, one per step of the scan.
