@@ -294,13 +294,14 @@ fn of_few_hits_nothing_is_said() {
 
 #[test]
 fn what_is_wrong_with_a_sensor_is_named() {
-    use Cause::{ChipPeriod, Code, ConstantLight, DeadTime, LightLevel, Offset};
+    use Cause::{ChipPeriod, Code, ConstantLight, DeadTime, Integration, LightLevel, Offset};
     let mut wrong = Vec::new();
     // Whether no other cause is named with it: small faults of light level, background
     // and dead time look alike.
     for (what, setting, has_totals, cause, is_alone) in [
         ("3 % more light", "source.mean_power=20.6 pW", true, LightLevel, false),
-        ("30 % more light", "source.mean_power=26 pW", true, LightLevel, true),
+        ("30 % more light", "source.mean_power=26 pW", true, LightLevel, false),
+        ("twice the light", "source.mean_power=40 pW", true, LightLevel, true),
         ("10 % more light", "source.mean_power=22 pW", false, LightLevel, false),
         ("1 Mcps more background", "detector.background_rate=3 Mcps", true, ConstantLight, false),
         ("dead time 14.5 ns", "detector.dead_time=14.5 ns", true, DeadTime, false),
@@ -322,6 +323,9 @@ fn what_is_wrong_with_a_sensor_is_named() {
             ChipPeriod,
             false,
         ),
+        ("half the integration time", "scan.integration=10 us", true, Integration, true),
+        ("twice the integration time", "scan.integration=40 us", true, Integration, true),
+        ("twice the integration time", "scan.integration=40 us", false, Integration, false),
         ("another code", "source.code.index=3", true, Code, true),
         ("another code", "source.code.index=3", false, Code, true),
     ] {

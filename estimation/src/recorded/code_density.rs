@@ -35,6 +35,10 @@ const NARROWEST: f64 = 0.01;
 /// the largest of all phase steps.
 const MOST_DISAGREEMENT: f64 = 4.0;
 const MOST_CODE: f64 = 5.5;
+/// Counts that are the same are those of full counters if chance makes them so more seldom: a number of ones alone
+/// is one itself.
+const FULL_BY_CHANCE: f64 = 1e-2;
+const SAME_BY_CHANCE: f64 = 1e-5;
 /// A larger share of rising edges that are those of two avalanches would move widths.
 const MOST_MERGED: f64 = 1e-3;
 
@@ -78,6 +82,21 @@ pub enum DensityError {
         off: f64,
         /// Counts that are enough.
         needed: u64,
+    },
+    /// Counters have come to their end.
+    #[error(
+        "{ties} of {numbers} numbers are the largest, {most}, which chance makes of {share:.0e} of recordings: \
+         counters that stop there; record for less long, or count in wider numbers"
+    )]
+    Stopped {
+        /// The largest number.
+        most: u64,
+        /// How many are as large.
+        ties: usize,
+        /// Of how many.
+        numbers: usize,
+        /// At most this share of recordings has so many by chance.
+        share: f64,
     },
     /// A bin is hardly there.
     #[error(
@@ -214,6 +233,7 @@ pub fn code_density(sensor: &Sensor, dark: &DarkCounts) -> Result<CodeDensity, D
         let off = 100.0 / mean.sqrt();
         return Err(DensityError::TooFew { counts, samples, off, needed });
     }
+    check_stopped(&dark.counts)?;
     let code_in_std = code(sensor, dark)?;
     let disagreement = agreement(dark, &of_samples)?;
     let width = |count: u64| count as f64 / mean;
@@ -258,6 +278,20 @@ pub fn code_density(sensor: &Sensor, dark: &DarkCounts) -> Result<CodeDensity, D
 /// Counts of each sample of a chip.
 fn sums(counts: &[u64], samples: usize) -> Vec<u64> {
     (0..samples).map(|sample| counts.iter().skip(sample).step_by(samples).sum()).collect()
+}
+
+/// Whether counts have gone on counting: two Poisson numbers of mean m are the same in 1 / sqrt(4 pi m) of cases.
+fn check_stopped(counts: &[u64]) -> Result<(), DensityError> {
+    let most = counts.iter().copied().max().unwrap_or(0);
+    let (numbers, ties) = (counts.len(), counts.iter().filter(|&&count| count == most).count());
+    let same = 1.0 / (4.0 * std::f64::consts::PI * most as f64).sqrt();
+    let ways = |other: usize| (numbers - other) as f64 / other as f64;
+    let share: f64 = (1..ties).map(|other| ways(other) * same).product();
+    let is_full = (most + 1).is_power_of_two();
+    match share < if is_full { FULL_BY_CHANCE } else { SAME_BY_CHANCE } {
+        true => Err(DensityError::Stopped { most, ties, numbers, share }),
+        false => Ok(()),
+    }
 }
 
 /// How far the parts differ from what they have in common; none of one part.

@@ -2,7 +2,7 @@
 //!
 //! Every statement rests on a test, and all tests are one [`Family`]: by design they reject a
 //! correct scene in about one scan of a hundred (docs/recorded-counts.md has what was measured). At
-//! first only the distance is unknown. Of light level, background, dead time and chip period, the one
+//! first only the distance is unknown. Of light level, background, dead time, chip period and integration time, the one
 //! that raises the likelihood most is freed, and the next, as long as the gain is significant. Where
 //! several do about as well, all of them are named: the counts do not tell which it is. A cause that
 //! is named fits the counts; another one, or several together, may fit them as well.
@@ -24,8 +24,8 @@ use crate::scene::{Scene, SourceIndex};
 use crate::sensor::Sensor;
 
 /// Probability that any of the tests rejects a correct scene, and their largest number.
-const WRONG: f64 = 0.012;
-const TESTS: usize = 6;
+const WRONG: f64 = 0.014;
+const TESTS: usize = 7;
 
 /// Hits of a step, on average over a scan, or of a histogram, from which on causes are
 /// looked for: of scans with 370 the tests accuse a right scene as seldom as their level
@@ -164,7 +164,8 @@ impl Examination<'_> {
     /// Frees the parameter that raises the likelihood most, if significantly.
     fn take_in_best(&mut self) -> bool {
         let has_dead_time = self.scene.detectors[self.observed.detector()].dead_time_ps > 0.0;
-        let mut candidates = vec![Unknown::Light, Unknown::Constant, Unknown::ChipPeriod];
+        let mut candidates =
+            vec![Unknown::Light, Unknown::Constant, Unknown::ChipPeriod, Unknown::Integration];
         candidates.extend(has_dead_time.then_some(Unknown::DeadTime));
         candidates.retain(|unknown| !self.unknowns.contains(unknown));
         // Tests that failed with fewer unknowns are repeated.
@@ -282,7 +283,7 @@ impl Examination<'_> {
         let background = spad.background_rate_cps * spad.photon_detection_probability;
         let constant_cps = background + spad.dark_count_rate_cps;
         let (scene_value, fitted_value, of_change) = match unknown {
-            Unknown::Light => (1.0, value.exp(), value.exp()),
+            Unknown::Light | Unknown::Integration => (1.0, value.exp(), value.exp()),
             Unknown::Constant => (constant_cps, constant_cps + value, 1.0),
             Unknown::DeadTime => {
                 let ns = spad.dead_time_ps * 1e-3;
@@ -490,6 +491,9 @@ impl Examination<'_> {
             let std = test.fitted_value_std.unwrap_or(0.0);
             Some(match unknown {
                 Unknown::Light => format!("{value:.4} +- {std:.4} times the scene's light"),
+                Unknown::Integration => format!(
+                    "{value:.4} +- {std:.4} times the scene's integration time, or so many scans added up"
+                ),
                 Unknown::Constant => format!(
                     "background (dark counts, background) of {value:.4e} +- {std:.1e} cps in place \
                      of {scene:.4e}"

@@ -47,12 +47,14 @@ unknowns! {
     DeadTime = DeadTime, "dead time", "ns";
     /// A chip is longer, and the light stands at the same phase step all the same.
     ChipPeriod = ChipPeriod, "chip period", "ns";
+    /// Steps count for longer, or several scans are added up.
+    Integration = Integration, "integration time", "of the scene's";
 }
 
 /// The difference of each from the scene's: delay in ps, logarithm of the brightness, further constant
-/// rate in counts per second, dead time in ps, logarithm of the chip period.
+/// rate in counts per second, dead time in ps, logarithms of the chip period and of the integration time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Change([f64; 5]);
+pub(super) struct Change([f64; 6]);
 
 /// A scene fitted to counts.
 pub(super) struct SceneFit {
@@ -76,7 +78,7 @@ impl Unknown {
         let chip_ps = sensor.scene().chip_period_ps;
         match self {
             Unknown::Delay => [2e-3 * chip_ps, 0.5 * chip_ps],
-            Unknown::Light => [5e-3, 1.0],
+            Unknown::Light | Unknown::Integration => [5e-3, 1.0],
             Unknown::ChipPeriod => [2e-3, 0.1],
             Unknown::Constant => {
                 let model = DetectorModel::new(sensor, detector);
@@ -141,14 +143,20 @@ impl Change {
         })
     }
 
+    /// How many times as long as the scene's steps count.
+    fn times(&self) -> f64 {
+        self.value(Unknown::Integration).clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp()
+    }
+
     fn means(&self, sensor: &Sensor, observed: Observed) -> Result<Vec<f64>, FitError> {
         let applied = self.applied(sensor, observed.detector());
-        observed.means(&applied, self.value(Unknown::Delay))
+        let means = observed.means(&applied, self.value(Unknown::Delay))?;
+        Ok(means.into_iter().map(|mean| mean * self.times()).collect())
     }
 
     pub fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, FitError> {
         let applied = self.applied(sensor, observed.detector());
-        observed.expected(&applied, self.value(Unknown::Delay))
+        Ok(observed.expected(&applied, self.value(Unknown::Delay))?.in_times(self.times()))
     }
 }
 

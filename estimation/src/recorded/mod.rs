@@ -79,6 +79,8 @@ pub enum Cause {
     Polarity,
     /// The clock's period.
     ChipPeriod,
+    /// The integration time, or several scans that are added up.
+    Integration,
     /// The residuals are larger than any of these explains.
     Unexplained,
     /// Counts scatter less than photons can.

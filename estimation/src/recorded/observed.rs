@@ -144,6 +144,18 @@ enum Scatter {
 }
 
 impl Expected {
+    /// The same of so many times the integration time: every moment grows with it.
+    pub fn in_times(mut self, times: f64) -> Expected {
+        self.means.iter_mut().for_each(|mean| *mean *= times);
+        match &mut self.scatter {
+            Scatter::Steps { moments, .. } => {
+                moments.iter_mut().for_each(|moment| *moment = moment.in_times(times));
+            }
+            Scatter::Bins { periods, .. } => *periods *= times,
+        }
+        self
+    }
+
     /// Mean and standard deviation of every phase step's signed count, or of every bin.
     pub fn each(&self) -> Vec<[f64; 2]> {
         match &self.scatter {

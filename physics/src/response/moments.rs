@@ -32,6 +32,18 @@ pub struct CountMoments {
 }
 
 impl CountMoments {
+    /// Those of a step that lasts so many times as long.
+    #[must_use]
+    pub fn in_times(&self, times: f64) -> CountMoments {
+        CountMoments {
+            signed_mean: times * self.signed_mean,
+            total_mean: times * self.total_mean,
+            signed_variance: times * self.signed_variance,
+            total_variance: times * self.total_variance,
+            covariance: times * self.covariance,
+        }
+    }
+
     /// Factor W of the inverse covariance, W^T W = C^-1, as (a, b, c): a r and b r + c N have
     /// unit covariance.
     pub fn whitening(&self) -> [f64; 3] {
