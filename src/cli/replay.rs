@@ -67,7 +67,7 @@ impl Command for ReplayArguments {
     fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
         let sensor = self.scene.sensor(output)?;
         let replayed = self.channels.replay(&sensor, &self.tags, output)?;
-        let folded = as_histogram(&sensor, replayed.file.epochs.periods);
+        let folded = as_histogram(&sensor, &replayed.file.epochs);
         let (report, scans) = report(&sensor, &replayed)?;
         if let Some(out) = &self.out {
             let folder = output.folder(out)?;

@@ -310,8 +310,8 @@ fn check_epochs(
 }
 
 /// The sensor as one that keeps a histogram of a recording's code periods.
-pub fn as_histogram(sensor: &Sensor, periods: u64) -> Sensor {
-    sensor.with(|scene| {
+pub fn as_histogram(sensor: &Sensor, epochs: &Epochs) -> Sensor {
+    timed_by(sensor, epochs, epochs.epochs).with(|scene| {
         scene.hardware.architecture = Architecture::Histogram;
         scene.hardware.parallel = 1;
         scene.hardware.counter_width = None;
@@ -319,7 +319,18 @@ pub fn as_histogram(sensor: &Sensor, periods: u64) -> Sensor {
         scene.scan.first_step = 0;
         scene.scan.steps = scene.scan.steps_per_period;
         let code = &scene.sources[scene.detectors[DetectorIndex(0)].reference].code;
-        scene.scan.integration_chips = periods * code.len();
+        scene.scan.integration_chips = epochs.periods * code.len();
+    })
+}
+
+/// The sensor whose delays are known no better than `marks` of a recording's epochs tell the code's place: these
+/// scatter about straight lines, all of whose photons are as far off as the line.
+fn timed_by(sensor: &Sensor, epochs: &Epochs, marks: u64) -> Sensor {
+    let of_marks_ps = epochs.jitter_std_s * 1e12 / (marks.max(1) as f64).sqrt();
+    sensor.with(|scene| {
+        for detector in &mut scene.detectors {
+            detector.delay_std_ps = detector.delay_std_ps.hypot(of_marks_ps);
+        }
     })
 }
 
@@ -350,7 +361,8 @@ pub fn report(
     sensor: &Sensor,
     replay: &Replay,
 ) -> Result<(ReplayReport, Vec<RecordedScan>), ReplayError> {
-    let folded = as_histogram(sensor, replay.file.epochs.periods);
+    let epochs = &replay.file.epochs;
+    let folded = as_histogram(sensor, epochs);
     let by = |kind: EstimatorKind| Sensor::new(&folded.scene().estimated_by(kind));
     let estimators = [EstimatorKind::Fft, EstimatorKind::Model].map(by);
     let of_one =
@@ -359,11 +371,15 @@ pub fn report(
         Some(pulses) if sensor.interface().histogram().is_none() => counts_of(sensor, pulses)?,
         _ => Vec::new(),
     };
+    // Of so many of the marks that are in all periods.
+    let share = sensor.timing().scan_duration_ps()
+        / (epochs.periods as f64 * sensor.timing().code_period_ps());
+    let of_scan = timed_by(sensor, epochs, (share.min(1.0) * epochs.epochs as f64) as u64);
     let report = ReplayReport {
         file: replay.file.clone(),
         detectors: replay.detectors.clone(),
         histograms: replay.histograms.iter().flat_map(of_one).collect(),
-        scan: scans.iter().map(|scan| assess(sensor, scan)).collect(),
+        scan: scans.iter().map(|scan| assess(&of_scan, scan)).collect(),
     };
     Ok((report, scans))
 }

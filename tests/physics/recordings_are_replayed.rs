@@ -9,12 +9,17 @@ use goldtof::cosim::{CosimOptions, Verdict};
 use goldtof::histogram::Histogram;
 use goldtof::photons::DetectorModel;
 use goldtof::recorded::{assess, assess_histogram};
-use goldtof::replay::{Replay, ReplayError, ReplayOptions, as_histogram, counts_of, replay};
+use goldtof::replay::{
+    Replay, ReplayError, ReplayOptions, as_histogram, counts_of, replay, report,
+};
 use goldtof::scan::{Group, Step};
 use goldtof::scene::{self, DetectorIndex, Setting};
 use goldtof::sensor::Sensor;
 use goldtof_tags::{Channel, Format, TagReader};
 use optics_support::recordings::{HYDRAHARP_2_T2, Hydraharp, header};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
 
 const FIRST: DetectorIndex = DetectorIndex(0);
 
@@ -43,12 +48,21 @@ fn hydraharp(mut records: Vec<(f64, i32)>) -> Vec<u8> {
 /// A recording of detections whose clock is `offset` off, with marks at every `every` periods of 31
 /// chips of 8 ns that jitter by up to 100 ps.
 fn recording(detections: &[f64], offset: f64, every: usize) -> Vec<u8> {
+    let jitter_ps = |mark: usize| ((mark * 7919) % 201) as f64 - 100.0;
+    recording_with(detections, offset, every, jitter_ps)
+}
+
+fn recording_with(
+    detections: &[f64],
+    offset: f64,
+    every: usize,
+    mut jitter_ps: impl FnMut(usize) -> f64,
+) -> Vec<u8> {
     let ps = |chips: f64| 5_000_000.0 + chips * 8000.0 * (1.0 + offset);
     let mut records: Vec<(f64, i32)> = detections.iter().map(|chips| (ps(*chips), 0)).collect();
     let last = detections.last().unwrap() / 31.0;
     for mark in (0..last as usize).step_by(every) {
-        let jitter = ((mark * 7919) % 201) as f64 - 100.0;
-        records.push((ps(mark as f64 * 31.0) + jitter, -1));
+        records.push((ps(mark as f64 * 31.0) + jitter_ps(mark), -1));
     }
     // A marker and an input that nobody asks for.
     records.push((ps(40.0), -2));
@@ -97,12 +111,42 @@ fn a_recording_is_the_histogram_that_its_photons_are() {
     // A tick, and what is left of the marks' jitter, moves a photon in a thousand over a border of 1 ns.
     assert!(all > 70_000 && moved < all / 200, "{moved} of {all}");
     // And it is what the scene lets one expect, at the scene's distance.
-    let folded = as_histogram(&sensor, told.file.epochs.periods);
+    let folded = as_histogram(&sensor, &told.file.epochs);
     let assessment = assess_histogram(&folded, &told.histograms[0]);
     assert!(assessment.diagnosis.unwrap().causes.is_empty());
     let (found_m, std_m) =
         (assessment.fitted_distance_m.unwrap(), assessment.fitted_distance_std_m.unwrap());
     assert!((found_m - 3.2).abs() < 4.0 * std_m && std_m < 0.01, "{found_m} {std_m}");
+}
+
+/// The same photons beside marks that scatter by 2 ns: distances differ by what so many marks leave, and say so, and
+/// no cable is accused.
+#[test]
+fn marks_that_scatter_are_in_what_is_said() {
+    let sensor = quick(&[]);
+    let detections = detections_chips(&[], "4 ms");
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+    let mut found = Vec::new();
+    for _ in 0..12 {
+        let jitter_ps = |_| {
+            2000.0 * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random)
+        };
+        let told = replayed(&sensor, recording_with(&detections, 0.0, 16, jitter_ps), 16).unwrap();
+        let (report, _) = report(&sensor, &told).unwrap();
+        let model = &report.histograms[1];
+        assert!(model.diagnosis.as_ref().is_some_and(|said| said.causes.is_empty()), "{model}");
+        // 2 ns over the root of 1,000 marks, and the photons' own.
+        let std_m = model.estimate.expected_std_m.unwrap();
+        assert!((std_m / 9.5e-3 - 1.0).abs() < 0.1, "{std_m}");
+        assert!(
+            model.fitted_distance_std_m.is_some_and(|std_m| (std_m / 9.5e-3 - 1.0).abs() < 0.1)
+        );
+        found.push(model.fitted_distance_m.unwrap());
+    }
+    // The photons are the same in all: sqrt(chi-square / 11) of 11 degrees, within its 0.1 % quantiles.
+    let mean = found.iter().sum::<f64>() / 12.0;
+    let squares: f64 = found.iter().map(|distance_m| ((distance_m - mean) / 9.48e-3).powi(2)).sum();
+    assert!((1.6..31.3).contains(&squares), "{squares}: {found:?}");
 }
 
 #[test]
@@ -163,7 +207,7 @@ fn pauses_and_torn_ends_are_told_and_left_out() {
     let periods = told.file.epochs.periods as f64;
     // Marks are 16 periods apart, and each side of the pause loses what is beyond its last one.
     assert!((periods - 0.75 * 16_000.0).abs() <= 64.0, "{periods}");
-    let folded = as_histogram(&sensor, told.file.epochs.periods);
+    let folded = as_histogram(&sensor, &told.file.epochs);
     let assessment = assess_histogram(&folded, &told.histograms[0]);
     assert!(assessment.diagnosis.unwrap().causes.is_empty());
 }

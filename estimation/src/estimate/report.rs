@@ -369,6 +369,8 @@ impl EstimateReport {
                     (EstimatorKind::Model, Ok(bound)) => bound.at_least(path, std_m),
                     _ => std_m,
                 };
+                let delay_std_ps = sensor.scene().detectors[detector].delay_std_ps;
+                let std_m = std_m.hypot(distance_m(delay_std_ps));
                 self.expected_bias_m = Some(bias_m);
                 self.expected_std_m = Some(std_m);
                 let range_m = self.unambiguous_range_m;

@@ -167,7 +167,7 @@ impl SceneFit {
     }
 
     /// Counts the delay from where the scene's own clock has the light, where another one was
-    /// fitted.
+    /// fitted, and as well as the detector's own is known.
     pub fn tell_times_of_scene(&mut self, scene: &Scene, detector: DetectorIndex) {
         let own = scene.paths.iter().find(|path| path.detector == detector);
         let scaled_ps = own.map_or(0.0, |path| path.delay_ps + scene.detectors[detector].delay_ps);
@@ -175,7 +175,7 @@ impl SceneFit {
         self.change = self.change.by(Unknown::Delay, (longer - 1.0) * scaled_ps);
         let of_clock_ps = self.std_of(Unknown::ChipPeriod).unwrap_or(0.0) * longer * scaled_ps;
         for (_, std) in self.errors.iter_mut().filter(|(of, _)| *of == Unknown::Delay) {
-            *std = std.hypot(of_clock_ps);
+            *std = std.hypot(of_clock_ps).hypot(scene.detectors[detector].delay_std_ps);
         }
     }
 }

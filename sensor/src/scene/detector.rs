@@ -83,6 +83,9 @@ tables! {
         delay => delay_ps: f64 = quantity(Time, "0 s", "1 ms"), Or("0 s"), "1.75 ns";
             "constant delay from avalanche to registered time"
             "200 km of cable";
+        delay_std => delay_std_ps: f64 = quantity(Time, "0 s", "1 ms"), Or("0 s"), "20 ps";
+            "standard deviation with which the delay is known: what is said of recorded counts takes it in"
+            "as for `delay`";
         jitter = quantity(Time, "0 s", "1 ms"), Otherwise("none"), "53.5 ps";
             "list of the standard deviations of independent Gaussian jitters"
             "in all no more than 65,536 chips: detections of twenty of them are put in order";
