@@ -105,6 +105,7 @@ impl Exercised {
     pub fn not_reached(&self, interface: &Interface) -> Vec<&'static str> {
         let parts = [
             (self.scan_ends == 0, "the end of a scan"),
+            (self.scan_ends == 1, "a scan after the first one"),
             (self.stalls == 0, "a receiver that stalls"),
             (self.overruns == 0, "a result that is lost"),
             (interface.saturates() && self.saturations == 0, "a count that saturates"),
