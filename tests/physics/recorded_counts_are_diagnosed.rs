@@ -157,6 +157,24 @@ fn counts_that_are_all_zero_are_of_a_detector_that_is_off_or_of_no_light() {
     }
 }
 
+/// A scan of 0.8 to 5.7 m of a target at 9 m has sidelobes alone: they tell where it is, and no distance is read from
+/// the largest of them.
+#[test]
+fn a_target_outside_of_the_scan_is_told_from_its_sidelobes() {
+    let window = ["scan.steps={ first = 8, count = 33 }", "hardware.total_counts=true"];
+    let written = quick(&window);
+    let built = quick(&[&window[..], &["path.distance=9 m"]].concat());
+    scans(&built, DetectorIndex(0), Tier::Sampled, 5, 10, |counts| {
+        let found = assess(&written, &recorded(counts, true));
+        let (distance_m, std_m) = (found.fitted_distance_m, found.fitted_distance_std_m);
+        let error_m = distance_m.expect("a fit") - 9.0;
+        assert!(error_m.abs() < 5.0 * std_m.expect("a fit") && std_m < Some(0.06), "{found}");
+        assert_eq!(found.estimate.distance_m, None, "{found}");
+        assert!(found.diagnosis.expect("it is known").causes.contains(&Cause::Offset));
+    })
+    .unwrap();
+}
+
 /// Beside a source ten times as bright the largest count is of its light, at a step that says nothing of the
 /// own distance: with the own path blocked there is none.
 #[test]

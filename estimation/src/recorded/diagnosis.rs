@@ -120,11 +120,36 @@ pub(super) fn fit_of_scene(
     fitted.or_else(|_| fit(sensor, observed, &[], start))
 }
 
+/// Longest code whose peak is looked for outside of a scan: sidelobes of longer ones are small.
+const MOST_CHIPS_OUTSIDE: usize = 511;
+
+/// The delay, of those half a chip apart over the code period, at which the counts of a part of it are nearest to the
+/// scene's: sidelobes tell where a peak is that the scan does not come by.
+fn delay_outside(sensor: &Sensor, observed: Observed) -> Result<Option<f64>, FitError> {
+    let code = sensor.reference(observed.detector());
+    if sensor.timing().scan.is_full() || code.len() > MOST_CHIPS_OUTSIDE as u64 {
+        return Ok(None);
+    }
+    let values = observed.values();
+    let known = Change::default().expected(sensor, observed)?;
+    let whitening = known.whitening(&known.means)?;
+    let mut best = (f64::INFINITY, None);
+    for half_chips in 0..2 * code.len() {
+        let delay_ps = sensor.clock().ps(0.5 * half_chips as f64);
+        let residuals = differences(&values, &observed.means(sensor, delay_ps)?);
+        let squares = whitening.whitened(&residuals)?.iter().map(|z| z * z).sum();
+        if squares < best.0 {
+            best = (squares, Some(delay_ps));
+        }
+    }
+    Ok(best.1)
+}
+
 /// Of some delays, the one at which the scene agrees best with the recorded counts.
 fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Change, FitError> {
     let values = observed.values();
     let mut best = (f64::INFINITY, Change::default());
-    for &delay_ps in delays_ps {
+    for delay_ps in delays_ps.iter().copied().chain(delay_outside(sensor, observed)?) {
         let change = Change::later(delay_ps);
         let deviance = change.expected(sensor, observed)?.judge(&values)?.deviance;
         if deviance < best.0 {

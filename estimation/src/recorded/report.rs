@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::diagnosis::{Diagnosis, diagnose, fit_of_scene};
 use super::hypothesis::{SceneFit, Unknown};
 use super::observed::{Agreement, Expected, Observed};
-use super::{RecordedHistogram, RecordedScan};
+use super::{Cause, RecordedHistogram, RecordedScan};
 use crate::estimate::chance::{DOUBTFUL, NO_PEAK};
 use crate::estimate::report::EstimateReport;
 use crate::estimate::{CountingTier, TheoryEffort, Work, calibration_offset_ps, distance_m};
@@ -231,11 +231,29 @@ impl Assessment {
             let delay_ps = scene.paths[path].delay_ps + fitted.change.value(Unknown::Delay);
             self.fitted_distance_m = Some(distance_m(delay_ps.rem_euclid(period_ps)));
             self.fitted_distance_std_m = Some(distance_m(std_ps));
+            if diagnosis.causes.contains(&Cause::Offset) {
+                self.refuse_outside_of_scan(sensor, delay_ps);
+            }
         }
         self.chi_square = Some(fitted.agreement.chi_square);
         self.degrees_of_freedom = Some(fitted.degrees);
         self.p_value = fitted.p_value;
         self.diagnosis = Some(diagnosis);
+    }
+
+    /// Takes an estimate back where the scan does not come by the peak that fits the counts: it is of a sidelobe.
+    fn refuse_outside_of_scan(&mut self, sensor: &Sensor, delay_ps: f64) {
+        let scan = &sensor.timing().scan;
+        let measured_ps = delay_ps + self.estimate.calibration_offset_ps;
+        let place = measured_ps / sensor.clock().sample_period_ps() - scan.first_step as f64;
+        if scan.is_full() || place.rem_euclid(scan.steps_per_period as f64) < scan.steps as f64 {
+            return;
+        }
+        (self.estimate.distance_m, self.estimate.error_m) = (None, None);
+        (self.estimate.deviation_in_std, self.estimate.expectation_holds) = (None, None);
+        self.estimate.remark = Some(
+            "no estimate: the scan does not come by the peak that fits its counts best".to_owned(),
+        );
     }
 
     /// Whether the counts contradict neither the expectation nor the rest of the scene.
