@@ -195,13 +195,9 @@ const REGISTERS: &[Fault] = &[
     ("scan_sequencer.v", "is_within = ~(&delay_r)", "is_within = 1'b1"),
     ("scan_sequencer.v", "samples > 2'd1", "samples > 2'd2"),
     // A scan's beginning: the reference is let go too early, or begins a code period too soon.
-    ("scan_sequencer.v", "CHIP_COUNT_FIRST = 8'd4", "CHIP_COUNT_FIRST = 8'd5"),
+    ("scan_sequencer.v", "CHIP_COUNT_SECOND = 8'd5", "CHIP_COUNT_SECOND = 8'd6"),
     ("scan_sequencer.v", "i_laser_epoch & prepared_r[1]", "i_laser_epoch & prepared_r[0]"),
-    (
-        "scan_sequencer.v",
-        "if (prepared_r[0] & chip_count_match_matched)",
-        "if (chip_count_match_matched)",
-    ),
+    ("scan_sequencer.v", "if (prepared_r[0] & delay_match_matched)", "if (delay_match_matched)"),
     ("scan_sequencer.v", "i_epoch & ~o_run", "i_laser_epoch & ~o_run"),
     ("scan_sequencer.v", "(i_epoch | indexed_r)", "1'b1"),
     // Its end: codes that go on, or do not; a step too many.
@@ -213,9 +209,9 @@ const REGISTERS: &[Fault] = &[
     // The slave: addresses, bytes, errors, who comes first.
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h7e0"),
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h3c0"),
-    ("register_file.v", "writes_setting & (&s_axil_wstrb)", "writes_setting & (|s_axil_wstrb)"),
-    ("register_file.v", "write_error_r <= ~(|written_r)", "write_error_r <= ~written_r[0]"),
-    ("register_file.v", "read_error_r <= ~kind_r[2]", "read_error_r <= ~kind_r[0]"),
+    ("register_file.v", "&s_axil_wstrb", "|s_axil_wstrb"),
+    ("register_file.v", "to_setting_r | to_state_r", "to_setting_r"),
+    ("register_file.v", "read_error_r <= ~of_register_r", "read_error_r <= ~of_word_r"),
     ("register_file.v", "s_axil_arready <= read_r & ~i_takes", "s_axil_arready <= read_r"),
     ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
     ("register_file.v", "s_axil_rdata <= state;", "s_axil_rdata <= word_r;"),

@@ -90,39 +90,64 @@ fn every_proof_holds_for_a_design_with_every_part() {
     assert_verdicts(folder.path(), &proofs, &covers);
 }
 
-/// A scene's proofs of the slave's rules, of settings that are steady, and of what does not depend on who sets the scan;
-/// its emitted files.
-fn with_proven_registers(scene: &str) -> TempDir {
-    let sensor = Sensor::load(scene).unwrap_or_else(|errors| panic!("{errors}"));
-    let emission = emit(&sensor, "goldtof emit SCENE").expect("it is fine");
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    write(&emission, folder.path()).expect("the files can be written");
-    assert_eq!(emission.formal.proofs, ["reset", "registers", "counts", "stream", "peak", "axis"]);
-    let proofs = ["reset", "registers", "stream", "axis"];
-    assert_verdicts(folder.path(), &proofs, &["registers_cover"]);
-    folder
+/// The slave's rules, settings that are steady, codes as they are set, and what does not depend on who sets the scan.
+#[test]
+fn registers_are_proven_and_faults_in_them_refused() {
+    let emission = of_file("registers");
+    assert_eq!(
+        emission.formal.proofs,
+        ["reset", "codes", "registers", "counts", "stream", "peak", "axis"]
+    );
+    let faults: &[Fault] = &[
+        ("registers", "register_file", "end else if (s_axil_bready) begin", "end else begin"),
+        ("registers", "register_file", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
+        ("registers", "register_file", "& ~s_axil_arready & ~s_axil_rvalid", "& ~s_axil_arready"),
+        ("registers", "scan_sequencer", "i_go & ~o_on & ~taking_r", "i_go & ~taking_r"),
+        ("codes", "gold_generator", "v_r <= i_seed", "v_r <= V_LOAD"),
+        ("codes", "gold_generator", "V_TAPS = 5'h0f", "V_TAPS = 5'h0d"),
+        ("codes", "sensor_top", "transmit_epoch[0] & sequencer_on", "transmit_epoch[0]"),
+    ];
+    let proofs = ["reset", "codes", "registers", "stream", "axis"];
+    assert_refused(&emission, &proofs, &["codes_cover", "registers_cover"], faults);
 }
 
 /// A window has settings of its own, which are as steady.
 #[test]
 fn registers_are_proven_where_a_target_is_followed() {
-    with_proven_registers("tests/scenes/tracking-short.toml");
+    let emission = of_file("tracking-short");
+    let proofs = ["reset", "codes", "registers", "stream", "axis"];
+    assert_refused(&emission, &proofs, &["registers_cover"], &[]);
 }
 
+/// Any taps, of any period, in codes of two LFSRs and of one.
 #[test]
-fn registers_are_proven_and_faults_in_them_refused() {
-    let folder = with_proven_registers("tests/scenes/registers.toml");
-    for (file, from, to) in [
-        ("register_file.v", "end else if (s_axil_bready) begin", "end else begin"),
-        ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
-        ("register_file.v", "& ~s_axil_arready & ~s_axil_rvalid", "& ~s_axil_arready"),
-        ("scan_sequencer.v", "i_go & ~o_on & ~taking_r", "i_go & ~taking_r"),
-    ] {
-        let path = folder.path().join(file);
+fn codes_of_any_taps_are_proven_and_faults_in_them_refused() {
+    let faults: &[Fault] = &[
+        ("codes", "gold_generator", "last_r <= u_r == U_LAST", "last_r <= 1'b0"),
+        ("codes", "m_sequence_generator", "^(v_r & taps)", "^(v_r & U_TAPS)"),
+        ("codes", "m_sequence_generator", "o_chip = v_r[0]", "o_chip = v_r[0] ^ u_r[0]"),
+        ("codes", "interleaver", "i_load) begin", "1'b0) begin"),
+    ];
+    assert_refused(&of_file("taps"), &["reset", "codes"], &["codes_cover"], faults);
+}
+
+/// A scene of the tests with registers, emitted.
+fn of_file(name: &str) -> Emission {
+    let scene = scene::load(&Path::new("tests/scenes").join(name).with_extension("toml"));
+    emit(&Sensor::new(&scene.expect("it is sound")), "goldtof emit").expect("it is fine")
+}
+
+/// Proofs and covers of a design that hold, and each fault, whose proof does not.
+fn assert_refused(emission: &Emission, proofs: &[&str], covers: &[&str], faults: &[Fault]) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(emission, folder.path()).expect("the files can be written");
+    assert_verdicts(folder.path(), proofs, covers);
+    for (task, module, from, to) in faults {
+        let path = folder.path().join(format!("{module}.v"));
         let text = fs::read_to_string(&path).expect("it was written");
-        assert_eq!(text.matches(from).count(), 1, "{file}: {from}");
+        assert_eq!(text.matches(from).count(), 1, "{module}: {from}");
         fs::write(&path, text.replace(from, to)).expect("it can be written");
-        assert_eq!(verdict(folder.path(), "registers"), "FAIL", "{from}");
+        assert_eq!(verdict(folder.path(), task), "FAIL", "{from}");
         fs::write(&path, text).expect("it can be written");
     }
 }

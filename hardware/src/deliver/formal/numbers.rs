@@ -1,6 +1,7 @@
 //! The header of the properties: this design's numbers and codes, for the proofs' files.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use crate::code::{Code, Generator, Lfsr};
 use crate::deliver::design::Design;
@@ -21,6 +22,7 @@ pub(super) fn header(design: &Design) -> String {
     define("TOP", design.top());
     if let Some(plan) = &interface.registers {
         define("SETTINGS_BITS", settings_bits(plan).to_string());
+        define("SEED_BITS", plan.seed_bits().max(1).to_string());
     }
     of_ports(interface, &mut define);
     match &interface.counting {
@@ -28,15 +30,17 @@ pub(super) fn header(design: &Design) -> String {
         Counting::Correlator(correlator) => of_correlators(interface, correlator, &mut define),
     }
     let mut modules = String::new();
-    let sources = interface.source_codes.iter();
-    modules += &code_module("spec_code_of_source", sources.map(|code| instance(code, 0)));
-    let reference = instance(&interface.reference_codes[0], 0);
-    modules += &code_module("spec_code_of_reference", [reference].into_iter());
+    let of_laser = |code| set_instance(interface, code).unwrap_or_else(|| instance(code, 0));
+    let is_set = interface.registers.is_some();
+    let sources = interface.source_codes.iter().map(of_laser);
+    modules += &code_module("spec_code_of_source", is_set, sources);
+    let reference = of_laser(&interface.reference_codes[0]);
+    modules += &code_module("spec_code_of_reference", is_set, [reference].into_iter());
     if interface.correlator().is_some() {
         let detectors = interface.reference_codes.iter();
         let of_detectors = detectors
             .map(|code| instance(code, Delay::of(interface).chip(code, present(interface) + 1)));
-        modules += &code_module("spec_code_of_detector", of_detectors);
+        modules += &code_module("spec_code_of_detector", false, of_detectors);
     }
     format!("{text}\n{modules}")
 }
@@ -238,20 +242,53 @@ fn present(interface: &Interface) -> i128 {
     if interface.realigns() { 0 } else { -1 }
 }
 
-/// A module that is one of several codes, by its parameter.
-fn code_module(name: &str, instances: impl Iterator<Item = String>) -> String {
+/// A module that is one of several codes, by its parameter; of those that a host sets if `is_set`.
+fn code_module(name: &str, is_set: bool, instances: impl Iterator<Item = String>) -> String {
     let mut text = format!(
         "module {name} #(\n    parameter NUMBER = 0\n) (\n    input wire i_clk,\n    \
-         input wire i_rst,\n    input wire advance,\n    input wire load,\n    \
-         output wire chip,\n    output wire epoch\n);\n    generate\n        case (NUMBER)\n"
+         input wire i_rst,\n    input wire advance,\n    input wire load,\n    {}\
+         output wire chip,\n    output wire epoch\n);\n    generate\n        case (NUMBER)\n",
+        if is_set { "input wire [`SEED_BITS-1:0] seed,\n    " } else { "" }
     );
     for (number, instance) in instances.enumerate() {
-        let _ = writeln!(text, "            {number}: spec_code #({instance}) is (.*);");
+        let _ = writeln!(text, "            {number}: {instance};");
     }
     text + "        endcase\n    endgenerate\nendmodule\n\n"
 }
 
-/// The parameters of a code that starts with its chip `start`.
+/// A code of which a host sets something, with its part of all that the host sets; none of another.
+fn set_instance(interface: &Interface, code: &Arc<Code>) -> Option<String> {
+    let plan = interface.registers.as_ref()?;
+    let number = plan.seed_number(code, &interface.source_codes)?;
+    let (seed, from) = (plan.seeds[number], plan.first_seed_bit(number));
+    let (Generator::MSequence(u) | Generator::Gold { u, .. }) = &code.generator else {
+        return None;
+    };
+    let own = match &code.generator {
+        Generator::Gold { v, .. } if !seed.has_taps() => v.taps(),
+        _ => 0,
+    };
+    Some(format!(
+        "spec_set_code #(.DEGREE({degree}), {first}, .TAPS_V({degree}'h{own:x}), .SUMS({sums}), .SEED_BITS({bits}){depth}) \
+         is (.seed(seed[{last}:{from}]), .*)",
+        degree = seed.degree,
+        first = lfsr("U", u, 0),
+        sums = flag(matches!(code.generator, Generator::Gold { .. })),
+        bits = seed.bits,
+        depth = interleaved(code.interleave, 0),
+        last = from + seed.bits - 1,
+    ))
+}
+
+/// The parameters of interleaving, behind others.
+fn interleaved(depth: u32, first_repetition: u64) -> String {
+    match depth {
+        0 => String::new(),
+        _ => format!(", .DEPTH({depth}), .FIRST_REPETITION({first_repetition})"),
+    }
+}
+
+/// A code that starts with its chip `start`.
 fn instance(code: &Code, start: u64) -> String {
     let depth = code.interleave;
     let (start, repetition) = (start >> depth, start & ((1 << depth) - 1));
@@ -264,18 +301,14 @@ fn instance(code: &Code, start: u64) -> String {
     if let Generator::MSequence(u) | Generator::Gold { u, .. } = &code.generator {
         text = format!(".DEGREE({}), {text}", u.degree);
     }
-    if depth > 0 {
-        let _ = write!(text, ", .DEPTH({depth}), .FIRST_REPETITION({repetition})");
-    }
-    text
+    format!("spec_code #({text}{}) is (.*)", interleaved(depth, repetition))
 }
 
 /// An LFSR whose bit i holds c[t + i]: the bits that give c[t + n], and its state after `start`
 /// chips.
 fn lfsr(name: &str, lfsr: &Lfsr, start: u64) -> String {
     let degree = lfsr.degree;
-    let exponents = lfsr.exponents.iter().filter(|&&exponent| exponent > 0);
-    let taps = exponents.fold(0u128, |taps, exponent| taps | 1 << (degree - exponent));
+    let taps = lfsr.taps();
     let chips = lfsr.advanced(start).seed;
     let first = chips.iter().rev().fold(0, |state, &chip| state << 1 | u128::from(chip));
     format!(".TAPS_{name}({degree}'h{taps:x}), .FIRST_{name}({degree}'h{first:x})")

@@ -159,7 +159,7 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
                 None => {
                     vec![codes, scan(interface, correlator), reference(interface, &channels)]
                 }
-                Some(plan) => vec![registers(plan)],
+                Some(plan) => vec![set_codes(plan), registers(plan)],
             });
             // A row's counts and results are words in memories, which are beyond these proofs.
             if correlator.rows.is_none() {
@@ -208,6 +208,18 @@ fn scan(interface: &Interface, correlator: &Correlator) -> Proof {
         if is_there {
             proof.see(signal, &format!("controller.{place}"));
         }
+    }
+    proof
+}
+
+/// Codes as a host sets them, whenever they run.
+fn set_codes(plan: &RegisterPlan) -> Proof {
+    let mut proof = Proof::new("codes", Engine::Induction(PIPELINE_CLOCKS));
+    proof.emptied = vec!["scan_sequencer"];
+    proof.freed = vec!["detector_channel"];
+    proof.drive("sequencer.o_on", "on");
+    if plan.seed_bits() > 0 {
+        proof.drive("sequencer.o_seed", "seed");
     }
     proof
 }

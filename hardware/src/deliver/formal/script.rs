@@ -29,8 +29,10 @@ fn script_name(design: &Design) -> String {
     design.file_name(".sby")
 }
 
-/// What all proofs share, and the codes; then what each kind of design has.
-const SHARED: [&str; 2] = [include_str!("design.sv"), include_str!("codes.sv")];
+/// What all proofs share, the codes, and those that a host sets; then what each kind of design has.
+const SHARED: [&str; 2] = [include_str!("design.sv"), include_str!("code.sv")];
+const OF_CODES: [&str; 1] = [include_str!("codes.sv")];
+const OF_SET_CODES: [&str; 1] = [include_str!("set_codes.sv")];
 const OF_CORRELATORS: [&str; 4] = [
     include_str!("scan.sv"),
     include_str!("reference.sv"),
@@ -65,7 +67,7 @@ pub(super) fn properties(design: &Design) -> EmittedFile {
     );
     let parts: &[&str] = match interface.histogram() {
         Some(_) => &OF_HISTOGRAMS,
-        // What of codes and scans does not follow from the scene alone is not proven.
+        // What of scans and references does not follow from the scene alone is not proven.
         None if interface.registers.is_some() => &OF_CORRELATORS[2..],
         None if interface.rows().is_some() => &OF_CORRELATORS[..OF_CORRELATORS.len() - 2],
         None => &OF_CORRELATORS,
@@ -73,7 +75,9 @@ pub(super) fn properties(design: &Design) -> EmittedFile {
     let given = |is_there: bool, parts: &'static [&'static str]| if is_there { parts } else { &[] };
     let peaks = given(interface.peak().is_some(), &OF_PEAKS);
     let registers = given(interface.registers.is_some(), &OF_REGISTERS);
-    let parts = SHARED.iter().chain(parts).chain(peaks).chain(registers).chain(&OF_STREAM);
+    let codes = if interface.registers.is_some() { &OF_SET_CODES } else { &OF_CODES };
+    let parts =
+        SHARED.iter().chain(codes).chain(parts).chain(peaks).chain(registers).chain(&OF_STREAM);
     for part in parts {
         text += part;
         text.push('\n');

@@ -170,9 +170,12 @@ pub struct RegisterFile {
     settable: BitTable,
     /// a write takes place
     write: Register<bool>,
-    /// it is to a setting, to the control register, or to the flags
-    #[width(3)]
-    written: Register<Word>,
+    /// it is to a setting
+    to_setting: Register<bool>,
+    /// it is to the control register, or to the flags
+    to_state: Register<bool>,
+    /// it is of all bytes
+    of_all_bytes: Register<bool>,
     /// a write is answered
     answers: Register<bool>,
     /// nothing was written
@@ -181,9 +184,21 @@ pub struct RegisterFile {
     read: Register<bool>,
     /// it has been
     fetched: Register<bool>,
-    /// a clock ago the address was of a word in the memory, of the state, of any register
-    #[width(3)]
-    kind: Register<Word>,
+    /// the address that is read is a word's in the memory, but for the state's bit
+    by_word: Register<bool>,
+    /// it has the state's bit
+    by_state: Register<bool>,
+    /// it is the first's or the second's of the state, or of the memory
+    by_first_two: Register<bool>,
+    /// it is a peak's
+    #[when(has_peaks)]
+    by_peak: Optional<Register<bool>>,
+    /// what is read is a word in the memory
+    of_word: Register<bool>,
+    /// it is the control register, or the flags
+    of_state: Register<bool>,
+    /// it is any register
+    of_register: Register<bool>,
     /// the word that was read in the memory
     #[width(32)]
     word: Register<Word>,
@@ -224,16 +239,10 @@ pub struct RegisterFile {
     #[when(has_peaks)]
     #[width(peak_words_bits)]
     peak_word: Optional<Local<Word>>,
-    /// the address that is written to is a setting's
-    writes_setting: Local<bool>,
-    /// it is that of the control register, or of the flags
-    writes_state: Local<bool>,
-    /// the address that is read is a word's in the memory
-    reads_word: Local<bool>,
-    /// it is that of the control register, or of the flags
-    reads_state: Local<bool>,
-    /// there is a register
-    reads_something: Local<bool>,
+    /// what is read is in the memory, or of the state
+    of_either: Local<bool>,
+    /// a whole word is written
+    writes: Local<bool>,
     was_clamped: Local<bool>,
     /// the bytes of a word have one address; linters know by the name
     unused: Local<bool>,
@@ -288,34 +297,37 @@ impl Logic for RegisterFile {
         self.tell();
     }
 
-    /// What the addresses are of.
+    /// What the addresses are of: of a write in one clock, of a read, which waits for the memory, in two.
     fn find_registers(&mut self) {
         let above_words = ADDRESS_BITS as usize - 2 - self.word_bits;
         let above_state = PEAK_BIT - 3;
         self.settable.address.next = self.io.s_axil_awaddr.val().slice(2, self.word_bits);
-        self.writes_setting.next =
+        self.to_setting.d.next =
             !self.io.s_axil_awaddr.val().slice(2 + self.word_bits, above_words).any()
                 & self.settable.data.val();
-        self.writes_state.next = !self.io.s_axil_awaddr.val().get_bit(STATE_BIT + 1)
+        self.to_state.d.next = !self.io.s_axil_awaddr.val().get_bit(STATE_BIT + 1)
             & self.io.s_axil_awaddr.val().get_bit(STATE_BIT)
             & !self.io.s_axil_awaddr.val().slice(PEAK_BIT, 2).any()
             & !self.io.s_axil_awaddr.val().slice(3, above_state).any();
-        self.reads_word.next =
-            !self.io.s_axil_araddr.val().slice(2 + self.word_bits, above_words).any();
-        self.reads_state.next = !self.io.s_axil_araddr.val().get_bit(STATE_BIT + 1)
-            & self.io.s_axil_araddr.val().get_bit(STATE_BIT)
-            & !self.io.s_axil_araddr.val().slice(PEAK_BIT, 2).any()
-            & !self.io.s_axil_araddr.val().slice(3, above_state).any();
+        let above_words = STATE_BIT - 2 - self.word_bits;
+        self.by_word.d.next = !self.io.s_axil_araddr.val().get_bit(STATE_BIT + 1)
+            & !self.io.s_axil_araddr.val().slice(2 + self.word_bits, above_words).any();
+        self.by_state.d.next = self.io.s_axil_araddr.val().get_bit(STATE_BIT);
+        self.by_first_two.d.next = !self.io.s_axil_araddr.val().slice(3, self.word_bits - 1).any();
+        self.of_word.d.next = self.by_word.q.val() & !self.by_state.q.val();
+        self.of_state.d.next =
+            self.by_word.q.val() & self.by_state.q.val() & self.by_first_two.q.val();
+        self.of_either.next =
+            self.by_word.q.val() & (!self.by_state.q.val() | self.by_first_two.q.val());
         if self.has_peaks {
-            self.reads_something.next = self.reads_word.val()
-                | self.reads_state.val()
-                | (!self.io.s_axil_araddr.val().get_bit(STATE_BIT + 1)
-                    & self.io.s_axil_araddr.val().get_bit(STATE_BIT)
-                    & !self.io.s_axil_araddr.val().get_bit(STATE_BIT - 1)
-                    & self.io.s_axil_araddr.val().get_bit(PEAK_BIT)
-                    & (self.io.s_axil_araddr.val().slice(2, PEAK_BIT - 2) < self.peak_words));
+            self.by_peak.d.next = !self.io.s_axil_araddr.val().get_bit(STATE_BIT + 1)
+                & self.io.s_axil_araddr.val().get_bit(STATE_BIT)
+                & !self.io.s_axil_araddr.val().get_bit(STATE_BIT - 1)
+                & self.io.s_axil_araddr.val().get_bit(PEAK_BIT)
+                & (self.io.s_axil_araddr.val().slice(2, PEAK_BIT - 2) < self.peak_words);
+            self.of_register.d.next = self.of_either.val() | self.by_peak.q.val();
         } else {
-            self.reads_something.next = self.reads_word.val() | self.reads_state.val();
+            self.of_register.d.next = self.of_either.val();
         }
     }
 
@@ -324,30 +336,20 @@ impl Logic for RegisterFile {
             & self.io.s_axil_wvalid.val()
             & !self.write.q.val()
             & !self.answers.q.val();
-        self.written.d.next = gather(3, |kind| {
-            if kind == 0 {
-                self.writes_setting.val() & self.io.s_axil_wstrb.val().all()
-            } else if kind == 1 {
-                self.writes_state.val()
-                    & !self.io.s_axil_awaddr.val().get_bit(2)
-                    & self.io.s_axil_wstrb.val().all()
-            } else {
-                self.writes_state.val()
-                    & self.io.s_axil_awaddr.val().get_bit(2)
-                    & self.io.s_axil_wstrb.val().all()
-            }
-        });
+        self.of_all_bytes.d.next = self.io.s_axil_wstrb.val().all();
+        self.writes.next = self.write.q.val() & self.of_all_bytes.q.val();
         self.io.s_axil_awready.next = self.write.q.val();
         self.io.s_axil_wready.next = self.write.q.val();
         if self.write.q.val() {
             self.answers.d.next = true;
-            self.write_error.d.next = !self.written.q.val().any();
+            self.write_error.d.next =
+                !(self.of_all_bytes.q.val() & (self.to_setting.q.val() | self.to_state.q.val()));
         } else if self.io.s_axil_bready.val() {
             self.answers.d.next = false;
         }
         self.io.s_axil_bvalid.next = self.answers.q.val();
         self.io.s_axil_bresp.next = bit_cast(self.write_error.q.val(), 2) << 1;
-        self.memory.i_write.next = self.write.q.val() & self.written.q.val().get_bit(0);
+        self.memory.i_write.next = self.writes.val() & self.to_setting.q.val();
         self.memory.i_write_address.next = self.io.s_axil_awaddr.val().slice(2, self.word_bits);
         self.memory.i_data.next = self.io.s_axil_wdata.val();
     }
@@ -368,24 +370,15 @@ impl Logic for RegisterFile {
             & !self.valid.q.val())
             | (self.read.q.val() & self.i_takes.val());
         self.fetched.d.next = self.read.q.val() & !self.i_takes.val();
-        self.kind.d.next = gather(3, |kind| {
-            if kind == 0 {
-                self.reads_word.val()
-            } else if kind == 1 {
-                self.reads_state.val()
-            } else {
-                self.reads_something.val()
-            }
-        });
         if self.fetched.q.val() {
             self.valid.d.next = true;
-            self.read_error.d.next = !self.kind.q.val().get_bit(2);
-            if self.kind.q.val().get_bit(0) {
+            self.read_error.d.next = !self.of_register.q.val();
+            if self.of_word.q.val() {
                 self.data.d.next = self.word.q.val();
-            } else if self.kind.q.val().get_bit(1) {
+            } else if self.of_state.q.val() {
                 self.data.d.next = self.state.val();
             } else if self.has_peaks {
-                self.data.d.next = self.peak.val() & signed_cast(self.kind.q.val().get_bit(2));
+                self.data.d.next = self.peak.val() & signed_cast(self.of_register.q.val());
             } else {
                 self.data.d.next = bit_cast(false, 32);
             }
@@ -408,10 +401,10 @@ impl Logic for RegisterFile {
             self.single.d.next = false;
             self.changed.d.next = false;
         }
-        if self.write.q.val() & self.written.q.val().get_bit(0) {
+        if self.writes.val() & self.to_setting.q.val() {
             self.changed.d.next = true;
         }
-        if self.write.q.val() & self.written.q.val().get_bit(1) {
+        if self.writes.val() & self.to_state.q.val() & !self.io.s_axil_awaddr.val().get_bit(2) {
             self.runs.d.next = self.io.s_axil_wdata.val().get_bit(state::RUN as usize);
             self.single.d.next = self.io.s_axil_wdata.val().get_bit(state::SINGLE as usize);
             if self.io.s_axil_wdata.val().get_bit(state::SINGLE as usize) {
@@ -423,7 +416,7 @@ impl Logic for RegisterFile {
     }
 
     fn tell(&mut self) {
-        if self.write.q.val() & self.written.q.val().get_bit(2) {
+        if self.writes.val() & self.to_state.q.val() & self.io.s_axil_awaddr.val().get_bit(2) {
             if self.io.s_axil_wdata.val().get_bit(state::OVERRUN as usize) {
                 self.overrun.d.next = false;
             }

@@ -119,11 +119,11 @@ pub struct ScanSequencer {
     /// it is the last of a phase step
     #[under("Scan")]
     pub o_last_chip: Output<bool>,
-    /// at a step's first chip: its end is known so many chips ahead
+    /// at a step's second chip, behind whose number it is by so many chips as the step's end is known ahead
     #[width(count_bits)]
-    #[value(u128::from(CHIPS_EARLY))]
+    #[value(u128::from(CHIPS_EARLY + 1))]
     #[number]
-    chip_count_first: Constant,
+    chip_count_second: Constant,
     /// word of the first setting
     #[width(plan.word_bits())]
     #[value(IDENTITY_WORDS as u128)]
@@ -187,15 +187,14 @@ pub struct ScanSequencer {
     #[width(2)]
     prepared: Register<Word>,
     run: Register<bool>,
-    /// the count that is waited for: a step's end, or before a scan the delay
-    #[width(count_bits)]
-    wanted: Register<Word>,
-    /// a scan ran one and two clocks ago: what is waited for is a step's end
+    /// a scan ran one and two clocks ago: chips are those of a step
     #[width(2)]
     ran: Register<Word>,
     /// chips of a step; before a scan those of the transmitted code
     #[width(count_bits)]
     chip_count: Register<Word>,
+    /// the present chip is a step's first
+    first_chip: Register<bool>,
     /// groups of the scan, the present one included
     #[width(groups_bits)]
     step_count: Register<Word>,
@@ -206,8 +205,10 @@ pub struct ScanSequencer {
     #[shown]
     #[is(StepEnds::new("Scan", clocks_to_dump, segments, clocks_to_count, counts_early))]
     ends: StepEnds,
-    #[is(StateMatch::new(count_bits))]
+    #[is(StateMatch::new(chips_bits))]
     chip_count_match: StateMatch,
+    #[is(StateMatch::new(delay_bits))]
+    delay_match: StateMatch,
     #[is(StateMatch::new(groups_bits))]
     step_count_match: StateMatch,
     /// the delay is less than the code period
@@ -239,7 +240,7 @@ fn describe(plan: &RegisterPlan) -> About {
              without a gap, unless settings were written.",
         )
         .note(
-            "The counters are binary, since a host writes numbers. A step's count begins at 4 and ends at \
+            "The counters are binary, since a host writes numbers. A step's count is 5 at its second chip and ends at \
              the chips as they were written: so its end is known in time.",
         )
         .fact("Chips", format!("{} to {} a step", plan.least_chips, (1u64 << plan.chips_bits) - 1))
@@ -348,7 +349,7 @@ impl Logic for ScanSequencer {
         if self.indexed.q.val() & self.i_laser_epoch.val() {
             self.prepared.d.next = (self.prepared.q.val() << 1) | bit_cast(true, 2);
         }
-        if self.prepared.q.val().get_bit(0) & self.chip_count_match.o_matched.val() {
+        if self.prepared.q.val().get_bit(0) & self.delay_match.o_matched.val() {
             self.load.d.next = false;
         }
         if self.starts.val() {
@@ -358,22 +359,20 @@ impl Logic for ScanSequencer {
     }
 
     fn count_chips(&mut self) {
-        self.chip_count_match.i_state.next = self.chip_count.q.val();
-        self.chip_count_match.i_wanted.next = self.wanted.q.val();
-        if self.run.q.val() {
-            self.wanted.d.next = bit_cast(self.chips.q.val(), self.count_bits);
-        } else {
-            self.wanted.d.next = bit_cast(self.delay.q.val(), self.count_bits);
-        }
+        self.chip_count_match.i_state.next = self.chip_count.q.val().slice(0, self.chips_bits);
+        self.chip_count_match.i_wanted.next = self.chips.q.val();
+        self.delay_match.i_state.next = self.chip_count.q.val().slice(0, self.delay_bits);
+        self.delay_match.i_wanted.next = self.delay.q.val();
         self.ran.d.next = (self.ran.q.val() << 1).replace_bit(0, self.run.q.val());
         self.pre_last_chip.d.next =
             self.run.q.val() & self.ran.q.val().get_bit(1) & self.chip_count_match.o_matched.val();
         self.last_chip.d.next = self.pre_last_chip.q.val();
+        self.first_chip.d.next = self.starts.val() | self.last_chip.q.val();
         self.chip_count.d.next = self.chip_count.q.val() + 1;
-        if self.starts.val() | self.last_chip.q.val() {
-            self.chip_count.d.next = self.chip_count_first.val();
-        } else if self.i_epoch.val() & !self.run.q.val() {
+        if self.i_epoch.val() & !self.run.q.val() {
             self.chip_count.d.next = 0.into();
+        } else if self.first_chip.q.val() {
+            self.chip_count.d.next = self.chip_count_second.val();
         }
         self.o_run.next = self.run.q.val();
         self.o_pre_last_chip.next = self.pre_last_chip.q.val();
