@@ -28,6 +28,9 @@ const QUARTER_STD: f64 = 0.3186;
 /// Share of scans without light that have as large a count, from which on there is no peak.
 const NO_PEAK: f64 = 0.02;
 
+/// In scans of so many peaks' widths the nearest to the median are not a peak's.
+const FEWEST_BASES: usize = 4;
+
 impl Largest {
     /// Takes a count.
     pub fn take(&mut self, phase_step: u64, count: i64) {
@@ -38,16 +41,21 @@ impl Largest {
     }
 
     /// Phase step and count of it; none where nothing stands out: noise that scatters as the counts do has as large
-    /// a one, or the only one is 0.
+    /// a one, or all are the same, or the only one is 0. A peak is `base` steps wide.
     ///
     /// The scatter is that of the quarter of the counts that are nearest to the median: most sidelobes of a code
     /// are small, and a peak is not among them. Counts are whole numbers: half of one is added.
-    pub fn peak(&self) -> Option<(u64, i64)> {
+    pub fn peak(&self, base: usize) -> Option<(u64, i64)> {
         let (step, largest) = self.largest?;
         if self.counts.len() == 1 {
             return (largest != 0).then_some((step, largest));
         }
         let number = self.counts.len();
+        if number < FEWEST_BASES * base {
+            // Nearly all of them are the peak's.
+            let is_flat = self.counts.iter().all(|&count| count == largest);
+            return (!is_flat).then_some((step, largest));
+        }
         let median = nth(self.counts.iter().copied(), number / 2);
         let quarter = nth(self.counts.iter().map(|count| count.abs_diff(median)), number / 4);
         let std = (quarter as f64 + 0.5) / QUARTER_STD;
@@ -231,7 +239,7 @@ mod tests {
     fn peak(counts: impl Iterator<Item = i64>) -> Option<(u64, i64)> {
         let mut largest = Largest::default();
         (0..).zip(counts).for_each(|(step, count)| largest.take(step, count));
-        largest.peak()
+        largest.peak(16)
     }
 
     /// Scans of 248 differences of Poisson numbers, as dark counts up and down are: one in fifty may have a peak,
@@ -248,6 +256,17 @@ mod tests {
         }
     }
 
+    /// A window of a peak's own steps, a square wave, and two steps.
+    #[test]
+    fn short_scans_have_peaks() {
+        let triangle = (0..16).map(|step: i64| 50 * (8 - (step - 8).abs()));
+        assert_eq!(peak(triangle), Some((8, 400)));
+        let square = (0..16).map(|step: i64| 25 * ((step - 8).abs() - 4));
+        assert_eq!(peak(square), Some((0, 100)));
+        assert_eq!(peak([0, 70].into_iter()), Some((1, 70)));
+        assert_eq!(peak([7, 7].into_iter()), None);
+    }
+
     /// The Gold code of degree 5 with the largest sidelobes, chip by chip and without noise: its peak is one, bright
     /// or dim.
     #[test]
@@ -258,8 +277,10 @@ mod tests {
         let correlation =
             |lag: usize| (0..31).map(|chip| sign(chip) * sign(chip + lag)).sum::<i64>();
         for times in [1, 1000] {
-            let peak = peak((0..31).map(|step| times * correlation((step + 11) % 31)));
-            assert_eq!(peak, Some((20, 31 * times)));
+            let mut largest = Largest::default();
+            (0..31)
+                .for_each(|step| largest.take(step as u64, times * correlation((step + 11) % 31)));
+            assert_eq!(largest.peak(2), Some((20, 31 * times)));
         }
     }
 }

@@ -207,7 +207,8 @@ impl View {
     fn distance(&self, detector: usize) -> [Line<'_>; 2] {
         let bold = Style::from(colour(detector)).add_modifier(Modifier::BOLD);
         let name = Span::from(format!("{:<12} ", self.detectors[detector])).style(bold);
-        let peak = self.scan.as_ref().and_then(|scan| peak(scan.detectors.get(detector)?));
+        let peak =
+            self.scan.as_ref().and_then(|scan| peak(scan.detectors.get(detector)?, &self.identity));
         let at_peak =
             peak.map_or(String::new(), |(step, count)| format!("   peak {count} at step {step}"));
         let answer = self.answers.as_ref().and_then(|answers| answers.of.get(detector));
@@ -313,7 +314,8 @@ impl View {
         let offset_m = self.answer(detector).map_or(0.0, |r| distance_m(r.calibration_offset_ps));
         let steps_of_period =
             u64::from(self.identity.samples_per_chip) * u64::from(self.identity.code_chips);
-        let (first, peak) = (of.phase_steps.first().copied().unwrap_or(0), peak(of));
+        let (first, peak) =
+            (of.phase_steps.first().copied().unwrap_or(0), peak(of, &self.identity));
         let near = u64::from(self.identity.samples_per_chip) * ZOOM_CHIPS;
         let points = of.phase_steps.iter().zip(&of.counts).filter_map(|(&step, &count)| {
             // A scan that goes on at the period's beginning is drawn in one piece.
@@ -410,10 +412,10 @@ fn colour(detector: usize) -> Color {
 }
 
 /// Phase step and count of the largest count.
-fn peak(of: &DetectorScan) -> Option<(u64, i64)> {
+fn peak(of: &DetectorScan, identity: &Identity) -> Option<(u64, i64)> {
     let mut largest = Largest::default();
     of.phase_steps.iter().zip(&of.counts).for_each(|(&step, &count)| largest.take(step, count));
-    largest.peak()
+    largest.peak(2 * usize::from(identity.samples_per_chip))
 }
 
 /// The least and the greatest of some numbers, which are not the same.

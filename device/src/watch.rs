@@ -87,7 +87,9 @@ impl Watch {
         self.saturated |= frame.saturated;
         if frame.last && follows {
             self.scans += 1;
-            self.peak = largest.iter().filter_map(Largest::peak).max_by_key(|&(_, count)| count);
+            let base = 2 * usize::from(self.identity.samples_per_chip);
+            let peaks = largest.iter().filter_map(|largest| largest.peak(base));
+            self.peak = peaks.max_by_key(|&(_, count)| count);
         }
     }
 

@@ -15,7 +15,7 @@ use goldtof_tags::{Channel, TagError, TagReader};
 use serde::Serialize;
 
 pub use self::epochs::Epochs;
-use self::epochs::{Clock, Line, MOST_OFFSET};
+use self::epochs::{Clock, EPOCHS_OF_A_LINE, Line, MOST_OFFSET};
 use self::folding::{Folding, Samples};
 use crate::document::Body;
 use crate::histogram::{Histogram, HistogramError};
@@ -371,10 +371,8 @@ pub fn report(
         Some(pulses) if sensor.interface().histogram().is_none() => counts_of(sensor, pulses)?,
         _ => Vec::new(),
     };
-    // Of so many of the marks that are in all periods.
-    let share = sensor.timing().scan_duration_ps()
-        / (epochs.periods as f64 * sensor.timing().code_period_ps());
-    let of_scan = timed_by(sensor, epochs, (share.min(1.0) * epochs.epochs as f64) as u64);
+    // The counts round the peak are of one straight line: at its ends it is twice as far off as on average.
+    let of_scan = timed_by(sensor, epochs, epochs.epochs.min(EPOCHS_OF_A_LINE as u64) / 2);
     let report = ReplayReport {
         file: replay.file.clone(),
         detectors: replay.detectors.clone(),

@@ -175,6 +175,37 @@ fn a_target_outside_of_the_scan_is_told_from_its_sidelobes() {
     .unwrap();
 }
 
+/// Three tenths of the scene's light within the window are no sidelobes: the distance stays, and the light is named.
+#[test]
+fn dim_light_in_a_window_is_not_told_to_be_outside() {
+    let window = ["scan.steps={ first = 8, count = 33 }", "hardware.total_counts=true"];
+    for code in [
+        "source.code.index=3",
+        "source.code.index=7",
+        "source.code={ family = \"m-sequence\", degree = 5 }",
+    ] {
+        let written = quick(&[&window[..], &[code]].concat());
+        let built = quick(&[&window[..], &[code, "source.mean_power=6 pW"]].concat());
+        scans(&built, DetectorIndex(0), Tier::Sampled, 5, 4, |counts| {
+            let found = assess(&written, &recorded(counts, true));
+            let distance_m = found.estimate.distance_m.expect("it is in the window");
+            assert!((distance_m - 3.2).abs() < 0.4, "{code}: {found}");
+            let causes = &found.diagnosis.as_ref().expect("it is known").causes;
+            assert!(causes.contains(&Cause::LightLevel), "{code}: {found}");
+        })
+        .unwrap();
+    }
+}
+
+/// Of one expected hit in a scan none is no fault.
+#[test]
+fn a_scene_of_hardly_any_light_may_count_nothing() {
+    let dim = quick(&["detector.dark_count_rate=0 cps", "source.mean_power=1e-7 pW"]);
+    let none = vec![StepCount { signed: 0, total: 0 }; 248];
+    let found = assess(&dim, &recorded(&none, true));
+    assert!(found.diagnosis.expect("it is known").causes.is_empty());
+}
+
 /// Beside a source ten times as bright the largest count is of its light, at a step that says nothing of the
 /// own distance: with the own path blocked there is none.
 #[test]
@@ -214,6 +245,7 @@ fn at_random(random: &mut Xoshiro256PlusPlus) -> Vec<String> {
     ];
     let one_of = |of: &[u32], random: &mut Xoshiro256PlusPlus| of[random.random_range(0..of.len())];
     settings.push(format!("clock.samples_per_chip={}", one_of(&[1, 2, 4, 8], random)));
+    settings.push(format!("source.code.index={}", random.random_range(-2..31)));
     settings.push(format!("hardware.parallel={}", one_of(&[1, 1, 1, 4, 16], random)));
     settings
 }

@@ -23,6 +23,9 @@ use crate::sensor::Sensor;
 /// estimate's scatter.
 const MOST_UNEVEN: f64 = 1.5;
 
+/// Up to so large a bound, in chips, bounds beside it are taken in.
+const MOST_CHIPS_APART: f64 = 0.1;
+
 /// How precise estimates from the counts of one scan can be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
@@ -125,6 +128,10 @@ pub(super) fn averaged(
         _ => None,
     };
     let (path, here_m) = of(&bound(sensor, detector, tier).ok()?)?;
+    // Farther apart, other edges come in between.
+    if here_m > MOST_CHIPS_APART * distance_m(sensor.clock().chip_period_ps) {
+        return Some(here_m);
+    }
     let beside = [-1.0, 1.0].map(|side| {
         let later_ps = side * 3.0_f64.sqrt() * here_m / distance_m(1.0);
         let there = sensor.with(|scene| scene.paths[path].delay_ps += later_ps);

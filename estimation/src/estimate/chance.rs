@@ -2,7 +2,7 @@
 //! has as large a count. A beam that is blocked, or a laser that is off, leaves counts that have a largest
 //! one, too.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use super::count_law::CountLaw;
 use super::effort::{TheoryEffort, Work};
@@ -18,10 +18,11 @@ pub const NO_PEAK: f64 = 0.02;
 /// From this chance on it is told.
 pub const DOUBTFUL: f64 = 0.001;
 
-/// Counts whose scatter is to tell how bright it was are at least so many. Of N steps, and no noise at all, a peak
-/// and the sidelobes of a Gold code of L chips make differences as noise of 2 / (L S^2) of its square would:
-/// it is 3.9 standard deviations high with 31 chips and one sample per chip, and higher in longer scans.
-const SCATTERED_STEPS: usize = 31;
+/// Phase steps times samples per chip of scans whose scatter is to tell how bright it was, at least: of less, a
+/// code's sidelobes pass for noise. Of Gold codes of 63 chips, with one sample per chip and no noise at all, a peak
+/// is some four standard deviations high among them, and higher in longer scans.
+const SCATTERED: usize = 62;
+const SCATTERED_STEPS: usize = 16;
 
 /// A detector's scan as it would be without any light of its own source, as bright as the counts say.
 #[derive(Debug)]
@@ -33,7 +34,9 @@ pub struct Darkness<'s> {
     /// Hits of a step by the scene: none if it has no other light.
     hits_of_scene: f64,
     /// What a step counts by what was measured.
-    pub hits: f64,
+    hits: f64,
+    /// What such light adds to the mean of every count.
+    more: f64,
 }
 
 impl<'s> Darkness<'s> {
@@ -45,21 +48,32 @@ impl<'s> Darkness<'s> {
         let spad = &sensor.scene().detectors[detector];
         let of_scene = laws_without_own_light(sensor, detector).unwrap_or_default();
         let hits_of_scene = mean(of_scene.iter().map(|law| law.total));
-        let mut dark = Darkness { sensor, detector, laws: of_scene, hits_of_scene, hits: 0.0 };
+        let mut dark =
+            Darkness { sensor, detector, laws: of_scene, hits_of_scene, hits: 0.0, more: 0.0 };
         if hits_of_scene <= 0.0 {
             // Without other light in the scene, or without theory, hits come as they come.
             let clusters = spad.afterpulses_per_avalanche();
             dark.laws = vec![CountLaw::of_clusters(dark.balance(), 1.0, clusters)];
         }
         let counted = mean(counts.iter().map(|count| count.total as f64));
-        dark.hits = match counted > 0.0 {
-            true => counted,
-            false => {
-                let scattered = dark.excess_scatter(counts) * dark.hits_of_laws();
-                scattered.min(dark.most_hits()).max(hits_of_scene)
-            }
-        };
+        if counted > 0.0 {
+            dark.hits = counted;
+            dark.more = dark.balance() * (counted - dark.hits_of_laws());
+        } else if !counts.is_empty() {
+            let scattered = dark.excess_scatter(counts) * dark.hits_of_laws();
+            dark.hits = scattered.min(dark.most_hits()).max(hits_of_scene);
+            dark.more = dark.middle(counts);
+        }
         dark
+    }
+
+    /// The median of what counts have beyond the laws' means: most steps see no peak.
+    fn middle(&self, counts: &[StepCount]) -> f64 {
+        let excess = counts.iter().zip(self.laws.iter().cycle());
+        let mut excess: Vec<f64> =
+            excess.map(|(count, law)| count.signed as f64 - law.mean).collect();
+        let middle = excess.len() / 2;
+        *excess.select_nth_unstable_by(middle, f64::total_cmp).1
     }
 
     /// Hits that the laws expect of a step.
@@ -75,10 +89,9 @@ impl<'s> Darkness<'s> {
 
     /// The laws of some steps' counts: light that is not modulated makes the difference to the scene's.
     fn laws(&self, steps: usize) -> Vec<CountLaw> {
-        let known = self.hits_of_laws();
-        let (brighter, more) = (self.hits / known, self.balance() * (self.hits - known));
+        let brighter = self.hits / self.hits_of_laws();
         let of_step = |of_scene: &CountLaw| CountLaw {
-            mean: of_scene.mean + more,
+            mean: of_scene.mean + self.more,
             variance: of_scene.variance * brighter,
             total: of_scene.total * brighter,
             ..*of_scene
@@ -93,17 +106,27 @@ impl<'s> Darkness<'s> {
     }
 
     /// How many times the variance of the scene's noise the counts have, by the differences of neighbours
-    /// (von Neumann 1941); 0 if they are too few to tell.
+    /// (von Neumann 1941) away from the largest one; 0 if they are too few to tell.
     fn excess_scatter(&self, counts: &[StepCount]) -> f64 {
-        if counts.len() < SCATTERED_STEPS {
+        let samples_per_chip = self.sensor.clock().samples_per_chip as usize;
+        if counts.len() < SCATTERED_STEPS || counts.len() * samples_per_chip < SCATTERED {
             return 0.0;
         }
         let group = self.steps_of_the_same_light(counts.len());
         let law = |step: usize| self.laws[step % self.laws.len()];
-        let excess = |step: usize| counts[step].signed as f64 - law(step).mean;
+        let excess: Vec<f64> = counts
+            .iter()
+            .enumerate()
+            .map(|(step, count)| count.signed as f64 - law(step).mean)
+            .collect();
+        let peak = first_maximum(&excess);
         let (mut squares, mut expected) = (0.0, 0.0);
         for step in 1..counts.len() {
-            squares += (excess(step) - excess(step - 1)).powi(2);
+            let apart = step.abs_diff(peak);
+            if apart.min(counts.len() - apart) <= samples_per_chip {
+                continue;
+            }
+            squares += (excess[step] - excess[step - 1]).powi(2);
             let sees_the_same = step % group != 0;
             let of_light = if sees_the_same { self.of_the_same_light() } else { 1.0 };
             expected += of_light * (law(step).variance + law(step - 1).variance);
@@ -111,13 +134,12 @@ impl<'s> Darkness<'s> {
         if expected > 0.0 { squares / expected } else { 0.0 }
     }
 
-    /// Variance of the difference of two neighbours that count the same light, over that of two that do not:
-    /// only hits in samples in which their signs differ are in it.
+    /// Variance of the difference of two neighbours that count the same hits, over that of two that do not:
+    /// only hits in samples in which their signs differ are in it, each by 2.
     fn of_the_same_light(&self) -> f64 {
         let code = self.sensor.reference(self.detector);
         let changes = 2.0 * code.runs() as f64 / code.len() as f64;
-        let samples_per_chip = f64::from(self.sensor.clock().samples_per_chip);
-        2.0 * changes / samples_per_chip / (1.0 - self.balance().powi(2))
+        2.0 * changes / f64::from(self.sensor.clock().samples_per_chip)
     }
 
     /// The sensor without its own light, and how much more of light that is not modulated it has, in counts
@@ -131,9 +153,10 @@ impl<'s> Darkness<'s> {
         (dark, dead_time.primary(counted) - dead_time.primary(of_scene))
     }
 
-    /// Hits of a scan of so many steps by the scene: none if it has no other light.
-    pub fn hits_of_scan(&self, steps: usize) -> f64 {
-        self.hits_of_scene * (steps as f64 / self.steps_of_the_same_light(steps) as f64)
+    /// Share of such scans, as bright as the scene, in which every count is 0; see [`chance_of_zeros`].
+    pub fn chance_of_zeros(&self, steps: usize, has_totals: bool) -> f64 {
+        let groups = steps as f64 / self.steps_of_the_same_light(steps) as f64;
+        chance_of_zeros(self.hits_of_scene, groups, has_totals)
     }
 
     /// Share of such scans whose counts show as much as those that the estimate rests on; none of hardware whose
@@ -155,7 +178,7 @@ impl<'s> Darkness<'s> {
                 let coarse = first_maximum(&signed);
                 (laws[coarse], signed[coarse])
             }
-            EstimatorKind::Model => least_likely(&laws, &signed, self.steps_that_add_up()),
+            EstimatorKind::Model => self.least_likely(&laws, &signed),
         };
         let of_one = law.above(count - 0.5);
         Some(-(counts.len() as f64 * (-of_one).ln_1p()).exp_m1())
@@ -179,6 +202,28 @@ impl<'s> Darkness<'s> {
             }
         }
         (-sum.norm_sqr() / mean_square).exp()
+    }
+
+    /// Of all sums of the counts of a chip that of the largest deviation, and its law; round the code period, where
+    /// the scan goes round it.
+    fn least_likely(&self, laws: &[CountLaw], counts: &[f64]) -> (CountLaw, f64) {
+        let neighbours = self.steps_that_add_up().min(counts.len());
+        let round = if self.sensor.timing().scan.is_full() { neighbours - 1 } else { 0 };
+        let laws = [laws, &laws[..round]].concat();
+        let counts = [counts, &counts[..round]].concat();
+        let sums =
+            laws.windows(neighbours).zip(counts.windows(neighbours)).map(|(laws, counts)| {
+                let sum = |of: fn(&CountLaw) -> f64| laws.iter().map(of).sum();
+                let law = CountLaw {
+                    mean: sum(|law| law.mean),
+                    variance: sum(|law| law.variance),
+                    total: sum(|law| law.total),
+                    ..laws[0]
+                };
+                (law, counts.iter().sum::<f64>())
+            });
+        let deviation = |(law, count): &(CountLaw, f64)| (count - law.mean) / law.std();
+        sums.max_by(|a, b| deviation(a).total_cmp(&deviation(b))).expect("there are counts")
     }
 
     /// Neighbouring steps that count the same hits.
@@ -220,31 +265,19 @@ fn laws_without_own_light(
     let model = DetectorModel::new(&dark, detector);
     let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
     let first = SecondMoments::new(&response)?.of_steps(&[Step::at(0)])[0];
-    // Variance of a step without regard to its mean, which is what steps differ in.
-    let apart = |signed: f64, total: f64| total * (1.0 - (signed / total).powi(2));
-    let fano = first.signed_variance / apart(first.signed_mean, first.total_mean);
+    // Hits up and hits down are as good as Poisson numbers, whatever the mean of their difference.
+    let fano = first.signed_variance / first.total_mean;
     let spad = &sensor.scene().detectors[detector];
-    let of_step =
-        |mean: &MeanCount| CountLaw::of(spad, mean, fano * apart(mean.signed, mean.total));
+    let of_step = |mean: &MeanCount| CountLaw::of(spad, mean, fano * mean.total);
     let laws = response.mean_counts().iter().map(of_step).collect();
     Ok(if first.total_mean > 0.0 { laws } else { Vec::new() })
 }
 
-/// Of all sums of neighbouring counts that of the largest deviation, and its law.
-fn least_likely(laws: &[CountLaw], counts: &[f64], neighbours: usize) -> (CountLaw, f64) {
-    let neighbours = neighbours.min(counts.len());
-    let sums = laws.windows(neighbours).zip(counts.windows(neighbours)).map(|(laws, counts)| {
-        let sum = |of: fn(&CountLaw) -> f64| laws.iter().map(of).sum();
-        let law = CountLaw {
-            mean: sum(|law| law.mean),
-            variance: sum(|law| law.variance),
-            total: sum(|law| law.total),
-            ..laws[0]
-        };
-        (law, counts.iter().sum::<f64>())
-    });
-    let deviation = |(law, count): &(CountLaw, f64)| (count - law.mean) / law.std();
-    sums.max_by(|a, b| deviation(a).total_cmp(&deviation(b))).expect("there are counts")
+/// Share of scans of so many groups of steps, each with so many hits, in which every count is 0: without total counts
+/// also those with as many hits up as down, nearly 1 / sqrt(1 + 2 pi h) of groups.
+pub fn chance_of_zeros(hits: f64, groups: f64, has_totals: bool) -> f64 {
+    let ln_of_group = if has_totals { -hits } else { -0.5 * (TAU * hits).ln_1p() };
+    (groups * ln_of_group).exp()
 }
 
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
@@ -255,6 +288,7 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use rand::{RngExt, SeedableRng};
+    use rand_distr::{Distribution as _, Poisson};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     use super::*;
@@ -324,43 +358,55 @@ mod tests {
         assert!(found.expect("there are hits") > 0.5, "{found:?}");
     }
 
-    /// Counts of so many hits in each group of steps, anywhere in the code, that tell a `total`.
+    /// Counts of about so many hits in each group of steps, anywhere in the code; with totals if they are told.
     fn counts_of_noise(
         sensor: &Sensor,
-        hits: usize,
+        hits: f64,
         parallel: usize,
-        total: u64,
+        has_totals: bool,
         random: &mut Xoshiro256PlusPlus,
     ) -> Vec<StepCount> {
         let chips = &sensor.reference(DetectorIndex(0)).chips;
-        let samples = 8 * chips.len();
-        let sign = |sample: usize| 2 * i64::from(chips[sample % samples / 8]) - 1;
+        let samples_per_chip = sensor.clock().samples_per_chip as usize;
+        let samples = samples_per_chip * chips.len();
+        let sign = |sample: usize| 2 * i64::from(chips[sample % samples / samples_per_chip]) - 1;
+        let number = Poisson::new(hits).expect("a mean");
         let mut counts = Vec::new();
         while counts.len() < samples {
-            let hits: Vec<usize> = (0..hits).map(|_| random.random_range(0..samples)).collect();
+            let number = number.sample(random) as u64;
+            let hits: Vec<usize> = (0..number).map(|_| random.random_range(0..samples)).collect();
             let signed = |step: usize| hits.iter().map(|hit| sign(hit + step)).sum();
+            let total = if has_totals { number } else { 0 };
             counts.extend((0..parallel).map(|step| StepCount { signed: signed(step), total }));
         }
         counts.truncate(samples);
         counts
     }
 
-    /// Signed counts of 900 hits at random places of the code, in a scene that expects 90: the scatter tells it
-    /// within four of its standard errors, whether steps count the same hits or not.
+    /// Signed counts of 900 hits at random places of a code, balanced or not, in a scene that expects 90: the scatter
+    /// tells on average how bright it was, whether steps count the same hits or not.
     #[test]
     fn without_totals_the_scatter_tells_how_bright_it_was() {
-        const HITS: usize = 900;
         let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
-        for parallel in [1, 4, 16] {
+        for (parallel, code) in [
+            (1, "source.code.index=0"),
+            (4, "source.code.index=0"),
+            (16, "source.code.index=0"),
+            (16, "source.code={ family = \"chips\", chips = \"1110111011111011\" }"),
+        ] {
             let parallel_steps = format!("hardware.parallel={parallel}");
-            let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps", &parallel_steps]);
-            let counts = counts_of_noise(&sensor, HITS, parallel, 0, &mut random);
-            let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
-            assert!((dark.hits_of_scene / 90.0 - 1.0).abs() < 0.01, "{}", dark.hits_of_scene);
-            let ratio = dark.hits / HITS as f64;
-            let independent = (counts.len() / parallel) as f64;
-            assert!((ratio - 1.0).abs() < 4.0 * (3.0 / independent).sqrt(), "{parallel}: {ratio}");
-            println!("{parallel}: {ratio}");
+            let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps", &parallel_steps, code]);
+            let ratio = |_| {
+                let counts = counts_of_noise(&sensor, 900.0, parallel, false, &mut random);
+                let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+                assert!((dark.hits_of_scene / 90.0 - 1.0).abs() < 0.01, "{}", dark.hits_of_scene);
+                dark.hits / 900.0
+            };
+            let scans = 60;
+            let mean = (0..scans).map(ratio).sum::<f64>() / f64::from(scans);
+            let independent = f64::from(scans) * sensor.timing().groups() as f64;
+            let error = (3.0 / independent).sqrt();
+            assert!((mean - 1.0).abs() < 4.0 * error + 0.03, "{parallel}, {code}: {mean}");
         }
     }
 
@@ -375,7 +421,7 @@ mod tests {
             let sensor = ideal(&[settings[0], settings[1], &parallel_steps]);
             let mut below = [0; 4];
             for _ in 0..2000 {
-                let counts = counts_of_noise(&sensor, 50, parallel, 50, &mut random);
+                let counts = counts_of_noise(&sensor, 50.0, parallel, true, &mut random);
                 let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
                 let chance = dark.chance(&counts).expect("there are hits");
                 let limits = [0.5, 0.2, 0.05, 0.02];
@@ -385,6 +431,37 @@ mod tests {
                 let (mean, std): (f64, f64) =
                     (2000.0 * share, (2000.0 * share * (1.0 - share)).sqrt());
                 assert!((f64::from(found) - mean).abs() < 4.0 * std, "{parallel}: {below:?}");
+            }
+        }
+    }
+
+    /// Every Gold code of degree 5, at 1, 2 and 8 samples per chip, without any noise: its peak is one, however bright,
+    /// also half-way between two steps. With one sample per chip the scene's own noise is taken.
+    #[test]
+    fn no_code_hides_its_own_peak() {
+        for (index, samples) in (0..33).flat_map(|index| [1, 2, 8].map(|samples| (index, samples)))
+        {
+            let code = format!("source.code.index={}", index - 2);
+            let samples_per_chip = format!("clock.samples_per_chip={samples}");
+            let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps", &code, &samples_per_chip]);
+            let chips = &sensor.reference(DetectorIndex(0)).chips;
+            let sign = |chip: usize| 2 * i64::from(chips[chip % 31]) - 1;
+            let at_lag =
+                |lag: usize| (0..31).map(|chip| sign(chip) * sign(chip + lag)).sum::<i64>();
+            for (times, late) in [(30, 0), (1000, 0), (1000, 1)] {
+                // Steps in half samples from the peak, which is ten chips and a bit late.
+                let count = |step: i64| {
+                    let place = (2 * (step - 10 * samples) - late).rem_euclid(62 * samples);
+                    let (chip, rest) = (place / (2 * samples), place % (2 * samples));
+                    let [here, next] = [chip, chip + 1].map(|lag| at_lag(lag as usize));
+                    let signed =
+                        times * (here * (2 * samples - rest) + next * rest) / (2 * samples);
+                    StepCount { signed, total: 0 }
+                };
+                let counts: Vec<StepCount> = (0..31 * samples).map(count).collect();
+                let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+                let chance = dark.chance(&counts).expect("there are hits");
+                assert!(chance < NO_PEAK, "{index}, {samples}, {times}, {late}: {chance}");
             }
         }
     }

@@ -92,19 +92,27 @@ pub fn short_steps(model: &DetectorModel) -> Approximation {
     }
 }
 
-/// How far a path's delay is outside of the scan.
-fn outside_scan(asked: &Asked) -> Approximation {
-    let scan = &asked.sensor.timing().scan;
-    let measured_ps = asked.truth().delay_ps + asked.offset_ps();
+/// How many phase steps a measured delay is outside of the scan: half a step beyond its rims is within.
+pub fn steps_outside(sensor: &Sensor, measured_ps: f64) -> f64 {
+    let scan = &sensor.timing().scan;
     let period = scan.steps_per_period as f64;
-    let place = measured_ps / asked.sensor.clock().sample_period_ps() - scan.first_step as f64;
+    let place = measured_ps / sensor.clock().sample_period_ps() - scan.first_step as f64;
     let after_first = place.rem_euclid(period);
     let beyond_last = after_first - (scan.steps - 1) as f64;
+    let outside = beyond_last.min(period - after_first);
+    if scan.is_full() || outside <= MOST_OUTSIDE { 0.0 } else { outside }
+}
+
+/// Steps beyond a scan's rims that are within it.
+const MOST_OUTSIDE: f64 = 0.5;
+
+/// How far a path's delay is outside of the scan.
+fn outside_scan(asked: &Asked) -> Approximation {
     Approximation {
         name: "that the true delay is in the scan",
         measure: "it is outside by this many phase steps:",
-        size: if scan.is_full() { 0.0 } else { beyond_last.min(period - after_first).max(0.0) },
-        bound: 0.5,
+        size: steps_outside(asked.sensor, asked.truth().delay_ps + asked.offset_ps()),
+        bound: MOST_OUTSIDE,
         concerns_misses: true,
     }
 }

@@ -48,7 +48,7 @@ pub struct EstimateReport {
     /// first.
     pub path: Option<PathIndex>,
     /// The estimate; null if the counts do not have a peak, or no modulated light could
-    /// have caused one, or noise alone is as likely to.
+    /// have caused one, or scans without any have as large counts too often.
     pub distance_m: Option<f64>,
     /// Share of scans without any light of the source in which some count is as large as what the estimate
     /// rests on ([`crate::estimate::chance`]); null without hits, and where counts may saturate. From 0.02

@@ -35,8 +35,8 @@ const NARROWEST: f64 = 0.01;
 /// the largest of all phase steps.
 const MOST_DISAGREEMENT: f64 = 4.0;
 const MOST_CODE: f64 = 5.5;
-/// Counts that are the same are those of full counters if chance makes them so more seldom: a number of ones alone
-/// is one itself.
+/// The largest counts are those of full counters if chance makes them so more seldom: of counts that are the same, and
+/// of ones at which a binary counter ends.
 const FULL_BY_CHANCE: f64 = 1e-2;
 const SAME_BY_CHANCE: f64 = 1e-5;
 /// A larger share of rising edges that are those of two avalanches would move widths.
@@ -286,8 +286,10 @@ fn check_stopped(counts: &[u64]) -> Result<(), DensityError> {
     let (numbers, ties) = (counts.len(), counts.iter().filter(|&&count| count == most).count());
     let same = 1.0 / (4.0 * std::f64::consts::PI * most as f64).sqrt();
     let ways = |other: usize| (numbers - other) as f64 / other as f64;
-    let share: f64 = (1..ties).map(|other| ways(other) * same).product();
+    let of_ties: f64 = (1..ties).map(|other| ways(other) * same).product();
     let is_full = (most + 1).is_power_of_two();
+    // The largest is just the number at which a counter ends.
+    let share = if is_full { of_ties * 0.5 / (most as f64).sqrt() } else { of_ties };
     match share < if is_full { FULL_BY_CHANCE } else { SAME_BY_CHANCE } {
         true => Err(DensityError::Stopped { most, ties, numbers, share }),
         false => Ok(()),

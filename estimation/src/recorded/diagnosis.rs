@@ -2,8 +2,8 @@
 //!
 //! Every statement rests on a test, and all tests are one [`Family`]: by design they reject a
 //! correct scene in about one scan of a hundred (docs/recorded-counts.md has what was measured). At
-//! first only the distance is unknown. Of light level, background, dead time, chip period and integration time, the one
-//! that raises the likelihood most is freed, and the next, as long as the gain is significant. Where
+//! first only the distance is unknown. Of light level, background, dead time, chip period and integration
+//! time, the one that raises the likelihood most is freed, and the next, as long as the gain is significant. Where
 //! several do about as well, all of them are named: the counts do not tell which it is. A cause that
 //! is named fits the counts; another one, or several together, may fit them as well.
 
@@ -15,11 +15,14 @@ use super::Cause;
 use super::codes::{self, Candidate};
 use super::hypothesis::{Change, SceneFit, Unknown, fit};
 use super::observed::{Observed, differences};
-use crate::estimate::chance::Darkness;
+use crate::estimate::chance::{Darkness, chance_of_zeros};
+use crate::estimate::coverage::steps_outside;
 use crate::estimate::evidence::Family;
 use crate::estimate::fit::FitError;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
+use crate::photons::DetectorModel;
+use crate::response::MeanResponse;
 use crate::scene::{Scene, SourceIndex};
 use crate::sensor::Sensor;
 
@@ -90,8 +93,8 @@ pub(super) fn diagnose(
     if examination.fitted.errors.is_empty() {
         examination.unknowns.clear();
     }
-    if observed.values().iter().all(|&value| value == 0.0) {
-        return examination.without_hits();
+    if let Some(nothing) = examination.without_hits()? {
+        return Ok(nothing);
     }
     let hits = examination.fitted.expected.hits();
     if hits < FEWEST_HITS {
@@ -121,35 +124,60 @@ pub(super) fn fit_of_scene(
 }
 
 /// Longest code whose peak is looked for outside of a scan: sidelobes of longer ones are small.
-const MOST_CHIPS_OUTSIDE: usize = 511;
+const MOST_CHIPS_OUTSIDE: u64 = 511;
 
-/// The delay, of those half a chip apart over the code period, at which the counts of a part of it are nearest to the
-/// scene's: sidelobes tell where a peak is that the scan does not come by.
+/// A delay at which the scan does not come by the peak, if its sidelobes fit the counts better than any peak within
+/// the scan: light of any level, in any background, half a chip apart over the code period.
 fn delay_outside(sensor: &Sensor, observed: Observed) -> Result<Option<f64>, FitError> {
-    let code = sensor.reference(observed.detector());
-    if sensor.timing().scan.is_full() || code.len() > MOST_CHIPS_OUTSIDE as u64 {
+    let Observed::Steps(scan) = observed else { return Ok(None) };
+    let (clock, detector) = (sensor.clock(), observed.detector());
+    let code = sensor.reference(detector);
+    if sensor.timing().scan.is_full() || code.len() > MOST_CHIPS_OUTSIDE {
         return Ok(None);
     }
-    let values = observed.values();
-    let known = Change::default().expected(sensor, observed)?;
-    let whitening = known.whitening(&known.means)?;
-    let mut best = (f64::INFINITY, None);
+    let Some(own) = sensor.scene().own_paths(detector).next() else { return Ok(None) };
+    let offset_ps = calibration_offset_ps(sensor, detector, CountingTier::Sampled);
+    let here_ps = sensor.scene().paths[own].delay_ps + offset_ps;
+    let model = DetectorModel::new(sensor, detector);
+    let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
+    let signed: Vec<f64> = scan.counts.iter().map(|count| count.signed as f64).collect();
+    let variance = observed.expected(sensor, 0.0)?.each()[0][1].powi(2);
+    // The gain of twice the log-likelihood, and the delay: of the best within the scan, and outside.
+    let mut best = [(0.0, 0.0); 2];
     for half_chips in 0..2 * code.len() {
-        let delay_ps = sensor.clock().ps(0.5 * half_chips as f64);
-        let residuals = differences(&values, &observed.means(sensor, delay_ps)?);
-        let squares = whitening.whitened(&residuals)?.iter().map(|z| z * z).sum();
-        if squares < best.0 {
-            best = (squares, Some(delay_ps));
+        let delay_ps = clock.ps(0.5 * half_chips as f64);
+        let means = response.delayed(delay_ps)?.mean_counts();
+        let means: Vec<f64> = means.iter().map(|mean| mean.signed).collect();
+        let gain = gain_of_shape(&signed, &means) / variance;
+        let is_outside = steps_outside(sensor, here_ps + delay_ps) > 0.0;
+        let of_place = &mut best[usize::from(is_outside)];
+        if gain > of_place.0 {
+            *of_place = (gain, delay_ps);
         }
     }
-    Ok(best.1)
+    let [(within, _), (outside, delay_ps)] = best;
+    let needed = critical() + 2.0 * (2.0 * code.len() as f64).ln();
+    Ok((outside - within > needed).then_some(delay_ps))
+}
+
+/// By how much the sum of squares falls if counts have a constant and a positive multiple of a shape, beside a constant
+/// alone.
+fn gain_of_shape(counts: &[f64], shape: &[f64]) -> f64 {
+    let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+    let (count, level) = (mean(counts), mean(shape));
+    let product: f64 = counts.iter().zip(shape).map(|(y, m)| (y - count) * (m - level)).sum();
+    let square: f64 = shape.iter().map(|m| (m - level).powi(2)).sum();
+    if product > 0.0 && square > 0.0 { product * product / square } else { 0.0 }
 }
 
 /// Of some delays, the one at which the scene agrees best with the recorded counts.
 fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Change, FitError> {
+    if let Some(delay_ps) = delay_outside(sensor, observed)? {
+        return Ok(Change::later(delay_ps));
+    }
     let values = observed.values();
     let mut best = (f64::INFINITY, Change::default());
-    for delay_ps in delays_ps.iter().copied().chain(delay_outside(sensor, observed)?) {
+    for &delay_ps in delays_ps {
         let change = Change::later(delay_ps);
         let deviance = change.expected(sensor, observed)?.judge(&values)?.deviance;
         if deviance < best.0 {
@@ -254,7 +282,7 @@ impl Examination<'_> {
         Some((self.darkness(vec![test]), fitted))
     }
 
-    /// The diagnosis of counts of which a scene without the own light makes nothing else.
+    /// The diagnosis of counts that a scene without the own light makes.
     fn darkness(&self, tests: Vec<TestOutcome>) -> Diagnosis {
         let own = self.scene.detectors[self.observed.detector()].reference;
         let sentence = format!(
@@ -265,21 +293,35 @@ impl Examination<'_> {
         Diagnosis { causes: vec![Cause::NoLight], sentence, tests, not_tested: Vec::new() }
     }
 
-    /// The diagnosis of counts that are all 0: of darkness if nothing is expected of that, or of a detector
-    /// that does not count.
-    fn without_hits(self) -> Result<(Diagnosis, SceneFit), FitError> {
-        let counts = self.observed.step_counts(self.sensor);
-        let dark = Darkness::of(self.sensor, self.observed.detector(), &counts);
-        let nothing = fit(self.sensor, self.observed, &[], Change::default())?;
-        if (-dark.hits_of_scan(counts.len())).exp() >= family().level() {
-            return Ok((self.darkness(Vec::new()), nothing));
+    /// The diagnosis of counts that are all 0, where the scene's light leaves some: of darkness if that has none, or
+    /// of a detector that does not count.
+    fn without_hits(&self) -> Result<Option<(Diagnosis, SceneFit)>, FitError> {
+        let (sensor, detector) = (self.sensor, self.observed.detector());
+        let counts = self.observed.step_counts(sensor);
+        if self.observed.values().iter().any(|&value| value != 0.0) {
+            return Ok(None);
         }
-        let sentence =
-            "every count is 0, and even in darkness the scene has hits: the detector is off or \
-                        not connected"
-                .to_owned();
-        let causes = vec![Cause::NoHits];
-        Ok((Diagnosis { causes, sentence, tests: Vec::new(), not_tested: Vec::new() }, nothing))
+        let nothing = fit(sensor, self.observed, &[], Change::default())?;
+        let groups = match self.observed {
+            Observed::Steps(_) => counts.len() as f64,
+            Observed::Bins(_) => 1.0,
+        };
+        let has_totals = self.observed.tells_light();
+        if chance_of_zeros(nothing.expected.hits(), groups, has_totals) >= family().level() {
+            return Ok(None);
+        }
+        let dark = Darkness::of(sensor, detector, &counts);
+        if dark.chance_of_zeros(counts.len(), has_totals) >= family().level() {
+            return Ok(Some((self.darkness(Vec::new()), nothing)));
+        }
+        let sentence = "every count is 0, and the scene has hits even in darkness: the detector is off or not connected";
+        let diagnosis = Diagnosis {
+            causes: vec![Cause::NoHits],
+            sentence: sentence.to_owned(),
+            tests: Vec::new(),
+            not_tested: Vec::new(),
+        };
+        Ok(Some((diagnosis, nothing)))
     }
 
     /// No diagnosis: the tests do not keep their level where hits are few.

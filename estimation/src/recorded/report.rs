@@ -10,6 +10,7 @@ use super::hypothesis::{SceneFit, Unknown};
 use super::observed::{Agreement, Expected, Observed};
 use super::{Cause, RecordedHistogram, RecordedScan};
 use crate::estimate::chance::{DOUBTFUL, NO_PEAK};
+use crate::estimate::coverage::steps_outside;
 use crate::estimate::report::EstimateReport;
 use crate::estimate::{CountingTier, TheoryEffort, Work, calibration_offset_ps, distance_m};
 use crate::photons::StepCount;
@@ -243,10 +244,7 @@ impl Assessment {
 
     /// Takes an estimate back where the scan does not come by the peak that fits the counts: it is of a sidelobe.
     fn refuse_outside_of_scan(&mut self, sensor: &Sensor, delay_ps: f64) {
-        let scan = &sensor.timing().scan;
-        let measured_ps = delay_ps + self.estimate.calibration_offset_ps;
-        let place = measured_ps / sensor.clock().sample_period_ps() - scan.first_step as f64;
-        if scan.is_full() || place.rem_euclid(scan.steps_per_period as f64) < scan.steps as f64 {
+        if steps_outside(sensor, delay_ps + self.estimate.calibration_offset_ps) == 0.0 {
             return;
         }
         (self.estimate.distance_m, self.estimate.error_m) = (None, None);

@@ -84,7 +84,7 @@ tables! {
             "constant delay from avalanche to registered time"
             "200 km of cable";
         delay_std => delay_std_ps: f64 = quantity(Time, "0 s", "1 ms"), Or("0 s"), "20 ps";
-            "standard deviation with which the delay is known: what is said of recorded counts takes it in"
+            "standard deviation with which the delay is known: what is expected of a scan's distance takes it in"
             "as for `delay`";
         jitter = quantity(Time, "0 s", "1 ms"), Otherwise("none"), "53.5 ps";
             "list of the standard deviations of independent Gaussian jitters"
