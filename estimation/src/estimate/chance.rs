@@ -180,7 +180,9 @@ impl<'s> Darkness<'s> {
             }
             EstimatorKind::Model => self.least_likely(&laws, &signed),
         };
-        let of_one = law.above(count - 0.5);
+        // Of hardly any hits the saddlepoint of clusters is too far out, and most are alone.
+        let alone = CountLaw { afterpulses: 0.0, ..law };
+        let of_one = law.above(count - 0.5).max(alone.above(count - 0.5));
         Some(-(counts.len() as f64 * (-of_one).ln_1p()).exp_m1())
     }
 

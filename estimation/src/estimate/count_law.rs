@@ -8,8 +8,10 @@ use crate::response::MeanCount;
 use crate::scan::Step;
 use crate::scene::Detector;
 
-/// Beyond so many standard deviations a tail is taken as a normal one's: nothing.
+/// Beyond so many standard deviations a tail is taken as a normal one's, which is nothing, of variances from here on:
+/// of few hits two in a step are many standard deviations, and not seldom.
 const REACH_STD: f64 = 12.0;
+const LEAST_VARIANCE: f64 = 100.0;
 
 /// Clusters' cumulants are taken up to this share of where they end.
 const NEAR_ONE: f64 = 1.0 - 1e-9;
@@ -112,7 +114,8 @@ impl CountLaw {
             return f64::from(y > self.mean);
         }
         let z = (y - self.mean) / self.std();
-        if z.abs() > REACH_STD || self.total <= 0.0 {
+        let is_beyond = z.abs() > REACH_STD && self.variance > LEAST_VARIANCE;
+        if is_beyond || self.total <= 0.0 {
             return normal_cdf(z);
         }
         let at_zero = self.generated(0.0);
@@ -318,9 +321,12 @@ mod tests {
             (2.0, 10.0, 0.0, 0.01),
             (0.0, 40.0, 0.147, 0.03),
             (20.0, 40.0, 0.147, 0.03),
+            (0.0, 0.02, 0.0, 0.15),
         ] {
             let (law, exact) = (CountLaw::of_clusters(mean, total, m), exact(mean, total, m));
-            for z in -3..=5 {
+            // Of hardly any hits, up to three in a step.
+            let places = -3..=if total < 1.0 { 14 } else { 5 };
+            for z in places {
                 let x = (mean + f64::from(z) * law.std()).round() as i64;
                 let below: f64 = exact[..(x + 301) as usize].iter().sum();
                 let tail = below.min(1.0 - below);
