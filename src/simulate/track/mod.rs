@@ -560,8 +560,10 @@ impl TrackReport {
         let is_about = |measured: f64, expected: f64| (measured / expected - 1.0).abs() <= ABOUT;
         // Some need a second scan.
         let locks = self.time_to_lock_s.is_some_and(|s| s <= 1.5 * self.expected_time_to_lock_s);
+        // Of few updates there is no scatter, and nothing to contradict.
+        let is_followed = self.bias_m.is_some() || self.lost < self.acquired;
         locks
-            && self.bias_m.is_some()
+            && is_followed
             && self.told_in_time == self.taken_away
             && self.alarms_hold()
             && is_about(self.fastest_m_per_s, self.expected_fastest_m_per_s)
@@ -679,7 +681,9 @@ mod tests {
             time_to_lock_s: report.time_to_lock_s.map(|s| 3.0 * s),
             ..report.clone()
         };
-        let nowhere = TrackReport { bias_m: None, ..report.clone() };
+        let nowhere = TrackReport { bias_m: None, lost: report.acquired, ..report.clone() };
+        let few = TrackReport { bias_m: None, ..report.clone() };
+        assert!(few.holds(), "{few:#?}");
         let faster =
             TrackReport { fastest_m_per_s: 2.0 * report.fastest_m_per_s, ..report.clone() };
         let unknown = TrackReport { expected_fastest_m_per_s: f64::NAN, ..report.clone() };
