@@ -1,3 +1,4 @@
+use goldtof::estimate::chance::NO_PEAK;
 use goldtof_wire::{Content, Identity, ResultsFrame};
 
 /// A count at its place.
@@ -25,8 +26,6 @@ pub struct Largest {
 
 /// Normal numbers are nearer to their median than this many standard deviations a quarter of the time.
 const QUARTER_STD: f64 = 0.3186;
-/// Share of scans without light that have as large a count, from which on there is no peak.
-const NO_PEAK: f64 = 0.02;
 
 /// In scans of so many peaks' widths the nearest to the median are not a peak's.
 const FEWEST_BASES: usize = 4;
