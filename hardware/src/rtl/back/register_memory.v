@@ -1,7 +1,8 @@
-// register_memory: words of 32 bits in lookup tables, a port that writes, one that reads without a clock
+// register_memory: words of 32 bits, a port that writes, one that reads without a clock
 //
 // At power-up it holds INITIAL, word 0 lowest. Reset leaves it as it is: nothing is written in reset,
-// for which the registers before it may have had no value. Synthesizers make distributed memory of it.
+// for which the registers before it may have had no value. Synthesizers make distributed memory of it
+// or, where there is none, block RAM with the register behind it.
 //
 // Latency  0 clocks from i_address to o_word
 //
@@ -25,7 +26,6 @@ module register_memory #(
     output wire [31:0]             o_word
 );
 
-    (* ram_style = "distributed" *)
     reg [31:0] words [0:(1<<ADDRESS_BITS)-1];
     integer k;
 
