@@ -373,7 +373,7 @@ fn parts(spectrum: &[Complex64], f: usize) -> [Complex64; 2] {
 
 /// Scalar product, with the widest vectors that the processor has: no operation
 /// differs.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has the instructions, as just made sure.

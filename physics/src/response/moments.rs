@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use rayon::prelude::*;
 
 use super::MeanResponseError;
+use super::correlator::dot;
 use super::expected::MeanResponse;
 use super::grid::{Samples, frame_chips};
 use super::pairs::{DetectorPairs, before_chips};
@@ -147,8 +148,6 @@ struct Weighted<'a> {
     weights: &'a [f64],
     /// Later counts that go with a detection in every cell.
     excess: &'a [f64],
-    /// The same of counts after the step's end only, of the cells before it.
-    across: &'a [f64],
 }
 
 impl<'r, 'm> SecondMoments<'r, 'm> {
@@ -246,8 +245,8 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let signs: Vec<_> = unknown.par_iter().map(|&step| self.signs(step)).collect();
         let (seen, excess) = (self.seen(), self.pairs.excess(&rows(&signs)));
         let before = signs.par_iter().zip(&excess).map(|(signs, excess)| {
-            let signed = Weighted { weights: signs, excess, across: &[] };
-            let total = self.total(&seen, &[]);
+            let signed = Weighted { weights: signs, excess };
+            let total = Weighted { weights: &seen, excess: &self.pairs.excess_of_all };
             Arc::new(BeforeChips {
                 signed_variance: self.before([&signed; 2], |cell| seen[cell]),
                 covariance: self.before([&signed, &total], |cell| signs[cell]),
@@ -271,22 +270,6 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
                 + b.weights[cell] * a.excess[cell]
         });
         before_chips(&self.pairs.grid, per_cell)
-    }
-
-    /// Covariance of two counts of a step, whose weights have `product` as the mean of their
-    /// product in each cell.
-    ///
-    /// Of a pair of detections the earlier one is within the step: what goes with it after
-    /// the step's end is no count of the step, and taken off.
-    fn covariance(
-        &self,
-        step: Step,
-        [a, b]: [&Weighted; 2],
-        product: impl Fn(usize) -> f64,
-    ) -> f64 {
-        let over_step = self.over_step(step, &self.before([a, b], product));
-        let end = self.end(step);
-        over_step - self.beyond(a.weights, b.across, end) - self.beyond(b.weights, a.across, end)
     }
 
     /// Sum of weights of detections before chip `end` of the code period times the later
@@ -326,10 +309,6 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
             Arc::new(AcrossEnd { of_all, beyond })
         });
         Arc::clone(across)
-    }
-
-    fn total<'a>(&'a self, seen: &'a [f64], across: &'a [f64]) -> Weighted<'a> {
-        Weighted { weights: seen, excess: &self.pairs.excess_of_all, across }
     }
 
     fn seen(&self) -> Vec<f64> {
@@ -376,11 +355,14 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
                 *spread += weight * weight * (seen - of_seen(s * s, seen));
             }
         }
-        let [excess, across] = self.later(steps[0].0, &[&sign]);
-        let sum = Weighted { weights: &sign, excess: &excess[0], across: &across[0] };
-        let seen = self.seen();
-        let square = |cell: usize| of_seen(sign[cell] * sign[cell], seen[cell]) + spread[cell];
-        self.covariance(steps[0].0, [&sum; 2], square)
+        let first = steps[0].0;
+        let ([excess, across], seen) = (self.later(first, &[&sign]), self.seen());
+        let within = self.times_counted(first).zip(&self.pairs.hits).enumerate();
+        let within = within.map(|(cell, (times, hits))| {
+            let square = of_seen(sign[cell] * sign[cell], seen[cell]) + spread[cell];
+            times * (hits * square + 2.0 * sign[cell] * excess[0][cell])
+        });
+        within.sum::<f64>() - 2.0 * self.beyond(&sign, &across[0], self.end(first))
     }
 
     /// Moments of the counts of a whole group.
@@ -395,31 +377,42 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// If there are no steps.
     pub fn of_steps_together(&self, steps: &[Step]) -> GroupMoments {
         let model = self.response.model;
-        let first = steps[0];
-        let signs: Vec<Vec<f64>> =
+        let (first, end) = (steps[0], self.end(steps[0]));
+        let mut weights: Vec<Vec<f64>> =
             steps.iter().map(|&step| self.signs(model.timing.scan.phase_step(step))).collect();
-        let [excess, across] = self.later(first, &rows(&signs));
-        let (seen, across_of_all) = (self.seen(), self.across_of_all(first));
-        let total = self.total(&seen, &across_of_all.of_all);
-        let signed: Vec<Weighted> = signs
-            .iter()
-            .zip(excess.iter().zip(&across))
-            .map(|(weights, (excess, across))| Weighted { weights, excess, across })
+        let [mut excess, mut across] = self.later(first, &rows(&weights));
+        let seen = self.seen();
+        // Of N, whose weight is 1 where a pulse is seen.
+        weights.push(seen.clone());
+        excess.push(self.pairs.excess_of_all.clone());
+        across.push(self.across_of_all(first).of_all.clone());
+        let detections: Vec<f64> = self
+            .times_counted(first)
+            .zip(&self.pairs.hits)
+            .map(|(times, hits)| times * hits)
             .collect();
-        let count = steps.len();
-        let mut covariance = vec![vec![0.0; count + 1]; count + 1];
-        for a in 0..count {
-            for b in 0..=a {
-                covariance[a][b] =
-                    self.covariance(first, [&signed[a], &signed[b]], |cell| match a == b {
-                        true => seen[cell],
-                        false => of_seen(signs[a][cell] * signs[b][cell], seen[cell]),
-                    });
-                covariance[b][a] = covariance[a][b];
+        // Half of a detection itself, and the later ones: both halves of a covariance are alike.
+        let mut with = excess;
+        for (with, weights) in with.iter_mut().zip(&weights) {
+            for (cell, (with, times)) in with.iter_mut().zip(self.times_counted(first)).enumerate()
+            {
+                *with = times * *with + 0.5 * of_seen(detections[cell] * weights[cell], seen[cell]);
             }
-            covariance[a][count] =
-                self.covariance(first, [&signed[a], &total], |cell| signs[a][cell]);
-            covariance[count][a] = covariance[a][count];
+        }
+        let mut halves = products(&weights, &with);
+        for (halves, weights) in halves.iter_mut().zip(&weights) {
+            for (half, across) in halves.iter_mut().zip(&across) {
+                *half -= self.beyond(weights, across, end);
+            }
+        }
+        let count = steps.len();
+        let row = |a: usize| (0..=count).map(|b| halves[a][b] + halves[b][a]).collect();
+        let mut covariance: Vec<Vec<f64>> = (0..=count).map(row).collect();
+        for (lane, signs) in weights[..count].iter().enumerate() {
+            // The square of a sign is 1 also in a cell that an edge divides, where its mean is not.
+            let divided = detections.iter().zip(signs.iter().zip(&seen));
+            let divided = divided.map(|(hits, (s, seen))| hits * (seen - of_seen(s * s, *seen)));
+            covariance[lane][lane] += divided.sum::<f64>();
         }
         covariance[count][count] = self.total_variance(first);
         let means = steps.iter().map(|&step| self.response.mean_count(step));
@@ -482,6 +475,16 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         periods * before[period] + partial
     }
 
+    /// How many times a step counts each cell of the code period.
+    fn times_counted(&self, step: Step) -> impl Iterator<Item = f64> + '_ {
+        let grid = &self.pairs.grid;
+        let (periods, first, rest) = self.chips_of(step);
+        (0..grid.period_chips).flat_map(move |chip| {
+            let is_in_rest = (chip + grid.period_chips - first) % grid.period_chips < rest;
+            std::iter::repeat_n(periods + f64::from(is_in_rest), grid.cells.len())
+        })
+    }
+
     /// Whole code periods of a step, its first chip in the grid, and the chips left over. The
     /// step's edges are rounded to whole chips of the grid.
     fn chips_of(&self, step: Step) -> (f64, usize, usize) {
@@ -510,6 +513,25 @@ pub(super) fn reach_across_ends(
     let after = memory.of_ends_chips().min(memory_chips);
     let before = usize::try_from(step_chips).unwrap_or(usize::MAX).min(after);
     (step_chips as f64 <= LONG_IN_SCALES * memory.scale_chips()).then_some(Reach { before, after })
+}
+
+/// Numbers of each row that are multiplied at once: few enough that those of all rows stay in the
+/// processor's cache.
+const PRODUCTS_AT_ONCE: usize = 1024;
+
+/// Sums of the products of each row of `a` with each of `b`.
+fn products(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut products = vec![vec![0.0; b.len()]; a.len()];
+    let length = a.first().map_or(0, Vec::len);
+    for begin in (0..length).step_by(PRODUCTS_AT_ONCE) {
+        let part = begin..length.min(begin + PRODUCTS_AT_ONCE);
+        for (sums, a) in products.iter_mut().zip(a) {
+            for (sum, b) in sums.iter_mut().zip(b) {
+                *sum += dot(&a[part.clone()], &b[part.clone()]);
+            }
+        }
+    }
+    products
 }
 
 /// Rows of numbers, to be read.

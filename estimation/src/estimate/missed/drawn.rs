@@ -75,10 +75,17 @@ impl DrawnTogether {
         DrawnTogether { laws: vec![Bent::of(law)], factor: vec![vec![1.0]] }
     }
 
-    fn draw(&self, rng: &mut Xoshiro256PlusPlus) -> impl Iterator<Item = f64> {
-        let normal: Vec<f64> = self.laws.iter().map(|_| StandardNormal.sample(rng)).collect();
+    /// One count after the other. `normal` keeps the place of their normal numbers.
+    fn draw<'a>(
+        &'a self,
+        rng: &mut Xoshiro256PlusPlus,
+        normal: &'a mut Vec<f64>,
+    ) -> impl Iterator<Item = f64> + 'a {
+        normal.clear();
+        normal.extend(self.laws.iter().map(|_| -> f64 { StandardNormal.sample(rng) }));
+        let normal = normal.as_slice();
         self.laws.iter().zip(&self.factor).map(move |(law, row)| {
-            let z: f64 = row.iter().zip(&normal).map(|(f, z)| f * z).sum();
+            let z: f64 = row.iter().zip(normal).map(|(f, z)| f * z).sum();
             let [c0, c1, c2, c3] = law.deviation;
             let deviation = c0 + z * (c1 + z * (c2 + z * c3));
             let value = law.mean + law.std * deviation;
@@ -109,8 +116,8 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
     let shape = is_model.then(|| PeakShape::of(sensor, sensor.reference(detector)));
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
-        let mut values = Vec::with_capacity(counts.means.len());
-        groups.iter().for_each(|group| values.extend(group.draw(&mut rng)));
+        let (mut values, mut normal) = (Vec::with_capacity(counts.means.len()), Vec::new());
+        groups.iter().for_each(|group| values.extend(group.draw(&mut rng, &mut normal)));
         target.found_in(&values, shape.as_ref())
     });
     Some(1.0 - draws.count() as f64 / scans as f64)
@@ -226,14 +233,12 @@ fn errors_of_groups_ps(
     let timing = target.asked.sensor.timing();
     let leading = around(&timing.scan, peak, i64::from(timing.clock.samples_per_chip));
     let near = near(timing, peak);
-    let error_ps = |values: &mut Vec<f64>, scan: u64| {
+    let error_ps = |(values, normal): &mut (Vec<f64>, Vec<f64>), scan: u64| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED_FOR_ERRORS + scan);
         let mut steps = near.iter();
         for group in groups {
-            group
-                .draw(&mut rng)
-                .zip(steps.by_ref())
-                .for_each(|(value, &step)| values[step] = value);
+            let drawn = group.draw(&mut rng, normal).zip(steps.by_ref());
+            drawn.for_each(|(value, &step)| values[step] = value);
         }
         let largest = leading
             .iter()
@@ -245,7 +250,8 @@ fn errors_of_groups_ps(
         (estimate.is_fine() && is_found).then_some(error_ps)
     };
     let scans = (0..SCANS_FOR_ERRORS).into_par_iter();
-    let errors_ps: Vec<Option<f64>> = scans.map_init(|| expected.to_vec(), error_ps).collect();
+    let places = || (expected.to_vec(), Vec::new());
+    let errors_ps: Vec<Option<f64>> = scans.map_init(places, error_ps).collect();
     let errors_ps: Vec<f64> = errors_ps.into_iter().flatten().collect();
     let count = errors_ps.len() as f64;
     let mean = errors_ps.iter().sum::<f64>() / count;
