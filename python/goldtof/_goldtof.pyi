@@ -159,7 +159,7 @@ def simulate(
 def scans(
     scene: Scene,
     *,
-    fidelity: _Fidelity = "events",
+    fidelity: _Fidelity = "sampled",
     repetitions: int = 1,
     seed: int = 1,
     detector: str | None = None,

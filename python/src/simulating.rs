@@ -114,8 +114,12 @@ pub(crate) fn simulate<'py>(
 /// The counts of ``repetitions`` simulated scans of one detector: arrays ``signed`` and
 /// ``total`` of (repetitions, phase steps); of a sensor that keeps a histogram ``bins`` of
 /// (repetitions, bins).
+///
+/// :func:`estimate` reads counts as the hardware makes them, of samples: those of the tiers
+/// ``sampled``, ``counts`` and ``rtl``. The counter of ``events`` takes no samples, and its peak
+/// stands elsewhere, by more than a sample.
 #[pyfunction]
-#[pyo3(signature = (scene, *, fidelity="events", repetitions=1, seed=1, detector=None,
+#[pyo3(signature = (scene, *, fidelity="sampled", repetitions=1, seed=1, detector=None,
                     on_progress=None))]
 pub(crate) fn scans<'py>(
     python: Python<'py>,

@@ -34,6 +34,14 @@ def test_whatever_holds_the_counts_gives_the_same(quick, counted, tmp_path):
     assert np.isnan(alone.phase_steps.total_residual_in_std).all()
 
 
+def test_scans_are_what_estimates_read(quick):
+    counts = goldtof.scans(quick, repetitions=20, seed=3)
+    told = goldtof.estimate(quick, counts["signed"], total=counts["total"], estimator="model")
+    error_m = told.distance_m.mean() - quick.path_distances_m[0]
+    # About 10 mm each; counts of the tier events would be 205 mm nearer.
+    assert abs(error_m) < 5 * told.distance_m.std(ddof=1) / np.sqrt(20)
+
+
 def test_many_scans_are_one_call(quick, counted):
     told = goldtof.estimate(quick, counted["signed"], total=counted["total"], estimator="model")
     assert isinstance(told, goldtof.Estimates) and len(told) == 4
