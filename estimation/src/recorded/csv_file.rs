@@ -342,7 +342,7 @@ fn runs(file: &CountsFile) -> Result<u64, Wrong> {
 
 /// Reads a file that has for every detector that it names so many rows, each once; `shown` is a
 /// row's number in the file, and `of_row` its place among them and what it says.
-fn read_rows<T>(
+fn read_rows<T: PartialEq + Hits>(
     file: &CountsFile,
     scene: &Scene,
     layout: &'static Layout,
@@ -383,7 +383,7 @@ fn read_rows<T>(
         }
     }
     let last_line = file.text.lines().count().max(1) as u64;
-    let mut rows = Vec::new();
+    let mut rows: Vec<(DetectorIndex, Vec<T>)> = Vec::new();
     for (detector, found) in DetectorIndex::all().zip(found).filter(|(_, rows)| !rows.is_empty()) {
         let missing = all - found.len() as u64;
         if let Some(first) = (0..all).find(|place| !found.contains_key(place)) {
@@ -397,12 +397,51 @@ fn read_rows<T>(
             );
             return Err((last_line, problem));
         }
-        rows.push((detector, found.into_values().map(|(_, says)| says).collect()));
+        let says: Vec<T> = found.into_values().map(|(_, says)| says).collect();
+        if let Some((other, _)) = rows.iter().find(|(_, other)| is_copy(other, &says)) {
+            let [one, other] = [detector, *other].map(|detector| &scene.detectors[detector].name);
+            let problem = format!(
+                "detectors \"{other}\" and \"{one}\" have the same number in each of {all} {row}s, \
+                 and photons scatter: these are the counts of one detector twice"
+            );
+            return Err((last_line, problem));
+        }
+        rows.push((detector, says));
     }
     match rows.is_empty() {
         true => Err((last_line, layout.if_empty.to_owned())),
         false => Ok(rows),
     }
+}
+
+/// What a row says of hits.
+trait Hits {
+    /// As many hits as the row has at least.
+    fn hits(&self) -> u64;
+}
+
+impl Hits for u64 {
+    fn hits(&self) -> u64 {
+        *self
+    }
+}
+
+impl Hits for StepCount {
+    fn hits(&self) -> u64 {
+        self.total.max(self.signed.unsigned_abs())
+    }
+}
+
+/// Whether two detectors' rows are alike as two records of photons are not: no number has a greater
+/// chance than about 1/sqrt(1 + m) where m hits are expected. Zeros, and counters that all stand at
+/// one limit, say nothing of it.
+fn is_copy<T: PartialEq + Hits>(one: &[T], other: &[T]) -> bool {
+    /// Natural logarithm of a chance of 2e-9.
+    const NO_CHANCE: f64 = -20.0;
+    let ln_chance = |row: &T| -0.5 * (row.hits() as f64).ln_1p();
+    one == other
+        && one.iter().any(|row| *row != one[0])
+        && one.iter().map(ln_chance).sum::<f64>() < NO_CHANCE
 }
 
 /// Line of a record that the reader found from a place of a text on.

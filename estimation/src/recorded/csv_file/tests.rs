@@ -202,6 +202,36 @@ fn totals_and_counts_must_be_possible_together() {
     assert!(with("0,5,10003").contains("it is 5 to 10001"));
 }
 
+/// A file of two detectors with these counts of every phase step; of a sensor that has both.
+fn of_two(counts: [fn(u64) -> u64; 2]) -> (Sensor, String) {
+    let mut scene = scene::load(Path::new("../scenes/quick.toml")).unwrap();
+    let mut other = scene.detectors.first().unwrap().clone();
+    "apd".clone_into(&mut other.name);
+    scene.detectors.push(other);
+    let rows = |name: &str, count: fn(u64) -> u64| -> String {
+        (0..248).map(|k| format!("{k},{},{name}\n", count(k))).collect()
+    };
+    let rows = [rows("spad", counts[0]), rows("apd", counts[1])].concat();
+    (Sensor::new(&scene), format!("phase_step,count,detector\n{rows}"))
+}
+
+#[test]
+fn the_counts_of_one_detector_are_not_taken_for_those_of_two() {
+    let said = |counts| {
+        let (sensor, text) = of_two(counts);
+        recorded(text.as_bytes(), &sensor)
+    };
+    let (line, problem) = said([|k| k, |k| k]).expect_err("they are copies");
+    assert_eq!(line, 497);
+    assert!(problem.contains("\"spad\" and \"apd\""), "{problem}");
+    // One number that differs, darkness, counters at a limit, a hit here and there.
+    let few = |k: u64| u64::from(k.is_multiple_of(9));
+    for counts in [[|k| k, |k| k + k / 247], [|_| 0, |_| 0], [|_| 9, |_| 9], [few, few]] {
+        let Recorded::Scans(scans) = said(counts).unwrap() else { panic!("these are steps") };
+        assert_eq!(scans.len(), 2);
+    }
+}
+
 fn histogram_sensor() -> Sensor {
     let mut scene = scene::load(Path::new("../scenes/quick.toml")).unwrap();
     scene.hardware.architecture = scene::Architecture::Histogram;
