@@ -54,7 +54,8 @@ impl FromStr for Setting {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Setting, String> {
-        let (key, value) = split(text)?;
+        let split = Setting::split(text).map_err(|problem| format!("{problem}; {EXAMPLE}"));
+        let (key, value) = split?;
         Setting::of(key, value, "--set")
     }
 }
@@ -73,21 +74,24 @@ impl TryFrom<String> for Setting {
     }
 }
 
-/// Key and value of `text`.
-fn split(text: &str) -> Result<(&str, &str), String> {
-    let mut depth = 0;
-    for (at, character) in text.char_indices() {
-        match character {
-            '[' => depth += 1,
-            ']' => depth -= 1,
-            '=' if depth == 0 => return Ok((text[..at].trim(), text[at + 1..].trim())),
-            _ => {}
-        }
-    }
-    Err(format!("there is no \"=\" in it; {EXAMPLE}"))
-}
-
 impl Setting {
+    /// Key and value of `KEY=VALUE`; the name in `source[NAME]` may have an equals sign, too.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn split(text: &str) -> Result<(&str, &str), &'static str> {
+        let mut depth = 0;
+        for (at, character) in text.char_indices() {
+            match character {
+                '[' => depth += 1,
+                ']' => depth -= 1,
+                '=' if depth == 0 => return Ok((text[..at].trim(), text[at + 1..].trim())),
+                _ => {}
+            }
+        }
+        Err("there is no \"=\" in it")
+    }
+
     /// The setting of `key` to `value`, which `option` of the command line asked for.
     ///
     /// # Errors
@@ -112,7 +116,7 @@ impl Setting {
 
     /// Key and value, as [`Setting::of`] takes them.
     pub fn key_and_value(&self) -> (&str, &str) {
-        split(self.assignment()).unwrap_or_default()
+        Setting::split(self.assignment()).unwrap_or_default()
     }
 
     /// Its value as a line of TOML.

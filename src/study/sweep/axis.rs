@@ -56,11 +56,8 @@ impl FromStr for Axis {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Axis, String> {
-        let setting = text.rsplit_once(']').map_or(0, |(before, _)| before.len());
-        let Some(at) = text[setting..].find('=').map(|at| setting + at) else {
-            return Err(format!("there is no \"=\" in it; {FORMS}"));
-        };
-        let (key, values) = (text[..at].trim(), text[at + 1..].trim());
+        let (key, values) =
+            Setting::split(text).map_err(|problem| format!("{problem}; {FORMS}"))?;
         // Whether it is a key at all.
         Setting::of(key, "0", "--over")?;
         let (values, by_ratio) = match values.split_once("..") {
@@ -209,6 +206,8 @@ mod tests {
             2
         );
         assert_eq!(texts("source[la=ser].mean_power=3 pW"), ["3 pW"]);
+        let jitters = "detector.jitter=[\"5 ps\"], [\"5 ps\", \"9 ps\"]";
+        assert_eq!(texts(jitters), ["[\"5 ps\"]", "[\"5 ps\", \"9 ps\"]"]);
     }
 
     #[test]
