@@ -154,7 +154,7 @@ impl<'f> BinCounts<'f> {
     fn told_apart(&self, here: &Bins<'f>, chips: f64) -> Result<Vec<f64>, FitError> {
         let later = here.response.delayed(self.problem.clock().ps(chips))?;
         let expected = self.expected(&later.mean_bins())?.1.into_iter().zip(&here.expected);
-        Ok(expected.map(|(later, now)| 2.0 * (later.sqrt() - now.sqrt())).collect())
+        Ok(expected.map(|(later, now)| (later - now) / now.sqrt()).collect())
     }
 
     /// Derivative by the logarithm of the strength, or by the constant light.
@@ -321,8 +321,8 @@ impl<'s> BinFitter<'s> {
         Ok(fitted)
     }
 
-    /// How the likeliest delays scatter round the true one, from bins whose roots have normal
-    /// errors ([`likeliest`]), where these approximations hold.
+    /// How the likeliest delays scatter round the true one ([`likeliest`]), where its approximations
+    /// hold.
     pub(in crate::estimate) fn scatter_chips(&self) -> Result<NormalLaw, FitError> {
         let truth = Parameters::of(&Light::of(&self.model));
         let counts = self.counts(&[]);
@@ -336,7 +336,8 @@ impl<'s> BinFitter<'s> {
             coverage::ready_for_fit(&light.ready, self.periods).check()?;
         }
         coverage::enough_photons(&slopes.columns[0], &here.expected).check()?;
-        let law = likeliest(slopes.columns, |chips| counts.told_apart(&here, chips))?;
+        let law =
+            likeliest(&here.expected, slopes.columns, |chips| counts.told_apart(&here, chips))?;
         let law = law.ok_or_else(|| counts.undetermined(&here))?;
         coverage::of_one_peak(law.std).check()?;
         Ok(law)
