@@ -33,6 +33,9 @@ pub struct Bound {
     pub paths: Vec<PathBound>,
     /// Phase steps that take part: the whole scan, of a path that moves 3 S round its peak.
     pub steps: usize,
+    /// Whether it is the standard deviation of the maximum-likelihood estimate: a histogram's, where bins
+    /// tell more of a delay on one side of the light's edges than on the other.
+    pub of_likeliest: bool,
 }
 
 /// How precise the estimate of one path can be.
@@ -56,8 +59,15 @@ impl Bound {
         self.of_path(path).map_or(std_m, |bound_m| bound_m.max(std_m))
     }
 
-    /// A remark for a bound that is not of all steps.
+    /// A remark for a bound that is not of all steps, or none for other estimators.
     pub fn remark(&self) -> Option<String> {
+        if self.of_likeliest {
+            return Some(
+                "the standard deviation of the maximum-likelihood estimate: bins tell a delay \
+                 unevenly, so that no one bound holds for every estimator"
+                    .to_owned(),
+            );
+        }
         let moves = |path: &PathBound| path.velocity_bound_m_per_s.is_some();
         self.paths.iter().any(moves).then(|| {
             format!(
@@ -103,14 +113,15 @@ pub fn bound(
 /// deviation of the maximum-likelihood estimate.
 fn bound_of_bins(sensor: &Sensor, detector: DetectorIndex) -> Result<Bound, FitError> {
     let fitter = BinFitter::new(sensor, detector)?;
-    let (clock, std_chips) = (sensor.clock(), fitter.scatter_chips()?.std);
+    let (clock, scatter) = (sensor.clock(), fitter.scatter_chips()?);
     Ok(Bound {
         paths: vec![PathBound {
             path: fitter.path,
-            bound_m: distance_m(clock.ps(std_chips)),
+            bound_m: distance_m(clock.ps(scatter.law.std)),
             velocity_bound_m_per_s: None,
         }],
         steps: (sensor.timing().code_chips() * u64::from(clock.samples_per_chip)) as usize,
+        of_likeliest: scatter.is_uneven(),
     })
 }
 
@@ -221,7 +232,7 @@ fn bound_of_problem<'m>(
         bound_m: distance_m(sensor.clock().ps(deviations[0])),
         velocity_bound_m_per_s: velocity,
     };
-    Ok(Bound { paths: paths.map(bound).collect(), steps })
+    Ok(Bound { paths: paths.map(bound).collect(), steps, of_likeliest: false })
 }
 
 /// Whether the counts carry nearly the same information a standard deviation away from

@@ -6,7 +6,7 @@
 //! and holds even if hardly any bin counts at all.
 
 use super::error::FitError;
-use super::likeliest::likeliest;
+use super::likeliest::{Likeliest, likeliest};
 use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
@@ -20,7 +20,6 @@ use crate::histogram::Histogram;
 use crate::histogram::correction::{DeadTime, PrimaryLight};
 use crate::histogram::correlation::Correlator;
 use crate::histogram::innovations::{Innovations, deviance};
-use crate::math::NormalLaw;
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanCount, MeanResponse};
 use crate::scene::{DetectorIndex, PathIndex};
@@ -314,7 +313,8 @@ impl<'s> BinFitter<'s> {
     pub fn expected(&self) -> Result<ModelEstimate, FitError> {
         let mut fitted = self.fit_means(&MeanResponse::new(&self.model)?.mean_bins())?;
         let scatter = self.scatter_chips()?;
-        let [bias_ps, std_ps] = [scatter.mean, scatter.std].map(|c| self.sensor.clock().ps(c));
+        let [bias_ps, std_ps] =
+            [scatter.law.mean, scatter.law.std].map(|c| self.sensor.clock().ps(c));
         fitted.std_m = distance_m(std_ps);
         fitted.paths[0].delay_ps += bias_ps;
         fitted.paths[0].delay_std_ps = std_ps;
@@ -323,7 +323,7 @@ impl<'s> BinFitter<'s> {
 
     /// How the likeliest delays scatter round the true one ([`likeliest`]), where its approximations
     /// hold.
-    pub(in crate::estimate) fn scatter_chips(&self) -> Result<NormalLaw, FitError> {
+    pub(in crate::estimate) fn scatter_chips(&self) -> Result<Likeliest, FitError> {
         let truth = Parameters::of(&Light::of(&self.model));
         let counts = self.counts(&[]);
         let means = counts.problem.response(&truth)?.mean_bins();
@@ -336,11 +336,11 @@ impl<'s> BinFitter<'s> {
             coverage::ready_for_fit(&light.ready, self.periods).check()?;
         }
         coverage::enough_photons(&slopes.columns[0], &here.expected).check()?;
-        let law =
+        let scatter =
             likeliest(&here.expected, slopes.columns, |chips| counts.told_apart(&here, chips))?;
-        let law = law.ok_or_else(|| counts.undetermined(&here))?;
-        coverage::of_one_peak(law.std).check()?;
-        Ok(law)
+        let scatter = scatter.ok_or_else(|| counts.undetermined(&here))?;
+        coverage::of_one_peak(scatter.law.std).check()?;
+        Ok(scatter)
     }
 
     /// Bins of few counts make chi-square scatter more than that of normal numbers does, by

@@ -31,6 +31,25 @@ const DRAWS: u64 = 4_000;
 const SEED: u64 = 0x6c69_6b65;
 /// Means that directions are taken out of are at least this share of the true ones.
 const LEAST_SHARE: f64 = 1e-6;
+/// As far as drawn scatter may be from the inverse of the information where this is a bound: the draws'
+/// own error is less.
+const MOST_UNEVEN: f64 = 0.02;
+
+/// How the likeliest delay scatters.
+#[derive(Debug, Clone, Copy)]
+pub struct Likeliest {
+    /// It less the true one.
+    pub law: NormalLaw,
+    /// Its standard deviation if the information were the same at every delay: the Cramer-Rao bound.
+    pub std_of_information: f64,
+}
+
+impl Likeliest {
+    /// Whether the information changes so much that its inverse does not bound the scatter.
+    pub fn is_uneven(&self) -> bool {
+        (self.law.std / self.std_of_information - 1.0).abs() > MOST_UNEVEN
+    }
+}
 
 /// The likeliest delay less the true one, from Poisson counts of the means `means`.
 ///
@@ -44,7 +63,7 @@ pub fn likeliest(
     means: &[f64],
     slopes: Vec<Vec<f64>>,
     apart: impl Fn(f64) -> Result<Vec<f64>, FitError>,
-) -> Result<Option<NormalLaw>, FitError> {
+) -> Result<Option<Likeliest>, FitError> {
     let mut columns = slopes.into_iter().map(DVector::from_vec);
     let Some(slope) = columns.next() else { return Ok(None) };
     let others: Vec<_> = columns.collect();
@@ -54,7 +73,8 @@ pub fn likeliest(
         None => of,
     };
     let slope = own(slope);
-    let mut law = NormalLaw { mean: 0.0, std: slope.norm().recip() };
+    let std_of_information = slope.norm().recip();
+    let mut law = NormalLaw { mean: 0.0, std: std_of_information };
     if !law.std.is_finite() {
         return Ok(None);
     }
@@ -82,7 +102,7 @@ pub fn likeliest(
             break;
         }
     }
-    Ok(Some(law))
+    Ok(Some(Likeliest { law, std_of_information }))
 }
 
 /// From the slope, and how the likelihood of each delay depends on the counts' errors; `likelier` is
@@ -136,7 +156,7 @@ mod tests {
     fn law(slopes: &[&[f64]], apart: impl Fn(f64) -> Vec<f64>) -> NormalLaw {
         let means = vec![1e12; slopes[0].len()];
         let slopes = slopes.iter().map(|slope| slope.to_vec()).collect();
-        likeliest(&means, slopes, |h| Ok(apart(h))).unwrap().expect("they are finite")
+        likeliest(&means, slopes, |h| Ok(apart(h))).unwrap().expect("they are finite").law
     }
 
     /// Where the means are linear, the normal equations say it all; of an unknown beside, half of
@@ -158,7 +178,7 @@ mod tests {
         let [slope, other] = means.map(|mean| number / mean.sqrt());
         let found =
             likeliest(&means, vec![vec![slope, -other]], |h| Ok(vec![slope * h, -other * h]));
-        let found = found.unwrap().expect("they are finite");
+        let found = found.unwrap().expect("they are finite").law;
         let std = f64::sqrt(share * (1.0 - share) / number);
         assert!((found.std / std - 1.0).abs() < 0.03, "{found:?} {std}");
         assert!(found.mean.abs() < 0.03 * std, "{found:?} {std}");
