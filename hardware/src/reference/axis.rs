@@ -74,6 +74,9 @@ pub(super) struct GroupState {
     /// Beats that stood while another group was lost, and when something was last.
     across: Vec<usize>,
     lost_at: Option<u64>,
+    /// Groups that were lost while the beat on the stream stood, and whether it were two of any.
+    lost_meanwhile: u32,
+    is_lost_again: bool,
     /// The scan's last beat was among them.
     last_stood: bool,
     /// Cover points that are proven when its last beat shows.
@@ -106,6 +109,11 @@ impl Axis {
             is_saturated: self.now.is_saturated,
             row: None,
         }
+    }
+
+    /// The number of a cover point, if the table has it.
+    pub(super) fn number(&self, point: StreamPoint) -> Option<usize> {
+        self.table.number(point)
     }
 
     /// Marks a cover point, if the table has it.
@@ -146,6 +154,7 @@ impl Axis {
         let group = &mut self.now.group;
         let (lost_at, last_stood) = (group.lost_at.take(), std::mem::take(&mut group.last_stood));
         let beats = group.beat as u64 + 1;
+        let is_lost_again = std::mem::take(&mut group.is_lost_again);
         let is_burst = beats > 1 && group.shown_at + beats == clock && !group.is_cut;
         for beat in std::mem::take(&mut group.across) {
             self.mark(StreamPoint::HeldAcross { beat });
@@ -154,6 +163,7 @@ impl Axis {
         let points = [
             (is_late, StreamPoint::TooLate),
             (last_stood, StreamPoint::LastHeldAcross),
+            (is_lost_again, StreamPoint::LostAgain),
             (is_burst, StreamPoint::Burst),
         ];
         points.into_iter().filter(|(is, _)| *is).for_each(|(_, point)| self.mark(point));
@@ -171,7 +181,10 @@ impl Axis {
         let group = &mut self.now.group;
         if group.across.last() != Some(&group.beat) {
             group.across.push(group.beat);
+            group.lost_meanwhile = 0;
         }
+        group.lost_meanwhile += 1;
+        group.is_lost_again |= group.lost_meanwhile == 2;
         group.last_stood |= is_last;
     }
 
@@ -208,6 +221,9 @@ impl Axis {
         let now = &mut self.now;
         (now.beat, now.is_valid, now.is_last) = (beat, true, is_last);
         (now.ends_group, now.shown_at, now.is_held) = (ends_group, clock, false);
+        if is_last && now.is_overrun {
+            self.mark(StreamPoint::LastAfterOverrun);
+        }
         self.exercise.shows(beat.counted, is_last);
     }
 

@@ -98,6 +98,7 @@ impl ResultStream {
         while next < clocks.end {
             let arrival = self.arriving.front().map_or(u64::MAX, |a| a.clock);
             let was_valid = self.axis.now.is_valid;
+            let was_last = was_valid && self.axis.now.is_last;
             let taken = if was_valid { ready.first_from(next) } else { u64::MAX };
             let event = arrival.min(taken);
             if event >= clocks.end {
@@ -111,13 +112,22 @@ impl ResultStream {
             if arrival > event {
                 continue;
             }
-            let Some(results) = self.arriving.pop_front() else {
+            let Some(mut results) = self.arriving.pop_front() else {
                 break;
             };
             // What stands, or has just come up behind what was taken.
             let blocked = self.axis.now.is_valid;
             if was_valid && !blocked {
-                self.axis.mark(StreamPoint::BackToBack);
+                let is_after_lost = self.axis.now.is_overrun;
+                // What is in time has to show, the last beat too.
+                let points = [
+                    (true, StreamPoint::BackToBack),
+                    (results.last, StreamPoint::LastBackToBack),
+                    (was_last, StreamPoint::BehindLastBackToBack),
+                    (is_after_lost, StreamPoint::BackToBackAfterLost),
+                ];
+                let reached = points.into_iter().filter(|(is, _)| *is);
+                results.proves.extend(reached.filter_map(|(_, point)| self.axis.number(point)));
             }
             self.arrives(results, event, blocked);
         }

@@ -58,9 +58,10 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Of a window's counts.
-    pub fn of(counts: &[i64]) -> Sums {
-        let (early, late) = counts.split_at(counts.len() / 2);
+    /// Of a window's counts, of which so many are the earlier half; behind a shorter scan, of those that are
+    /// there.
+    pub fn of(counts: &[i64], half_steps: u64) -> Sums {
+        let (early, late) = counts.split_at(counts.len().min(half_steps as usize));
         let [early, late] = [early, late].map(|half| half.iter().sum::<i64>());
         Sums { all: early + late, slope: late - early }
     }
@@ -188,7 +189,7 @@ mod tests {
 
     fn follow(follower: &mut Follower, place: f64) -> bool {
         let first = follower.window().expect("there is a target");
-        follower.counted(Sums::of(&counts(first, place)))
+        follower.counted(Sums::of(&counts(first, place), 8))
     }
 
     /// Within half a step the triangle's place follows from the sums exactly: to 2^-8 of a step, and no nearer. The first
@@ -248,7 +249,7 @@ mod tests {
                 let first = follower.window().expect("there is a target");
                 let counts: Vec<i64> =
                     (0..16).map(|step| counts((first + step) % 248, place)[0]).collect();
-                assert!(!follower.counted(Sums::of(&counts)));
+                assert!(!follower.counted(Sums::of(&counts, 8)));
                 let found = follower.position_steps().expect("there is a target");
                 let error = (found - place + 124.0).rem_euclid(248.0) - 124.0;
                 assert!(error.abs() < 0.25, "{n}: {found}, {place}");
@@ -319,7 +320,7 @@ mod tests {
                     let first = follower.window().expect("there is a target");
                     let counts: Vec<i64> =
                         counts(first, place).iter().map(|count| count + common).collect();
-                    follower.counted(Sums::of(&counts));
+                    follower.counted(Sums::of(&counts, 8));
                     if n >= 100 {
                         sum += follower.position_steps().expect("there is a target") / 1000.0;
                         middles += (first as f64 + 7.5) / 1000.0;

@@ -182,7 +182,7 @@ impl<'m> Run<'m> {
         let first = self.follower.window()?;
         let counts = self.windows.scan(first, self.course.window_steps, self.chips, lit);
         let middle = self.chips as f64 + 0.5 * self.course.window_chips() as f64;
-        let is_lost = self.follower.counted(Sums::of(&counts));
+        let is_lost = self.follower.counted(Sums::of(&counts, self.course.window_steps / 2));
         self.end_scan(self.course.window_steps, lit, is_lost);
         self.chips += self.course.pitch_chips();
         let steps = match self.is_read {

@@ -344,7 +344,7 @@ mod tests {
                 let mean = peak.count(away((first + step) as f64 - place));
                 (mean + peak.variance.sqrt() * normal()).round() as i64
             };
-            follower.counted(Sums::of(&(0..16).map(count).collect::<Vec<_>>()));
+            follower.counted(Sums::of(&(0..16).map(count).collect::<Vec<_>>(), 8));
             unlocked += f64::from(u8::from(!follower.is_locked()));
             if update >= 100 {
                 errors.push(away(follower.position_steps().expect("it is not lost") - place));

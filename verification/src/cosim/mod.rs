@@ -148,7 +148,7 @@ impl Cosimulation {
 
 /// Builds Verilog and runs it beside the reference model, whatever Verilog the options name. Without
 /// a number of clocks it runs one whole scan of photons, or until the adversary has covered all
-/// that it can, at most [`LONGEST_DEFAULT`](crate::reference::adversarial::LONGEST_DEFAULT).
+/// that it can and gone on by chance ([`clocks_of_a_run`](crate::reference::adversarial::Adversarial::clocks_of_a_run)), at most [`LONGEST_DEFAULT`](crate::reference::adversarial::LONGEST_DEFAULT).
 ///
 /// # Errors
 /// When a tool is missing or fails, the Verilog does not compile, its ports do not

@@ -94,7 +94,7 @@ fn stimulus<'d>(
             let adversarial = Adversarial::with_means(interface, options.seed, means)?;
             let clocks = options.clocks;
             let clocks =
-                clocks.unwrap_or_else(|| adversarial.clone().clocks_to_cover(LONGEST_DEFAULT));
+                clocks.unwrap_or_else(|| adversarial.clone().clocks_of_a_run(LONGEST_DEFAULT));
             (Box::new(adversarial), clocks)
         }
     };

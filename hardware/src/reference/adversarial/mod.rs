@@ -6,6 +6,7 @@
 //! to cover point ([`CoverPoint::recipe`]), each time from a reset; and when there is nothing
 //! left to aim at it goes on by chance.
 
+mod chance;
 mod hits;
 mod means;
 mod preparation;
@@ -18,7 +19,7 @@ use std::ops::Range;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use self::hits::{Pattern, Words, length};
+use self::hits::{Pattern, Words};
 pub use self::means::Means;
 use super::coverage::{CoverPoint, registers};
 use super::group_maker::GroupMaker;
@@ -34,6 +35,10 @@ use crate::sensor::interface::Interface;
 
 /// Longest run that is chosen when the user asks for no number of clocks.
 pub const LONGEST_DEFAULT: u64 = 1 << 25;
+/// Clocks of such a run by chance, behind those in which it reaches all that it can; with a host, whose
+/// every clock has to be thought of, fewer.
+const CLOCKS_BY_CHANCE: u64 = 1 << 20;
+const CLOCKS_BY_CHANCE_WITH_A_HOST: u64 = 1 << 18;
 /// Groups in peace at the beginning, at least.
 const CALM_GROUPS: u64 = 3;
 /// Longest stretch that is decided at once: its pulses are kept.
@@ -100,6 +105,8 @@ struct Aims {
     has_prepared: bool,
     /// First clock at which nothing was left to aim at.
     over_at: Option<u64>,
+    /// Groups by chance before the next reset, at least.
+    groups_without_reset: u64,
 }
 
 impl Adversarial {
@@ -147,6 +154,7 @@ impl Adversarial {
                 calm_groups: 0,
                 has_prepared: false,
                 over_at: None,
+                groups_without_reset: 0,
             },
             host: interface
                 .registers
@@ -171,6 +179,16 @@ impl Adversarial {
             clock = end;
         }
         self.aims.over_at.unwrap_or(most).min(most)
+    }
+
+    /// Clocks of a run that was asked for no number, at most `most`: those to reach all that it can, and
+    /// then by chance what no cover point names.
+    pub fn clocks_of_a_run(self, most: u64) -> u64 {
+        let by_chance = match self.host {
+            Some(_) => CLOCKS_BY_CHANCE_WITH_A_HOST,
+            None => CLOCKS_BY_CHANCE,
+        };
+        self.clocks_to_cover(most).saturating_add(by_chance).min(most)
     }
 
     /// Why a cover point is too far away for these means, if it is.
@@ -219,7 +237,10 @@ impl Adversarial {
                 && is_over
                 && host.is_idle()
             {
-                host.ask(registers::as_in_the_scene(&self.interface, plan));
+                host.ask(match self.aims.over_at {
+                    Some(_) if self.rng.random_bool(0.8) => chance::talk(plan, &mut self.rng),
+                    _ => registers::as_in_the_scene(&self.interface, plan),
+                });
             }
             return;
         }
@@ -293,21 +314,6 @@ impl Adversarial {
             }
         }
         None
-    }
-
-    /// A group by chance, with all that may happen.
-    fn by_chance(&mut self) -> PlannedGroup {
-        let mut plan = PlannedGroup::random().received(Receiver::Random);
-        let longest = 2 * u64::from(self.interface.result_latency_clocks) + 8;
-        if self.rng.random_bool(0.15) {
-            let age = length(&mut self.rng, longest) - 1;
-            plan = plan.after_reset(age, length(&mut self.rng, 8));
-        }
-        plan.left_to_the_last = self.rng.random_bool(0.1).then_some(0);
-        if self.rng.random_bool(0.02) {
-            plan.length = Length::AtLeast(4096);
-        }
-        plan
     }
 
     /// Begins a group: its length, what is left out, and what the receiver does until

@@ -33,8 +33,21 @@ pub enum StreamPoint {
     LastHeldAcross,
     /// A group arrives with the very clock that takes the last beat of the one before.
     BackToBack,
+    /// The same of a scan's last group, whose last beat shows.
+    LastBackToBack,
+    /// A group arrives with the very clock that takes a scan's last beat.
+    BehindLastBackToBack,
+    /// A group arrives with the very clock that takes the last beat before it, when another has been
+    /// lost since reset.
+    BackToBackAfterLost,
     /// A group is lost because the last beat before it is taken a clock too late.
     TooLate,
+    /// A second group is lost while the same beat stands; it and all behind it are taken then.
+    LostAgain,
+    /// A scan's last beat shows while `o_overrun` is high.
+    LastAfterOverrun,
+    /// A frame is lost in a clock in which a row of the one before is taken.
+    LostAsTaken,
     /// All beats of a group in successive clocks.
     Burst,
     /// A frame shows, and the one before it was lost.
@@ -56,7 +69,16 @@ pub(super) fn of_counts(interface: &Interface) -> Vec<Hindered<StreamPoint>> {
         points.extend([StreamPoint::Held { beat }, StreamPoint::HeldAcross { beat }]);
     }
     points.extend(places(groups).map(|place| StreamPoint::Lost { place }));
-    points.extend([StreamPoint::LastHeldAcross, StreamPoint::BackToBack, StreamPoint::TooLate]);
+    points.extend([
+        StreamPoint::LastHeldAcross,
+        StreamPoint::BackToBack,
+        StreamPoint::LastBackToBack,
+        StreamPoint::BehindLastBackToBack,
+        StreamPoint::BackToBackAfterLost,
+        StreamPoint::TooLate,
+        StreamPoint::LostAgain,
+        StreamPoint::LastAfterOverrun,
+    ]);
     let mut points: Vec<_> = points.into_iter().map(|point| (point, None)).collect();
     if beats > 1 {
         let chips = interface.timing.scan.integration_chips;
@@ -81,6 +103,9 @@ pub(super) fn of_rows(interface: &Interface, plan: &HistogramPlan) -> Vec<Hinder
         points.extend(beats.into_iter().map(|beat| StreamPoint::HeldAcross { beat }));
     }
     points.extend(lost.into_iter().map(|beat| StreamPoint::FirstLost { beat }));
+    if plan.takes_turns() {
+        points.extend([StreamPoint::LostAgain, StreamPoint::LostAsTaken]);
+    }
     points.extend([
         StreamPoint::Lost { place: Place::Last },
         StreamPoint::LastHeldAcross,
@@ -131,6 +156,21 @@ impl Family for StreamPoint {
             StreamPoint::BackToBack => {
                 "a group that arrives as the last beat before it is taken".to_owned()
             }
+            StreamPoint::LastBackToBack => {
+                "a scan's last group that arrives as the last beat before it is taken".to_owned()
+            }
+            StreamPoint::BehindLastBackToBack => {
+                "a group that arrives as a scan's last beat is taken".to_owned()
+            }
+            StreamPoint::BackToBackAfterLost => {
+                "a group that arrives as the last beat before it is taken, after one was lost"
+                    .to_owned()
+            }
+            StreamPoint::LostAgain => "a second group lost while a beat is held".to_owned(),
+            StreamPoint::LastAfterOverrun => "a scan's last beat after a group was lost".to_owned(),
+            StreamPoint::LostAsTaken => {
+                "a frame lost as a row of the one before is taken".to_owned()
+            }
             StreamPoint::TooLate => "a group lost by a single clock".to_owned(),
             StreamPoint::Burst => "a group taken in successive clocks".to_owned(),
             StreamPoint::AfterLost => "a frame behind one that was lost".to_owned(),
@@ -143,6 +183,7 @@ impl Family for StreamPoint {
     fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         let plain = PlannedGroup::random;
         let histogram = maker.interface.histogram();
+        let just_in_time = Receiver::TakesLastAfter { clocks: 0 };
         let receiver = match (*self, histogram) {
             // On the way the rows behind it are held, too, or every other one.
             (StreamPoint::Held { beat }, Some(_)) => Receiver::HoldsEach { beat: beat as u64 },
@@ -152,8 +193,35 @@ impl Family for StreamPoint {
                 let lost = plain().received(Receiver::HoldsAcross { beat: 0 });
                 return Ok(vec![maker.fresh(), lost, plain()]);
             }
-            (StreamPoint::BackToBack, _) => Receiver::TakesLastAfter { clocks: 0 },
+            (StreamPoint::BackToBack, _) => just_in_time,
+            (StreamPoint::LastBackToBack, _) if maker.interface.groups() > 1 => {
+                return maker.scan(maker.fresh(), plain().received(just_in_time));
+            }
+            (StreamPoint::LastBackToBack, _) => just_in_time,
+            (StreamPoint::BehindLastBackToBack, _) => {
+                let mut plans = maker.scan(maker.fresh(), plain())?;
+                plans.push(plain().received(just_in_time));
+                return Ok(plans);
+            }
+            (StreamPoint::BackToBackAfterLost, _) => {
+                let lost = plain().received(Receiver::HoldsAcross { beat: 0 });
+                return Ok(vec![maker.fresh(), lost, plain(), plain().received(just_in_time)]);
+            }
             (StreamPoint::TooLate, _) => Receiver::TakesLastAfter { clocks: 1 },
+            (StreamPoint::LostAgain, _) => {
+                let clocks = 2 * maker.reach.shortest + 8;
+                let stops = plain().received(Receiver::StopsAt { beat: 0, clocks });
+                return Ok(vec![maker.fresh(), stops, plain(), plain()]);
+            }
+            (StreamPoint::LastAfterOverrun, _) => {
+                let lost = plain().received(Receiver::HoldsAcross { beat: 0 });
+                let mut plans = maker.scan(maker.fresh(), lost)?;
+                plans.extend(maker.scan(plain(), plain())?);
+                return Ok(plans);
+            }
+            (StreamPoint::LostAsTaken, _) => {
+                Receiver::TakesLastAfter { clocks: maker.beats().div_ceil(2) }
+            }
             (StreamPoint::LastHeldAcross | StreamPoint::Lost { place: Place::First }, _) => {
                 let mut plans = maker.scan(maker.fresh(), plain())?;
                 plans.push(plain().received(Receiver::HoldsAcross { beat: maker.beats() }));

@@ -116,6 +116,9 @@ impl HistogramModel {
             axis.stands_across();
             axis.exercise.overruns += 1;
             axis.mark(StreamPoint::Lost { place: Place::Last });
+            if took {
+                axis.mark(StreamPoint::LostAsTaken);
+            }
             if let Some(beat) = standing.filter(|_| is_first) {
                 axis.mark(StreamPoint::FirstLost { beat });
             }

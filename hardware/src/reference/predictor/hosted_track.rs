@@ -114,7 +114,7 @@ impl HostedTrack {
             return;
         }
         let setting = self.follower.setting;
-        let sums = Sums::of(&counts);
+        let sums = Sums::of(&counts, self.plan.half_steps());
         let before = self.follower.window();
         let is_lost = self.follower.counted(sums);
         self.points = points(&self.follower, sums, before, is_lost);

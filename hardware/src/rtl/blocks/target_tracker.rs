@@ -637,7 +637,7 @@ mod tests {
                             bench.clock();
                         }
                     }
-                    let is_lost = follower.counted(Sums::of(&counts));
+                    let is_lost = follower.counted(Sums::of(&counts, plan.half_steps()));
                     losses += u64::from(is_lost);
                     assert_eq!(bench.clocks_to_go(), plan.decision_clocks(), "{plan:?}");
                     assert_eq!(bench.lost, is_lost, "{counts:?}");
