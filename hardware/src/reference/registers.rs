@@ -400,6 +400,9 @@ impl Registers {
         if self.read && !is_free {
             self.seen.points.push(RegisterPoint::Waited);
         }
+        if self.write && !is_free && matches!(self.target, Some(Target::Setting(_))) {
+            self.seen.points.push(RegisterPoint::WrittenMeanwhile);
+        }
         if self.shown.read_valid {
             let point = match (host.read_ready, self.seen.read) {
                 (true, Some(of)) => Some(RegisterPoint::Read { of }),

@@ -77,14 +77,15 @@ fn some(plan: &RegisterPlan, rng: &mut impl Rng) -> Vec<Request> {
         }
         11..13 => Request::Write { address: STATUS, data: rng.random(), strobe: strobe(rng) },
         13..16 => Request::Read { address: any_address(plan, rng) },
-        16 => {
+        16 | 17 => {
             // Not how long scans are.
             let address = any_address(plan, rng);
             let is_length = [0, 1].map(setting_address).contains(&address);
             let strobe = if is_length { 0 } else { strobe(rng) };
             Request::Write { address, data: junk(rng), strobe }
         }
-        _ => Request::Wait { clocks: length(rng, 16 * plan.least_chips) },
+        18 => Request::Wait { clocks: length(rng, 16 * plan.least_chips) },
+        _ => Request::Wait { clocks: length(rng, 2 * MOST_CHIPS_OF_SCAN) },
     }]
 }
 

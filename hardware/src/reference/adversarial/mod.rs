@@ -38,7 +38,7 @@ pub const LONGEST_DEFAULT: u64 = 1 << 25;
 /// Clocks of such a run by chance, behind those in which it reaches all that it can; with a host, whose
 /// every clock has to be thought of, fewer.
 const CLOCKS_BY_CHANCE: u64 = 1 << 20;
-const CLOCKS_BY_CHANCE_WITH_A_HOST: u64 = 1 << 18;
+const CLOCKS_BY_CHANCE_WITH_A_HOST: u64 = 1 << 19;
 /// Groups in peace at the beginning, at least.
 const CALM_GROUPS: u64 = 3;
 /// Longest stretch that is decided at once: its pulses are kept.

@@ -58,6 +58,8 @@ pub enum RegisterPoint {
     },
     /// A read that waited while settings were taken over.
     Waited,
+    /// A setting that was written while settings were taken over.
+    WrittenMeanwhile,
     /// A result of a scan that follows from a window, or from a scan that looked for a target.
     Tracked {
         /// What.
@@ -137,6 +139,8 @@ pub enum Start {
     GoesOn,
     /// The same was under way when settings were written.
     ChangedWhole,
+    /// The same was under way when scans were stopped.
+    AfterStopWhole,
     /// A scan before it ended less than five chips before a code period's first.
     EndsAtEpoch,
 }
@@ -225,7 +229,7 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
         add(RegisterPoint::Began { how: Start::EndsAtEpoch });
     }
     if plan.whole_groups.is_some_and(|groups| groups >> plan.groups_bits == 0) {
-        for how in [Start::GoesOn, Start::ChangedWhole] {
+        for how in [Start::GoesOn, Start::ChangedWhole, Start::AfterStopWhole] {
             add(RegisterPoint::Began { how });
         }
     }
@@ -243,6 +247,7 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
         add(RegisterPoint::Held { read });
     }
     add(RegisterPoint::Waited);
+    add(RegisterPoint::WrittenMeanwhile);
     let saturated = interface.saturates().then_some(state::SATURATED);
     let lock_lost = own.map(|_| state::LOCK_LOST);
     for bit in [state::OVERRUN, state::REFUSED].into_iter().chain(saturated).chain(lock_lost) {
@@ -268,6 +273,9 @@ impl Family for RegisterPoint {
             }
             RegisterPoint::Began { how } => match how {
                 Start::AfterStop => "a scan after scans had been stopped".to_owned(),
+                Start::AfterStopWhole => {
+                    "a scan after a stop behind one over the whole code period".to_owned()
+                }
                 Start::Single => "a single scan".to_owned(),
                 Start::Changed => "a scan that begins anew for written settings".to_owned(),
                 Start::GoesOn => {
@@ -292,6 +300,7 @@ impl Family for RegisterPoint {
             }
             RegisterPoint::Tracked { what } => what.text().to_owned(),
             RegisterPoint::Waited => "a read that waits for a take-over".to_owned(),
+            RegisterPoint::WrittenMeanwhile => "a setting written during a take-over".to_owned(),
             RegisterPoint::Flag { bit, cleared } => {
                 let flag = match bit {
                     state::OVERRUN => "overrun",
@@ -313,14 +322,18 @@ impl Family for RegisterPoint {
             + 2 * maker.interface.timing.code_chips()
             + 4 * plan.least_chips;
         let whole = plan.whole_groups.unwrap_or(0).saturating_mul(plan.least_chips);
-        let is_whole =
-            matches!(self, RegisterPoint::Began { how: Start::GoesOn | Start::ChangedWhole });
+        let is_whole = matches!(
+            self,
+            RegisterPoint::Began {
+                how: Start::GoesOn | Start::ChangedWhole | Start::AfterStopWhole
+            }
+        );
         let (talk, clocks) = match is_whole {
-            true => (whole_scans(plan, scan + whole), 5 * (scan + whole)),
+            true => (whole_scans(plan, scan + whole), 10 * (scan + whole)),
             false => {
                 let talk = conversation(maker.interface, plan, scan);
                 let (track, waits) = track_conversation(plan, scan);
-                (talk.into_iter().chain(track).collect(), 96 * scan + waits)
+                (talk.into_iter().chain(track).collect(), 96 * scan + 2_000 + waits)
             }
         };
         if clocks > maker.reach.most_clocks {
@@ -449,6 +462,11 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
         }
     }
     requests.extend(short_scans(plan));
+    // Settings at every moment of scans, take-overs among them.
+    for turn in 0..64 {
+        let clocks = 7 + turn % 5;
+        requests.extend([Request::write(setting_address(1), 2), Request::Wait { clocks }]);
+    }
     // Settings that do not fit.
     let (low, step) = (plan.least_chips as u32, 0);
     for (setting, bad, good) in [(0, low - 1, low), (1, 0, 2), (2, u32::MAX, step)] {
@@ -507,8 +525,13 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
         (plan.least_chips, 40, [2, 2, 3]),
         (plan.least_chips, 12, [7, 7, 15]),
         (plan.least_chips, 40, [0, 1, 1]),
-        (plan.least_chips, 12, [0, 0, 9]),
+        (plan.least_chips, 24, [0, 0, 9]),
+        (plan.least_chips, 32, [0, 0, 13]),
         (longer, 30, [0, 7, 15]),
+        (plan.least_chips, 12, [3, 3, 4]),
+        (plan.least_chips, 12, [4, 4, 6]),
+        (plan.least_chips, 12, [5, 5, 10]),
+        (plan.least_chips, 12, [6, 6, 12]),
     ];
     for (turn, (chips, windows, numbers)) in turns.into_iter().enumerate() {
         // At either end of the code period, and scans of a single step, whose count is as often negative as not.
@@ -518,6 +541,8 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
             .extend(settings.map(|(number, word)| Request::write(setting_address(number), word)));
         requests.push(set(true, numbers));
         (0..windows).for_each(|_| requests.extend(look));
+        // Cleared is what is written 1.
+        requests.extend([Request::write(STATUS, !(1 << state::LOCK_LOST)), read(STATUS)]);
         requests.extend([flag, read(STATUS)]);
     }
     // Stopped while it follows, and on again; settings that do not fit; and turned off.
@@ -534,7 +559,7 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
         requests.extend([set(false, [0, threshold, patience]), look[2], look[2]]);
         requests.extend([read(STATUS), flag]);
     }
-    let clocks = 300 * window;
+    let clocks = 500 * window;
     (requests, clocks)
 }
 
@@ -543,7 +568,8 @@ fn chips_to_an_epoch(plan: &RegisterPlan) -> u64 {
     plan.least_chips.next_multiple_of(plan.period_chips) + plan.period_chips
 }
 
-/// Scans over the whole code period, which take `scan` clocks each: some, and settings in one of them.
+/// Scans over the whole code period, which take `scan` clocks each: some, settings in one of them, and a
+/// stop behind one that another has followed.
 fn whole_scans(plan: &RegisterPlan, scan: u64) -> Vec<Request> {
     let wait = Request::Wait { clocks: scan };
     let groups = plan.whole_groups.unwrap_or(1) as u32;
@@ -553,6 +579,13 @@ fn whole_scans(plan: &RegisterPlan, scan: u64) -> Vec<Request> {
         wait,
         Request::write(setting_address(0), plan.least_chips as u32 + 1),
         wait,
+        wait,
+        wait,
+        Request::write(CONTROL, 0),
+        wait,
+        wait,
+        Request::Read { address: STATUS },
+        Request::write(CONTROL, 1 << state::RUN),
         wait,
     ]
 }

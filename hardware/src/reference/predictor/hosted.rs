@@ -241,6 +241,7 @@ impl Reference {
             (false, realigns) if go && !realigns => Some(Start::ChangedWhole),
             // What follows of a scan is waited for.
             (false, _) if hosted.registers.go() && !go => None,
+            (false, false) if !changed => Some(Start::AfterStopWhole),
             (false, _) => Some(if go { Start::Changed } else { Start::AfterStop }),
         };
         if go && !changed {
