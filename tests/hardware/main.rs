@@ -33,6 +33,7 @@ mod json_documents_keep_their_schemas;
 mod outputs_stand_until_the_next_edge;
 mod own_rtl;
 mod own_rtl_is_one_circuit;
+mod planted_faults;
 mod reference_model_equals_a_clock_by_clock_model;
 mod registers;
 mod rows;
