@@ -212,7 +212,6 @@ pub const REGISTERS: &[Fault] = &[
         "single_r <= s_axil_wdata[1]",
         "single_r <= s_axil_wdata[1] & ~(i_busy & ~s_axil_wdata[0])",
     ),
-    ("register_file.v", "scans_r + 16'd1", "{8'd0, scans_r[7:0] + 8'd1}"),
     ("register_file.v", "if (s_axil_wdata[5])", "if (1'b1)"),
     // The slave: addresses, bytes, errors, who comes first.
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h7e0"),
