@@ -87,7 +87,9 @@ impl Line {
         since * self.per_tick
     }
 
-    /// Where samples show photons whose pulses are `pulse` samples wide. What is earlier than the line gets any place.
+    /// Where samples show photons whose pulses are `pulse` samples wide. What is earlier than the line, or
+    /// later, gets any place.
+    #[inline(always)]
     pub fn sample(
         &self,
         photons: &[u64],
@@ -99,11 +101,11 @@ impl Line {
         let span = (self.until - self.origin) as f64;
         let most = span.max((span * self.per_tick + 2.0) * samples_of_epoch as f64 + pulse);
         if sampler.is_even() && most < WHOLE {
-            return self.sample_evenly(photons, samples_of_epoch as f64, pulse, sampled);
+            return self.sample_in_loops(photons, samples_of_epoch as f64, pulse, sampled);
         }
         for (k, &ticks) in photons.iter().enumerate() {
             // The line's own jitter may put its first photon before its first epoch.
-            let more = self.place(ticks).max(0.0);
+            let more = self.place(ticks.min(self.until)).max(0.0);
             let whole = more as u64;
             let within = (more - whole as f64) * samples_of_epoch as f64;
             let of_epoch = sampler.first_from(within);
@@ -113,24 +115,7 @@ impl Line {
         }
     }
 
-    /// The same of samples that are equally far apart, with the widest vectors that the processor has: no operation
-    /// differs.
-    fn sample_evenly(&self, photons: &[u64], of_epoch: f64, pulse: f64, sampled: &mut Sampled) {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has the instructions, as just made sure.
-            return unsafe { self.sample_avx2(photons, of_epoch, pulse, sampled) };
-        }
-        self.sample_in_loops(photons, of_epoch, pulse, sampled);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn sample_avx2(&self, photons: &[u64], of_epoch: f64, pulse: f64, sampled: &mut Sampled) {
-        self.sample_in_loops(photons, of_epoch, pulse, sampled);
-    }
-
-    /// Loops without branches and conversions, of which a compiler makes vectors, and short ones, so that it does not
+    /// The same of samples that are equally far apart, in loops without branches and conversions, of which a compiler makes vectors, and short ones, so that it does not
     /// wait: the numbers are those of [`Line::place`] and [`Sampler::first_from`] to the last bit.
     #[inline(always)]
     fn sample_in_loops(&self, photons: &[u64], of_epoch: f64, pulse: f64, sampled: &mut Sampled) {

@@ -1,6 +1,7 @@
 //! Photons of a detector on their way into bins and pulses.
 
 use super::epochs::{Line, Sampled, TOGETHER};
+use crate::photons::fast::{InstructionSet, Runner};
 use crate::photons::{Level, Pulse};
 use crate::scan::{Sample, Sampler};
 
@@ -45,26 +46,14 @@ impl Folding {
 
     /// Takes the photons of a line, and forgets those that are earlier.
     pub fn fold(&mut self, line: &Line, waiting: &mut Vec<u64>, samples: &Samples) {
-        let beyond = waiting.iter().position(|&ticks| ticks >= line.until);
-        let beyond = beyond.unwrap_or(waiting.len());
-        let base = line.first() * samples.of_epoch;
-        let mut sampled = Sampled::default();
-        for photons in waiting[..beyond].chunks(TOGETHER) {
-            let (sampler, pulse) = (&self.sampler, self.pulse_samples);
-            line.sample(photons, samples.of_epoch, sampler, pulse, &mut sampled);
-            let Sampled { since_line, of_epoch, high } = &sampled;
-            let places = since_line.iter().zip(of_epoch).zip(high);
-            for (&ticks, ((since, &of_epoch), &high)) in photons.iter().zip(places) {
-                if ticks >= line.from {
-                    self.take(base + since, of_epoch, high, samples);
-                }
-            }
-        }
-        waiting.drain(..beyond);
+        let mut fold = Fold { folding: self, line, waiting, samples, taken: 0 };
+        InstructionSet::best().run(&mut fold);
+        let taken = fold.taken;
+        waiting.drain(..taken);
     }
 
     /// Takes a photon that shows from sample `rises` on, which is `of_epoch` of its epoch.
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, rises: u64, of_epoch: u64, high: u64, samples: &Samples) {
         // Where two lines meet a photon may come before one that was earlier by a tick.
         let first = rises.max(self.last);
@@ -92,5 +81,39 @@ impl Folding {
     /// Rising edges in each bin.
     pub fn bins(&self) -> Vec<u64> {
         self.many.iter().zip(&self.few).map(|(many, few)| many + u64::from(*few)).collect()
+    }
+}
+
+/// The photons of a line on their way.
+struct Fold<'a> {
+    folding: &'a mut Folding,
+    line: &'a Line,
+    waiting: &'a [u64],
+    samples: &'a Samples,
+    /// Those before the line's end.
+    taken: usize,
+}
+
+impl Runner for Fold<'_> {
+    #[inline(always)]
+    fn run(&mut self) {
+        let Fold { folding, line, waiting, samples, taken } = self;
+        let base = line.first() * samples.of_epoch;
+        let mut sampled = Sampled::default();
+        for photons in waiting.chunks(TOGETHER) {
+            let (sampler, pulse) = (&folding.sampler, folding.pulse_samples);
+            line.sample(photons, samples.of_epoch, sampler, pulse, &mut sampled);
+            let Sampled { since_line, of_epoch, high } = &sampled;
+            let places = since_line.iter().zip(of_epoch).zip(high);
+            for (&ticks, ((since, &of_epoch), &high)) in photons.iter().zip(places) {
+                if ticks >= line.until {
+                    return;
+                }
+                if ticks >= line.from {
+                    folding.take(base + since, of_epoch, high, samples);
+                }
+                *taken += 1;
+            }
+        }
     }
 }

@@ -1,12 +1,11 @@
-//! The inner loop, compiled for the vector instructions of the processor.
+//! A loop, compiled for the vector instructions of the processor.
 
 use super::record::GroupRunner;
 use super::steps::StepRunner;
 
-/// Lanes that run to the end of what they have to do, in a loop that is inlined into a caller
-/// for each instruction set.
+/// What runs to the end of what it has to do, in a loop that is inlined into a caller for each instruction set.
 pub trait Runner {
-    /// Runs.
+    /// Runs: `#[inline(always)]`, with all that it calls.
     fn run(&mut self);
 }
 
@@ -24,8 +23,7 @@ impl Runner for GroupRunner<'_> {
     }
 }
 
-/// Vector instructions that the lanes are compiled for. Counts do not depend on
-/// which of them is used.
+/// Vector instructions that loops are compiled for. No number depends on which of them is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstructionSet {
     /// What every processor of the architecture has (x86-64: SSE2).
@@ -67,22 +65,22 @@ impl InstructionSet {
     pub fn is_available(self) -> bool {
         InstructionSet::available().contains(&self)
     }
-}
 
-/// Runs all jobs of a runner with an instruction set.
-///
-/// # Panics
-/// If the processor does not have it.
-pub fn run(set: InstructionSet, runner: &mut impl Runner) {
-    assert!(set.is_available(), "this processor has no {set:?}");
-    match set {
-        InstructionSet::Baseline => runner.run(),
-        // SAFETY: the processor has the instructions, as just made sure.
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx2 => unsafe { run_avx2(runner) },
-        // SAFETY: as above.
-        #[cfg(target_arch = "x86_64")]
-        InstructionSet::Avx512 => unsafe { run_avx512(runner) },
+    /// Runs all jobs of a runner.
+    ///
+    /// # Panics
+    /// If the processor does not have it.
+    pub fn run(self, runner: &mut impl Runner) {
+        assert!(self.is_available(), "this processor has no {self:?}");
+        match self {
+            InstructionSet::Baseline => runner.run(),
+            // SAFETY: the processor has the instructions, as just made sure.
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx2 => unsafe { run_avx2(runner) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            InstructionSet::Avx512 => unsafe { run_avx512(runner) },
+        }
     }
 }
 

@@ -46,7 +46,7 @@ use std::ops::Range;
 use std::thread::available_parallelism;
 
 pub use domain::OutsideDomain;
-pub use instruction_set::InstructionSet;
+pub use instruction_set::{InstructionSet, Runner};
 pub(crate) use places::CHIP_BITS;
 pub use record::RegisteredTicks;
 
@@ -140,7 +140,7 @@ impl<'m> Recorder<'m> {
     pub fn record(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<Vec<RegisteredTicks>> {
         let tables = self.tables.as_ref().unwrap_or_else(|reason| panic!("{reason}"));
         let mut runner = GroupRunner::new(self.model, tables, seed, groups);
-        instruction_set::run(self.instruction_set, &mut runner);
+        self.instruction_set.run(&mut runner);
         runner.into_lists()
     }
 }
@@ -215,7 +215,7 @@ impl<'m> StepCounter<'m> {
         if let (Ok(tables), Some(sign)) = (tables, &self.sign) {
             let mut next_share = || next().map(|(first, places)| Share { first, places });
             let mut runner = StepRunner::new(model, tables, sign, jobs, &mut next_share);
-            return instruction_set::run(*instruction_set, &mut runner);
+            return instruction_set.run(&mut runner);
         }
         while let Some((first, places)) = next() {
             match self.recorder.groups_at_once() {
