@@ -256,8 +256,12 @@ pub const TAPS: &[Fault] = &[
 pub const TRACKING: &[Fault] = &[
     // Settings: a window that has the host's, that goes on for ever, or takes a number from another's place.
     ("target_tracker.v", "window_r <= follows_r;", "window_r <= 1'b0;"),
-    ("target_tracker.v", "(window_r & passes_r[1]) ? WINDOW_STEPS", "(passes_r[1]) ? WINDOW_STEPS"),
-    ("target_tracker.v", "(window_r & passes_r[2]) ?", "(window_r & passes_r[3]) ?"),
+    (
+        "target_tracker.v",
+        "passes_steps_r <= window_r & passes_r[0]",
+        "passes_steps_r <= passes_r[0]",
+    ),
+    ("target_tracker.v", "window_r & passes_r[1];", "window_r & passes_r[2];"),
     ("target_tracker.v", "o_go = i_go & ~waits_r", "o_go = i_go"),
     ("target_tracker.v", "waits_r <= i_word[0] | window_r", "waits_r <= i_word[0]"),
     ("target_tracker.v", "gain_r <= i_word[3:1]", "gain_r <= i_word[4:2]"),
@@ -269,27 +273,26 @@ pub const TRACKING: &[Fault] = &[
         "if (i_refused) begin\n                waits_r <= waits_r",
     ),
     // Sums: which half, what is left of the window before, signs.
-    ("target_tracker.v", "if (place_r[2]) begin", "if (place_r[1]) begin"),
+    ("target_tracker.v", "early = ~place_r[2]", "early = ~place_r[1]"),
     (
         "target_tracker.v",
         "slope_r <= 13'd0;\n            end\n            began_r",
         "slope_r <= slope_r;\n            end\n            began_r",
     ),
-    (
-        "target_tracker.v",
-        "{{3{i_count[9]}}, i_count};\n                if",
-        "{3'd0, i_count};\n                if",
-    ),
+    ("target_tracker.v", "turned = {{3{i_count[9]}}, i_count}", "turned = {3'd0, i_count}"),
+    ("target_tracker.v", "{turned, early}", "{turned, 1'b0}"),
+    ("target_tracker.v", "all_r + {{3{i_count[9]}}, i_count}", "all_r + {3'd0, i_count}"),
     // Which peak, and which counts, are a scan's that looks for a target.
     ("target_tracker.v", "began_r <= i_run | (began_r & ~i_taken_first)", "began_r <= 1'b1"),
     ("target_tracker.v", "waits_r & ~window_r", "waits_r"),
     ("target_tracker.v", "i_last & window_r};", "i_last};"),
     // Light: shares, what is expected, windows in a row.
     ("target_tracker.v", "least_r <= {1'b0, least_r[12:1]}", "least_r <= least_r"),
-    ("target_tracker.v", "way_r <= {way_r[19], way_r[19:1]}", "way_r <= {1'b0, way_r[19:1]}"),
-    ("target_tracker.v", "(|all_r) & ~all_r[12]", "~all_r[12]"),
-    ("target_tracker.v", "(|all_r) & ~all_r[12]", "(|all_r)"),
-    ("target_tracker.v", "{{3{gained[13]}}, gained[13:4]}", "{3'd0, gained[13:4]}"),
+    ("target_tracker.v", "{total_r[24], total_r[24:1]}", "{1'b0, total_r[24:1]}"),
+    ("target_tracker.v", "is_any_r & ~is_dim_r", "~is_dim_r"),
+    ("target_tracker.v", "is_any_r & ~is_dim_r", "is_any_r"),
+    ("target_tracker.v", "gained_r <= spare[13:4]", "gained_r <= 10'd0"),
+    ("target_tracker.v", "{{3{gained_r[9]}}, gained_r}", "{3'd0, gained_r}"),
     (
         "target_tracker.v",
         "missed_r <= 4'd0;\n                end else",
@@ -300,38 +303,28 @@ pub const TRACKING: &[Fault] = &[
     ("target_tracker.v", "(|i_peak_count) & ~i_peak_count[9]", "(|i_peak_count)"),
     ("target_tracker.v", "{1'b0, i_peak_count, 2'd0}", "{2'd0, i_peak_count, 1'd0}"),
     // The quotient: signs, the most, its bits.
-    ("target_tracker.v", "{1'b0, ~slope_r} + 14'd1", "{1'b0, ~slope_r}"),
-    ("target_tracker.v", "is_most_r ? {9{1'b1}} : quotient_r", "quotient_r"),
+    ("target_tracker.v", "turns_taken = minus | stage_r[0]", "turns_taken = minus"),
+    ("target_tracker.v", "minus & ~stage_r[0]}", "1'b0}"),
+    ("target_tracker.v", "& {15{~begins_r}}", "& {15{~stage_r[0]}}"),
+    ("target_tracker.v", "quotient_r[9] ? {9{1'b1}} : quotient_r[8:0]", "quotient_r[8:0]"),
     ("target_tracker.v", "negative_r <= slope_r[12]", "negative_r <= 1'b0"),
-    (
-        "target_tracker.v",
-        "quotient_r <= {quotient_r[7:0], 1'b1}",
-        "quotient_r <= {quotient_r[7:0], 1'b0}",
-    ),
+    ("target_tracker.v", "{quotient_r[8:0], minus}", "{quotient_r[8:0], 1'b0}"),
     // The way: the window's middle, what leaves the fraction, the ends of the code period.
-    (
-        "target_tracker.v",
-        "{3'd0, ahead_r, 15'd0} - {3'd0, half_fraction}",
-        "{3'd0, ahead_r, 15'd0} - {5'd0, fraction_r}",
-    ),
-    ("target_tracker.v", "carry_r <= added[15]", "carry_r <= 1'b0"),
-    ("target_tracker.v", "stage_r[21] | stage_r[22] | stage_r[24]", "stage_r[21] | stage_r[22]"),
-    ("target_tracker.v", "if (moved_r[9]) begin", "if (1'b0) begin"),
-    ("target_tracker.v", "else if (~wrapped[9]) begin", "else if (1'b0) begin"),
-    ("target_tracker.v", "{8'd0, ahead_r}) - HALF_WINDOW", "{8'd0, ahead_r}) - 10'd3"),
-    ("target_tracker.v", "owed_r <= placed[14:0]", "owed_r <= owed_r"),
+    ("target_tracker.v", "{8'd0, ahead_r, 15'd0} - HALF_STEP", "{8'd0, ahead_r, 15'd0}"),
+    ("target_tracker.v", "~{10'd0, fraction_r}", "~25'd0"),
+    ("target_tracker.v", "carry_r <= (stage_r[13] & negative_r)", "carry_r <= 1'b0"),
+    ("target_tracker.v", "negative_r) | stage_r[15]", "negative_r)"),
+    ("target_tracker.v", "stage_r[27] | stage_r[30] | stage_r[36]", "stage_r[27] | stage_r[30]"),
+    ("target_tracker.v", "total_r[24] ? PERIOD : LESS_PERIOD", "LESS_PERIOD"),
+    ("target_tracker.v", "total_r[24] ? PERIOD : LESS_PERIOD", "PERIOD"),
+    ("target_tracker.v", "~(tries_r & sum_r[24])", "1'b1"),
+    ("target_tracker.v", "{8'd0, ahead_r} - HALF_WINDOW", "{8'd0, ahead_r} - 10'd3"),
     ("target_tracker.v", "ahead_r <= placed[16:15]", "ahead_r <= {1'b0, placed[15]}"),
-    (
-        "target_tracker.v",
-        "owed_r <= 15'd0;\n                moved_r",
-        "owed_r <= owed_r;\n                moved_r",
-    ),
-    (
-        "target_tracker.v",
-        "fraction_r <= 15'd0;\n                owed_r",
-        "fraction_r <= fraction_r;\n                owed_r",
-    ),
-    ("target_tracker.v", "moved_r <= {3'd0, first_r} +", "moved_r <= 10'd0 +"),
+    ("target_tracker.v", "~placed[14], placed[13:0]", "1'b1, 14'd0"),
+    ("target_tracker.v", "owed_r <= HALF_STEP[15:0]", "owed_r <= owed_r"),
+    ("target_tracker.v", "fraction_r <= total_r[14:0]", "fraction_r <= fraction_r"),
+    ("target_tracker.v", "{3'd0, first_r, 15'd0} & {25{found_r}}", "25'd0"),
+    ("target_tracker.v", "{3'd0, i_peak_step, 15'd0} & {25{found_r}}", "25'd0"),
     // What follows: patience, flags, a host that stops.
     ("target_tracker.v", "missed_r >= patience_r", "missed_r > patience_r"),
     (
@@ -359,7 +352,7 @@ pub const TRACKING: &[Fault] = &[
         "follows_r <= 1'b0;\n            end\n        end",
     ),
     ("target_tracker.v", "{step_r, fraction_r[14:7]}", "{step_r, fraction_r[13:6]}"),
-    ("target_tracker.v", "if (stage_r[19] & lit_r)", "if (stage_r[19])"),
+    ("target_tracker.v", "stage_r[24] & ~lit_r", "1'b0"),
     // What a reset leaves.
     ("target_tracker.v", "follows_r <= 1'b0;\n            window_r <= 1'b0;", "window_r <= 1'b0;"),
     // What a host reads, and clears.

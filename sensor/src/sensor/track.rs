@@ -15,7 +15,7 @@ pub const PATIENCE_BITS: u32 = 4;
 /// Halvings of the share by which the light that is expected of a window becomes that of the last one.
 pub const LIGHT_HALVINGS: u32 = 4;
 /// Clocks from where a scan's peak shows to where the first window begins: a decision's last stages.
-pub const CLOCKS_FROM_PEAK: u32 = 6;
+pub const CLOCKS_FROM_PEAK: u32 = 17;
 
 /// A window of phase steps that follows the peak of its own counts: sizes and timing.
 ///
@@ -116,9 +116,9 @@ impl TrackPlan {
         self.step_bits + FRACTION_BITS
     }
 
-    /// Clocks from a window's last count to where the next one begins: a bit of the quotient each, halvings of the way,
-    /// and sums, light, moving the position in two parts, twice the code period's ends, and the window's first step.
+    /// Clocks from a window's last count to where the next one begins: a bit of the quotient each, halvings of the way, and
+    /// for all that is added up, brought back into the code period, and weighed.
     pub fn decision_clocks(&self) -> u32 {
-        self.offset_bits() + (1 << SHARE_BITS) + 9
+        self.offset_bits() + (1 << SHARE_BITS) + 24
     }
 }

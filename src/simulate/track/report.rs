@@ -149,7 +149,7 @@ impl Tracking<'_> {
                 .then(|| self.seconds(locks.iter().sum::<f64>() / locks.len() as f64)),
             longest_time_to_lock_s: locks.iter().copied().reduce(f64::max).map(|c| self.seconds(c)),
             expected_time_to_lock_s: self
-                .seconds((course.steps * course.integration_chips) as f64 + pitch),
+                .seconds((course.search_pitch_chips() + course.window_chips()) as f64),
             velocity_m_per_s: self.velocity(),
             bias_m: metres(steady.map(|steady| steady.bias.0)),
             bias_std_error_m: metres(steady.map(|steady| steady.bias.1)),

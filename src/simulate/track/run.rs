@@ -33,6 +33,11 @@ impl Course {
         self.place + self.steps_per_chip * chips
     }
 
+    /// Chips from the first of a scan to that of the first window.
+    pub fn search_pitch_chips(&self) -> u64 {
+        self.steps * self.integration_chips + self.search_turn_chips
+    }
+
     /// How far a position is from that, the shorter way round the code period.
     pub fn error(&self, position: f64, chips: f64) -> f64 {
         let period = self.steps_per_period as f64;
@@ -40,7 +45,8 @@ impl Course {
         error - period * (error / period).round()
     }
 
-    fn window_chips(&self) -> u64 {
+    /// Chips of a window.
+    pub fn window_chips(&self) -> u64 {
         self.window_steps * self.integration_chips
     }
 
@@ -173,7 +179,7 @@ impl<'m> Run<'m> {
         }
         self.follower.found((first_step + peak.0) % steps_per_period, peak.1);
         self.end_scan(steps, steps, false);
-        self.chips += steps * self.course.integration_chips + self.course.search_turn_chips;
+        self.chips += self.course.search_pitch_chips();
     }
 
     /// A window, whose first `lit` steps have light. How far the position is off afterwards, of where the target was

@@ -505,7 +505,8 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
     let (Some(track), Some(own)) = (&plan.track, plan.track_setting()) else {
         return (Vec::new(), 0);
     };
-    let window = scan + track.window_steps() * plan.least_chips;
+    let takes = |chips| scan + track.window_steps() * chips + u64::from(track.decision_clocks());
+    let window = takes(plan.least_chips);
     let set = |is_on, numbers: [u32; 3]| {
         let [gain_halvings, threshold_halvings, patience] = numbers;
         let setting = TrackSetting { is_on, gain_halvings, threshold_halvings, patience };
@@ -545,9 +546,13 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
         requests.extend([Request::write(STATUS, !(1 << state::LOCK_LOST)), read(STATUS)]);
         requests.extend([flag, read(STATUS)]);
     }
-    // Stopped while it follows, and on again; settings that do not fit; and turned off.
-    requests.extend([Request::write(CONTROL, 0), look[2], read(STATUS)]);
-    requests.extend([Request::write(CONTROL, 1 << state::RUN), look[2], look[2]]);
+    // Stopped while it follows, and on again, when a window of long steps has passed; settings that do not fit; and turned off.
+    requests.extend(short_scans(plan));
+    requests.extend([set(true, [0, 7, 15]), Request::Wait { clocks: takes(longer) }]);
+    for _ in 0..4 {
+        requests.extend([Request::write(CONTROL, 0), look[2], read(STATUS)]);
+        requests.extend([Request::write(CONTROL, 1 << state::RUN), look[2], look[2]]);
+    }
     requests.extend([Request::write(setting_address(0), 1), look[2], look[2], read(STATUS)]);
     requests.push(Request::write(STATUS, 1 << state::REFUSED));
     requests.extend(short_scans(plan));
@@ -559,7 +564,7 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
         requests.extend([set(false, [0, threshold, patience]), look[2], look[2]]);
         requests.extend([read(STATUS), flag]);
     }
-    let clocks = 500 * window;
+    let clocks = 510 * window + takes(longer);
     (requests, clocks)
 }
 

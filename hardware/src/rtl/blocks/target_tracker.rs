@@ -10,8 +10,10 @@
 //! | `o_position`, `o_locked`, `o_lost` | where the target is; it is there; it was lost |
 //!
 //! A window is a scan of two chips whose first step and number of steps stand in place of the host's while these
-//! pass by. A scan that finds a target, and each window, is weighed before the next one begins: some 40 clocks, in
-//! which there is time for a bit of the quotient in each. The plan has the clocks, the reference model the rule.
+//! pass by. A scan that finds a target, and each window, is weighed before the next one begins: some 40 clocks. No two
+//! carry chains follow one another within a clock, and none stands behind a choice of many. So the way to the peak, the
+//! position and the next window's first step are made one after another by one adder, whose addend, sum and total are
+//! registers each. The plan has the clocks, the reference model the rule.
 
 use crate::rtl::front::prelude::*;
 use crate::sensor::registers::SCAN_WORDS;
@@ -56,19 +58,19 @@ pub struct TargetTracker {
     sample_bits: usize,
     #[set(plan.offset_bits() as usize)]
     offset_bits: usize,
-    /// Bits of the way to the peak: half a chip and some steps, with its fraction and its sign.
-    #[set(offset_bits + HIDDEN_BITS as usize + 4)]
-    way_bits: usize,
     /// Bits of a step that may be beyond the code period's ends.
     #[set(step_bits + 3)]
     moved_bits: usize,
+    /// The same with a fraction.
+    #[set(moved_bits + POSITION_BITS)]
+    total_bits: usize,
     /// Stages of a decision.
     #[set(plan.decision_clocks() as usize)]
     stages: usize,
     /// The stage that has the quotient, and the one that has the way.
-    #[set(offset_bits + 1)]
+    #[set(offset_bits + 4)]
     divided: usize,
-    #[set(divided + (1 << SHARE_BITS))]
+    #[set(divided + (1 << SHARE_BITS) + 4)]
     halved: usize,
     /// scans are wanted
     #[under("Registers")]
@@ -134,13 +136,18 @@ pub struct TargetTracker {
     #[value(u128::from(plan.period_steps))]
     #[number]
     period: Constant,
+    /// the same, negative
+    #[width(moved_bits)]
+    #[value((1 << moved_bits) - u128::from(plan.period_steps))]
+    #[number]
+    less_period: Constant,
     /// phase steps of half a window
     #[width(moved_bits)]
     #[value(u128::from(plan.half_steps()))]
     #[number]
     half_window: Constant,
     /// half a phase step
-    #[width(POSITION_BITS + 2)]
+    #[width(total_bits)]
     #[value(1 << (POSITION_BITS - 1))]
     #[number]
     half_step: Constant,
@@ -155,10 +162,16 @@ pub struct TargetTracker {
     /// the scan that is to find a target has begun: peaks are its own
     began: Register<bool>,
     /// it has ended, with a peak
-    found: Local<bool>,
+    finds: Local<bool>,
+    /// it had a clock ago
+    found: Register<bool>,
     /// a setting passes by, one bit for each
     #[width(settings)]
     passes: Register<Word>,
+    /// the number of steps passes by, and is a window's
+    passes_steps: Register<bool>,
+    /// the first step does
+    passes_first: Register<bool>,
     #[width(SHARE_BITS)]
     gain: Register<Word>,
     #[width(SHARE_BITS)]
@@ -186,69 +199,112 @@ pub struct TargetTracker {
     /// halvings still to come
     #[width(SHARE_BITS)]
     halvings: Register<Word>,
+    /// a share is halved
+    halves: Register<bool>,
     /// the least sum with the target's light
     #[width(sum_bits)]
     least: Register<Word>,
-    /// the window has it
+    /// the sum less the least
+    #[width(sum_bits + 1)]
+    spare: Local<Word>,
+    /// the sum is less than the least
+    is_dim: Register<bool>,
+    /// the sum is not zero
+    is_any: Register<bool>,
+    /// a sixteenth of what the sum has more than was expected
+    #[width(sum_bits + 1 - LIGHT_HALVINGS as usize)]
+    gained: Register<Word>,
+    /// the window has its target's light
     lit: Register<bool>,
+    /// the count is one of the earlier half
+    early: Local<bool>,
+    /// a count that is added to the slope, or, all its bits turned, taken from it
+    #[width(sum_bits)]
+    turned: Local<Word>,
+    /// the slope with it; bit 0 carries
+    #[width(sum_bits + 1)]
+    leaned: Local<Word>,
     /// the slope is negative
     negative: Register<bool>,
     /// what is left of the slope's size
-    #[width(sum_bits + 1)]
-    rest: Register<Word>,
-    /// less the sum
     #[width(sum_bits + 2)]
-    less: Local<Word>,
-    #[width(offset_bits)]
+    rest: Register<Word>,
+    /// the rest is not negative
+    minus: Local<bool>,
+    /// the slope comes in the rest's place
+    begins: Register<bool>,
+    /// what is added to twice the rest, or comes in its place
+    #[width(sum_bits + 2)]
+    taken: Local<Word>,
+    /// all its bits are turned
+    turns_taken: Local<bool>,
+    /// the rest with it; bit 0 carries
+    #[width(sum_bits + 3)]
+    left: Local<Word>,
+    /// whether the slope is as large as the sum, and the bits of its share
+    #[width(offset_bits + 1)]
     quotient: Register<Word>,
-    /// from the position to the peak
-    #[width(way_bits)]
-    way: Register<Word>,
-    /// the slope is as large as the sum
-    is_most: Register<bool>,
     /// the quotient, or the most
     #[width(offset_bits)]
     size: Local<Word>,
-    /// the same in the way's bits
-    #[width(way_bits)]
+    /// way to the peak, then position, then the next window's first step; with a fraction
+    #[width(total_bits)]
+    total: Register<Word>,
+    /// what is added to it next
+    #[width(total_bits)]
+    addend: Register<Word>,
+    /// and one more
+    carry: Register<bool>,
+    /// the window's middle, from the position's step on
+    #[width(total_bits)]
+    middle: Local<Word>,
+    /// from the window's middle to the peak, all bits turned if that is negative
+    #[width(total_bits)]
     offset: Local<Word>,
+    /// the position
+    #[width(total_bits)]
+    at: Local<Word>,
+    /// from the position's step to the next window's first
+    #[width(moved_bits)]
+    back: Local<Word>,
+    /// the code period, such that the total comes nearer to it
+    #[width(moved_bits)]
+    turn: Local<Word>,
+    /// total and addend; bit 0 carries
+    #[width(total_bits + 1)]
+    grown: Local<Word>,
+    /// total and addend
+    #[width(total_bits)]
+    sum: Register<Word>,
+    /// the sum becomes the total
+    takes: Register<bool>,
+    /// unless it is negative
+    tries: Register<bool>,
+    /// something else does
+    loads: Register<bool>,
+    /// the code period is added to a negative total, or taken from another
+    turns: Register<bool>,
     /// fraction of the position's step
     #[width(POSITION_BITS)]
     fraction: Register<Word>,
-    /// the same with the way's, and what leaves it
+    /// what the windows' middles owe to the positions, of one step, and half a step
     #[width(POSITION_BITS + 1)]
-    added: Local<Word>,
-    carry: Register<bool>,
-    /// what the windows' middles owe to the positions, of one step
-    #[width(POSITION_BITS)]
     owed: Register<Word>,
     /// steps from the position's to the first of the window's later half
     #[width(2)]
     ahead: Register<Word>,
-    /// half a step behind the position, from its step on
-    #[width(POSITION_BITS + 2)]
-    half_fraction: Local<Word>,
-    /// the same with what is owed
+    /// half a step behind the position, from its step on, with what is owed: where the window's later half begins
     #[width(POSITION_BITS + 2)]
     placed: Local<Word>,
     /// phase step of the position
     #[width(step_bits)]
     step: Register<Word>,
-    /// the same on its way, and then a window's first
-    #[width(moved_bits)]
-    moved: Register<Word>,
-    /// that less the code period
-    #[width(moved_bits)]
-    wrapped: Local<Word>,
     /// windows without light, one after another
     #[width(PATIENCE_BITS)]
     missed: Register<Word>,
     /// that was the last of them
     gives_up: Register<bool>,
-    /// the sum less the light that was expected
-    #[width(sum_bits + 1)]
-    gained: Local<Word>,
-    /// less than a sixteenth of it is left out; linters know by the name
+    /// bits that nobody reads: below a sixteenth, and those that carry; linters know by the name
     unused: Local<bool>,
     /// the position as it is told
     #[width(plan.position_bits())]
@@ -266,8 +322,8 @@ impl Logic for TargetTracker {
         self.halve();
         self.weigh_light();
         self.divide();
-        self.find_way();
-        self.move_position();
+        self.add_up();
+        self.place_window();
         self.decide();
         self.tell();
     }
@@ -279,10 +335,15 @@ impl Logic for TargetTracker {
         if self.i_taken_first.val() {
             self.window.next = self.follows.val();
         }
-        if self.window.val() & self.passes.val().get_bit(1) {
+        self.passes_steps.next = self.window.val() & self.passes.val().get_bit(0);
+        self.passes_first.next = self.window.val() & self.passes.val().get_bit(1);
+        if self.passes_steps.val() {
             self.o_word.next = self.window_steps.val();
-        } else if self.window.val() & self.passes.val().get_bit(2) {
-            self.o_word.next = bit_cast(self.moved.val(), self.scan_word_bits);
+        } else if self.passes_first.val() {
+            self.o_word.next = bit_cast(
+                self.total.val().slice(POSITION_BITS, self.moved_bits),
+                self.scan_word_bits,
+            );
         } else {
             self.o_word.next = bit_cast(self.i_word.val(), self.scan_word_bits);
         }
@@ -302,15 +363,17 @@ impl Logic for TargetTracker {
         self.o_go.next = self.i_go.val() & !self.waits.val();
     }
 
+    /// The slope has one adder, too: what is taken from it is added with all bits turned, and one more, which bit 0 carries.
     fn sum_counts(&mut self) {
+        self.early.next = !self.place.val().get_bit(self.sample_bits);
+        self.turned.next = bit_cast(signed_cast(self.i_count.val()), self.sum_bits)
+            ^ signed_cast(self.early.val());
+        self.leaned.next = bit_cast(self.slope.val(), self.sum_bits + 1).shifted_in(true)
+            + bit_cast(self.turned.val(), self.sum_bits + 1).shifted_in(self.early.val());
         if self.i_counted.val() {
             self.place.next = self.place.val() + 1;
             self.all.next = self.all.val() + signed_cast(self.i_count.val());
-            if self.place.val().get_bit(self.sample_bits) {
-                self.slope.next = self.slope.val() + signed_cast(self.i_count.val());
-            } else {
-                self.slope.next = self.slope.val() - signed_cast(self.i_count.val());
-            }
+            self.slope.next = self.leaned.val().slice(1, self.sum_bits);
         }
         if self.i_taken_first.val() {
             self.place.next = 0.into();
@@ -322,28 +385,30 @@ impl Logic for TargetTracker {
     /// A window's decision has all stages, a scan's those in which its peak's step comes within the code period.
     fn run_stages(&mut self) {
         self.began.next = self.i_run.val() | (self.began.val() & !self.i_taken_first.val());
-        self.found.next =
+        self.finds.next =
             self.i_peak_valid.val() & self.began.val() & self.waits.val() & !self.window.val();
-        self.stage.next =
-            self.stage.val().shifted_in(self.i_last.val() & self.window.val()).replace_bit(
-                self.halved + 3,
-                self.stage.val().get_bit(self.halved + 2) | self.found.val(),
-            );
+        self.found.next = self.finds.val();
+        self.stage.next = self
+            .stage
+            .val()
+            .shifted_in(self.i_last.val() & self.window.val())
+            .replace_bit(self.halved + 1, self.stage.val().get_bit(self.halved) | self.found.val());
     }
 
     /// Shares are taken by halves, that of the light and later that of the way.
     fn halve(&mut self) {
+        self.halves.next = self.halvings.val().any();
         if self.halvings.val().any() {
             self.halvings.next = self.halvings.val() - 1;
+        }
+        if self.halves.val() {
             self.least.next = self.least.val() >> 1;
-            self.way.next =
-                bit_cast(signed_cast(self.way.val().slice(1, self.way_bits - 1)), self.way_bits);
         }
         if self.stage.val().get_bit(0) {
             self.halvings.next = self.threshold.val();
             self.least.next = self.light.val();
         }
-        if self.stage.val().get_bit(self.divided) {
+        if self.stage.val().get_bit(self.divided + 3) {
             self.halvings.next = self.gain.val();
         }
     }
@@ -351,25 +416,22 @@ impl Logic for TargetTracker {
     /// Whether the sum of the counts is at least a share of what was expected; a sixteenth of what it has more is
     /// expected from now on.
     fn weigh_light(&mut self) {
-        // The share is there, and the way's halves are still to come.
-        if self.stage.val().get_bit(self.divided) {
-            self.lit.next = self.all.val().any()
-                & !self.all.val().get_bit(self.sum_bits - 1)
-                & (self.all.val() >= self.least.val());
+        self.spare.next = bit_cast(signed_cast(self.all.val()), self.sum_bits + 1)
+            - bit_cast(self.least.val(), self.sum_bits + 1);
+        self.is_dim.next = self.spare.val().get_bit(self.sum_bits);
+        self.is_any.next = self.all.val().any();
+        let (low, high) = (LIGHT_HALVINGS as usize, self.sum_bits + 1 - LIGHT_HALVINGS as usize);
+        // Of the light no share is taken yet.
+        if self.stage.val().get_bit(1) {
+            self.gained.next = self.spare.val().slice(low, high);
         }
-        self.gained.next = bit_cast(signed_cast(self.all.val()), self.sum_bits + 1)
-            - bit_cast(self.light.val(), self.sum_bits + 1);
-        self.unused.next = self.gained.val().slice(0, LIGHT_HALVINGS as usize).any();
-        if self.stage.val().get_bit(self.halved + 1) {
+        if self.stage.val().get_bit(self.divided) {
+            self.lit.next = self.is_any.val() & !self.is_dim.val();
+        }
+        if self.stage.val().get_bit(self.halved - 1) {
             if self.lit.val() {
-                self.light.next = self.light.val()
-                    + bit_cast(
-                        signed_cast(self.gained.val().slice(
-                            LIGHT_HALVINGS as usize,
-                            self.sum_bits + 1 - LIGHT_HALVINGS as usize,
-                        )),
-                        self.sum_bits,
-                    );
+                self.light.next =
+                    self.light.val() + bit_cast(signed_cast(self.gained.val()), self.sum_bits);
                 self.missed.next = 0.into();
             } else {
                 self.missed.next = self.missed.val() + 1;
@@ -383,114 +445,147 @@ impl Logic for TargetTracker {
         }
     }
 
-    /// The size of the slope over the sum, a bit in each clock; ones alone where it is as large as the sum, or larger.
+    /// The size of the slope over the sum, a bit in each clock, without restoring: the sum is taken from twice the rest if that
+    /// is not negative, else added. The first bit says that the slope is as large as the sum, or larger. Before that the
+    /// slope is turned to where it is not negative, by the same adder: the sign of what is there first decides.
     fn divide(&mut self) {
-        self.less.next = (bit_cast(self.rest.val(), self.sum_bits + 2) << 1)
-            - bit_cast(self.all.val(), self.sum_bits + 2);
-        if self.less.val().get_bit(self.sum_bits + 1) {
-            self.rest.next = self.rest.val() << 1;
-            self.quotient.next = self.quotient.val() << 1;
+        let bits = self.sum_bits + 2;
+        self.minus.next = !self.rest.val().get_bit(bits - 1);
+        self.begins.next = (self.i_last.val() & self.window.val()) | self.stage.val().get_bit(0);
+        if self.begins.val() {
+            self.taken.next = bit_cast(signed_cast(self.slope.val()), bits);
         } else {
-            self.rest.next = bit_cast(self.less.val(), self.sum_bits + 1);
-            self.quotient.next = self.quotient.val().shifted_in(true);
+            self.taken.next = bit_cast(self.all.val(), bits) << 1;
         }
+        self.turns_taken.next = self.minus.val() | self.stage.val().get_bit(0);
         if self.stage.val().get_bit(0) {
             self.negative.next = self.slope.val().get_bit(self.sum_bits - 1);
-            if self.slope.val().get_bit(self.sum_bits - 1) {
-                self.rest.next = bit_cast(!self.slope.val(), self.sum_bits + 1) + 1;
-            } else {
-                self.rest.next = bit_cast(self.slope.val(), self.sum_bits + 1);
-            }
         }
-        if self.stage.val().get_bit(1) {
-            self.is_most.next = self.rest.val() >= bit_cast(self.all.val(), self.sum_bits + 1);
-        }
-    }
-
-    /// From the position to the peak: to the window's middle, and from there by the offset.
-    fn find_way(&mut self) {
-        if self.is_most.val() {
+        self.left.next = ((bit_cast(self.rest.val(), bits + 1) << 1)
+            & signed_cast(!self.begins.val()))
+        .shifted_in(true)
+            + bit_cast(self.taken.val() ^ signed_cast(self.turns_taken.val()), bits + 1)
+                .shifted_in(self.minus.val() & !self.stage.val().get_bit(0));
+        self.rest.next = self.left.val().slice(1, bits);
+        self.quotient.next = self.quotient.val().shifted_in(self.minus.val());
+        if self.quotient.val().get_bit(self.offset_bits) {
             self.size.next = bit_cast(signed_cast(true), self.offset_bits);
         } else {
-            self.size.next = self.quotient.val();
-        }
-        self.offset.next = bit_cast(self.size.val(), self.way_bits) << (HIDDEN_BITS as usize);
-        self.half_fraction.next =
-            bit_cast(self.fraction.val(), POSITION_BITS + 2) + self.half_step.val();
-        if self.stage.val().get_bit(self.divided - 1) {
-            self.way.next = (bit_cast(self.ahead.val(), self.way_bits) << POSITION_BITS)
-                - bit_cast(self.half_fraction.val(), self.way_bits);
-        }
-        if self.stage.val().get_bit(self.divided) {
-            if self.negative.val() {
-                self.way.next = self.way.val() - self.offset.val();
-            } else {
-                self.way.next = self.way.val() + self.offset.val();
-            }
+            self.size.next = bit_cast(self.quotient.val(), self.offset_bits);
         }
     }
 
-    /// The position moves, its fraction first, and comes back into the code period; then the next window's first step.
-    fn move_position(&mut self) {
-        self.added.next = bit_cast(self.fraction.val(), POSITION_BITS + 1)
-            + bit_cast(self.way.val().slice(0, POSITION_BITS), POSITION_BITS + 1);
-        if self.stage.val().get_bit(self.halved + 1) & self.lit.val() {
-            self.fraction.next = bit_cast(self.added.val(), POSITION_BITS);
-            self.carry.next = self.added.val().get_bit(POSITION_BITS);
-        }
-        self.wrapped.next = self.moved.val() - self.period.val();
-        if self.stage.val().get_bit(self.halved + 3)
-            | self.stage.val().get_bit(self.halved + 4)
-            | self.stage.val().get_bit(self.halved + 6)
+    /// An addend in one clock, the sum in the next one, and then the total. It begins with the window's middle, to which the
+    /// offset comes, and from which the position's fraction is taken: the way to the peak. A share of that comes to the
+    /// position, which comes back into the code period, twice, since a scan may have more steps than that. From there it
+    /// goes to the next window's first step.
+    fn add_up(&mut self) {
+        let (bits, divided, halved) = (self.total_bits, self.divided, self.halved);
+        self.turns.next = self.stage.val().get_bit(halved + 2)
+            | self.stage.val().get_bit(halved + 5)
+            | self.stage.val().get_bit(halved + 11);
+        self.tries.next = self.stage.val().get_bit(halved + 4)
+            | self.stage.val().get_bit(halved + 7)
+            | self.stage.val().get_bit(halved + 13);
+        self.takes.next = self.stage.val().get_bit(divided + 1)
+            | self.stage.val().get_bit(divided + 3)
+            | self.stage.val().get_bit(halved + 1)
+            | self.stage.val().get_bit(halved + 4)
+            | self.stage.val().get_bit(halved + 7)
+            | self.stage.val().get_bit(halved + 10)
+            | self.stage.val().get_bit(halved + 13);
+        self.loads.next = self.stage.val().get_bit(divided - 1)
+            | (self.stage.val().get_bit(halved - 1) & !self.lit.val())
+            | self.finds.val()
+            | self.halvings.val().any();
+        self.choose_addend();
+        self.grown.next = bit_cast(self.total.val(), bits + 1).shifted_in(true)
+            + bit_cast(self.addend.val(), bits + 1).shifted_in(self.carry.val());
+        self.sum.next = self.grown.val().slice(1, bits);
+        self.middle.next =
+            (bit_cast(self.ahead.val(), bits) << POSITION_BITS) - self.half_step.val();
+        if self.loads.val()
+            | (self.takes.val() & !(self.tries.val() & self.sum.val().get_bit(bits - 1)))
         {
-            if self.moved.val().get_bit(self.moved_bits - 1) {
-                self.moved.next = self.moved.val() + self.period.val();
-            } else if !self.wrapped.val().get_bit(self.moved_bits - 1) {
-                self.moved.next = self.wrapped.val();
-            }
+            // At most one of them; without light there is no way.
+            self.total.next = (self.sum.val() & signed_cast(self.takes.val()))
+                | (self.middle.val() & signed_cast(self.stage.val().get_bit(divided)))
+                | ((bit_cast(self.first.val(), bits) << POSITION_BITS)
+                    & signed_cast(self.found.val()))
+                | (bit_cast(signed_cast(self.total.val().slice(1, bits - 1)), bits)
+                    & signed_cast(self.halves.val()));
         }
-        if self.stage.val().get_bit(self.halved + 2) {
-            if self.lit.val() {
-                self.moved.next = bit_cast(self.step.val(), self.moved_bits)
-                    + bit_cast(
-                        signed_cast(
-                            self.way.val().slice(POSITION_BITS, self.way_bits - POSITION_BITS),
-                        ),
-                        self.moved_bits,
-                    )
-                    + bit_cast(self.carry.val(), self.moved_bits);
+    }
+
+    /// Of several at most one, so that there is no order among them.
+    fn choose_addend(&mut self) {
+        let (bits, divided, halved) = (self.total_bits, self.divided, self.halved);
+        self.offset.next = (bit_cast(self.size.val(), bits) << (HIDDEN_BITS as usize))
+            ^ signed_cast(self.negative.val());
+        self.back.next = bit_cast(self.ahead.val(), self.moved_bits) - self.half_window.val();
+        if self.total.val().get_bit(bits - 1) {
+            self.turn.next = self.period.val();
+        } else {
+            self.turn.next = self.less_period.val();
+        }
+        self.at.next = gather(bits, |bit| {
+            if bit < POSITION_BITS {
+                self.fraction.val().get_bit(bit)
+            } else if bit < POSITION_BITS + self.step_bits {
+                self.step.val().get_bit(bit - POSITION_BITS)
             } else {
-                self.moved.next = bit_cast(self.step.val(), self.moved_bits);
+                false
             }
-        }
-        if self.stage.val().get_bit(self.halved + 5) {
-            self.step.next = bit_cast(self.moved.val(), self.step_bits);
-            self.moved.next = self.moved.val() + bit_cast(self.ahead.val(), self.moved_bits)
-                - self.half_window.val();
-        }
-        self.placed.next = self.half_fraction.val() + bit_cast(self.owed.val(), POSITION_BITS + 2);
-        if self.stage.val().get_bit(self.halved + 4) {
-            self.owed.next = bit_cast(self.placed.val(), POSITION_BITS);
+        });
+        self.addend.next = (self.offset.val() & signed_cast(self.stage.val().get_bit(divided)))
+            | (!bit_cast(self.fraction.val(), bits)
+                & signed_cast(self.stage.val().get_bit(divided + 2)))
+            | (self.at.val() & signed_cast(self.stage.val().get_bit(halved)))
+            | ((bit_cast(self.back.val(), bits) << POSITION_BITS)
+                & signed_cast(self.stage.val().get_bit(halved + 9)))
+            | ((bit_cast(self.i_peak_step.val(), bits) << POSITION_BITS)
+                & signed_cast(self.found.val()))
+            | ((bit_cast(self.turn.val(), bits) << POSITION_BITS) & signed_cast(self.turns.val()));
+        self.carry.next = (self.stage.val().get_bit(divided) & self.negative.val())
+            | self.stage.val().get_bit(divided + 2);
+    }
+
+    /// The position, and where the window stands about it.
+    fn place_window(&mut self) {
+        self.placed.next = bit_cast(self.total.val().slice(0, POSITION_BITS), POSITION_BITS + 2)
+            + bit_cast(self.owed.val(), POSITION_BITS + 2);
+        if self.stage.val().get_bit(self.halved + 6) {
+            // Half a step is the fraction's highest bit: it turns, and carries.
+            self.owed.next = gather(POSITION_BITS + 1, |bit| {
+                if bit < POSITION_BITS - 1 {
+                    self.placed.val().get_bit(bit)
+                } else if bit < POSITION_BITS {
+                    !self.placed.val().get_bit(bit)
+                } else {
+                    self.placed.val().get_bit(POSITION_BITS - 1)
+                }
+            });
             self.ahead.next = self.placed.val().slice(POSITION_BITS, 2);
         }
+        if self.stage.val().get_bit(self.halved + 9) {
+            self.fraction.next = bit_cast(self.total.val(), POSITION_BITS);
+            self.step.next = self.total.val().slice(POSITION_BITS, self.step_bits);
+        }
         if self.found.val() {
-            self.fraction.next = 0.into();
-            self.owed.next = 0.into();
-            self.moved.next = bit_cast(self.first.val(), self.moved_bits)
-                + bit_cast(self.i_peak_step.val(), self.moved_bits);
+            self.owed.next = bit_cast(self.half_step.val(), POSITION_BITS + 1);
         }
     }
 
     /// Whether there is still a target, and with that the next scan may begin.
     fn decide(&mut self) {
-        if self.stage.val().get_bit(self.halved + 2) {
+        if self.stage.val().get_bit(self.halved) {
             self.gives_up.next = !self.lit.val() & (self.missed.val() >= self.patience.val());
         }
         if self.found.val() {
             self.gives_up.next = false;
         }
         self.lost.next = false;
-        if self.stage.val().get_bit(self.halved + 7) {
+        if self.stage.val().get_bit(self.halved + 15) {
             self.waits.next = false;
             self.follows.next =
                 self.on.val() & !self.gives_up.val() & (self.window.val() | self.lit.val());
@@ -516,6 +611,10 @@ impl Logic for TargetTracker {
         self.o_position.next = self.position.val();
         self.o_locked.next = self.locked.val();
         self.o_lost.next = self.lost.val();
+        self.unused.next = self.spare.val().slice(0, LIGHT_HALVINGS as usize).any()
+            | self.leaned.val().get_bit(0)
+            | self.left.val().get_bit(0)
+            | self.grown.val().get_bit(0);
     }
 }
 
@@ -652,7 +751,7 @@ mod tests {
                     bench.clock();
                     bench.block.i_peak_valid.next = false;
                     follower.found((first + step) % period_steps, count);
-                    assert_eq!(bench.clocks_to_go(), 5);
+                    assert_eq!(bench.clocks_to_go(), 16);
                     assert!(!bench.lost);
                 }
                 let position = follower.position().unwrap_or(was);
