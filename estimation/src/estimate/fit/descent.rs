@@ -12,7 +12,7 @@ use super::error::FitError;
 use super::known_moments::{KnownMoments, Linear};
 use super::normal::Normal;
 use super::parameters::{Column, Parameters, PathParameters, share_of_ones};
-use super::problem::{Problem, Reading, Sides};
+use super::problem::{MOST_WEIGHINGS, Problem, Reading, Sides};
 use super::scoring::{Counts, Settled, Settling, Slopes, settle};
 use super::template::{Axis, Template};
 use super::weights::Weights;
@@ -237,7 +237,11 @@ impl<'m> Counts for Descending<'_, '_, 'm> {
             return Ok(false);
         };
         let is_of_here = self.weighed_at.as_ref() == Some(&here.parameters);
-        if is_of_here || fall >= 1.0 || self.weighings >= problem.most_weighings() {
+        // A start from a node may be of other light than the end, and its weights with it.
+        let weighed_at = self.weighed_at.as_ref();
+        let hold = weighed_at.is_some_and(|of| !here.parameters.differ_in_light_from(of));
+        let most = if hold { problem.most_weighings() } else { MOST_WEIGHINGS };
+        if is_of_here || fall >= 1.0 || self.weighings >= most {
             return Ok(false);
         }
         self.weighings += 1;

@@ -257,3 +257,71 @@ pub fn expected_fit(
     }
     Fitter::new(sensor, detector, tier, sensor.scene().other_light).expected()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::photons::count_step;
+    use crate::scan::Step;
+    use crate::scene::{PathIndex, load_with};
+
+    /// Photons of dim light, counted for long: fits scatter as they say, as is expected and nearly as
+    /// the bound, and chi-square is its degrees of freedom. (A fit starts from a node of the light,
+    /// and even the dimmest node is far brighter than this.)
+    #[test]
+    fn fits_of_dim_light_scatter_as_they_say() {
+        for (power_pw, integration_ms, dead_time_ns, dark_kcps) in [
+            (0.05, 8, 0, 71),
+            (0.02, 20, 5, 71),
+            (0.02, 20, 14, 71),
+            (0.1, 4, 50, 0),
+            (0.002, 60, 2, 1),
+            (1.0, 1, 0, 71),
+        ] {
+            let settings = [
+                "estimate.estimator=model".to_owned(),
+                "scan.steps={ around = \"3.2 m\", halfwidth = 12 }".to_owned(),
+                "detector.afterpulsing.probability=0".to_owned(),
+                format!("source.mean_power={power_pw} pW"),
+                format!("scan.integration={integration_ms} ms"),
+                format!("detector.dead_time={dead_time_ns} ns"),
+                format!("detector.dark_count_rate={dark_kcps} kcps"),
+            ];
+            let settings = settings.map(|setting| setting.parse().expect("a setting"));
+            let scene = load_with(Path::new("../scenes/quick.toml"), &settings).expect("sound");
+            let (sensor, tier) = (Sensor::new(&scene), CountingTier::Events);
+            let model = DetectorModel::new(&sensor, DetectorIndex(0));
+            let fitter = Fitter::new(&sensor, DetectorIndex(0), tier, OtherLight::None);
+            let scans = 150;
+            let [mut errors, mut squares, mut stated, mut chi_square] = [0.0; 4];
+            let mut degrees = 0.0;
+            for scan in 0..scans {
+                let steps = Step::all(sensor.timing().scan.steps);
+                let counts: Vec<_> = steps.map(|step| count_step(&model, 5, scan, step)).collect();
+                let fitted = fitter.fit(&counts).expect("it fits");
+                let error = fitted.distance_m - 3.2;
+                errors += error;
+                squares += error * error;
+                stated += fitted.std_m;
+                chi_square += fitted.chi_square;
+                degrees = fitted.degrees_of_freedom as f64;
+            }
+            let of = format!("{power_pw} pW, {integration_ms} ms, {dead_time_ns} ns");
+            let scans = scans as f64;
+            let (std, stated) = ((squares / scans).sqrt(), stated / scans);
+            let within = |what: &str, sigmas: f64| {
+                assert!(sigmas.abs() < 4.0, "{of}: {what} is {sigmas} standard errors off");
+            };
+            within("bias", errors / scans.sqrt() / std);
+            within("stated", (std / stated - 1.0) * (2.0 * scans).sqrt());
+            within("chi-square", (chi_square / scans - degrees) * (scans / (2.0 * degrees)).sqrt());
+            let expected = fitter.expected().expect("there is an expectation").std_m;
+            within("expected", (std / expected - 1.0) * (2.0 * scans).sqrt());
+            let bound = bound(&sensor, DetectorIndex(0), tier).expect("there is a bound");
+            let bound_m = bound.of_path(PathIndex(0)).expect("of the path");
+            assert!((expected / bound_m - 1.0).abs() < 0.03, "{of}: {expected} {bound_m}");
+        }
+    }
+}

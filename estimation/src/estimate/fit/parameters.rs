@@ -140,6 +140,15 @@ impl Parameters {
             || constant.abs() > LINEAR_SHARE * self.brightest()
     }
 
+    /// Whether counts scatter otherwise under the light of `other`: some of it differs by more than a
+    /// share of all light.
+    pub fn differ_in_light_from(&self, other: &Parameters) -> bool {
+        let near = |here: f64, there: f64| (here - there).abs() <= LINEAR_SHARE * self.brightest();
+        let mut pairs = self.paths.iter().zip(&other.paths);
+        !near(self.constant, other.constant)
+            || !pairs.all(|(here, there)| near(here.rate(), there.rate()))
+    }
+
     /// Adds a path, whose mean is taken from the background.
     pub fn add_path(&mut self, path: PathParameters) {
         self.constant = (self.constant - path.mean_rate()).max(0.1 * self.constant);
@@ -201,7 +210,7 @@ impl Parameters {
     }
 
     /// Unknown number `index`, which is not the walk, moved by `sign` times its step for
-    /// derivatives, and that step.
+    /// derivatives, or by as much of it as is possible, and that step.
     pub fn nudged(&self, index: usize, sign: f64) -> (Parameters, f64) {
         let mut nudged = self.clone();
         let step = match nudged.paths.get_mut(index / 2) {
@@ -214,9 +223,10 @@ impl Parameters {
                 STRENGTH_STEP
             }
             None => {
-                let step = CONSTANT_STEP * self.brightest();
-                nudged.constant += sign * step;
-                step
+                // There is no less light than none.
+                let step = (sign * CONSTANT_STEP * self.brightest()).max(-self.constant);
+                nudged.constant += step;
+                return (nudged, step);
             }
         };
         (nudged, sign * step)

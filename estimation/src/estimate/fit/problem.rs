@@ -12,6 +12,9 @@ use crate::scene::Scan;
 /// Scans of more steps are weighed with the second moments of few that stand for all.
 pub const STEPS_ONE_BY_ONE: usize = 512;
 
+/// Most often that a fit makes its weights.
+pub const MOST_WEIGHINGS: usize = 4;
+
 /// A detector, and the steps that take part.
 #[derive(Debug, Clone)]
 pub struct Problem<'m> {
@@ -141,10 +144,10 @@ impl<'m> Problem<'m> {
         }
     }
 
-    /// How often a fit makes its weights. Those of steps that count the same light depend
-    /// on where between two steps the light's edges are.
+    /// How often a fit makes its weights of nearly the same light. Those of steps that count the
+    /// same light depend on where between two steps its edges are.
     pub fn most_weighings(&self) -> usize {
-        if self.shares_light() { 4 } else { 1 }
+        if self.shares_light() { MOST_WEIGHINGS } else { 1 }
     }
 
     /// Whether several steps count the same light.
