@@ -1,9 +1,10 @@
 //! One histogram against phase steps one after another, at the same light and measuring time.
 
+use std::path::Path;
 use std::sync::LazyLock;
 
 use goldtof::Jobs as _;
-use goldtof::scene::{Architecture, EstimatorKind, Scene};
+use goldtof::scene::{Architecture, EstimatorKind, Scene, load};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::study::architectures::{Comparison, Point, compare};
@@ -98,6 +99,32 @@ fn the_front_is_what_nothing_beats() {
     let mut dark = scene(8e6, ALL_TIMES);
     dark.sources[0].mean_power_w = 0.0;
     assert!(compare(&dark).is_err());
+}
+
+/// Of steps that count the same light a fit has an expectation only where neighbours differ by 50
+/// detections: those that come within a phase step of one of the code's edges.
+#[test]
+fn too_few_photons_for_a_fit_of_shared_light_have_a_remark_in_place_of_numbers() {
+    let quick = load(Path::new("scenes/quick.toml")).expect("it is sound");
+    let compared = compare(&quick).expect("it can be compared");
+    let chips = &quick.sources[0].code.chips;
+    let edges = (0..31).filter(|&i| chips[i] != chips[(i + 1) % 31]).count() as f64 / 31.0;
+    let of_a_chip = compared.detected_rate_cps * 8e-9 / 8.0;
+    for (name, groups) in [("parallel 16", 16.0), ("parallel 16, near the peak", 1.0)] {
+        let differing = |point: &Point| {
+            let chips = point.measuring_time_s / 8e-9 / groups;
+            chips * edges * of_a_chip
+        };
+        let all = points(&compared, name, EstimatorKind::Fft);
+        let fits = points(&compared, name, EstimatorKind::Model);
+        let enough = |point: &&&Point| differing(point) > 50.0;
+        assert!(fits.iter().all(|fit| differing(fit) > 50.0 * 0.9), "{name}");
+        assert_eq!(fits.len(), all.iter().filter(enough).count(), "{name}");
+        assert!(!fits.is_empty() && fits.len() < all.len(), "{name}");
+        let way = compared.ways.iter().find(|way| way.name == name).expect("there is one");
+        let told = |remark: &String| remark.contains("differences of neighbouring phase steps");
+        assert!(way.remarks.iter().any(told), "{:?}", way.remarks);
+    }
 }
 
 /// The same ratio, of photons: 16 steps of 8,956 chips against 70 code periods.

@@ -1,8 +1,8 @@
 //! What is expected of each sensor, time by time.
 
 use super::{ComparisonError, Plan, Point, Way};
-use crate::estimate::coverage::short_steps;
-use crate::estimate::fit::{FitError, expected_fit};
+use crate::estimate::coverage::{check_fit, short_steps};
+use crate::estimate::fit::expected_fit;
 use crate::estimate::{CountingTier, Prediction, delay_error_ps, distance_m, predict};
 use crate::photons::DetectorModel;
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
@@ -72,10 +72,10 @@ pub fn points(
         phases.add(plan, &sensor, of_phase.map(|p| (p, (p.bias_m, p.std_m))));
         // With total counts, unless the scene says otherwise.
         at.estimator = EstimatorKind::Model;
-        let of_fit = phase.as_ref().map_err(String::clone).and_then(|phase| {
-            let errors = fitted(&Sensor::new(&at), path).map_err(|reason| reason.to_string())?;
-            Ok((phase, errors))
-        });
+        let of_fit = phase
+            .as_ref()
+            .map_err(String::clone)
+            .and_then(|phase| Ok((phase, fitted(&Sensor::new(&at), path)?)));
         fits.add(plan, &sensor, of_fit);
     }
     if too_short > 0 {
@@ -142,9 +142,12 @@ fn is_too_short(scene: &Scene) -> bool {
         || short_steps(&DetectorModel::new(&Sensor::new(scene), DetectorIndex(0))).check().is_err()
 }
 
-/// Bias and standard deviation of the fit's strongest path.
-fn fitted(sensor: &Sensor, path: PathIndex) -> Result<(f64, f64), FitError> {
-    let fitted = expected_fit(sensor, DetectorIndex(0), CountingTier::Sampled)?;
+/// Bias and standard deviation of the fit's strongest path, or why neither can be expected.
+fn fitted(sensor: &Sensor, path: PathIndex) -> Result<(f64, f64), String> {
+    let (detector, tier) = (DetectorIndex(0), CountingTier::Sampled);
+    let fitted = expected_fit(sensor, detector, tier).map_err(|reason| reason.to_string())?;
+    let covered = check_fit(sensor, detector, path, tier, &fitted);
+    covered.map_err(|reason| reason.to_string())?;
     let true_delay_ps = sensor.scene().paths[path].delay_ps;
     let period_ps = sensor.timing().code_period_ps();
     let error_ps = delay_error_ps(fitted.delay_ps, true_delay_ps, period_ps);
