@@ -278,9 +278,17 @@ impl Samples {
         let waits = edges
             .windows(2)
             .map(|cell| sampling.waits(0.5 * (cell[0] + cell[1]) + self.origin_chips));
-        let starts = &edges[..edges.len() - 1];
-        let at_instant = starts.iter().map(|start| sampling.is_instant(start + self.origin_chips));
-        Some(Rearming { waits: waits.collect(), at_instant: at_instant.collect() })
+        // Each instant is at one edge, the nearest: another kink's may be hardly farther from it than
+        // breaks that are merged.
+        let mut at_instant = vec![false; edges.len() - 1];
+        for instant in sampling.instants() {
+            let time = (instant - self.origin_chips).rem_euclid(1.0);
+            let after = edges.partition_point(|&edge| edge < time).clamp(1, edges.len() - 1);
+            let is_after = edges[after] - time < time - edges[after - 1];
+            let nearest = if is_after { after } else { after - 1 };
+            at_instant[nearest % (edges.len() - 1)] = true;
+        }
+        Some(Rearming { waits: waits.collect(), at_instant })
     }
 }
 

@@ -167,10 +167,12 @@ impl Sampling {
         let Some(margin) = self.merging else {
             return Vec::new();
         };
-        (0..self.samples_per_chip as i64)
-            .map(|sample| self.instant_chips(sample))
-            .flat_map(|instant| [instant, instant + margin])
-            .collect()
+        self.instants().flat_map(|instant| [instant, instant + margin]).collect()
+    }
+
+    /// Registered times of a chip's sample instants.
+    pub fn instants(&self) -> impl Iterator<Item = f64> {
+        (0..self.samples_per_chip as i64).map(|sample| self.instant_chips(sample))
     }
 
     /// Sample instants that a detector which is ready at a registered time has to
@@ -179,12 +181,6 @@ impl Sampling {
         let Some(margin) = self.merging else { return 0 };
         let low = self.place(time - margin).ceil();
         (low - self.place(time).floor()).max(0.0) as usize
-    }
-
-    /// Whether a registered time is a sample instant.
-    pub fn is_instant(&self, time: f64) -> bool {
-        let samples = self.place(time);
-        (samples - samples.round()).abs() < 2e-7 * self.samples_per_chip
     }
 }
 
