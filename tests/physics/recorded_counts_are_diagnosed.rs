@@ -405,6 +405,55 @@ fn what_is_wrong_with_a_sensor_is_named() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// Afterpulsing is the least known of a detector's values. A scene that has another one is not accused of its clock, which
+/// would move the distance with it: the best fit stays where the target is.
+#[test]
+fn another_afterpulsing_is_named_and_leaves_the_distance() {
+    let mut wrong = Vec::new();
+    for (built, written, power, has_totals) in [
+        (0.1, 0.137, "20 pW", true),
+        (0.0, 0.137, "20 pW", true),
+        (0.0, 0.137, "5 pW", true),
+        (0.137, 0.0, "20 pW", true),
+        (0.05, 0.0, "20 pW", true),
+        (0.0, 0.137, "20 pW", false),
+        (0.0, 0.137, "5 pW", false),
+    ] {
+        let sensor = |probability: f64| {
+            let probability = format!("detector.afterpulsing.probability={probability}");
+            let power = format!("source.mean_power={power}");
+            quick(&["path.distance=3.27 m", "scan.integration=100 us", &power, &probability])
+        };
+        let (mut found, mut pulls) = (Vec::new(), Vec::new());
+        let written_sensor = sensor(written);
+        let seen = |counts: &[StepCount]| {
+            let told = assess(&written_sensor, &recorded(counts, has_totals));
+            let (distance_m, std_m) = (told.fitted_distance_m, told.fitted_distance_std_m);
+            pulls.push((distance_m.expect("a fit") - 3.27) / std_m.expect("a fit"));
+            println!("{}", told.diagnosis.as_ref().expect("residuals").sentence);
+            found.push(told.diagnosis.expect("there are residuals").causes);
+        };
+        scans(&sensor(built), DetectorIndex(0), Tier::Sampled, 11, scans_or(repeated(4, 12)), seen)
+            .unwrap();
+        let totals = if has_totals { "with" } else { "without" };
+        let what = format!("afterpulsing {built} for {written}, {power}, {totals} totals");
+        let of =
+            |cause: Cause| share(&format!("{what}, {cause:?}"), &found, |c| c.contains(&cause));
+        let [named, clock, offset] =
+            [Cause::Afterpulsing, Cause::ChipPeriod, Cause::Offset].map(of);
+        share(&format!("{what}, alone"), &found, |causes| causes == [Cause::Afterpulsing]);
+        let n = pulls.len() as f64;
+        let mean = pulls.iter().sum::<f64>() / n;
+        let within = pulls.iter().filter(|pull| pull.abs() < 1.96).count();
+        println!("{what}: pulls of {mean:.2} on average, {within} of {n} within 95 %; {pulls:.2?}");
+        let is_named = named[1] > 0.9 || !has_totals;
+        if !is_named || clock[0] > 0.0 || offset[0] > 0.1 || mean.abs() > 4.0 / n.sqrt() {
+            wrong.push(format!("{what}: named {named:?}, clock {clock:?}, {offset:?}, {mean:.2}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
 /// Of the whole Gold set, the two m-sequences of which it is made among them, in the light, the
 /// reference or both. Light and reference with either m-sequence see the same.
 #[test]

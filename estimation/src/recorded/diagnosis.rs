@@ -2,10 +2,15 @@
 //!
 //! Every statement rests on a test, and all tests are one [`Family`]: by design they reject a
 //! correct scene in about one scan of a hundred (docs/recorded-counts.md has what was measured). At
-//! first only the distance is unknown. Of light level, background, dead time, chip period and integration
+//! first only the distance is unknown. Of light level, background, dead time, afterpulsing, chip period and integration
 //! time, the one that raises the likelihood most is freed, and the next, as long as the gain is significant. Where
 //! several do about as well, all of them are named: the counts do not tell which it is. A cause that
 //! is named fits the counts; another one, or several together, may fit them as well.
+//!
+//! The chip period is a special case: code and counter run off one clock, so that another period leaves the counts what
+//! they are but for what the detector does in its own time. It stands for any mistake of the detector's times at once, while
+//! a crystal is exact to ppm. So another cause that does about as well comes first, and dead time and afterpulsing take its
+//! place.
 
 use std::sync::Arc;
 
@@ -13,7 +18,7 @@ use serde::Serialize;
 
 use super::Cause;
 use super::codes::{self, Candidate};
-use super::hypothesis::{Change, SceneFit, Unknown, fit};
+use super::hypothesis::{Change, SceneFit, Unknown, constant_cps, fit};
 use super::observed::{Observed, differences};
 use crate::estimate::chance::{Darkness, chance_of_zeros};
 use crate::estimate::coverage::steps_outside;
@@ -28,12 +33,16 @@ use crate::sensor::Sensor;
 
 /// Probability that any of the tests rejects a correct scene, and their largest number.
 const WRONG: f64 = 0.014;
-const TESTS: usize = 7;
+const TESTS: usize = 8;
 
 /// Hits of a step, on average over a scan, or of a histogram, from which on causes are
 /// looked for: of scans with 370 the tests accuse a right scene as seldom as their level
 /// says, of scans with 7 one time in five.
 pub const FEWEST_HITS: f64 = 300.0;
+
+/// What the best fit's distance rests on where the chip period alone explains the counts.
+const OF_CLOCK: &str = "the best fit's distance is told with that chip period; a crystal is exact to ppm, so look \
+     whether the scene has the clock's setting";
 
 /// A test and its outcome.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -214,12 +223,15 @@ fn critical() -> f64 {
 }
 
 impl Examination<'_> {
-    /// Frees the parameter that raises the likelihood most, if significantly.
+    /// Frees the parameter that raises the likelihood most, if significantly; the chip period only if no other does about
+    /// as well.
     fn take_in_best(&mut self) -> bool {
         let has_dead_time = self.scene.detectors[self.observed.detector()].dead_time_ps > 0.0;
         let mut candidates =
             vec![Unknown::Light, Unknown::Constant, Unknown::ChipPeriod, Unknown::Integration];
-        candidates.extend(has_dead_time.then_some(Unknown::DeadTime));
+        if has_dead_time {
+            candidates.extend([Unknown::DeadTime, Unknown::Afterpulsing]);
+        }
         candidates.retain(|unknown| !self.unknowns.contains(unknown));
         // Tests that failed with fewer unknowns are repeated.
         self.not_tested.clear();
@@ -239,15 +251,21 @@ impl Examination<'_> {
                 }
             }
         }
-        gains.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut gains = gains.into_iter();
-        let Some((gain, unknown, fitted)) = gains.next().filter(|best| best.0 > critical()) else {
+        let most = gains.iter().map(|(gain, ..)| *gain).fold(0.0, f64::max);
+        if most <= critical() {
             return false;
-        };
-        let mut alike = vec![unknown];
-        let as_good = gains.filter(|other| other.0 > gain - critical());
-        alike.extend(as_good.map(|(_, unknown, _)| unknown));
-        self.alike.push(alike);
+        }
+        gains.retain(|(gain, ..)| *gain > most - critical());
+        gains.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // The chip period last, and not at all where times of the detector are as good.
+        gains.sort_by_key(|(_, unknown, _)| *unknown == Unknown::ChipPeriod);
+        let is_of_detector =
+            |unknown: Unknown| matches!(unknown, Unknown::DeadTime | Unknown::Afterpulsing);
+        if gains.iter().any(|(_, unknown, _)| is_of_detector(*unknown)) {
+            gains.retain(|(_, unknown, _)| *unknown != Unknown::ChipPeriod);
+        }
+        self.alike.push(gains.iter().map(|(_, unknown, _)| *unknown).collect());
+        let Some((_, unknown, fitted)) = gains.into_iter().next() else { return false };
         self.unknowns.push(unknown);
         self.fitted = fitted;
         true
@@ -347,11 +365,12 @@ impl Examination<'_> {
         let spad = &self.scene.detectors[self.observed.detector()];
         let (value, std) = (fitted.change.value(unknown), fitted.std_of(unknown));
         // The scene's value, the fitted one, and the factor from the change to its standard deviation.
-        let background = spad.background_rate_cps * spad.photon_detection_probability;
-        let constant_cps = background + spad.dark_count_rate_cps;
+        let constant_cps = constant_cps(spad);
+        let probability = spad.afterpulsing_probability;
         let (scene_value, fitted_value, of_change) = match unknown {
             Unknown::Light | Unknown::Integration => (1.0, value.exp(), value.exp()),
             Unknown::Constant => (constant_cps, constant_cps + value, 1.0),
+            Unknown::Afterpulsing => (probability, probability + value, 1.0),
             Unknown::DeadTime => {
                 let ns = spad.dead_time_ps * 1e-3;
                 (ns, ns + value * 1e-3, 1e-3)
@@ -477,7 +496,11 @@ impl Examination<'_> {
                     }
                     says.push(self.of_unknowns(alike));
                 }
-                says.extend(self.offset(&mut causes));
+                let is_of_clock = causes == [Cause::ChipPeriod] && self.is_explained();
+                if is_of_clock {
+                    says.push(OF_CLOCK.to_owned());
+                }
+                says.extend(self.offset(is_of_clock, &mut causes));
             }
         }
         says.extend(self.scatter(&mut causes));
@@ -489,9 +512,9 @@ impl Examination<'_> {
         (Diagnosis { causes, sentence, tests, not_tested }, fitted)
     }
 
-    /// Whether the peak stands where the scene's path has it.
-    fn offset(&mut self, causes: &mut Vec<Cause>) -> Option<String> {
-        self.fitted.tell_times_of_scene(self.scene, self.observed.detector());
+    /// Whether the peak stands where the scene's path has it, by the fitted clock or by the scene's.
+    fn offset(&mut self, is_of_clock: bool, causes: &mut Vec<Cause>) -> Option<String> {
+        self.fitted.tell_times_of_scene(self.scene, self.observed.detector(), is_of_clock);
         let std_ps = self.fitted.std_of(Unknown::Delay)?;
         let code =
             &self.scene.sources[self.scene.detectors[self.observed.detector()].reference].code;
@@ -568,6 +591,9 @@ impl Examination<'_> {
                 Unknown::DeadTime | Unknown::ChipPeriod => format!(
                     "a {} of {value:.3} +- {std:.3} ns in place of {scene:.3}",
                     unknown.name()
+                ),
+                Unknown::Afterpulsing => format!(
+                    "an afterpulsing probability of {value:.4} +- {std:.4} in place of {scene:.4}"
                 ),
                 Unknown::Delay => return None,
             })

@@ -6,7 +6,7 @@ use crate::estimate::fit::FitError;
 use crate::estimate::fit::normal::Normal;
 use crate::estimate::fit::scoring::{Counts, Settling, Slopes, settle};
 use crate::photons::DetectorModel;
-use crate::scene::{DetectorIndex, Scene};
+use crate::scene::{Detector, DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
 /// Declares the values of a scene that may be wrong: each with its cause, its name, and the unit of its
@@ -45,6 +45,8 @@ unknowns! {
     Constant = ConstantLight, "background", "cps";
     /// The dead time is longer.
     DeadTime = DeadTime, "dead time", "ns";
+    /// An avalanche causes an afterpulse more often, after the same time.
+    Afterpulsing = Afterpulsing, "afterpulsing", "probability";
     /// A chip is longer, and the light stands at the same phase step all the same.
     ChipPeriod = ChipPeriod, "chip period", "ns";
     /// Steps count for longer, or several scans are added up.
@@ -52,9 +54,10 @@ unknowns! {
 }
 
 /// The difference of each from the scene's: delay in ps, logarithm of the brightness, further constant
-/// rate in counts per second, dead time in ps, logarithms of the chip period and of the integration time.
+/// rate in counts per second, dead time in ps, probability of an afterpulse, logarithms of the chip period and of the
+/// integration time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Change([f64; 6]);
+pub(super) struct Change([f64; 7]);
 
 /// A scene fitted to counts.
 pub(super) struct SceneFit {
@@ -71,6 +74,13 @@ pub(super) struct SceneFit {
 const MOST_LN_LIGHT: f64 = 7.0;
 /// A chip's period is looked for within this many powers of e of the scene's.
 const MOST_LN_CHIP_PERIOD: f64 = 1.5;
+/// Probabilities of an afterpulse are looked for up to this one, or to the scene's if that is higher.
+const MOST_AFTERPULSING: f64 = 0.6;
+
+/// Dark counts and background of a detector that counts as one constant rate, in counts per second.
+pub(super) fn constant_cps(spad: &Detector) -> f64 {
+    spad.background_rate_cps * spad.photon_detection_probability + spad.dark_count_rate_cps
+}
 
 impl Unknown {
     /// How far it moves for its derivative, and farthest in one step of a fit.
@@ -90,6 +100,17 @@ impl Unknown {
                 let dead_time_ps = sensor.scene().detectors[detector].dead_time_ps;
                 [5e-3 * dead_time_ps, 0.3 * dead_time_ps]
             }
+            Unknown::Afterpulsing => [2e-3, 0.1],
+        }
+    }
+
+    /// The least change that leaves a rate or a probability what it is: neither is less than none.
+    fn least(self, sensor: &Sensor, detector: DetectorIndex) -> f64 {
+        let spad = &sensor.scene().detectors[detector];
+        match self {
+            Unknown::Constant => -constant_cps(spad),
+            Unknown::Afterpulsing => -spad.afterpulsing_probability,
+            _ => f64::NEG_INFINITY,
         }
     }
 }
@@ -124,11 +145,17 @@ impl Change {
                     self.value(Unknown::Light).clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp();
             }
             let spad = &mut scene.detectors[detector];
-            let photons_cps = spad.background_rate_cps * spad.photon_detection_probability;
-            let constant = photons_cps + spad.dark_count_rate_cps + self.value(Unknown::Constant);
             // All of it as dark counts: both are one constant rate.
+            spad.dark_count_rate_cps =
+                (constant_cps(spad) + self.value(Unknown::Constant)).max(0.0);
             spad.background_rate_cps = 0.0;
-            spad.dark_count_rate_cps = constant.max(0.0);
+            let most = MOST_AFTERPULSING.max(spad.afterpulsing_probability);
+            let afterpulsing = spad.afterpulsing_probability + self.value(Unknown::Afterpulsing);
+            spad.afterpulsing_probability = afterpulsing.clamp(0.0, most);
+            if spad.afterpulsing_time_constant_ps == 0.0 {
+                // Of a scene without afterpulsing it is not known: traps empty within a dead time, for the most part.
+                spad.afterpulsing_time_constant_ps = 0.5 * spad.dead_time_ps;
+            }
             // Not so short that pulses merge where they did not.
             let least_ps = spad.pulse_width_ps.min(spad.dead_time_ps);
             let most_ps = 4.0 * spad.dead_time_ps;
@@ -166,16 +193,26 @@ impl SceneFit {
         self.errors.iter().find(|(of, _)| *of == unknown).map(|(_, std)| *std)
     }
 
-    /// Counts the delay from where the scene's own clock has the light, where another one was
-    /// fitted, and as well as the detector's own is known.
-    pub fn tell_times_of_scene(&mut self, scene: &Scene, detector: DetectorIndex) {
+    /// Counts the delay from where the scene has the light, where another chip period was fitted, and as well as the
+    /// detector's own is known. The peak stands at a phase step: if `is_of_clock`, its time is told with the fitted chip
+    /// period; otherwise with the scene's, since that one stands for faults of the detector.
+    pub fn tell_times_of_scene(
+        &mut self,
+        scene: &Scene,
+        detector: DetectorIndex,
+        is_of_clock: bool,
+    ) {
         let own = scene.paths.iter().find(|path| path.detector == detector);
         let scaled_ps = own.map_or(0.0, |path| path.delay_ps + scene.detectors[detector].delay_ps);
-        let longer = self.change.longer();
-        self.change = self.change.by(Unknown::Delay, (longer - 1.0) * scaled_ps);
-        let of_clock_ps = self.std_of(Unknown::ChipPeriod).unwrap_or(0.0) * longer * scaled_ps;
+        let (longer, later_ps) = (self.change.longer(), self.change.value(Unknown::Delay));
+        let of_clock = self.std_of(Unknown::ChipPeriod).unwrap_or(0.0);
+        let (by_ps, of_clock_ps, scale) = match is_of_clock {
+            true => ((longer - 1.0) * scaled_ps, of_clock * longer * scaled_ps, 1.0),
+            false => ((1.0 / longer - 1.0) * later_ps, of_clock * later_ps / longer, 1.0 / longer),
+        };
+        self.change = self.change.by(Unknown::Delay, by_ps);
         for (_, std) in self.errors.iter_mut().filter(|(of, _)| *of == Unknown::Delay) {
-            *std = std.hypot(of_clock_ps).hypot(scene.detectors[detector].delay_std_ps);
+            *std = (*std * scale).hypot(of_clock_ps).hypot(scene.detectors[detector].delay_std_ps);
         }
     }
 }
@@ -262,8 +299,9 @@ impl Counts for SceneCounts<'_> {
     fn slopes(&mut self, place: &Trial, _anew: bool) -> Result<Slopes, FitError> {
         let of_unknown = |(unknown, &[step, _]): (&Unknown, &[f64; 2])| {
             let at = |by: f64| place.change.by(*unknown, by).means(self.sensor, self.observed);
-            // A rate cannot be less than none.
-            let down = if *unknown == Unknown::Constant { 0.0 } else { step };
+            let room =
+                place.change.value(*unknown) - unknown.least(self.sensor, self.observed.detector());
+            let down = step.min(room.max(0.0));
             let mut slopes = differences(&at(step)?, &at(-down)?);
             slopes.iter_mut().for_each(|difference| *difference /= step + down);
             self.whitening.whitened(&slopes)
@@ -272,8 +310,11 @@ impl Counts for SceneCounts<'_> {
         Ok(Slopes { columns: columns.collect::<Result<_, _>>()?, are_best: true })
     }
 
-    fn step(&self, _place: &Trial, normal: &Normal) -> Vec<f64> {
-        let limits = self.reach.iter().map(|&[_, farthest]| [-farthest, farthest]);
+    fn step(&self, place: &Trial, normal: &Normal) -> Vec<f64> {
+        let limits = self.unknowns.iter().zip(&self.reach).map(|(unknown, &[_, farthest])| {
+            let least = unknown.least(self.sensor, self.observed.detector());
+            [(least - place.change.value(*unknown)).clamp(-farthest, 0.0), farthest]
+        });
         normal.solution_within(&limits.collect::<Vec<_>>())
     }
 

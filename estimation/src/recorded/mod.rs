@@ -71,6 +71,8 @@ pub enum Cause {
     ConstantLight,
     /// The dead time.
     DeadTime,
+    /// The probability of an afterpulse.
+    Afterpulsing,
     /// A constant delay: the detector's, a cable's, or another distance.
     Offset,
     /// The light, the reference or both carry another code.
