@@ -10,7 +10,7 @@
 //! The chip period is a special case: code and counter run off one clock, so that another period leaves the counts what
 //! they are but for what the detector does in its own time. It stands for any mistake of the detector's times at once, while
 //! a crystal is exact to ppm. So another cause that does about as well comes first, and dead time and afterpulsing take its
-//! place.
+//! place; and where the chip period does not explain the counts alone, they are explained without it, if they can be.
 
 use std::sync::Arc;
 
@@ -97,6 +97,7 @@ pub(super) fn diagnose(
         fitted: fit_of_scene(sensor, observed, delays_ps)?,
         tests: Vec::new(),
         alike: Vec::new(),
+        has_right_clock: false,
         not_tested: Vec::new(),
     };
     if examination.fitted.errors.is_empty() {
@@ -112,7 +113,7 @@ pub(super) fn diagnose(
     if let Some(dark) = may_be_dark.then(|| examination.without_light()).flatten() {
         return Ok(dark);
     }
-    while examination.take_in_best() {}
+    let mut examination = examination.with_causes();
     let codes = match examination.is_explained() {
         true => Vec::new(),
         false => examination.other_codes(),
@@ -196,6 +197,7 @@ fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<
     Ok(best.1)
 }
 
+#[derive(Clone)]
 struct Examination<'s> {
     sensor: &'s Sensor,
     scene: &'s Scene,
@@ -205,6 +207,8 @@ struct Examination<'s> {
     tests: Vec<TestOutcome>,
     /// Freed parameters, each with those that do about as well.
     alike: Vec<Vec<Unknown>>,
+    /// Whether the chip period is taken for the scene's.
+    has_right_clock: bool,
     not_tested: Vec<String>,
 }
 
@@ -223,6 +227,26 @@ fn critical() -> f64 {
 }
 
 impl Examination<'_> {
+    /// The same with every parameter freed that raises the likelihood significantly. The chip period is a cause by itself,
+    /// or beside others where the counts have no explanation without it.
+    fn with_causes(mut self) -> Self {
+        let mut found = self.clone();
+        while found.take_in_best() {}
+        if found.unknowns.contains(&Unknown::ChipPeriod) && !found.is_of_clock() {
+            self.has_right_clock = true;
+            while self.take_in_best() {}
+            if self.is_explained() || !found.is_explained() {
+                return self;
+            }
+        }
+        found
+    }
+
+    /// Whether another chip period is all that the counts tell.
+    fn is_of_clock(&self) -> bool {
+        self.alike == [[Unknown::ChipPeriod]] && self.is_explained()
+    }
+
     /// Frees the parameter that raises the likelihood most, if significantly; the chip period only if no other does about
     /// as well.
     fn take_in_best(&mut self) -> bool {
@@ -250,6 +274,9 @@ impl Examination<'_> {
                     self.not_tested.push(format!("{}: {reason}", unknown.name()));
                 }
             }
+        }
+        if self.has_right_clock {
+            gains.retain(|(_, unknown, _)| *unknown != Unknown::ChipPeriod);
         }
         let most = gains.iter().map(|(gain, ..)| *gain).fold(0.0, f64::max);
         if most <= critical() {
@@ -496,7 +523,7 @@ impl Examination<'_> {
                     }
                     says.push(self.of_unknowns(alike));
                 }
-                let is_of_clock = causes == [Cause::ChipPeriod] && self.is_explained();
+                let is_of_clock = self.is_of_clock();
                 if is_of_clock {
                     says.push(OF_CLOCK.to_owned());
                 }

@@ -60,6 +60,7 @@ unknowns! {
 pub(super) struct Change([f64; 7]);
 
 /// A scene fitted to counts.
+#[derive(Clone)]
 pub(super) struct SceneFit {
     pub change: Change,
     /// The unknowns and their standard deviations.
