@@ -10,7 +10,8 @@
 //! The chip period is a special case: code and counter run off one clock, so that another period leaves the counts what
 //! they are but for what the detector does in its own time. It stands for any mistake of the detector's times at once, while
 //! a crystal is exact to ppm. So another cause that does about as well comes first, and dead time and afterpulsing take its
-//! place; and where the chip period does not explain the counts alone, they are explained without it, if they can be.
+//! place, unless the peak stands at the scene's path by that clock alone; and where the chip period does not explain the
+//! counts by itself, they are explained without it, if they can be.
 
 use std::sync::Arc;
 
@@ -284,13 +285,18 @@ impl Examination<'_> {
         }
         gains.retain(|(gain, ..)| *gain > most - critical());
         gains.sort_by(|a, b| b.0.total_cmp(&a.0));
-        // The chip period last, and not at all where times of the detector are as good.
-        gains.sort_by_key(|(_, unknown, _)| *unknown == Unknown::ChipPeriod);
-        let is_of_detector =
-            |unknown: Unknown| matches!(unknown, Unknown::DeadTime | Unknown::Afterpulsing);
-        if gains.iter().any(|(_, unknown, _)| is_of_detector(*unknown)) {
-            gains.retain(|(_, unknown, _)| *unknown != Unknown::ChipPeriod);
+        // The chip period alone where the peak stands at the scene's path by no other; otherwise last, and not at all where
+        // times of the detector are as good.
+        let is_clock = |(_, unknown, _): &(f64, Unknown, SceneFit)| *unknown == Unknown::ChipPeriod;
+        let is_of_detector = |(_, unknown, _): &(f64, Unknown, SceneFit)| {
+            matches!(unknown, Unknown::DeadTime | Unknown::Afterpulsing)
+        };
+        if self.is_path_by_clock_alone(&gains) {
+            gains.retain(is_clock);
+        } else if gains.iter().any(is_of_detector) {
+            gains.retain(|found| !is_clock(found));
         }
+        gains.sort_by_key(is_clock);
         self.alike.push(gains.iter().map(|(_, unknown, _)| *unknown).collect());
         let Some((_, unknown, fitted)) = gains.into_iter().next() else { return false };
         self.unknowns.push(unknown);
@@ -539,15 +545,45 @@ impl Examination<'_> {
         (Diagnosis { causes, sentence, tests, not_tested }, fitted)
     }
 
-    /// Whether the peak stands where the scene's path has it, by the fitted clock or by the scene's.
-    fn offset(&mut self, is_of_clock: bool, causes: &mut Vec<Cause>) -> Option<String> {
-        self.fitted.tell_times_of_scene(self.scene, self.observed.detector(), is_of_clock);
-        let std_ps = self.fitted.std_of(Unknown::Delay)?;
+    /// Counts a fit's delay from the scene's path, by the fitted clock or by the scene's, in less than a code period.
+    fn told(&self, mut fitted: SceneFit, is_of_clock: bool) -> SceneFit {
+        fitted.tell_times_of_scene(self.scene, self.observed.detector(), is_of_clock);
         let code =
             &self.scene.sources[self.scene.detectors[self.observed.detector()].reference].code;
         let period_ps = self.scene.clock().ps(code.len() as f64);
-        let turns = (self.fitted.change.value(Unknown::Delay) / period_ps).round();
-        self.fitted.change = self.fitted.change.by(Unknown::Delay, -turns * period_ps);
+        let turns = (fitted.change.value(Unknown::Delay) / period_ps).round();
+        fitted.change = fitted.change.by(Unknown::Delay, -turns * period_ps);
+        fitted
+    }
+
+    /// Whether the peak stands at the scene's path by another chip period, of which it is known well enough, and by no other
+    /// of some freed parameters.
+    fn is_path_by_clock_alone(&self, gains: &[(f64, Unknown, SceneFit)]) -> bool {
+        let (mut by_clock, mut by_others) = (None, Vec::new());
+        for (_, unknown, fitted) in gains {
+            let is_clock = *unknown == Unknown::ChipPeriod;
+            let told = self.told(fitted.clone(), is_clock);
+            let Some(std_ps) = told.std_of(Unknown::Delay) else { return false };
+            let peak = (told.change.value(Unknown::Delay), std_ps);
+            if is_clock {
+                by_clock = Some(peak);
+            } else {
+                by_others.push(peak);
+            }
+        }
+        let is_at_path = |later_ps: f64, std_ps: f64| (later_ps / std_ps).powi(2) <= critical();
+        by_clock.is_some_and(|(later_ps, clock_ps)| {
+            is_at_path(later_ps, clock_ps)
+                && by_others
+                    .iter()
+                    .all(|(later_ps, std_ps)| !is_at_path(*later_ps, std_ps.hypot(clock_ps)))
+        })
+    }
+
+    /// Whether the peak stands where the scene's path has it, by the fitted clock or by the scene's.
+    fn offset(&mut self, is_of_clock: bool, causes: &mut Vec<Cause>) -> Option<String> {
+        self.fitted = self.told(self.fitted.clone(), is_of_clock);
+        let std_ps = self.fitted.std_of(Unknown::Delay)?;
         let by_ps = self.fitted.change.value(Unknown::Delay);
         let outcome = self.outcome(Unknown::Delay, (by_ps / std_ps).powi(2), &self.fitted);
         let rejects = outcome.rejects;
