@@ -6,7 +6,7 @@
 
 use super::dead_time::periods;
 pub use super::dead_time::{Uncorrected, dead_time};
-use super::phase::{Estimate, NoEstimate, estimate, estimate_values};
+use super::phase::{Estimate, NoEstimate, estimate, estimate_values, is_one_window};
 use super::prediction::{Answer, is_never_largest};
 use super::truth::Asked;
 use super::{
@@ -16,6 +16,7 @@ use super::{
 use crate::histogram::Histogram;
 use crate::histogram::correction::{CorrectionError, DeadTime, PrimaryLight};
 use crate::histogram::correlation::Correlator;
+use crate::math::normal_cdf;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
@@ -147,7 +148,13 @@ impl<'e, 'm> ExpectedHistogram<'e, 'm> {
         coverage::check_slipping(model, asked.tier, peak_variance / (per_count * per_count))?;
         let rate_hz = self.response.detection_rate_hz();
         let predicted = answer.prediction(asked, [variance_ps2, peak_variance], rate_hz);
-        let failures = predicted.coarse_failure_bound_fraction;
+        // Where the peak's window is the whole period, no other step is the largest in its stead: the phase
+        // leads elsewhere where noise turns the fundamental round.
+        let turned = match is_one_window(sensor.timing()) {
+            true => normal_cdf(-1.0 / predicted.phase_std_rad),
+            false => 0.0,
+        };
+        let failures = predicted.coarse_failure_bound_fraction + turned;
         let (_, counted) = predicted.counted(asked);
         let predicted = Prediction {
             missed_fraction: match is_never_largest(values, answer.peak, peak_variance, sensor) {
@@ -244,4 +251,37 @@ pub(super) fn predictions(
 /// The same of one path.
 pub(super) fn predict(asked: &Asked, steps_alone: bool) -> Result<Prediction, PredictionError> {
     predictions(asked.sensor, asked.detector, &[asked.path], steps_alone)?.remove(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::load_with;
+
+    /// A square wave's peak has no rivals, but noise turns its fundamental round: with a phase of
+    /// standard deviation s it points backwards in a share of Phi(-1 / s) of the scans.
+    #[test]
+    fn the_share_that_misses_a_square_wave_is_told_only_where_it_is_next_to_nothing() {
+        for (power_pw, is_known) in [(20.0, true), (0.5, false), (0.1, false)] {
+            let settings = [
+                "source.code={ family = \"square\" }".to_owned(),
+                "path.distance=0.5 m".to_owned(),
+                "hardware.architecture=histogram".to_owned(),
+                format!("source.mean_power={power_pw} pW"),
+            ];
+            let settings = settings.map(|setting| setting.parse().expect("a setting"));
+            let scene = load_with(Path::new("../scenes/quick.toml"), &settings).expect("sound");
+            let first = (DetectorIndex(0), [PathIndex(0)]);
+            let said = predictions(&Sensor::new(&scene), first.0, &first.1, false);
+            let said = said.expect("it can be").remove(0).expect("of the path");
+            let backwards = normal_cdf(-1.0 / said.phase_std_rad);
+            assert_eq!(backwards < 1e-7, is_known, "{power_pw} pW: {backwards}");
+            match is_known {
+                true => assert!(said.missed_fraction.is_some_and(|share| share < 1e-6)),
+                false => assert_eq!(said.missed_fraction, None, "{power_pw} pW: {backwards}"),
+            }
+        }
+    }
 }
