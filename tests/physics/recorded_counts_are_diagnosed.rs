@@ -384,6 +384,8 @@ fn what_is_wrong_with_a_sensor_is_named() {
         ("half the integration time", "scan.integration=10 us", true, Integration, true),
         ("twice the integration time", "scan.integration=40 us", true, Integration, true),
         ("twice the integration time", "scan.integration=40 us", false, Integration, false),
+        // More detections than dead times: no light explains them.
+        ("four times the integration time", "scan.integration=80 us", true, Integration, true),
         ("another code", "source.code.index=3", true, Code, true),
         ("another code", "source.code.index=3", false, Code, true),
     ] {

@@ -26,6 +26,8 @@ const DERIVATIVES_S: f64 = 4e-9;
 /// A piece of work.
 #[derive(Debug, Clone, Copy)]
 pub enum Work {
+    /// One response, and the mean counts.
+    Response,
     /// The phase's predictions for so many paths.
     Predictions(usize),
     /// The Cramer-Rao bound.
@@ -82,6 +84,7 @@ impl TheoryEffort {
         let unknowns = 2.0 * self.paths + 1.0;
         let products_s = self.steps * unknowns * unknowns * DERIVATIVES_S;
         match work {
+            Work::Response => of.response_s + of.counts_s,
             Work::Predictions(paths) => self.predictions_s(paths as f64),
             Work::Fit if self.moves => {
                 TURNS * self.moving_s() + of.moments_s + self.covariances_s()

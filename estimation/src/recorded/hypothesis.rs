@@ -5,6 +5,7 @@ use super::observed::{Agreement, Expected, Observed, Whitening, differences};
 use crate::estimate::fit::FitError;
 use crate::estimate::fit::normal::Normal;
 use crate::estimate::fit::scoring::{Counts, Settling, Slopes, settle};
+use crate::estimate::{TheoryEffort, Work};
 use crate::photons::DetectorModel;
 use crate::scene::{Detector, DetectorIndex, Scene};
 use crate::sensor::Sensor;
@@ -82,6 +83,12 @@ const MOST_AFTERPULSING: f64 = 0.6;
 pub(super) fn constant_cps(spad: &Detector) -> f64 {
     spad.background_rate_cps * spad.photon_detection_probability + spad.dark_count_rate_cps
 }
+
+/// Light is not tried whose response takes longer than this on one core, and so many times as long as
+/// the scene's own. Counts that no light explains, such as more than one in a dead time, lead to
+/// ever brighter light, which a detector takes ever longer to forget.
+const LONGEST_RESPONSE_S: f64 = 2e-3;
+const MOST_TIMES_LONGER: f64 = 4.0;
 
 impl Unknown {
     /// How far it moves for its derivative, and farthest in one step of a fit.
@@ -176,12 +183,6 @@ impl Change {
         self.value(Unknown::Integration).clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp()
     }
 
-    fn means(&self, sensor: &Sensor, observed: Observed) -> Result<Vec<f64>, FitError> {
-        let applied = self.applied(sensor, observed.detector());
-        let means = observed.means(&applied, self.value(Unknown::Delay))?;
-        Ok(means.into_iter().map(|mean| mean * self.times()).collect())
-    }
-
     pub fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, FitError> {
         let applied = self.applied(sensor, observed.detector());
         Ok(observed.expected(&applied, self.value(Unknown::Delay))?.in_times(self.times()))
@@ -230,6 +231,7 @@ pub(super) fn fit(
     let mut expected = change.expected(sensor, observed)?;
     let mut errors = Vec::new();
     if !unknowns.is_empty() {
+        let own_s = TheoryEffort::of(sensor, observed.detector())?.seconds(Work::Response);
         // Weights of where the fit began may be off: those of where it ended are not.
         for _ in 0..2 {
             let start = Trial { change, means: expected.means.clone() };
@@ -242,6 +244,7 @@ pub(super) fn fit(
                 observed,
                 values: &values,
                 unknowns,
+                limit_s: LONGEST_RESPONSE_S.max(MOST_TIMES_LONGER * own_s),
             };
             let settled = settle(&mut scene, start, Settling::FINE)?;
             change = scene.changed(&settled.place.change, &settled.step);
@@ -274,6 +277,8 @@ struct SceneCounts<'p> {
     known: &'p Expected,
     whitening: Whitening,
     weighed_at: Change,
+    /// Longest that one response may take on one core.
+    limit_s: f64,
 }
 
 /// A change of the scene, and the means that follow from it.
@@ -287,6 +292,14 @@ impl SceneCounts<'_> {
         let steps = self.unknowns.iter().zip(step);
         steps.fold(*change, |change, (unknown, by)| change.by(*unknown, *by))
     }
+
+    fn means(&self, change: &Change) -> Result<Vec<f64>, FitError> {
+        let detector = self.observed.detector();
+        let applied = change.applied(self.sensor, detector);
+        TheoryEffort::of(&applied, detector)?.check_within(Work::Response, self.limit_s)?;
+        let means = self.observed.means(&applied, change.value(Unknown::Delay))?;
+        Ok(means.into_iter().map(|mean| mean * change.times()).collect())
+    }
 }
 
 impl Counts for SceneCounts<'_> {
@@ -299,7 +312,7 @@ impl Counts for SceneCounts<'_> {
 
     fn slopes(&mut self, place: &Trial, _anew: bool) -> Result<Slopes, FitError> {
         let of_unknown = |(unknown, &[step, _]): (&Unknown, &[f64; 2])| {
-            let at = |by: f64| place.change.by(*unknown, by).means(self.sensor, self.observed);
+            let at = |by: f64| self.means(&place.change.by(*unknown, by));
             let room =
                 place.change.value(*unknown) - unknown.least(self.sensor, self.observed.detector());
             let down = step.min(room.max(0.0));
@@ -321,7 +334,7 @@ impl Counts for SceneCounts<'_> {
 
     fn moved(&self, place: &Trial, step: &[f64]) -> Result<Trial, FitError> {
         let change = self.changed(&place.change, step);
-        Ok(Trial { means: change.means(self.sensor, self.observed)?, change })
+        Ok(Trial { means: self.means(&change)?, change })
     }
 
     fn weigh(&mut self, place: &Trial, _fall: f64) -> Result<bool, FitError> {
