@@ -115,8 +115,8 @@ impl Line {
         }
     }
 
-    /// The same of samples that are equally far apart, in loops without branches and conversions, of which a compiler makes vectors, and short ones, so that it does not
-    /// wait: the numbers are those of [`Line::place`] and [`Sampler::first_from`] to the last bit.
+    /// The same of samples that are equally far apart, in loops without branches and conversions, of which a
+    /// compiler makes vectors, and short ones, so that it does not wait: the numbers are those of [`Line::place`] and [`Sampler::first_from`] to the last bit.
     #[inline(always)]
     fn sample_in_loops(&self, photons: &[u64], of_epoch: f64, pulse: f64, sampled: &mut Sampled) {
         const BITS: u64 = (1 << 52) - 1;

@@ -51,7 +51,7 @@ fn a_histogram_that_is_as_its_scene_says_is_seldom_accused() {
     let found = assessments(&scene, &scene, histograms_or(60));
     let accused = found.iter().filter(|one| !causes(one).is_empty()).count() as u64;
     println!("accused: {accused} of {}", found.len());
-    // Five tests of 0.2 %: so many at most, but once in ten thousand times.
+    // Seven tests of 0.2 %: so many at most, but once in ten thousand times.
     let chance = Binomial::new(0.01, found.len() as u64).unwrap();
     assert!(chance.sf(accused) > 1e-4, "{accused}");
     // The fitted distance scatters as it says.

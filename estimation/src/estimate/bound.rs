@@ -33,8 +33,8 @@ pub struct Bound {
     pub paths: Vec<PathBound>,
     /// Phase steps that take part: the whole scan, of a path that moves 3 S round its peak.
     pub steps: usize,
-    /// Whether it is the standard deviation of the maximum-likelihood estimate: a histogram's, where bins
-    /// tell more of a delay on one side of the light's edges than on the other.
+    /// Whether this is the maximum-likelihood estimate's standard deviation and no bound for others: of a
+    /// histogram whose bins tell more of a delay on one side of the light's edges than on the other.
     pub of_likeliest: bool,
 }
 

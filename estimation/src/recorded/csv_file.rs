@@ -433,15 +433,14 @@ impl Hits for StepCount {
 }
 
 /// Whether two detectors' rows are alike as two records of photons are not: no number has a greater
-/// chance than about 1/sqrt(1 + m) where m hits are expected. Zeros, and counters that all stand at
-/// one limit, say nothing of it.
+/// chance than about 1/sqrt(1 + m) where m hits are expected. The largest numbers, at which counters may
+/// be clamped, and zeros say nothing of it.
 fn is_copy<T: PartialEq + Hits>(one: &[T], other: &[T]) -> bool {
     /// Natural logarithm of a chance of 2e-9.
     const NO_CHANCE: f64 = -20.0;
-    let ln_chance = |row: &T| -0.5 * (row.hits() as f64).ln_1p();
-    one == other
-        && one.iter().any(|row| *row != one[0])
-        && one.iter().map(ln_chance).sum::<f64>() < NO_CHANCE
+    let most = one.iter().map(T::hits).max().unwrap_or(0);
+    let scattered = one.iter().map(T::hits).filter(|&hits| hits < most);
+    one == other && scattered.map(|hits| -0.5 * (hits as f64).ln_1p()).sum::<f64>() < NO_CHANCE
 }
 
 /// Line of a record that the reader found from a place of a text on.

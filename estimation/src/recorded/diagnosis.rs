@@ -252,8 +252,10 @@ impl Examination<'_> {
     /// as well.
     fn take_in_best(&mut self) -> bool {
         let has_dead_time = self.scene.detectors[self.observed.detector()].dead_time_ps > 0.0;
-        let mut candidates =
-            vec![Unknown::Light, Unknown::Constant, Unknown::ChipPeriod, Unknown::Integration];
+        let mut candidates = vec![Unknown::Light, Unknown::Constant, Unknown::Integration];
+        if !self.has_right_clock {
+            candidates.push(Unknown::ChipPeriod);
+        }
         if has_dead_time {
             candidates.extend([Unknown::DeadTime, Unknown::Afterpulsing]);
         }
@@ -275,9 +277,6 @@ impl Examination<'_> {
                     self.not_tested.push(format!("{}: {reason}", unknown.name()));
                 }
             }
-        }
-        if self.has_right_clock {
-            gains.retain(|(_, unknown, _)| *unknown != Unknown::ChipPeriod);
         }
         let most = gains.iter().map(|(gain, ..)| *gain).fold(0.0, f64::max);
         if most <= critical() {

@@ -112,13 +112,13 @@ impl Unknown {
         }
     }
 
-    /// The least change that leaves a rate or a probability what it is: neither is less than none.
-    fn least(self, sensor: &Sensor, detector: DetectorIndex) -> f64 {
-        let spad = &sensor.scene().detectors[detector];
+    /// The least and the most change that leave a rate or a probability what it is: neither is less than none.
+    fn bounds(self, spad: &Detector) -> [f64; 2] {
+        let probability = spad.afterpulsing_probability;
         match self {
-            Unknown::Constant => -constant_cps(spad),
-            Unknown::Afterpulsing => -spad.afterpulsing_probability,
-            _ => f64::NEG_INFINITY,
+            Unknown::Constant => [-constant_cps(spad), f64::INFINITY],
+            Unknown::Afterpulsing => [-probability, (MOST_AFTERPULSING - probability).max(0.0)],
+            _ => [f64::NEG_INFINITY, f64::INFINITY],
         }
     }
 }
@@ -154,12 +154,14 @@ impl Change {
             }
             let spad = &mut scene.detectors[detector];
             // All of it as dark counts: both are one constant rate.
-            spad.dark_count_rate_cps =
-                (constant_cps(spad) + self.value(Unknown::Constant)).max(0.0);
+            let within = |unknown: Unknown, spad: &Detector| {
+                let [least, most] = unknown.bounds(spad);
+                self.value(unknown).clamp(least, most)
+            };
+            let further_cps = within(Unknown::Constant, spad);
+            spad.dark_count_rate_cps = (constant_cps(spad) + further_cps).max(0.0);
             spad.background_rate_cps = 0.0;
-            let most = MOST_AFTERPULSING.max(spad.afterpulsing_probability);
-            let afterpulsing = spad.afterpulsing_probability + self.value(Unknown::Afterpulsing);
-            spad.afterpulsing_probability = afterpulsing.clamp(0.0, most);
+            spad.afterpulsing_probability += within(Unknown::Afterpulsing, spad);
             if spad.afterpulsing_time_constant_ps == 0.0 {
                 // Of a scene without afterpulsing it is not known: traps empty within a dead time, for the most part.
                 spad.afterpulsing_time_constant_ps = 0.5 * spad.dead_time_ps;
@@ -293,6 +295,13 @@ impl SceneCounts<'_> {
         steps.fold(*change, |change, (unknown, by)| change.by(*unknown, *by))
     }
 
+    /// How far down and up an unknown may still move, the first at most 0 and the second at least.
+    fn room(&self, place: &Trial, unknown: Unknown) -> [f64; 2] {
+        let spad = &self.sensor.scene().detectors[self.observed.detector()];
+        let [least, most] = unknown.bounds(spad).map(|bound| bound - place.change.value(unknown));
+        [least.min(0.0), most.max(0.0)]
+    }
+
     fn means(&self, change: &Change) -> Result<Vec<f64>, FitError> {
         let detector = self.observed.detector();
         let applied = change.applied(self.sensor, detector);
@@ -313,11 +322,9 @@ impl Counts for SceneCounts<'_> {
     fn slopes(&mut self, place: &Trial, _anew: bool) -> Result<Slopes, FitError> {
         let of_unknown = |(unknown, &[step, _]): (&Unknown, &[f64; 2])| {
             let at = |by: f64| self.means(&place.change.by(*unknown, by));
-            let room =
-                place.change.value(*unknown) - unknown.least(self.sensor, self.observed.detector());
-            let down = step.min(room.max(0.0));
-            let mut slopes = differences(&at(step)?, &at(-down)?);
-            slopes.iter_mut().for_each(|difference| *difference /= step + down);
+            let [down, up] = self.room(place, *unknown).map(|room| room.abs().min(step));
+            let mut slopes = differences(&at(up)?, &at(-down)?);
+            slopes.iter_mut().for_each(|difference| *difference /= up + down);
             self.whitening.whitened(&slopes)
         };
         let columns = self.unknowns.iter().zip(&self.reach).map(of_unknown);
@@ -326,8 +333,7 @@ impl Counts for SceneCounts<'_> {
 
     fn step(&self, place: &Trial, normal: &Normal) -> Vec<f64> {
         let limits = self.unknowns.iter().zip(&self.reach).map(|(unknown, &[_, farthest])| {
-            let least = unknown.least(self.sensor, self.observed.detector());
-            [(least - place.change.value(*unknown)).clamp(-farthest, 0.0), farthest]
+            self.room(place, *unknown).map(|room| room.clamp(-farthest, farthest))
         });
         normal.solution_within(&limits.collect::<Vec<_>>())
     }

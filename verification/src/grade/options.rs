@@ -32,8 +32,8 @@ pub struct GradeOptions {
     #[arg(skip)]
     #[serde(skip)]
     pub made_by: String,
-    /// Stimulus to grade: the first 4 million clocks of photons, the adversarial
-    /// stimulus of `cosim` (also `hostile`), or that of the emitted testbench
+    /// Stimulus to grade: the first 4 million clocks of photons, the adversarial stimulus of
+    /// `cosim` up to its last cover point (also `hostile`), or that of the emitted testbench
     #[arg(long, value_enum, default_value_t = GradeOptions::default().stimulus)]
     pub stimulus: GradeStimulus,
     /// Clocks of the stimulus, reset included: --clocks 100000 [default: as many as it needs]

@@ -33,7 +33,7 @@ const SEED: u64 = 0x6c69_6b65;
 const LEAST_SHARE: f64 = 1e-6;
 /// As far as drawn scatter may be from the inverse of the information where this is a bound: the draws'
 /// own error is less.
-const MOST_UNEVEN: f64 = 0.02;
+const MOST_OFF_INFORMATION: f64 = 0.02;
 
 /// How the likeliest delay scatters.
 #[derive(Debug, Clone, Copy)]
@@ -47,7 +47,7 @@ pub struct Likeliest {
 impl Likeliest {
     /// Whether the information changes so much that its inverse does not bound the scatter.
     pub fn is_uneven(&self) -> bool {
-        (self.law.std / self.std_of_information - 1.0).abs() > MOST_UNEVEN
+        (self.law.std / self.std_of_information - 1.0).abs() > MOST_OFF_INFORMATION
     }
 }
 

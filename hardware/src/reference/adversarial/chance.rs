@@ -1,6 +1,6 @@
-//! What comes when nothing is left to aim at: groups, resets and stalls by chance, and a host that says
-//! anything. Faults that no cover point names show here: behind many scans without a reset, in long
-//! stalls, where two things happen at once.
+//! Groups, resets and stalls by chance, when no cover point is left to aim at, and a host that writes and
+//! reads at random. Faults that no cover point describes show here: after many scans without a reset, in
+//! long stalls, where two events coincide.
 
 use rand::{Rng, RngExt};
 
@@ -89,8 +89,8 @@ fn some(plan: &RegisterPlan, rng: &mut impl Rng) -> Vec<Request> {
     }]
 }
 
-/// Chips and groups of scans that are not long, in whatever order they are taken over; a quarter of them
-/// does not fit.
+/// Chips and groups of scans that are not long, in whatever order they are taken over; three of ten do
+/// not fit.
 fn scan(plan: &RegisterPlan, rng: &mut impl Rng) -> Vec<Request> {
     let least = plan.least_chips;
     let chips = match rng.random_range(0..4) {
@@ -102,7 +102,8 @@ fn scan(plan: &RegisterPlan, rng: &mut impl Rng) -> Vec<Request> {
     let most = (MOST_CHIPS_OF_SCAN / chips.max(1)).clamp(1, (1 << plan.groups_bits) - 1);
     let groups = match plan.whole_groups.filter(|&whole| whole <= most) {
         Some(whole) if rng.random_bool(0.3) => whole,
-        _ => length(rng, most + 1) - 1,
+        _ if rng.random_bool(0.1) => 0,
+        _ => length(rng, most + 1),
     };
     let beyond = |value: u64, bits: u32, rng: &mut _| {
         value as u32 | junk(rng).checked_shl(bits).unwrap_or(0)
