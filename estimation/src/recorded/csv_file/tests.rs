@@ -227,9 +227,9 @@ fn the_counts_of_one_detector_are_not_taken_for_those_of_two() {
     // One number that differs, darkness, counters at a limit, a hit here and there.
     let few = |k: u64| u64::from(k.is_multiple_of(9));
     let clamped = |k: u64| if k < 40 { 9 } else { 0 };
-    let others: [[fn(u64) -> u64; 2]; 5] =
-        [[|k| k, |k| k + k / 247], [|_| 0, |_| 0], [|_| 9, |_| 9], [few, few], [clamped, clamped]];
-    for counts in others {
+    for counts in
+        [[|k| k, |k| k + k / 247], [|_| 0, |_| 0], [|_| 9, |_| 9], [few, few], [clamped, clamped]]
+    {
         let Recorded::Scans(scans) = said(counts).unwrap() else { panic!("these are steps") };
         assert_eq!(scans.len(), 2);
     }
