@@ -117,13 +117,14 @@ fn scan(plan: &RegisterPlan, rng: &mut impl Rng) -> Vec<Request> {
 
 /// An address of a register, and now and then one that differs from it by a bit.
 fn any_address(plan: &RegisterPlan, rng: &mut impl Rng) -> u32 {
-    let address = match rng.random_range(0..4) {
+    let address = match rng.random_range(0..6) {
         0 => 4 * rng.random_range(0..1 << plan.word_bits()),
-        1 => PEAKS + 4 * rng.random_range(0..=plan.readings()),
-        2 => CONTROL,
+        1 | 2 => setting_address(rng.random_range(0..plan.settings())),
+        3 => PEAKS + 4 * rng.random_range(0..=plan.readings()),
+        4 => CONTROL,
         _ => STATUS,
     };
-    match rng.random_bool(0.4) {
+    match rng.random_bool(0.5) {
         true => address ^ 1 << rng.random_range(2..ADDRESS_BITS),
         false => address,
     }
