@@ -120,7 +120,7 @@ impl Tracking<'_> {
             outcomes.iter().filter_map(|o| o.locked_chips).map(|c| c as f64).collect();
         let steady = Steady::of(outcomes);
         let expected_bias = match course.steps_per_chip == 0.0 {
-            true => Some(self.peak.bias_at_rest(course.place, gain)),
+            true => self.peak.bias_at_rest(course.place, gain),
             false => self.peak.lag(way, Tracking::share_of_step(course), gain),
         };
         let expected_std = self.peak.position_std(way, Tracking::share_of_step(course), gain);
