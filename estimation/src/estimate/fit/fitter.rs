@@ -15,7 +15,7 @@ use super::problem::{Problem, window};
 use super::scoring::likeliest_of;
 use super::template::Axis;
 use super::{folds_over, start};
-use crate::estimate::bound::{averaged, bound};
+use crate::estimate::bound::{averaged, check_scene_even};
 use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, distance_m};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanCount, MeanResponse};
@@ -104,10 +104,8 @@ impl<'s> Fitter<'s> {
         let moment_ps = self.moment_ps()?;
         TheoryEffort::of(sensor, detector)?.check(Work::Fit)?;
         let response = MeanResponse::of_tier(&self.model, tier)?;
-        if response.misses_pulses() {
-            // A fit settles everywhere, but there its average is not that of the average.
-            bound(sensor, detector, tier)?;
-        }
+        // A fit settles everywhere, but its average is not always that of the average.
+        check_scene_even(sensor, detector, tier, &response)?;
         let mut means = response.mean_counts();
         if let Some(moment_ps) = moment_ps {
             moving::take_movement(sensor, &response, tier, moment_ps, &mut means)?;
@@ -263,6 +261,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::estimate::bound::bound;
     use crate::photons::count_step;
     use crate::scan::Step;
     use crate::scene::{PathIndex, load_with};

@@ -57,7 +57,6 @@ impl Normal {
     }
 
     /// The step to where the squares of linear residuals are least, wherever that is.
-    #[cfg(test)]
     pub fn solution(&self) -> Vec<f64> {
         let step = &self.inverse * &self.gradient;
         step.iter().zip(&self.scales).map(|(s, scale)| s * scale).collect()
