@@ -42,6 +42,9 @@ const SPEEDS: [f64; 12] = [0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0, 1.05,
 /// Targets of each speed, all of which have to be held.
 const TARGETS: u64 = 8;
 
+/// Share of the first windows behind a scan that may be taken for dark, or ten times the share of later ones.
+const MOST_FIRST_DARK: f64 = 0.01;
+
 /// Why tracking is not simulated.
 #[derive(Debug, thiserror::Error)]
 pub enum TrackError {
@@ -79,6 +82,20 @@ pub enum TrackError {
         "the path fluctuates, and what is expected of a window holds at a constant speed; leave out path.fluctuation"
     )]
     Fluctuates,
+    /// Windows behind a scan are taken for dark.
+    #[error(
+        "behind a scan the first window is expected to add up to the samples of a chip times the peak's count, of which \
+         it has {light:.2} (beside its peak an interleaved code counts down): {:.1} % of first windows are taken for dark \
+         at a hardware.track_threshold of {threshold}; write a smaller one, or source.code.interleave = 0", 100.0 * share
+    )]
+    FirstWindowDark {
+        /// Light of a window with the target in its middle, over what is expected of it.
+        light: f64,
+        /// Share of that below which a window is dark.
+        threshold: f64,
+        /// Share of the windows that are.
+        share: f64,
+    },
     /// Expected counts cannot be had.
     #[error(transparent)]
     MeanResponse(#[from] MeanResponseError),
@@ -145,7 +162,18 @@ impl<'s> Tracking<'s> {
         let (engine, seed) = (options.engine, options.seed);
         let tracking = Tracking { sensor, plan, path, tier, engine, seed, peak };
         tracking.check_scan()?;
+        tracking.check_first_window()?;
         Ok(tracking)
+    }
+
+    /// Whether the first window behind a scan is taken for dark hardly more often than others are.
+    fn check_first_window(&self) -> Result<(), TrackError> {
+        let threshold = Tracking::gain_of(self.plan.setting.threshold_halvings);
+        let (share, light) = self.peak.first_alarms(threshold);
+        match share > (10.0 * self.peak.false_alarms(threshold)).max(MOST_FIRST_DARK) {
+            true => Err(TrackError::FirstWindowDark { light, threshold, share }),
+            false => Ok(()),
+        }
     }
 
     /// Whether the scan comes by the target.
@@ -444,5 +472,28 @@ mod tests {
         assert!(refused(&none, Tier::Events).contains("track = true"));
         let two = moving.with(|scene| scene.paths.push(scene.paths[0].clone()));
         assert!(refused(&two, Tier::Events).contains("2 paths"));
+    }
+
+    /// Beside the peak of a code that is interleaved once counts fall by 3/2 of it a chip: the mean over two chips is a
+    /// quarter of the peak, half of a triangle's. That is the threshold, so that half of first windows are taken for dark.
+    #[test]
+    fn an_interleaved_codes_first_windows_need_a_lower_threshold() {
+        let of = |threshold: &str| {
+            let settings = [
+                "path.velocity=0 m/s",
+                "source.code={ family = \"gold\", degree = 7, index = 3, interleave = 1 }",
+                "source.mean_power=25 pW",
+                "scan.integration=5.08 us",
+                &format!("hardware.track_threshold=\"{threshold}\""),
+            ]
+            .map(|setting| setting.parse().expect("a setting"));
+            let sensor = Sensor::load_with("tests/scenes/tracking.toml", &settings);
+            let sensor = sensor.expect("the scene is valid");
+            Tracking::new(&sensor, &Tier::Events.scans(1)).map(|_| ())
+        };
+        let refused = of("1/2").expect_err("half of first windows");
+        let TrackError::FirstWindowDark { light, share, .. } = refused else { panic!("{refused}") };
+        assert!((light - 0.5).abs() < 0.05 && (0.05..0.95).contains(&share), "{light} {share}");
+        assert!(of("1/4").is_ok());
     }
 }

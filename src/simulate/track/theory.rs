@@ -197,6 +197,15 @@ impl Peak {
         normal_cdf((threshold - 1.0) * self.light() / std)
     }
 
+    /// The share of first windows behind a scan that say they have not the light, and the light over what is expected of
+    /// them: S times the peak's count. Of a triangle that is the light, and the share that of all windows; an interleaved
+    /// code counts down beside its peak.
+    pub fn first_alarms(&self, threshold: f64) -> (f64, f64) {
+        let expected = self.samples_per_chip as f64 * self.height();
+        let share = normal_cdf((threshold * expected - self.light()) / self.sum_std());
+        (share, self.light() / expected)
+    }
+
     /// How far from the light's delay the position of a target at rest stays, in steps; the delay is `place` steps.
     pub fn bias_at_rest(&self, place: f64, gain: f64) -> Option<f64> {
         let sigma = self.position_std(0.0, 0.0, gain)?;
