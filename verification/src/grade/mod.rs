@@ -148,7 +148,7 @@ impl Graded {
     }
 }
 
-/// Most bits of a histogram that is graded: each is a register of its own.
+/// Most bits of a memory that is graded: each is a register of its own.
 const MOST_MEMORY_BITS: u128 = 2048;
 
 /// Refuses a sensor of which no design can be graded.
@@ -162,8 +162,11 @@ pub fn refuse(sensor: &Sensor) -> Result<(), CosimError> {
 /// What becomes of the memories of a sensor's hardware.
 fn memories_of(sensor: &Sensor) -> Result<Memories, Refusal> {
     let interface = sensor.interface();
-    let bits = interface.histogram().map(|plan| plan.memory_bits(interface.reference_codes.len()));
-    match bits {
+    let histogram =
+        interface.histogram().map(|plan| plan.memory_bits(interface.reference_codes.len()));
+    // What a host has set, and what identifies the design.
+    let registers = interface.registers.as_ref().map(|plan| 32 << plan.word_bits());
+    match histogram.or(registers) {
         None => Ok(Memories::Refused),
         Some(bits) if bits <= MOST_MEMORY_BITS => Ok(Memories::Registers),
         Some(bits) => Err(Refusal::unfit(format!(

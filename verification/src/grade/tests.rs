@@ -49,6 +49,24 @@ fn a_longer_stimulus_catches_more_and_all_are_accounted_for() {
     assert!(shares[1].0 > 0.99 && shares[1].1 > 0.95, "{shares:?}");
 }
 
+/// The adversary's host asks for every register; photons have none.
+#[test]
+fn a_sensor_with_registers_is_graded_with_a_host() {
+    let path = format!("{}/../scenes/quick.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).unwrap() + "\n[hardware]\nregisters = \"axi4-lite\"\n";
+    let sensor = Sensor::new(&scene::parse("quick.toml", &text).unwrap());
+    let verilog = emitted(&sensor);
+    // Of 2,200 faults every twentieth.
+    let some = |count: usize| (0..count).step_by(20).collect();
+    let [hostile, photons] = [GradeStimulus::Adversarial, GradeStimulus::Photons].map(|stimulus| {
+        let options = GradeOptions { stimulus, clocks: None, ..options(0, 0) };
+        let graded = grade(&sensor, &verilog, &options, some, |_| ()).unwrap();
+        graded.grade(&options).faults
+    });
+    assert!(hostile.total > 100 && hostile.caught_fraction > 0.9, "{hostile:?}");
+    assert!(photons.caught_fraction < hostile.caught_fraction - 0.1, "{photons:?}");
+}
+
 #[test]
 fn a_redundant_register_is_proven_equivalent_and_a_port_that_is_stuck_is_not() {
     let sensor = sensor();
