@@ -469,7 +469,7 @@ impl Adversarial {
         let Some(host) = self.host.as_mut().filter(|host| !host.is_idle()) else {
             return false;
         };
-        if self.resets.iter().any(|reset| reset.contains(&clock)) {
+        if within(&self.resets, &(clock..clock + 1)).next().is_some() {
             host.reset();
         } else {
             self.drives.push_back((clock, host.next(&self.scout.host_outputs())));
@@ -480,16 +480,15 @@ impl Adversarial {
     /// Predicts what is decided up to a clock.
     fn predict_until(&mut self, end: u64, hits: &[Vec<Sample>]) {
         let clocks = self.decided..end;
-        let within = |range: &&Range<u64>| range.start < clocks.end && range.end > clocks.start;
+        let first_skip = self.skips.partition_point(|skip| skip.clock < clocks.start);
+        let skips = self.skips.range(first_skip..);
+        let drives = self.drives.iter().rev();
         let surroundings = Surroundings {
             clocks: clocks.clone(),
-            resets: self.resets.iter().filter(within).cloned().collect(),
-            stalls: self.stalls.iter().filter(within).cloned().collect(),
-            skips: self.skips.iter().filter(|skip| clocks.contains(&skip.clock)).copied().collect(),
-            host: self
-                .drives
-                .iter()
-                .rev()
+            resets: within(&self.resets, &clocks).cloned().collect(),
+            stalls: within(&self.stalls, &clocks).cloned().collect(),
+            skips: skips.take_while(|skip| skip.clock < end).copied().collect(),
+            host: drives
                 .take_while(|(clock, _)| clocks.contains(clock))
                 .map(|&(clock, inputs)| (clock..clock + 1, inputs))
                 .collect(),
@@ -499,6 +498,16 @@ impl Adversarial {
         self.scout.take_finished();
         self.decided = end;
     }
+}
+
+/// Those of `ranges`, one behind the other, that have one of `clocks`.
+fn within<'a>(
+    ranges: &'a VecDeque<Range<u64>>,
+    clocks: &Range<u64>,
+) -> impl Iterator<Item = &'a Range<u64>> {
+    let first = ranges.partition_point(|range| range.end <= clocks.start);
+    let end = clocks.end;
+    ranges.range(first..).take_while(move |range| range.start < end)
 }
 
 /// The way to a cover point, or why it is too long.
@@ -557,7 +566,7 @@ impl Stimulus for Adversarial {
         // What reaches beyond the block is told again in the next.
         let tell = |queue: &mut VecDeque<Range<u64>>, out: &mut Vec<Range<u64>>| {
             while queue.pop_front_if(|r| r.end <= clocks.start).is_some() {}
-            out.extend(queue.iter().take_while(|r| r.start < clocks.end).cloned());
+            out.extend(within(queue, &clocks).cloned());
         };
         tell(&mut self.resets, &mut drive.surroundings.resets);
         tell(&mut self.stalls, &mut drive.surroundings.stalls);
