@@ -70,7 +70,7 @@ use goldtof_sensor::{exact, light, math};
 pub use goldtof_system::version;
 use goldtof_system::{digest, files, interrupt, printable, programs};
 #[doc(inline)]
-pub use goldtof_verification::{batch, cosim, grade};
+pub use goldtof_verification::{batch, board, cosim, grade};
 
 pub use cosim::CosimOptions;
 pub use cosim::own::OwnRtl;

@@ -268,40 +268,73 @@ pub fn identity(
     })
 }
 
+/// How results lie in `m_axis_tdata`, and what of them goes to the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Packing {
+    /// Bits of a result on the line.
+    pub layout: Layout,
+    /// Width of the stream.
+    pub tdata_bits: u32,
+    /// Bits from one count to the next.
+    pub stride: u32,
+    /// First bit of what is sent behind the counts.
+    pub more_first_bit: u32,
+    /// Whether the source can wait, so that none is dropped.
+    pub waits: bool,
+}
+
+impl Packing {
+    /// That of a scene's stream before the bridge; `None` as of [`layout`].
+    pub fn of(interface: &Interface, sent: Sent) -> Option<Packing> {
+        let layout = layout(interface, sent)?;
+        let packed = layout.result_bits() as u32;
+        let tdata_bits = interface.tdata_bits;
+        let (tdata_bits, stride, more_first_bit, waits) = match (sent, &interface.counting) {
+            // Sums are packed.
+            (Sent::Results, Counting::Correlator(_)) if interface.accumulate > 1 => {
+                (packed, packed, layout.count_bits.into(), false)
+            }
+            (Sent::Results, Counting::Correlator(correlator)) => {
+                let first = correlator.total.map_or(0, |total| total.first_bit);
+                (tdata_bits, tdata_bits, first, false)
+            }
+            (Sent::Results, Counting::Histogram(plan)) => {
+                (tdata_bits, plan.bin_data_bits(), 0, true)
+            }
+            (Sent::Peaks, _) => (packed, packed, layout.count_bits.into(), false),
+        };
+        Some(Packing { layout, tdata_bits, stride, more_first_bit, waits })
+    }
+
+    /// The bits of a word of the stream that go to the line, of which the lowest 32 come first.
+    pub fn packed(&self, tdata: &[u32]) -> u128 {
+        let Layout { count_bits, counts, more_bits } = self.layout;
+        let counts = (0..counts).map(|k| (u32::from(k) * self.stride, count_bits));
+        let fields = counts.chain([(self.more_first_bit, more_bits)]);
+        let bits = fields.flat_map(|(first, bits)| first..first + u32::from(bits));
+        bits.zip(0..).fold(0, |packed, (bit, place)| {
+            packed | u128::from(tdata[bit as usize / 32] >> (bit % 32) & 1) << place
+        })
+    }
+}
+
 /// The bridge's parameters that follow from the scene, as Verilog writes them; `None` as of [`layout`].
 pub fn bridge_parameters(
     interface: &Interface,
     sent: Sent,
     identity: &Identity,
 ) -> Option<Vec<(&'static str, String)>> {
-    let layout = layout(interface, sent)?;
-    let (tdata_bits, stride, more_first_bit, waits) = match (sent, &interface.counting) {
-        // Sums are packed.
-        (Sent::Results, Counting::Correlator(_)) if interface.accumulate > 1 => {
-            let bits = layout.result_bits() as u32;
-            (bits, bits, layout.count_bits.into(), false)
-        }
-        (Sent::Results, Counting::Correlator(correlator)) => {
-            let first = correlator.total.map_or(0, |total| total.first_bit);
-            (interface.tdata_bits, interface.tdata_bits, first, false)
-        }
-        (Sent::Results, Counting::Histogram(plan)) => {
-            (interface.tdata_bits, plan.bin_data_bits(), 0, true)
-        }
-        (Sent::Peaks, _) => {
-            let bits = layout.result_bits() as u32;
-            (bits, bits, layout.count_bits.into(), false)
-        }
-    };
+    let packing = Packing::of(interface, sent)?;
+    let layout = packing.layout;
     let parameter = |name, value: u32| (name, value.to_string());
     Some(vec![
-        parameter("TDATA_BITS", tdata_bits),
+        parameter("TDATA_BITS", packing.tdata_bits),
         parameter("COUNT_BITS", layout.count_bits.into()),
         parameter("COUNTS", layout.counts.into()),
-        parameter("COUNT_STRIDE", stride),
-        parameter("MORE_FIRST_BIT", more_first_bit),
+        parameter("COUNT_STRIDE", packing.stride),
+        parameter("MORE_FIRST_BIT", packing.more_first_bit),
         parameter("MORE_BITS", layout.more_bits.into()),
-        parameter("BACK_PRESSURE", waits.into()),
+        parameter("BACK_PRESSURE", packing.waits.into()),
         ("IDENTITY", identity.to_verilog()),
     ])
 }

@@ -9,18 +9,8 @@
 //   --lose N        lose every Nth byte that the board sends (default: none)
 //   --hosts N       wait for so many hosts, one after another (default: 1): one that hangs up, and opens
 //                   the line anew, is another
-//
-// Time goes in steps of one sample. The PLL's rates are those of its dividers, as the cells' models give
-// them; the host's bits have the length of its own rate, BAUD.
 
-#include <cerrno>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <deque>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include <fcntl.h>
@@ -28,60 +18,12 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "Vsimulated_board.h"
-#include "verilated.h"
-
-// The scene's and the board's numbers come from the Makefile: OSCILLATOR_HZ, BAUD, DETECTORS,
-// SAMPLES_PER_CHIP, FAST_CLOCKS (in a chip), and REST, the level of a detector without a pulse.
+#include "simulated_board.h"
 
 namespace {
 
-[[noreturn]] void fail(const std::string& what) {
-    std::fprintf(stderr, "simulated_board: %s\n", what.c_str());
-    std::exit(1);
-}
-
-// Pulses of all detectors, in the order of their first samples.
-class Photons {
-public:
-    explicit Photons(const char* path) {
-        if (path == nullptr) return;
-        file_ = std::strcmp(path, "-") == 0 ? stdin : std::fopen(path, "rb");
-        if (file_ == nullptr) fail(std::string("cannot read ") + path + ": " + std::strerror(errno));
-        read();
-    }
-
-    // Levels of the detectors at sample `now` of the scan's; each is asked for once, in order.
-    uint32_t levels(int64_t now) {
-        while (has_next_ && int64_t(next_.first) <= now) {
-            if (next_.detector >= DETECTORS) fail("the pulses are of another scene");
-            uint64_t end = next_.first + next_.samples;
-            if (end > until_[next_.detector]) until_[next_.detector] = end;
-            read();
-        }
-        uint32_t high = 0;
-        for (int d = 0; d < DETECTORS; ++d)
-            if (int64_t(until_[d]) > now) high |= 1u << d;
-        return REST ? ~high : high;
-    }
-
-private:
-    struct Record {
-        uint64_t first;
-        uint32_t samples;
-        uint32_t detector;
-    };
-
-    void read() { has_next_ = std::fread(&next_, sizeof next_, 1, file_) == 1; }
-
-    std::FILE* file_ = nullptr;
-    Record next_ = {};
-    bool has_next_ = false;
-    uint64_t until_[DETECTORS] = {};
-};
-
 // The host's side of the line: bits of its own length, bytes from and to a pseudo-terminal.
-class Host {
+class Host : public Line {
 public:
     Host(const char* link, uint64_t lose) : lose_(lose) {
         terminal_ = posix_openpt(O_RDWR | O_NOCTTY);
@@ -139,7 +81,7 @@ public:
     }
 
     // The line to the board at a moment, in bits of the host.
-    bool sends(double bit) {
+    bool sends(double bit) override {
         if (bit >= sending_until_) {
             if (to_board_.empty()) return true;
             frame_ = 0x200u | uint32_t(to_board_.front()) << 1; // start, eight bits, stop
@@ -151,7 +93,7 @@ public:
     }
 
     // Takes the level of the line from the board, which has stood up to this moment.
-    void takes(double bit, bool level) {
+    void takes(double bit, bool level) override {
         if (!receiving_ && !level) {
             receiving_ = true;
             sample_at_ = bit + 1.5; // the middle of the first bit
@@ -184,68 +126,6 @@ private:
     uint8_t received_ = 0;
 };
 
-// The board, its clocks, and simulated time in samples.
-class Board {
-public:
-    Board() : context_(new VerilatedContext), top_(new Vsimulated_board(context_.get())) {
-        top_->i_rx = 1;
-        top_->i_detector = REST ? ALL_DETECTORS : 0u;
-        top_->eval();
-        uint32_t line_multiplier = top_->o_line_divider == 0 ? 1 : top_->o_line_multiplier;
-        uint32_t line_divider = top_->o_line_divider == 0 ? 1 : top_->o_line_divider;
-        double fast_hz = double(OSCILLATOR_HZ) * top_->o_fast_multiplier / top_->o_fast_divider;
-        line_hz_ = double(OSCILLATOR_HZ) * line_multiplier / line_divider;
-        sample_hz_ = fast_hz / FAST_CLOCKS * SAMPLES_PER_CHIP;
-        // Half periods of the line's clock in samples.
-        line_step_ = sample_hz_ / (2 * line_hz_);
-        double delay_ps = 25.0 * top_->o_delay_taps;
-        if (delay_ps != 0 && (delay_ps < 1e12 / sample_hz_ - 12.5 || delay_ps > 1e12 / sample_hz_ + 12.5))
-            fail("the delay of a second pin is not one sample");
-    }
-
-    double sample_hz() const { return sample_hz_; }
-    double now() const { return double(step_); }
-    bool clock() const { return top_->o_clk; }
-    bool reset() const { return top_->o_rst; }
-    uint64_t word() const { return top_->o_samples; }
-
-    void lock() { top_->i_locked = 1; }
-
-    // One sample, with the detectors at these levels and the host at the line.
-    void step(uint32_t levels, Host* host) {
-        // The line's clock between the samples.
-        while (next_line_ < double(step_)) line_edge(host);
-        top_->i_detector = levels & ALL_DETECTORS;
-        top_->i_step = step_ & 1;
-        if (step_ % STEPS_OF_HALF == 0) top_->i_fast_clk = !top_->i_fast_clk;
-        top_->eval();
-        ++step_;
-    }
-
-private:
-    static constexpr uint32_t ALL_DETECTORS = (1ull << DETECTORS) - 1;
-    static constexpr uint64_t STEPS_OF_HALF = SAMPLES_PER_CHIP / (2 * FAST_CLOCKS);
-    static_assert(STEPS_OF_HALF * 2 * FAST_CLOCKS == SAMPLES_PER_CHIP, "whole samples in a half period");
-
-    void line_edge(Host* host) {
-        if (host != nullptr) {
-            double bit = next_line_ / sample_hz_ * BAUD;
-            host->takes(bit, top_->o_tx);
-            top_->i_rx = host->sends(bit);
-        }
-        top_->i_line_clk = !top_->i_line_clk;
-        top_->eval();
-        next_line_ += line_step_;
-    }
-
-    std::unique_ptr<VerilatedContext> context_;
-    std::unique_ptr<Vsimulated_board> top_;
-    uint64_t step_ = 0;
-    double next_line_ = 0.5, line_step_, sample_hz_, line_hz_;
-};
-
-constexpr int64_t LOCKED_AT = 64 * SAMPLES_PER_CHIP;
-
 // The sample at the pins that becomes the first one of the core's first scan: found with a level that
 // rises once, in another model of the same board.
 int64_t first_sample() {
@@ -255,16 +135,16 @@ int64_t first_sample() {
     int64_t words = -1; // taken by the core since its reset ended
     bool was_clock = false, was_reset = true;
     for (int64_t step = 0; step < rises_at + 256 * SAMPLES_PER_CHIP; ++step) {
-        if (step == LOCKED_AT) board.lock();
+        board.lock(step >= LOCKED_AT);
         bool is_high = step >= rises_at;
         board.step(is_high == !REST ? ~0u : 0u, nullptr);
-        bool rose = board.clock() && !was_clock;
-        was_clock = board.clock();
+        bool rose = board.top().o_clk && !was_clock;
+        was_clock = board.top().o_clk;
         if (!rose) continue;
         // The word that shows behind an edge without reset is the next chip's.
         if (!was_reset) ++words;
-        was_reset = board.reset();
-        uint64_t word = (REST ? ~board.word() : board.word()) & all;
+        was_reset = board.top().o_rst;
+        uint64_t word = (REST ? ~board.top().o_samples : board.top().o_samples) & all;
         if (words < 0 || word == 0) continue;
         return rises_at - (words * SAMPLES_PER_CHIP + __builtin_ctzll(word));
     }
@@ -298,7 +178,7 @@ int main(int argc, char** argv) {
     const int64_t steps_of_exchange = int64_t(board.sample_hz() / BAUD * 10);
     bool is_there = true;
     for (int64_t step = 0; is_there && (chips == 0 || step < int64_t(chips) * SAMPLES_PER_CHIP); ++step) {
-        if (step == LOCKED_AT) board.lock();
+        board.lock(step >= LOCKED_AT);
         board.step(photons.levels(step - first), &host);
         if (step % steps_of_exchange == 0) is_there = host.exchange();
         if (!is_there && hosts > 1) {

@@ -19,18 +19,21 @@ module simulated_board (
     input  wire [`BOARD_DETECTORS-1:0]                               i_detector,
     output wire [`BOARD_LASERS-1:0]                                  o_laser,
     output wire                                                      o_led,
+    output wire                                                      o_held,     // 0 of a board that holds nothing
 
     // What the cells' parameters make of the oscillator, and of a second pin's delay; 0 of no such cell
     output reg  [31:0]                                               o_fast_multiplier,
     output reg  [31:0]                                               o_fast_divider,
     output reg  [31:0]                                               o_line_multiplier,
     output reg  [31:0]                                               o_line_divider,
-    output reg  [31:0]                                               o_delay_taps,
-
+    output reg  [31:0]                                               o_delay_taps
+`ifndef SIMULATED_BENCH
+    ,
     // What the core sees, by which the simulation finds how late the gears are
     output wire                                                      o_clk,
     output wire                                                      o_rst,
     output wire [`BOARD_SAMPLES_PER_CHIP-1:0]                        o_samples   // of detector 0
+`endif
 );
 
     wire [`BOARD_DETECTORS*`BOARD_PINS_PER_DETECTOR-1:0] pins;
@@ -50,14 +53,19 @@ module simulated_board (
         .i_detector   (pins),
         .o_laser      (o_laser),
 `ifdef BOARD_HELD
-        .o_held       (),
+        .o_held       (o_held),
 `endif
         .o_led        (o_led)
     );
 
+`ifndef BOARD_HELD
+    assign o_held = 1'b0;
+`endif
+`ifndef SIMULATED_BENCH
     assign o_clk     = board.clk;
     assign o_rst     = board.rst;
     assign o_samples = board.samples[`BOARD_SAMPLES_PER_CHIP-1:0];
+`endif
 
 endmodule
 

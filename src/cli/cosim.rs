@@ -2,16 +2,18 @@
 
 use std::sync::Arc;
 
-use super::common::VcdWindow;
-use super::emit::command_line;
+use super::common::{VcdWindow, warn};
+use super::emit::{command_line, on_board};
 use super::junit;
 use super::output::{Bar, with_causes};
 use super::prelude::*;
 use super::replay::ChannelArguments;
+use crate::board::{self, BoardReport};
 use crate::cosim::shift::PortDifference;
 use crate::cosim::window::Window;
 use crate::cosim::{CosimOptions, Report, StimulusKind, VcdClocks, Verdict};
-use crate::door::cosim;
+use crate::deliver::board::Board;
+use crate::door::{EmitOptions, cosim};
 use crate::files::check_target;
 use crate::photons::Pulse;
 use crate::progress::Progress;
@@ -24,6 +26,11 @@ pub(super) struct CosimArguments {
     pub scene: SceneArgument,
     #[command(flatten)]
     pub options: CosimOptions,
+    /// Check what stands round the core on this board, from the pins to the core's ports and back: the emitted
+    /// Verilog, or with --rtl that of a folder of `emit --board`, for example --board ulx3s-12f
+    #[arg(long, value_name = "BOARD", value_parser = Board::named, conflicts_with_all =
+          ["file_lists", "top", "latency", "clocks", "stimulus", "engine", "vcd", "tags", "junit"])]
+    pub board: Option<&'static Board>,
     /// Write waveforms of all ports, both sides, round the first mismatch (or the first
     /// result if there is none), with views for GTKWave and Surfer, for example
     /// --vcd ports.vcd
@@ -45,6 +52,9 @@ pub(super) struct CosimArguments {
 
 impl Command for CosimArguments {
     fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+        if let Some(board) = self.board {
+            return check_board(self, board, seed, output);
+        }
         let sensor = self.scene.sensor(output)?;
         let scene = sensor.scene();
         for path in [&self.vcd, &self.junit].into_iter().flatten() {
@@ -74,8 +84,58 @@ impl Command for CosimArguments {
             &cosimulation.report,
             &text(&cosimulation.report),
         )?;
-        Ok(ending(&cosimulation.report))
+        Ok(ending(cosimulation.report.verdict))
     }
+}
+
+/// `cosim --board`.
+fn check_board(
+    arguments: &CosimArguments,
+    board: &'static Board,
+    seed: u64,
+    output: &Output,
+) -> anyhow::Result<Ending> {
+    // As `emit` has it, so that builds are found again.
+    let made_by = format!("{} --board {}", command_line(&arguments.scene), board.name);
+    let options = EmitOptions { prefix: None, made_by };
+    let (_, sensor, emission) = on_board(arguments.scene.read()?, board, &[], &options)?;
+    warn(&sensor, output);
+    let bar = output.bar();
+    let report =
+        board::check(&sensor, &emission, &arguments.options.own, seed, |run| bar.stage(run));
+    bar.end();
+    let report = report?;
+    output.answer(Some(sensor.scene().reference()), &report, &board_text(&report))?;
+    Ok(ending(report.verdict))
+}
+
+/// What was found of a board, in words.
+fn board_text(report: &BoardReport) -> String {
+    let mut text = String::new();
+    for run in &report.runs {
+        text += &format!(
+            "{}: {} chips, {} bytes to the host, {} results, {} answers\n",
+            run.name, run.chips, run.bytes, run.results, run.answers
+        );
+    }
+    for remark in &report.remarks {
+        text += &format!("remark: {remark}\n");
+    }
+    if let Some(fault) = &report.fault {
+        text += &format!("fault: {fault}\n");
+    } else {
+        for point in report.cover.iter().filter(|point| point.reached == 0) {
+            text += &format!("inconclusive: {} never came up\n", point.name);
+        }
+    }
+    let reached = report.cover.iter().filter(|point| point.reached > 0).count();
+    text + &format!(
+        "score: {} on {}, {reached} of {} cover points reached, {} chips\n",
+        report.verdict,
+        report.board,
+        report.cover.len(),
+        report.runs.iter().map(|run| run.chips).sum::<u64>()
+    )
 }
 
 /// The pulses of a recording's first scan, if one was named.
@@ -169,8 +229,8 @@ impl<'o> CosimProgress<'o> {
 }
 
 /// 1 unless the two sides agree in what makes a sensor.
-pub(super) fn ending(report: &Report) -> Ending {
-    match report.verdict {
+pub(super) fn ending(verdict: Verdict) -> Ending {
+    match verdict {
         Verdict::Match => Ending::Done,
         Verdict::Mismatch | Verdict::Inconclusive => Ending::DoesNotHold,
     }

@@ -16,6 +16,7 @@ macro_rules! schemas_of {
 /// Name and text of the schema of each document.
 pub fn schemas() -> Vec<(&'static str, String)> {
     schemas_of![
+        crate::board::BoardReport,
         super::calibrate::Calibration,
         crate::code::CodesReport,
         crate::study::architectures::Comparison,

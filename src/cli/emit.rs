@@ -6,6 +6,7 @@ use crate::deliver::testbenches::{self, BIND, COCOTB};
 use crate::deliver::{self, Emission, EmittedFile};
 use crate::door::{EmitOptions, Jobs as _};
 use crate::printable::shell_word;
+use crate::scene::SceneText;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof emit scenes/quick.toml --out rtl")]
@@ -48,17 +49,7 @@ impl EmitArguments {
 impl Command for EmitArguments {
     fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
         // Once: what stands beside the design is of the same scene.
-        let mut scene = self.scene.read()?;
-        let mut sensor = Sensor::new(&scene.scene()?);
-        let plan = match self.board {
-            Some(board) => Some(Plan::of(&sensor, board, &self.pins)?),
-            None => None,
-        };
-        if let Some(plan) = &plan {
-            scene = plan.achieved(scene);
-            sensor = Sensor::new(&scene.scene()?);
-        }
-        warn(&sensor, output);
+        let scene = self.scene.read()?;
         let mut made_by = command_line(&self.scene);
         if let Some(prefix) = &self.options.prefix {
             made_by += &format!(" --prefix {prefix}");
@@ -66,9 +57,16 @@ impl Command for EmitArguments {
         for word in self.board_words() {
             made_by += &format!(" {word}");
         }
-        let mut emission = sensor.emit(&EmitOptions { made_by, ..self.options.clone() })?;
-        let project = plan.as_ref().map(|plan| plan.project(&sensor, &emission, &scene));
-        emission.board = project.transpose()?;
+        let options = EmitOptions { made_by, ..self.options.clone() };
+        let (scene, sensor, emission) = match self.board {
+            Some(board) => on_board(scene, board, &self.pins, &options)?,
+            None => {
+                let sensor = Sensor::new(&scene.scene()?);
+                let emission = sensor.emit(&options)?;
+                (scene, sensor, emission)
+            }
+        };
+        warn(&sensor, output);
         let folder = output.folder(&self.out)?;
         deliver::write_into(&emission, &folder)?;
         let mut text = text(&emission, &self.out);
@@ -86,6 +84,21 @@ impl Command for EmitArguments {
         }
         output.answer_document(&emission.document(), &text)
     }
+}
+
+/// The design on a board: the scene has the chip period that the board's PLL makes.
+pub(super) fn on_board(
+    scene: SceneText,
+    board: &'static Board,
+    pins: &[PinChoice],
+    options: &EmitOptions,
+) -> anyhow::Result<(SceneText, Sensor, Emission)> {
+    let plan = Plan::of(&Sensor::new(&scene.scene()?), board, pins)?;
+    let scene = plan.achieved(scene);
+    let sensor = Sensor::new(&scene.scene()?);
+    let mut emission = sensor.emit(options)?;
+    emission.board = Some(plan.project(&sensor, &emission, &scene)?);
+    Ok((scene, sensor, emission))
 }
 
 /// The command that the headers of emitted files name. Only the scene's file

@@ -72,7 +72,7 @@ impl Command for RunArguments {
             &run,
             &summary(&run, chips, &options.folder(&scene)),
         )?;
-        Ok(match ending(&run.cosim) {
+        Ok(match ending(run.cosim.verdict) {
             Ending::Done => {
                 let holds = run.estimates.iter().all(|own| own.expectation_holds != Some(false));
                 Ending::of_check(self.check.check, holds)

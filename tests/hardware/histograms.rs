@@ -21,7 +21,7 @@ use crate::hdl_support::{models, run};
 
 const SEED: u64 = 3;
 /// A model of Lattice's block RAM.
-const DP16KD: &str = include_str!("hdl_support/DP16KD.v");
+const DP16KD: &str = include_str!("../../hdl/models/DP16KD.v");
 
 /// A scene with strong light and a histogram over `periods` code periods.
 fn histogram(code: &str, samples: u32, periods: f64, detector: &str) -> Scene {

@@ -242,6 +242,7 @@ fn documents(work: &Path) -> Vec<Value> {
     all.push(document(&["simulate", tracking, "--track=2", "--repeat", "2"]));
     all.push(document(&["cosim", quick, "--stimulus", "adversarial", "--vcd", &at("w.vcd")]));
     all.push(mismatch(work));
+    all.push(document(&["cosim", quick, "--board", "tang-nano-9k"]));
     let sweep = ["--over", "path.distance=1 m, 2 m", "--fidelity", "expected"];
     all.push(document(&[&["sweep", quick, "--out", &at("sweep")][..], &sweep].concat()));
     all.push(read(&work.join("sweep/sweep.json")));

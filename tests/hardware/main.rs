@@ -4,6 +4,7 @@
 #![allow(clippy::too_many_lines)]
 
 mod boards;
+mod boards_checked;
 mod boards_simulated;
 mod cosim_counts_are_the_verilogs;
 mod cosim_finds_faults;

@@ -41,7 +41,7 @@ const PROJECT: &[&str] = &["/board/files"];
 /// Endings of all of them, and the name of the one that has none.
 const ENDINGS: &[&str] = &[
     "v", "vh", "vhd", "sv", "f", "hex", "sdc", "lpf", "xdc", "core", "sby", "sh", "cst", "pcf",
-    "tcl", "cpp", "toml",
+    "tcl", "cpp", "h", "toml",
 ];
 const MAKEFILE: &str = "Makefile";
 /// Largest manifest that is read.

@@ -198,6 +198,62 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
     Ok((built, identity))
 }
 
+/// A board's model and what plays at its pins.
+pub(crate) struct BoardUnit<'a> {
+    /// The top module.
+    pub(crate) top: &'a str,
+    /// Verilog of the board and of its surroundings.
+    pub(crate) sources: &'a [SourceFile],
+    /// Macros of the Verilog.
+    pub(crate) defines: &'a [String],
+    /// What the compiler is told.
+    pub(crate) flags: &'a [String],
+    /// The testbench.
+    pub(crate) testbench: &'a str,
+    /// Name and text of the header that the testbench includes.
+    pub(crate) header: (&'a str, &'a str),
+}
+
+/// Builds a board, or finds it built.
+pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, CosimError> {
+    let tools = Tools::find(cache)?;
+    let mut parts = vec![tools.versions.as_str(), unit.top, unit.testbench, unit.header.1];
+    parts.push(env!("CARGO_PKG_VERSION"));
+    parts.extend(VERILATOR_FLAGS);
+    let flags = unit.defines.iter().chain(unit.flags).chain(&tools.compiler_flags);
+    parts.extend(flags.map(String::as_str));
+    parts.extend(unit.sources.iter().flat_map(|source| [&*source.name, &*source.text]));
+    let name = format!("board-{}", hash(&parts));
+    let bytes = once(cache, &name, PROGRAM, |folder| {
+        let rtl = folder.join(RTL);
+        fs::create_dir(&rtl).map_err(CosimError::cache(&rtl))?;
+        for source in unit.sources {
+            write(&rtl.join(&source.name), &source.text)?;
+        }
+        let verilated = tools.verilator.run(|command| {
+            command
+                .current_dir(folder)
+                .args(VERILATOR_FLAGS)
+                // A pin that a model drives from within.
+                .args(["-Wno-ASSIGNIN", "--top-module", unit.top, "--Mdir", "."])
+                .arg(format!("-I{RTL}"))
+                .args(unit.defines.iter().map(|define| format!("-D{define}")))
+                .args(unit.sources.iter().filter(|s| s.is_compiled()).map(in_build))
+        });
+        verilated.map_err(|error| rejection(error, unit.sources))?;
+        write(&folder.join(unit.header.0), unit.header.1)?;
+        // Behind the model's own units.
+        write(&folder.join("bench.cpp"), unit.testbench)?;
+        let flags: Vec<&OsStr> = unit.flags.iter().map(OsStr::new).collect();
+        link(&tools, folder, &flags, Some(&runtime(&tools, cache)?))
+            .map_err(|error| rejection(error, unit.sources))
+    })?;
+    let path = cache.join(name).join(PROGRAM);
+    let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
+    let (image, is_users) = (Arc::new(image), is_users(unit.sources));
+    Ok(Built { path, image, is_users, registers: None })
+}
+
 /// Verilator's run-time library as object files: the same for every model, and
 /// most of the compiler's work.
 fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {

@@ -238,8 +238,7 @@ impl Bridge {
             arguments.push(file.display().to_string());
         }
         if self.memory == "ecp5" {
-            let model = Path::new(env!("CARGO_MANIFEST_DIR"))
-                .join("../tests/hardware/hdl_support/DP16KD.v");
+            let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../hdl/models/DP16KD.v");
             arguments.push(model.display().to_string());
         }
         arguments.push(bench.display().to_string());
@@ -663,10 +662,7 @@ fn bridges_are_clean_under_three_tools_and_refuse_parameters_by_name() {
             for memory in ["inferred", "ecp5"] {
                 let mut files = sources(memory);
                 if memory == "ecp5" {
-                    files.push(format!(
-                        "{}/../tests/hardware/hdl_support/DP16KD.v",
-                        env!("CARGO_MANIFEST_DIR")
-                    ));
+                    files.push(format!("{}/../hdl/models/DP16KD.v", env!("CARGO_MANIFEST_DIR")));
                 }
                 let set = |prefix: &str| -> Vec<String> {
                     bridge

@@ -1,10 +1,12 @@
 //! What a board's project is, as the manifest has it.
 
+use goldtof_wire::Identity;
 use serde::Serialize;
 
 use super::plan::UartClock;
 use super::pll::{Dividers, Frequency};
 use crate::deliver::design::EmittedFile;
+use crate::wire::Sums;
 
 /// A board's project, as the manifest has it.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -41,6 +43,22 @@ pub struct BoardProject {
     pub delay_taps: u32,
     /// Where each port of `board_top` is.
     pub pins: Vec<BoardPin>,
+    /// What a check of its Verilog has to know.
+    #[serde(skip)]
+    pub bench: Bench,
+}
+
+/// What the hostile surroundings of a board have to know of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bench {
+    /// The scene's and the board's numbers, as a C++ compiler is told of them.
+    pub numbers: Vec<String>,
+    /// What the device says of itself.
+    pub identity: Option<Identity>,
+    /// The scene's text, if the device holds it.
+    pub text: String,
+    /// Scans that are added up.
+    pub sums: Option<Sums>,
 }
 
 /// A port's pin.

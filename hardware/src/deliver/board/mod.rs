@@ -12,10 +12,15 @@ mod project;
 mod table;
 
 pub use error::BoardError;
-pub use made::{BoardPin, BoardProject};
+pub use made::{Bench, BoardPin, BoardProject};
 pub use plan::{Assigned, PinChoice, PinRole, Plan, UartClock};
 pub use pll::{Dividers, Feedback, Frequency, Pll};
 pub use table::{BOARDS, Board, Device, Family, Folder, Gear, GearPads, Pad, Pin, Side};
 
 /// Folder of a board's files, beside the design.
 pub const BOARD: &str = "board";
+
+/// The program that checks a board among hostile surroundings, with its header `simulated_board.h`.
+pub const BENCH: &str = include_str!("../../../../hdl/models/bench.cpp");
+/// What stands in the place of the core then.
+pub const CORE_BENCH: &str = include_str!("../../../../hdl/models/core_bench.sv");

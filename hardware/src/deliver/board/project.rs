@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use goldtof_wire::{Identity, MOST_TEXT_BYTES, encode};
 
 use super::error::BoardError;
-use super::made::{BoardPin, BoardProject};
+use super::made::{Bench, BoardPin, BoardProject};
 use super::plan::{Assigned, PinRole, Plan};
 use super::table::Folder;
 use crate::deliver::design::EmittedFile;
@@ -111,6 +111,12 @@ impl Plan {
         files.extend(project.tool_files());
         files.extend(project.simulation());
         files.push(file("scene.toml", scene.text.clone()));
+        let bench = Bench {
+            numbers: project.numbers(),
+            identity: project.identity(),
+            text: if project.text.is_some() { scene.text.clone() } else { String::new() },
+            sums,
+        };
         Ok(BoardProject {
             name: board.name.to_owned(),
             part: board.device.part.to_owned(),
@@ -127,6 +133,7 @@ impl Plan {
             line_use_fraction: self.line_use_fraction,
             pins_per_detector: self.gear.pins,
             delay_taps: self.delay_taps,
+            bench,
             pins: self
                 .pins
                 .iter()
@@ -269,19 +276,24 @@ impl Project<'_> {
         file("board.vh", text.replace(" \n", "\n"))
     }
 
-    /// Parameters of the bridge. The plan has checked that there are some.
-    fn bridge(&self) -> Vec<(&'static str, String)> {
-        let interface = self.sensor.interface();
-        let scene = self.sensor.scene().reference();
+    /// What the device says of itself. The plan has checked that it is something.
+    fn identity(&self) -> Option<Identity> {
         let chip_period_fs = (self.plan.chip.period_ps() * 1e3).round() as u32;
         // A scene that was made in a program has no text, and so no digest.
-        let digest = Some(scene.origin.sha256).filter(|digest| !digest.is_empty());
-        let digest = digest.unwrap_or_else(|| "0".repeat(64));
-        let identity = wire::identity(interface, Sent::Results, chip_period_fs, &digest);
+        let digest = Some(self.sensor.scene().reference().origin.sha256.clone());
+        let digest = digest.filter(|digest| !digest.is_empty()).unwrap_or_else(|| "0".repeat(64));
+        let identity =
+            wire::identity(self.sensor.interface(), Sent::Results, chip_period_fs, &digest);
         let text_blocks = self.text.as_ref().map_or(0, |(blocks, _)| *blocks);
         let counts_samples = self.sensor.scene().hardware.sample_counts;
+        identity.map(|identity| Identity { text_blocks, counts_samples, ..identity })
+    }
+
+    /// Parameters of the bridge.
+    fn bridge(&self) -> Vec<(&'static str, String)> {
+        let interface = self.sensor.interface();
+        let identity = self.identity();
         identity
-            .map(|identity| Identity { text_blocks, counts_samples, ..identity })
             .and_then(|identity| wire::bridge_parameters(interface, Sent::Results, &identity))
             .unwrap_or_default()
     }
@@ -319,8 +331,8 @@ impl Project<'_> {
             taps => format!("{taps:07b}"),
         };
         let pack = if device.pack.is_empty() { String::new() } else { format!(" {}", device.pack) };
-        let simulation =
-            filled(include_str!("projects/simulation.mk"), &[("CFLAGS", &self.numbers())]);
+        let flags = format!("-O3 -std=c++17 {}", self.numbers().join(" "));
+        let simulation = filled(include_str!("projects/simulation.mk"), &[("CFLAGS", &flags)]);
         filled(
             text,
             &[
@@ -342,24 +354,28 @@ impl Project<'_> {
     /// The board in simulation.
     fn simulation(&self) -> Vec<EmittedFile> {
         let models = match self.plan.board.family.folder {
-            Folder::Ecp5 => include_str!("../../../../hdl/models/ecp5.v"),
+            Folder::Ecp5 => concat!(
+                include_str!("../../../../hdl/models/ecp5.v"),
+                "\n",
+                include_str!("../../../../hdl/models/DP16KD.v")
+            ),
             Folder::Gowin => include_str!("../../../../hdl/models/gowin.v"),
             Folder::Ice40 => include_str!("../../../../hdl/models/ice40.v"),
             Folder::Xc7 => include_str!("../../../../hdl/models/xc7.v"),
         };
-        let memory = include_str!("../../../../hdl/bridge/inferred/bridge_memory.v");
         let top = include_str!("../../../../hdl/models/simulated_board.v");
+        let header = include_str!("../../../../hdl/models/simulated_board.h");
         let program = include_str!("../../../../hdl/models/simulated_board.cpp");
         vec![
             file("cells.v", models.to_owned()),
-            file("simulated_memory.v", memory.to_owned()),
             file("simulated_board.v", top.to_owned()),
+            file("simulated_board.h", header.to_owned()),
             file("simulated_board.cpp", program.to_owned()),
         ]
     }
 
     /// The scene's and the board's numbers, for the simulation's program.
-    fn numbers(&self) -> String {
+    fn numbers(&self) -> Vec<String> {
         let scene = self.sensor.scene();
         let plan = self.plan;
         let numbers = [
@@ -369,9 +385,11 @@ impl Project<'_> {
             ("SAMPLES_PER_CHIP", u64::from(plan.gear.samples)),
             ("FAST_CLOCKS", u64::from(plan.gear.fast_clocks)),
             ("REST", u64::from(scene.hardware.polarity == Polarity::Low)),
+            ("LASERS", scene.sources.len() as u64),
+            ("LED_ON", plan.board.led.1.into()),
+            ("HELD", plan.board.held.is_some_and(|(_, level, _)| level).into()),
         ];
-        let defined = numbers.map(|(name, value)| format!("-D{name}={value}"));
-        format!("-O3 -std=c++17 {}", defined.join(" "))
+        numbers.map(|(name, value)| format!("-D{name}={value}")).into()
     }
 
     /// Each port with its pin, as a tool names it: a bus of one bit has no number in a netlist of

@@ -1,14 +1,14 @@
 //! Reads a design: what the user names of it, and what its top module's ports are.
 
 use super::manifest::{Named as Manifest, check_top};
-use super::search::{Search, check_folders};
+use super::search::{Search, Taken, check_folders};
 use super::wrapper::wrapper;
 use super::{Named, OwnRtl, bad_option, check_define, filelist, folder};
 use crate::cosim::TOP;
-use crate::cosim::cache::cache_dir;
+use crate::cosim::cache::{cache_dir, write};
 use crate::cosim::error::CosimError;
 use crate::cosim::ports;
-use crate::cosim::source::Verilog;
+use crate::cosim::source::{SourceFile, Verilog};
 use crate::cosim::tools::Tools;
 use crate::rtl::back::Prefix;
 use crate::rtl::blocks::ScanRegisters;
@@ -60,6 +60,40 @@ pub fn read(own: &OwnRtl, interface: &Interface) -> Result<(Verilog, Vec<String>
         false => None,
     };
     Ok((Verilog { top: design_top, sources, registers, cache }, remarks))
+}
+
+/// Reads a board of the folder that the user names, whose top module `top` is in `models`, which go
+/// with it. What the folder has of modules in files called as `others` is left out.
+///
+/// # Errors
+/// When a file is missing or cannot be read, or Verilator does not take the Verilog.
+pub fn read_board(
+    own: &OwnRtl,
+    top: &str,
+    models: &[SourceFile],
+    others: &[&str],
+    defines: &[String],
+) -> Result<Taken, CosimError> {
+    let (Some(path), None, true) = (&own.folder, &own.top, own.file_lists.is_empty()) else {
+        let reason = "a board's Verilog is a folder, as `goldtof emit --board` writes it; name it with --rtl";
+        return Err(bad_option("--board", reason.to_owned()));
+    };
+    let place = tempfile::tempdir().map_err(CosimError::memory(path))?;
+    let mut named = Named::default();
+    named.include_folders.extend(own.include_folders.iter().cloned());
+    named.defines.extend(own.defines.iter().chain(defines).cloned());
+    folder::search(path, &mut named)?;
+    named.searched.retain(|file| {
+        file.file_stem().is_none_or(|stem| others.iter().all(|other| stem != *other))
+    });
+    for model in models {
+        let file = place.path().join(&model.name);
+        write(&file, &model.text)?;
+        named.files.push(file);
+    }
+    let cache = cache_dir()?;
+    let tools = Tools::find(&cache)?;
+    Ok(Search::new(&tools, top, named)?.find()?.0)
 }
 
 /// The scan's counters, if the manifest names those that a design emitted for `interface`

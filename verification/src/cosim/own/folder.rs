@@ -46,7 +46,7 @@ pub fn read(folder: &Path, named: &mut Named) -> Result<Manifest, CosimError> {
 }
 
 /// Adds all files of a folder and its subfolders, the folder's own first, by name.
-fn search(folder: &Path, named: &mut Named) -> Result<(), CosimError> {
+pub(super) fn search(folder: &Path, named: &mut Named) -> Result<(), CosimError> {
     let mut files = Vec::new();
     let mut seen = HashSet::new();
     let mut waiting = vec![folder.to_owned()];

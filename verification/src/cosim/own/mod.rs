@@ -20,7 +20,7 @@ mod wrapper;
 
 use std::path::PathBuf;
 
-pub use self::design::read;
+pub use self::design::{read, read_board};
 
 use super::error::CosimError;
 

@@ -26,7 +26,7 @@ const PREFIX: &str = "Vown";
 const TEXT: &str = "design.sv";
 
 /// The text of a design with the files that the tools may speak of, and remarks.
-pub(super) type Taken = (Vec<SourceFile>, Vec<String>);
+pub type Taken = (Vec<SourceFile>, Vec<String>);
 
 /// Asks Verilator which files make up a design.
 pub(super) struct Search<'a> {

@@ -3,9 +3,9 @@
 #   goldtof pulses scene.toml --out photons.bin
 VERILATOR ?= verilator
 OPTIMIZE ?= -O3
-SIMULATED = $(filter-out bridge_memory.v,$(BOARD)) simulated_memory.v cells.v simulated_board.v
+SIMULATED = $(BOARD) cells.v simulated_board.v
 
-simulated_board: $(CORE) $(SIMULATED) simulated_board.cpp board.vh
+simulated_board: $(CORE) $(SIMULATED) simulated_board.cpp simulated_board.h board.vh
 	$(VERILATOR) --cc --exe --build -O3 --x-assign fast -Wno-fatal -Wno-ASSIGNIN -Wno-lint -Wno-style -I. \
 	    -MAKEFLAGS OPT_FAST=$(OPTIMIZE) \
 	    --top-module simulated_board -Mdir simulated -o ../simulated_board -CFLAGS '@CFLAGS@' \

@@ -1,0 +1,110 @@
+//! `goldtof cosim --board`: boards of every family that are right, and faults that are planted into what stands round
+//! the core, each of which is found.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::hdl_support::goldtof;
+
+/// What the command says of a board, emitted or in a folder, and its exit status.
+fn checked(scene: &str, board: &str, settings: &[&str], more: &[&str]) -> (Value, Option<i32>) {
+    let settings = settings.iter().flat_map(|set| ["--set", *set]);
+    let mut words = vec!["cosim", scene, "--board", board, "--json", "--quiet"];
+    words.extend(settings.chain(more.iter().copied()));
+    let output = goldtof(&words);
+    let said = String::from_utf8_lossy(&output.stderr);
+    let document = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{said}"));
+    (document, output.status.code())
+}
+
+/// Registers, the scene's text and hits by sample: a scene that has all that a board can.
+fn with_all(folder: &Path) -> String {
+    let scene = folder.join("quick.toml");
+    let quick = fs::read_to_string("scenes/quick.toml").expect("it is there");
+    let keys = ["registers = \"axi4-lite\"", "scene_text = true", "sample_counts = true"];
+    fs::write(&scene, format!("{quick}\n[hardware]\n{}\n", keys.join("\n"))).expect("written");
+    scene.to_str().expect("text").to_owned()
+}
+
+#[test]
+fn boards_of_every_family_are_right() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let all = with_all(folder.path());
+    let quick = "scenes/quick.toml";
+    let boards: [(&str, &str, &[&str]); 7] = [
+        (&all, "tang-nano-9k", &[]),
+        (quick, "tang-nano-20k", &["hardware.accumulate=3", "scan.integration=20108 ns"]),
+        (quick, "ulx3s-12f", &["clock.samples_per_chip=4", "hardware.total_counts=true"]),
+        (quick, "ulx3s-85f", &["hardware.counter_width=8"]),
+        // Five detectors of two codes, read out by rows.
+        ("tests/scenes/rows.toml", "ulx3s-85f", &["scan.integration=50 us"]),
+        (quick, "icebreaker", &["clock.samples_per_chip=2", "clock.chip_period=21 ns"]),
+        (quick, "arty-a7", &["clock.samples_per_chip=4", "hardware.polarity=low"]),
+    ];
+    for (scene, board, settings) in boards {
+        let (report, status) = checked(scene, board, settings, &[]);
+        assert_eq!((&report["verdict"], status), (&"match".into(), Some(0)), "{board}: {report:#}");
+        let cover = report["cover"].as_array().expect("a list");
+        assert!(cover.len() > 40 && cover.iter().all(|point| point["reached"].as_u64() > Some(0)));
+    }
+}
+
+/// File, what stands in it, and what is put there.
+type Fault = (&'static str, &'static str, &'static str);
+
+fn faults_are_found(board: &str, faults: &[Fault]) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = with_all(folder.path());
+    let out = folder.path().join("rtl");
+    let rtl = out.to_str().expect("text");
+    assert!(goldtof(&["emit", &scene, "--board", board, "--out", rtl]).status.success());
+    for (name, from, to) in faults {
+        let file = out.join("board").join(name);
+        let right = fs::read_to_string(&file).expect("it is there");
+        let wrong = right.replacen(from, to, 1);
+        assert_ne!(right, wrong, "{name}: {from}");
+        fs::write(&file, wrong).expect("it can be written");
+        let (report, status) = checked(&scene, board, &[], &["--rtl", rtl]);
+        assert_eq!((&report["verdict"], status), (&"mismatch".into(), Some(1)), "{name}: {from}");
+        assert!(report["fault"].as_str().is_some_and(|fault| fault.contains(": ")), "{report:#}");
+        fs::write(&file, right).expect("it can be written");
+    }
+    let (report, status) = checked(&scene, board, &[], &["--rtl", rtl]);
+    assert_eq!(status, Some(0), "{report:#}");
+}
+
+/// One of each kind: pointers, CRC, frames, bits of a byte, crossing, reset, numbers, order of samples.
+#[test]
+fn faults_round_the_core_are_found() {
+    faults_are_found(
+        "tang-nano-9k",
+        &[
+            (
+                "async_fifo.v",
+                "write_known_r <= write_told_r;",
+                "write_known_r <= write_told_r - 1'b1;",
+            ),
+            ("async_fifo.v", "write_told_r <= write_r;", "write_told_r <= write_r + 1'b1;"),
+            ("result_writer.v", "lost_r <= lost_r + 16'd1", "lost_r[14:0] <= lost_r[14:0] + 15'd1"),
+            ("crc32.v", "32'hEDB88320", "32'hEDB88321"),
+            ("framer.v", "(first || !is_gap)", "1'b1"),
+            ("framer.v", "{sum, sequence_r[7:1]}", "{1'b0, sum, sequence_r[6:1]}"),
+            ("request_receiver.v", "|| i_silence || i_broken", "|| i_silence"),
+            ("uart_receiver.v", "CLOCKS_PER_BIT / 2 - 1", "CLOCKS_PER_BIT - 1"),
+            ("bridge_reset.v", "uart_meta_r <= ask_r", "uart_meta_r <= 1'b0"),
+            ("board_top.v", "negedge ready", "posedge ready"),
+            ("board_top.v", ".m_axil_araddr (araddr)", ".m_axil_araddr ()"),
+            ("board_sampler.v", ".D     (i_pins[0])", ".D     (!i_pins[0])"),
+        ],
+    );
+    faults_are_found(
+        "ulx3s-85f",
+        &[
+            ("board_sampler.v", "PINS + PINS - 1 - p] = word[1]", "PINS + p] = word[1]"),
+            ("bridge_memory.v", ".ADB7(b[7])", ".ADB7(b[8])"),
+            ("board_laser.v", ".D1   (i_chip)", ".D1   (1'b0)"),
+        ],
+    );
+}

@@ -1,0 +1,439 @@
+//! Whether what a board sent in a run is what it has to send.
+
+use goldtof_wire::{Decoder, Event, Frame, encode};
+
+use super::BoardRun;
+use super::model::{Facts, Outcome};
+use super::script::{Expected, Offer, Script};
+
+/// Situations, and how often they came up.
+pub(super) type Cover = Vec<(String, u64)>;
+
+/// Counts a situation; one that is not among them is of no interest for this board.
+fn reach(cover: &mut Cover, name: &str) {
+    if let Some((_, reached)) = cover.iter_mut().find(|(point, _)| point == name) {
+        *reached += 1;
+    }
+}
+
+/// A result that has to come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Due {
+    /// Its bits on the line.
+    bits: u128,
+    /// Its place in its scan.
+    place: u64,
+    last: bool,
+}
+
+/// Of results that come in order, some of which may be lost.
+struct Results<'a> {
+    due: &'a [Due],
+    scans: &'a [(usize, bool)],
+    /// The next one.
+    at: usize,
+    /// Behind a loss up to here nothing may be lost anew.
+    whole_until: usize,
+    /// There was a loss before the next one.
+    has_lost: bool,
+    /// How many were lost.
+    lost: u64,
+}
+
+impl Facts {
+    /// Whether a run was as it has to be, and what was seen in it.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub(super) fn check(
+        &self,
+        script: &Script,
+        outcome: &Outcome,
+        cover: &mut Cover,
+    ) -> Result<BoardRun, String> {
+        if let Some(fault) = &outcome.fault {
+            return Err(fault.clone());
+        }
+        let resets = outcome.lines.len() as u64 - 1;
+        if outcome.broken > resets {
+            return Err(format!("{} bytes of the line have no stop bit", outcome.broken));
+        }
+        let mut told = BoardRun { chips: outcome.chips, ..BoardRun::default() };
+        let mut answers = Vec::new();
+        for (number, line) in outcome.lines.iter().enumerate() {
+            let is_last = number as u64 == resets;
+            let from = number.checked_sub(1).map_or(0, |before| outcome.taken[before]);
+            let due = self.due(&script.offers[from.min(script.offers.len())..]);
+            answers.clear();
+            self.check_line(
+                script,
+                line,
+                number > 0,
+                &due,
+                is_last,
+                &mut answers,
+                &mut told,
+                cover,
+            )
+            .map_err(|fault| match number {
+                0 => fault,
+                _ => format!("{fault} (behind reset {number})"),
+            })?;
+        }
+        self.check_answers(script, outcome, &answers, cover)?;
+        told.answers = answers.len() as u64;
+        if outcome.transfers != script.transfers {
+            let differs = |k: &usize| outcome.transfers.get(*k) != script.transfers.get(*k);
+            let k = (0..).find(differs).unwrap_or_default();
+            let shown =
+                |transfers: &[String]| transfers.get(k).cloned().unwrap_or("none".to_owned());
+            return Err(format!(
+                "transfer {k} at the core's registers is {}, and was to be {} (direction, address, data, response)",
+                shown(&outcome.transfers),
+                shown(&script.transfers)
+            ));
+        }
+        let waits = self.packing.waits;
+        // Until the line's side has been reset, too.
+        let most_stalled =
+            64.0 * self.chips_per_bit / f64::from(self.clocks_per_bit) * (resets + 1) as f64;
+        if !waits && outcome.stalled as f64 > most_stalled.max(64.0) {
+            return Err(format!(
+                "the core waited {} clocks, and has nowhere to wait",
+                outcome.stalled
+            ));
+        }
+        if waits && outcome.stalled as f64 > most_stalled {
+            reach(cover, "the core waits for the line");
+        }
+        let share = (told.bytes.saturating_sub(1) * 10) as f64 / outcome.busy_bits.max(1.0);
+        if script.keeps_line_full && share < 0.985 {
+            return Err(format!(
+                "the line is busy for {:.1} % of the time, and results wait",
+                100.0 * share
+            ));
+        }
+        script.points.iter().for_each(|point| reach(cover, point));
+        Ok(told)
+    }
+
+    /// Results that have to come of what the core offers.
+    fn due(&self, offers: &[Offer]) -> Vec<Due> {
+        let mut due = Vec::with_capacity(offers.len());
+        let packed = |offer: &Offer| self.packing.packed(&offer.tdata);
+        let Some(sums) = &self.sums else {
+            let mut place = 0;
+            for offer in offers {
+                due.push(Due { bits: packed(offer), place, last: offer.last });
+                place = if offer.last { 0 } else { place + 1 };
+            }
+            return due;
+        };
+        // Sums by their definition, of scans that are whole.
+        let (one, sum) = (self.packing.layout, sums.sum);
+        let mut scans: Vec<Vec<(i128, u128)>> = Vec::new();
+        for scan in offers.split_inclusive(|offer| offer.last) {
+            if scan.len() as u64 != sums.results {
+                scans.clear();
+                continue;
+            }
+            let counts = scan.iter().map(packed);
+            scans.push(
+                counts.map(|bits| (one.count(bits, 0).into(), one.more(bits).into())).collect(),
+            );
+            if scans.len() as u64 == u64::from(sums.scans) {
+                let results = scans[0].len();
+                due.extend((0..results).map(|place| {
+                    let (signed, total) = scans
+                        .iter()
+                        .map(|scan| scan[place])
+                        .fold((0, 0), |(a, b), (c, d)| (a + c, b + d));
+                    let signed = signed as u128 & ((1 << sum.count_bits) - 1);
+                    let bits = signed | total.checked_shl(sum.count_bits.into()).unwrap_or(0);
+                    Due { bits, place: place as u64, last: place + 1 == results }
+                }));
+                scans.clear();
+            }
+        }
+        due
+    }
+
+    /// The byte with which the first frame behind a reset begins.
+    fn first_frame(&self, line: &[u8]) -> usize {
+        // What was on the line when the reset came: a byte that it cut, and perhaps one before.
+        let begins = |&begin: &usize| {
+            let mut decoder = Decoder::new(Some(self.layout));
+            decoder.push(&line[begin..]);
+            decoder.next_event().is_some() && decoder.tally().stray_bytes == 0
+        };
+        (0..=line.len().min(2)).find(begins).unwrap_or(0)
+    }
+
+    /// Frames of the line from one reset to the next.
+    #[expect(clippy::too_many_arguments, reason = "one call")]
+    fn check_line(
+        &self,
+        script: &Script,
+        line: &[u8],
+        is_behind_reset: bool,
+        due: &[Due],
+        is_last: bool,
+        answers: &mut Vec<Frame>,
+        told: &mut BoardRun,
+        cover: &mut Cover,
+    ) -> Result<(), String> {
+        let begin = if is_behind_reset { self.first_frame(line) } else { 0 };
+        let mut decoder = Decoder::new(Some(self.layout));
+        decoder.push(&line[begin..]);
+        let mut results =
+            Results { due, scans: &script.scans, at: 0, whole_until: 0, has_lost: false, lost: 0 };
+        let (mut at, mut sequence, mut flags) = (begin, 0_u8, script.flags.iter().peekable());
+        let shown = |flags: u8| if self.has_saturated { flags } else { flags & 1 };
+        let mut before_was_results = false;
+        while let Some(event) = decoder.next_event() {
+            let frame = match event {
+                Event::Lost(loss) => {
+                    if loss.frames > 0 {
+                        return Err(format!(
+                            "{} frames are missing before frame {sequence}",
+                            loss.frames
+                        ));
+                    }
+                    results.lose(loss.dropped, script.may_lose_behind, self, cover)?;
+                    continue;
+                }
+                Event::Frame(frame) => frame,
+            };
+            let tally = decoder.tally();
+            let place = || format!("frame {sequence}, byte {at} of the line");
+            if tally.stray_bytes > 0 || tally.torn > 0 || tally.doubled > 0 {
+                return Err(format!(
+                    "bytes that are no frame, or a frame with a wrong CRC, before {}",
+                    place()
+                ));
+            }
+            let raw = &line[at..];
+            if raw[2] != sequence {
+                return Err(format!("{} has sequence number {}", place(), raw[2]));
+            }
+            let seen = raw[3] >> 1 & 3;
+            while flags.next_if(|&&next| shown(next) != seen).is_some() {}
+            // The board's own core may well have saturated.
+            if flags.peek().is_none() && !script.flags.is_empty()
+                || script.flags.is_empty() && seen != 0 && !script.is_whole()
+            {
+                return Err(format!("{} has flags {:#x}", place(), raw[3]));
+            }
+            for (bit, name) in [(1, "o_overrun is told"), (2, "o_saturated is told")] {
+                if seen & bit != 0 {
+                    reach(cover, name);
+                }
+            }
+            at += match &frame {
+                Frame::Results(results_frame) => {
+                    let bytes = encode::results(results_frame, sequence, self.layout);
+                    if raw[..bytes.len()] != bytes {
+                        return Err(format!("bits behind the results of {} are not 0", place()));
+                    }
+                    results
+                        .take(results_frame, script.is_whole(), self, cover)
+                        .map_err(|fault| format!("{fault} ({})", place()))?;
+                    told.results += results_frame.results.len() as u64;
+                    bytes.len()
+                }
+                Frame::Answer(_) => goldtof_wire::ANSWER_BYTES,
+                Frame::Identity(..) | Frame::Block(..) => goldtof_wire::IDENTITY_FRAME_BYTES,
+            };
+            let is_results = matches!(frame, Frame::Results(_));
+            if !is_results {
+                answers.push(frame);
+                if before_was_results {
+                    reach(cover, "an answer between frames of results");
+                }
+            }
+            before_was_results = is_results;
+            if sequence == 255 {
+                reach(cover, "the sequence number goes round");
+            }
+            sequence = sequence.wrapping_add(1);
+        }
+        told.bytes += line.len() as u64;
+        let rest = line.len() - at;
+        let is_cut = !is_last || script.is_whole();
+        if rest > 0 && !is_cut {
+            return Err(format!("{rest} bytes at the line's end are no frame"));
+        }
+        if rest > 0 && !is_last {
+            reach(cover, "a reset within a frame");
+        }
+        if is_last && results.at < due.len() {
+            return Err(format!(
+                "of {} results that the core sent {} never came",
+                due.len(),
+                due.len() - results.at
+            ));
+        }
+        let told = flags.peek().copied().copied().map(shown);
+        if is_last && flags.any(|&next| Some(shown(next)) != told) {
+            return Err("a flag of the core was not told".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Answers of the host's requests.
+    fn check_answers(
+        &self,
+        script: &Script,
+        outcome: &Outcome,
+        answers: &[Frame],
+        cover: &mut Cover,
+    ) -> Result<(), String> {
+        let mut hits_before = vec![0_u32; outcome.hits.len().next_multiple_of(8)];
+        for (number, expected) in script.answers.iter().enumerate() {
+            let Some(answer) = answers.get(number) else {
+                return Err(format!(
+                    "request {number} got no answer, which was to be {expected:?}"
+                ));
+            };
+            let is_right = match (expected, answer) {
+                (Expected::Frame(expected), answer) => expected == answer,
+                (Expected::Written(request, status), Frame::Answer(answer)) => {
+                    (*request, *status) == (answer.request, answer.status)
+                }
+                (Expected::Hits(request, first, is_behind), Frame::Block(asked, block)) => {
+                    let words =
+                        block.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word));
+                    let mut is_right = request == asked;
+                    for (place, word) in (*first..hits_before.len()).zip(words) {
+                        let counted = word.wrapping_sub(hits_before[place]);
+                        hits_before[place] = word;
+                        let Some(&hits) = outcome.hits.get(place) else { continue };
+                        is_right &= !is_behind || u64::from(counted) == hits;
+                        if *is_behind && hits > 0 {
+                            reach(cover, &format!("hits of sample {place} are counted"));
+                        }
+                    }
+                    is_right
+                }
+                _ => false,
+            };
+            if !is_right {
+                let hits = match expected {
+                    Expected::Hits(..) => format!(" (hits at the core: {:?})", outcome.hits),
+                    _ => String::new(),
+                };
+                return Err(format!(
+                    "answer {number} is {answer:?}, and was to be {expected:?}{hits}"
+                ));
+            }
+        }
+        match answers.get(script.answers.len()) {
+            Some(answer) => Err(format!("{answer:?} was not asked for")),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Results<'_> {
+    /// The bridge tells that so many are lost, modulo 2^16.
+    fn lose(
+        &mut self,
+        dropped: u64,
+        may_lose_behind: Option<usize>,
+        facts: &Facts,
+        cover: &mut Cover,
+    ) -> Result<(), String> {
+        let at = self.at;
+        let is_allowed = may_lose_behind.is_some_and(|first| at >= first) && at >= self.whole_until;
+        if !is_allowed {
+            return Err(format!("results are lost behind result {at}, where the bridge has room"));
+        }
+        self.at += dropped as usize;
+        self.lost += dropped;
+        if self.lost >= 1 << 16 {
+            reach(cover, "the number of lost results goes round");
+        }
+        if self.due.get(self.at).is_none_or(|due| due.place != 0) {
+            return Err(format!(
+                "{dropped} results are told to be lost behind result {at}, behind which no scan begins"
+            ));
+        }
+        reach(cover, "results are lost");
+        for &(first, comes) in self.scans.iter().filter(|(first, _)| (at..self.at).contains(first))
+        {
+            if comes {
+                return Err(format!(
+                    "the scan from result {first} on is lost, which began with the FIFO less than half full"
+                ));
+            }
+            reach(cover, "a scan is lost with the FIFO more than half full");
+        }
+        self.has_lost = true;
+        // It began with the FIFO less than half full.
+        let room = (1_usize << (facts.fifo_address_bits - 1)) - 16;
+        let scan = self.due[self.at..].iter().position(|due| due.last).map_or(0, |last| last + 1);
+        if scan <= room {
+            self.whole_until = self.at + scan;
+            reach(cover, "a scan is whole behind a loss");
+        }
+        Ok(())
+    }
+
+    /// A frame of results; those behind the last one that is due may be any if there are more.
+    fn take(
+        &mut self,
+        frame: &goldtof_wire::ResultsFrame,
+        are_more: bool,
+        facts: &Facts,
+        cover: &mut Cover,
+    ) -> Result<(), String> {
+        if frame.gap != std::mem::take(&mut self.has_lost) {
+            return Err("the mark of lost results is not where they are".to_owned());
+        }
+        for (number, &bits) in frame.results.iter().enumerate() {
+            let Some(due) = self.due.get(self.at) else {
+                let fault = "results come that the core did not send".to_owned();
+                return if are_more { Ok(()) } else { Err(fault) };
+            };
+            let place = u64::from(frame.index) + number as u64;
+            let last = frame.last && number + 1 == frame.results.len();
+            let came = Due { bits, place, last };
+            if came != (Due { place: due.place & 0xff_ffff, ..*due }) {
+                return Err(format!(
+                    "result {} is {bits:#x} at place {place}{}, and was to be {:#x} at place {}{}",
+                    self.at,
+                    if last { ", the last one," } else { "" },
+                    due.bits,
+                    due.place,
+                    if due.last { ", the last one" } else { "" },
+                ));
+            }
+            if let Some(&(first, comes)) = self.scans.iter().find(|(first, _)| *first == self.at) {
+                if !comes {
+                    return Err(format!(
+                        "the scan from result {first} on is taken, which began with the FIFO more than half full"
+                    ));
+                }
+                reach(cover, "a scan is taken with the FIFO less than half full");
+            }
+            self.at += 1;
+            if place > 255 {
+                reach(cover, "places beyond 8 bits");
+            }
+        }
+        match frame.results.len() {
+            1 => reach(cover, "a frame of one result"),
+            255 => reach(cover, "a frame of 255 results"),
+            _ => {}
+        }
+        let is_end = if frame.last { "a frame that ends a scan" } else { "a frame within a scan" };
+        reach(cover, is_end);
+        if self.at > 1 << facts.fifo_address_bits {
+            reach(cover, "the FIFO's places go round");
+        }
+        if are_more {
+            reach(cover, "results of the board's own core");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,86 @@
+//! What is done to a board in a run, and what has to come of it.
+
+use goldtof_wire::{Frame, Request};
+
+/// A result as the core offers it.
+#[derive(Debug, Clone)]
+pub(super) struct Offer {
+    /// Clocks before it is offered.
+    pub wait: u64,
+    /// The stream's word, its lowest 32 bits first.
+    pub tdata: Vec<u32>,
+    /// It is the last one of its scan.
+    pub last: bool,
+}
+
+/// A pulse at a detector's pin, as the simulated board reads it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PinPulse {
+    /// Its first sample.
+    pub first: u64,
+    /// How many it has.
+    pub samples: u32,
+    /// The detector.
+    pub detector: u32,
+}
+
+impl PinPulse {
+    pub(super) fn to_bytes(self) -> [u8; 16] {
+        let mut bytes = [0; 16];
+        bytes[..8].copy_from_slice(&self.first.to_le_bytes());
+        bytes[8..12].copy_from_slice(&self.samples.to_le_bytes());
+        bytes[12..].copy_from_slice(&self.detector.to_le_bytes());
+        bytes
+    }
+}
+
+/// An answer that is expected.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Expected {
+    /// This one.
+    Frame(Frame),
+    /// A write's, with this response: its data mean nothing.
+    Written(Request, u8),
+    /// Hits by sample: a block from this word on, before the light or behind it.
+    Hits(Request, usize, bool),
+}
+
+/// What is done to a board in a run, and what has to come of it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Script {
+    /// Lines for the bench.
+    pub host: String,
+    /// What the core offers, or what the board's own core is to send first.
+    pub offers: Vec<Offer>,
+    /// Light for the board's own core.
+    pub photons: Option<Vec<PinPulse>>,
+    /// Length of the host's bits when it sends and reads.
+    pub rates: (f64, f64),
+    /// Chips of a run of the board's own core; the most of any other.
+    pub chips: u64,
+    /// The sample that is the first of the light.
+    pub first: i64,
+    /// Answers since the last reset, in order.
+    pub answers: Vec<Expected>,
+    /// Transfers at the core's registers since then.
+    pub transfers: Vec<String>,
+    /// The core's flags, one after another.
+    pub flags: Vec<u8>,
+    /// Results may be lost, but not among so many at first.
+    pub may_lose_behind: Option<usize>,
+    /// Scans by their first results, and whether they have to come, or to be lost.
+    pub scans: Vec<(usize, bool)>,
+    /// The line has to be full all the time.
+    pub keeps_line_full: bool,
+    /// Situations that the host makes.
+    pub points: Vec<String>,
+    /// Bits of the script so far.
+    pub bits: f64,
+}
+
+impl Script {
+    /// Whether it is for the board's own core.
+    pub(super) fn is_whole(&self) -> bool {
+        self.photons.is_some()
+    }
+}
