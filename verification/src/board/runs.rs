@@ -403,7 +403,8 @@ fn too_fast(facts: &Facts, seed: u64) -> Script {
             _ => depth / 2 - 17,
         };
         let pause = maker.rng.random_range(0.0..0.9) * chips * scan.min(2 * depth) as f64;
-        let is_burst = maker.rng.random_range(0..3) > 0;
+        // Those that go the number round would take as many chips as all else.
+        let is_burst = scan > 2 * depth || maker.rng.random_range(0..3) > 0;
         maker.offer(scan, |rng, number| match number {
             0 => pause as u64,
             _ if is_burst => 0,
