@@ -78,6 +78,7 @@ public:
 // The board, its clocks, and simulated time in samples.
 class Board {
 public:
+    // Registers without a value of their own wake as 0, as an FPGA's configuration leaves them.
     Board() : context_(new VerilatedContext), top_(new Vsimulated_board(context_.get())) {
         top_->i_rx = 1;
         top_->i_detector = REST ? ALL_DETECTORS : 0u;
@@ -85,17 +86,16 @@ public:
         uint32_t line_multiplier = top_->o_line_divider == 0 ? 1 : top_->o_line_multiplier;
         uint32_t line_divider = top_->o_line_divider == 0 ? 1 : top_->o_line_divider;
         double fast_hz = double(OSCILLATOR_HZ) * top_->o_fast_multiplier / top_->o_fast_divider;
-        line_hz_ = double(OSCILLATOR_HZ) * line_multiplier / line_divider;
+        double line_hz = double(OSCILLATOR_HZ) * line_multiplier / line_divider;
         sample_hz_ = fast_hz / FAST_CLOCKS * SAMPLES_PER_CHIP;
         // Half periods of the line's clock in samples.
-        line_step_ = sample_hz_ / (2 * line_hz_);
+        line_step_ = sample_hz_ / (2 * line_hz);
         double delay_ps = 25.0 * top_->o_delay_taps;
         if (delay_ps != 0 && (delay_ps < 1e12 / sample_hz_ - 12.5 || delay_ps > 1e12 / sample_hz_ + 12.5))
             fail("the delay of a second pin is not one sample");
     }
 
     double sample_hz() const { return sample_hz_; }
-    double line_hz() const { return line_hz_; }
     double now() const { return double(step_); }
     const Vsimulated_board& top() const { return *top_; }
 
@@ -131,7 +131,7 @@ private:
     std::unique_ptr<VerilatedContext> context_;
     std::unique_ptr<Vsimulated_board> top_;
     uint64_t step_ = 0;
-    double next_line_ = 0.5, line_step_, sample_hz_, line_hz_;
+    double next_line_ = 0.5, line_step_, sample_hz_;
 };
 
 constexpr int64_t LOCKED_AT = 64 * SAMPLES_PER_CHIP;

@@ -29,7 +29,8 @@ pub(super) struct CosimArguments {
     /// Check what stands round the core on this board, from the pins to the core's ports and back: the emitted
     /// Verilog, or with --rtl that of a folder of `emit --board`, for example --board ulx3s-12f
     #[arg(long, value_name = "BOARD", value_parser = Board::named, conflicts_with_all =
-          ["file_lists", "top", "latency", "clocks", "stimulus", "engine", "vcd", "tags", "junit"])]
+          ["file_lists", "top", "latency", "clocks", "stimulus", "engine", "vcd", "vcd_from", "vcd_clocks", "tags", "photons",
+          "epoch", "epoch_periods", "junit"])]
     pub board: Option<&'static Board>,
     /// Write waveforms of all ports, both sides, round the first mismatch (or the first
     /// result if there is none), with views for GTKWave and Surfer, for example

@@ -20,11 +20,16 @@ fn checked(scene: &str, board: &str, settings: &[&str], more: &[&str]) -> (Value
     (document, output.status.code())
 }
 
-/// Registers, the scene's text and hits by sample: a scene that has all that a board can.
+/// Registers, the scene's text, hits by sample and clamped counts: a scene that has all that a board can.
 fn with_all(folder: &Path) -> String {
     let scene = folder.join("quick.toml");
     let quick = fs::read_to_string("scenes/quick.toml").expect("it is there");
-    let keys = ["registers = \"axi4-lite\"", "scene_text = true", "sample_counts = true"];
+    let keys = [
+        "registers = \"axi4-lite\"",
+        "scene_text = true",
+        "sample_counts = true",
+        "counter_width = 8",
+    ];
     fs::write(&scene, format!("{quick}\n[hardware]\n{}\n", keys.join("\n"))).expect("written");
     scene.to_str().expect("text").to_owned()
 }
@@ -34,13 +39,13 @@ fn boards_of_every_family_are_right() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let all = with_all(folder.path());
     let quick = "scenes/quick.toml";
+    // The boards with faults are checked without them, too: Gowin with all that a scene can have.
     let boards: [(&str, &str, &[&str]); 7] = [
         (quick, "ulx3s-12f", &["clock.samples_per_chip=4", "hardware.total_counts=true"]),
         // Five detectors of two codes, read out by rows.
         ("tests/scenes/rows.toml", "ulx3s-85f", &["scan.integration=50 us"]),
         (quick, "icebreaker", &["clock.samples_per_chip=2", "clock.chip_period=21 ns"]),
         (quick, "arty-a7", &["clock.samples_per_chip=4", "hardware.polarity=low"]),
-        // The first is that with faults below, when it has none.
         (&all, "tang-nano-9k", &[]),
         (quick, "tang-nano-20k", &["hardware.accumulate=3", "scan.integration=20108 ns"]),
         (quick, "ulx3s-85f", &["hardware.counter_width=8"]),
@@ -78,12 +83,13 @@ fn faults_are_found(board: &str, faults: &[Fault]) {
     assert_eq!(status, Some(0), "{report:#}");
 }
 
-/// One of each kind: pointers, CRC, frames, bits of a byte, crossing, reset, numbers, order of samples.
+/// One of each kind: flags, pointers, CRC, frames, bits of a byte, crossing, reset, numbers, order of samples.
 #[test]
 fn faults_round_the_core_are_found() {
     faults_are_found(
         "tang-nano-9k",
         &[
+            ("framer.v", "{4'd0, gap_r, i_saturated,", "{4'd0, gap_r, i_saturated | i_overrun,"),
             (
                 "async_fifo.v",
                 "write_known_r <= write_told_r;",

@@ -1,6 +1,10 @@
 //! Whether what a board sent in a run is what it has to send.
 
-use goldtof_wire::{Decoder, Event, Frame, encode};
+use std::fmt;
+
+use goldtof_wire::{
+    ANSWER_BYTES, Decoder, Event, Frame, IDENTITY_FRAME_BYTES, RESULTS_HEADER_BYTES, SYNC, encode,
+};
 
 use super::BoardRun;
 use super::model::{Facts, Outcome};
@@ -24,6 +28,49 @@ struct Due {
     /// Its place in its scan.
     place: u64,
     last: bool,
+}
+
+/// Flags of the core, one state after another, each of which some frame has to show.
+struct Flags {
+    states: Vec<u8>,
+    /// The state of the last frame, and whether one has shown it.
+    at: usize,
+    is_shown: bool,
+    /// The board's own core may saturate.
+    may_saturate: bool,
+}
+
+impl Flags {
+    fn new(script: &Script, has_saturated: bool) -> Flags {
+        let shown = |&flags: &u8| if has_saturated { flags } else { flags & 1 };
+        let mut states: Vec<u8> = script.flags.iter().map(shown).collect();
+        if states.is_empty() {
+            states.push(0);
+        }
+        states.dedup();
+        Flags { states, at: 0, is_shown: false, may_saturate: script.is_whole() }
+    }
+
+    /// Takes those of a frame; false where they are out of turn.
+    fn take(&mut self, seen: u8) -> bool {
+        let seen = if self.may_saturate { seen & 1 } else { seen };
+        if self.is_shown && self.states.get(self.at + 1) == Some(&seen) {
+            self.at += 1;
+        }
+        let is_right = self.states[self.at] == seen;
+        self.is_shown |= is_right;
+        is_right
+    }
+
+    fn are_told(&self) -> bool {
+        self.at + 1 == self.states.len()
+    }
+}
+
+impl fmt::Display for Flags {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "of {:?} it was at number {}", self.states, self.at)
+    }
 }
 
 /// Of results that come in order, some of which may be lost.
@@ -56,7 +103,7 @@ impl Facts {
         }
         let resets = outcome.lines.len() as u64 - 1;
         if outcome.broken > resets {
-            return Err(format!("{} bytes of the line have no stop bit", outcome.broken));
+            return Err(format!("{} bytes of the line have no start or stop bit", outcome.broken));
         }
         let mut told = BoardRun { chips: outcome.chips, ..BoardRun::default() };
         let mut answers = Vec::new();
@@ -75,12 +122,21 @@ impl Facts {
                 &mut told,
                 cover,
             )
+            .and_then(|()| {
+                let expected = match number.checked_sub(1) {
+                    _ if is_last => &script.answers[..],
+                    Some(before) => {
+                        script.answers_before.get(before).map_or(&[][..], Vec::as_slice)
+                    }
+                    None => &[],
+                };
+                self.check_answers(expected, is_last, outcome, &answers, cover)
+            })
             .map_err(|fault| match number {
                 0 => fault,
                 _ => format!("{fault} (behind reset {number})"),
             })?;
         }
-        self.check_answers(script, outcome, &answers, cover)?;
         told.answers = answers.len() as u64;
         if outcome.transfers != script.transfers {
             let differs = |k: &usize| outcome.transfers.get(*k) != script.transfers.get(*k);
@@ -187,9 +243,10 @@ impl Facts {
         decoder.push(&line[begin..]);
         let mut results =
             Results { due, scans: &script.scans, at: 0, whole_until: 0, has_lost: false, lost: 0 };
-        let (mut at, mut sequence, mut flags) = (begin, 0_u8, script.flags.iter().peekable());
-        let shown = |flags: u8| if self.has_saturated { flags } else { flags & 1 };
-        let mut before_was_results = false;
+        let (mut at, mut sequence, mut frames) = (begin, 0_u8, 0);
+        let mut flags = Flags::new(script, self.has_saturated);
+        // Whether there were results, and an answer behind them.
+        let (mut had_results, mut had_answer) = (false, false);
         while let Some(event) = decoder.next_event() {
             let frame = match event {
                 Event::Lost(loss) => {
@@ -217,12 +274,8 @@ impl Facts {
                 return Err(format!("{} has sequence number {}", place(), raw[2]));
             }
             let seen = raw[3] >> 1 & 3;
-            while flags.next_if(|&&next| shown(next) != seen).is_some() {}
-            // The board's own core may well have saturated.
-            if flags.peek().is_none() && !script.flags.is_empty()
-                || script.flags.is_empty() && seen != 0 && !script.is_whole()
-            {
-                return Err(format!("{} has flags {:#x}", place(), raw[3]));
+            if !flags.take(seen) {
+                return Err(format!("{} has flags {:#x}, {flags}", place(), raw[3]));
             }
             for (bit, name) in [(1, "o_overrun is told"), (2, "o_saturated is told")] {
                 if seen & bit != 0 {
@@ -241,29 +294,32 @@ impl Facts {
                     told.results += results_frame.results.len() as u64;
                     bytes.len()
                 }
-                Frame::Answer(_) => goldtof_wire::ANSWER_BYTES,
-                Frame::Identity(..) | Frame::Block(..) => goldtof_wire::IDENTITY_FRAME_BYTES,
+                Frame::Answer(_) => ANSWER_BYTES,
+                Frame::Identity(..) | Frame::Block(..) => IDENTITY_FRAME_BYTES,
             };
             let is_results = matches!(frame, Frame::Results(_));
-            if !is_results {
-                answers.push(frame);
-                if before_was_results {
+            if is_results {
+                if had_answer {
                     reach(cover, "an answer between frames of results");
                 }
+                (had_results, had_answer) = (true, false);
+            } else {
+                answers.push(frame);
+                had_answer = had_results;
             }
-            before_was_results = is_results;
-            if sequence == 255 {
+            if frames == 256 {
                 reach(cover, "the sequence number goes round");
             }
-            sequence = sequence.wrapping_add(1);
+            (frames, sequence) = (frames + 1, sequence.wrapping_add(1));
         }
         told.bytes += line.len() as u64;
         let rest = line.len() - at;
         let is_cut = !is_last || script.is_whole();
-        if rest > 0 && !is_cut {
-            return Err(format!("{rest} bytes at the line's end are no frame"));
+        let begins = rest < 3 || line[at] == SYNC && line[at + 2] == sequence;
+        if rest > 0 && !(is_cut && begins && rest < self.most_bytes()) {
+            return Err(format!("{rest} bytes at the line's end are no frame, nor its beginning"));
         }
-        if rest > 0 && !is_last {
+        if rest > 2 && !is_last {
             reach(cover, "a reset within a frame");
         }
         if is_last && results.at < due.len() {
@@ -273,23 +329,29 @@ impl Facts {
                 due.len() - results.at
             ));
         }
-        let told = flags.peek().copied().copied().map(shown);
-        if is_last && flags.any(|&next| Some(shown(next)) != told) {
-            return Err("a flag of the core was not told".to_owned());
+        if is_last && !flags.are_told() {
+            return Err(format!("flags of the core were not told: {flags}"));
         }
         Ok(())
     }
 
-    /// Answers of the host's requests.
+    /// Bytes of the longest frame.
+    fn most_bytes(&self) -> usize {
+        let results = (255 * self.layout.result_bits()).div_ceil(8);
+        (RESULTS_HEADER_BYTES + results + 4).max(IDENTITY_FRAME_BYTES)
+    }
+
+    /// Answers of the host's requests; others may follow unless these `are_all`.
     fn check_answers(
         &self,
-        script: &Script,
+        expected: &[Expected],
+        are_all: bool,
         outcome: &Outcome,
         answers: &[Frame],
         cover: &mut Cover,
     ) -> Result<(), String> {
         let mut hits_before = vec![0_u32; outcome.hits.len().next_multiple_of(8)];
-        for (number, expected) in script.answers.iter().enumerate() {
+        for (number, expected) in expected.iter().enumerate() {
             let Some(answer) = answers.get(number) else {
                 return Err(format!(
                     "request {number} got no answer, which was to be {expected:?}"
@@ -327,9 +389,9 @@ impl Facts {
                 ));
             }
         }
-        match answers.get(script.answers.len()) {
-            Some(answer) => Err(format!("{answer:?} was not asked for")),
-            None => Ok(()),
+        match answers.get(expected.len()) {
+            Some(answer) if are_all => Err(format!("{answer:?} was not asked for")),
+            _ => Ok(()),
         }
     }
 }
@@ -428,7 +490,7 @@ impl Results<'_> {
         }
         let is_end = if frame.last { "a frame that ends a scan" } else { "a frame within a scan" };
         reach(cover, is_end);
-        if self.at > 1 << facts.fifo_address_bits {
+        if self.at as u64 - self.lost > 1 << facts.fifo_address_bits {
             reach(cover, "the FIFO's places go round");
         }
         if are_more {

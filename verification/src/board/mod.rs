@@ -29,7 +29,7 @@ pub struct BoardReport {
     pub board: String,
     /// Seed of all that is random.
     pub seed: u64,
-    /// The runs, up to the one that found a fault.
+    /// The runs, up to the one before that which found a fault.
     pub runs: Vec<BoardRun>,
     /// What is wrong, and in which run.
     pub fault: Option<String>,
@@ -99,7 +99,9 @@ pub fn check(
         script.first = first;
         let outcome = if script.is_whole() {
             let (whole, others) = model::build(sensor, emission, own, false)?;
-            report.remarks.extend(others);
+            let is_new = |remark: &String| !report.remarks.contains(remark);
+            let new: Vec<String> = others.into_iter().filter(is_new).collect();
+            report.remarks.extend(new);
             whole.run(&script, seed)?
         } else {
             bench.run(&script, seed)?

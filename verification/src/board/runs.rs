@@ -42,7 +42,7 @@ pub(super) const RUNS: [Run; 8] = [
     Run {
         name: "requests, whole and broken, of a host that sends 2 % slower and reads faster",
         is_meant: |_| true,
-        script: |_, facts, seed| Ok(requests(facts, seed + 1, (1.02, 0.98), &[2])),
+        script: |_, facts, seed| Ok(requests(facts, seed.wrapping_add(1), (1.02, 0.98), &[2])),
     },
     Run {
         name: "results at 94 % of the line's rate",
@@ -464,7 +464,8 @@ fn resets(facts: &Facts, seed: u64) -> Script {
         maker.ask(asked);
         maker.pause_for_answer(60);
         if round < 11 {
-            maker.script.answers.clear();
+            let asked = std::mem::take(&mut maker.script.answers);
+            maker.script.answers_before.push(asked);
             maker.script.transfers.clear();
         }
     }
@@ -482,7 +483,6 @@ fn hits(facts: &Facts, seed: u64) -> Script {
     let mut maker = Maker::new(facts, seed);
     let words =
         usize::from(facts.identity.detectors) * usize::from(facts.identity.samples_per_chip);
-    maker.command("light 0");
     maker.script.host = format!("light 0\n{}", maker.script.host);
     for is_behind in [false, true] {
         for first in (0..words).step_by(BLOCK_BYTES / 4) {

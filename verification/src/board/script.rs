@@ -62,6 +62,8 @@ pub(super) struct Script {
     pub first: i64,
     /// Answers since the last reset, in order.
     pub answers: Vec<Expected>,
+    /// Those that come first behind each reset before it. What the next one may have cut follows.
+    pub answers_before: Vec<Vec<Expected>>,
     /// Transfers at the core's registers since then.
     pub transfers: Vec<String>,
     /// The core's flags, one after another.

@@ -10,6 +10,7 @@ use crate::cosim::error::CosimError;
 use crate::cosim::ports;
 use crate::cosim::source::{SourceFile, Verilog};
 use crate::cosim::tools::Tools;
+use crate::printable::printable_path;
 use crate::rtl::back::Prefix;
 use crate::rtl::blocks::ScanRegisters;
 use crate::sensor::interface::Interface;
@@ -83,6 +84,15 @@ pub fn read_board(
     named.include_folders.extend(own.include_folders.iter().cloned());
     named.defines.extend(own.defines.iter().chain(defines).cloned());
     folder::search(path, &mut named)?;
+    let has =
+        |name: &str| named.searched.iter().any(|file| file.file_name() == Some(name.as_ref()));
+    if !["board_top.v", "board.vh"].into_iter().any(has) {
+        let reason = format!(
+            "no board_top.v and no board.vh in {}: --board wants a folder that `goldtof emit --board` wrote",
+            printable_path(path)
+        );
+        return Err(bad_option("--rtl", reason));
+    }
     named.searched.retain(|file| {
         file.file_stem().is_none_or(|stem| others.iter().all(|other| stem != *other))
     });
