@@ -119,11 +119,10 @@ impl Tracking<'_> {
         let locks: Vec<f64> =
             outcomes.iter().filter_map(|o| o.locked_chips).map(|c| c as f64).collect();
         let steady = Steady::of(outcomes);
-        let expected_bias = match course.steps_per_chip == 0.0 {
-            true => self.peak.bias_at_rest(course.place, gain),
-            false => self.peak.lag(way, Tracking::share_of_step(course), gain),
+        let expected = match course.steps_per_chip == 0.0 {
+            true => self.peak.at_rest(course.place, gain),
+            false => self.peak.moving(way, Tracking::share_of_step(course), gain),
         };
-        let expected_std = self.peak.position_std(way, Tracking::share_of_step(course), gain);
         let information = self.information(course)?;
         let window_bound_m = self.metres(1.0 / information.signed.sqrt());
         let bound_m = window_bound_m * (gain / (2.0 - gain)).sqrt();
@@ -153,10 +152,10 @@ impl Tracking<'_> {
             velocity_m_per_s: self.velocity(),
             bias_m: metres(steady.map(|steady| steady.bias.0)),
             bias_std_error_m: metres(steady.map(|steady| steady.bias.1)),
-            expected_bias_m: metres(expected_bias),
+            expected_bias_m: metres(expected.map(|expected| expected.bias)),
             std_m: metres(steady.map(|steady| steady.std.0)),
             std_std_error_m: metres(steady.map(|steady| steady.std.1)),
-            expected_std_m: metres(expected_std),
+            expected_std_m: metres(expected.map(|expected| expected.std)),
             window_bound_m,
             window_bound_with_totals_m: self.metres(1.0 / information.with_totals.sqrt()),
             bound_m,

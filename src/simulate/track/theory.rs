@@ -15,16 +15,19 @@ const PLACES: usize = 8;
 const FRACTIONS: usize = 16;
 /// Standard deviations by which a window's light has to be above the threshold for a target to be held.
 const MARGIN_SIGMAS: f64 = 3.0;
-/// Values of a normal number, in standard deviations, and their weights: means of smooth functions are exact enough.
+/// Values of a normal number, in standard deviations, and their weights: Gauss and Hermite's, which give means of polynomials
+/// of a degree up to 13 exactly (Abramowitz and Stegun, table 25.10, scaled).
 const NORMAL: [(f64, f64); 7] = [
-    (-3.0, 0.005_8),
-    (-2.0, 0.054_3),
-    (-1.0, 0.242_0),
-    (0.0, 0.395_8),
-    (1.0, 0.242_0),
-    (2.0, 0.054_3),
-    (3.0, 0.005_8),
+    (-3.750_439_718, 0.000_548_269),
+    (-2.366_759_411, 0.030_757_124),
+    (-1.154_405_395, 0.240_123_179),
+    (0.0, 0.457_142_857),
+    (1.154_405_395, 0.240_123_179),
+    (2.366_759_411, 0.030_757_124),
+    (3.750_439_718, 0.000_548_269),
 ];
+/// Times that the scatter of a target at rest is reckoned anew from what windows within the scatter see.
+const ROUNDS: usize = 6;
 
 /// Mean counts round a peak, and their variance.
 #[derive(Debug, Clone)]
@@ -37,14 +40,25 @@ pub(super) struct Peak {
 }
 
 /// What the rule makes of a window on average.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Seen {
     /// Distance from the window's middle, in steps.
     offset: f64,
     /// Sum of the counts.
     light: f64,
-    /// Variance of the distance, in steps^2.
+    /// Variance of the distance by the counts' noise, in steps^2.
     variance: f64,
+    /// Variance of the mean distance between the two middles that a position leads to, in steps^2.
+    middles_variance: f64,
+}
+
+/// Where a loop follows a target, in steps.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Followed {
+    /// How far the position is behind the target in the middle of the window's time, on average.
+    pub bias: f64,
+    /// Its standard deviation.
+    pub std: f64,
 }
 
 impl Peak {
@@ -123,69 +137,43 @@ impl Peak {
         };
         let (early, late) = (mean(0..half), mean(half..2 * half));
         let sigma = (half as f64 * self.variance).sqrt();
-        let light = early + late;
-        let mut seen = Seen { offset: 0.0, light, variance: 0.0 };
+        let (mut offset, mut square) = (0.0, 0.0);
         for (early_sigmas, early_weight) in NORMAL {
             for (late_sigmas, late_weight) in NORMAL {
                 let early = early + early_sigmas * sigma;
                 let late = late + late_sigmas * sigma;
                 let all = (early + late).max(f64::MIN_POSITIVE);
-                let share = ((late - early) / all).clamp(-1.0, 1.0);
-                seen.offset += early_weight * late_weight * share * half as f64 / 2.0;
+                let said = ((late - early) / all).clamp(-1.0, 1.0) * 0.5 * half as f64;
+                offset += early_weight * late_weight * said;
+                square += early_weight * late_weight * said * said;
             }
         }
-        // Of d = S D / (2 A), D and A have the same variance and, as halves have the same one, no covariance.
-        let half_chip = 0.5 * half as f64;
-        seen.variance = (self.sum_std() / light * half_chip.hypot(seen.offset)).powi(2);
-        seen
+        let variance = square - offset * offset;
+        Seen { offset, light: early + late, variance, middles_variance: 0.0 }
     }
 
-    /// The same of a position so many steps before the light, whose fraction is anything, on average: how far behind the
-    /// position the light is seen, and with what variance.
+    /// The same of the two middles that a position leads to, so many steps before the light, on average: how far behind
+    /// the position the light is seen. `within` is as for [`middles`].
+    fn seen_between(&self, before: f64, walk: f64, within: f64) -> Seen {
+        let [near, far] = middles(within).map(|(middle, share)| {
+            let seen = self.seen(before - middle, walk);
+            (share, Seen { offset: seen.offset + middle, ..seen })
+        });
+        let middles_variance = near.0 * far.0 * (near.1.offset - far.1.offset).powi(2);
+        Seen { middles_variance, ..Seen::mean([near, far]) }
+    }
+
+    /// The same of a position whose fraction is anything, on average.
     fn seen_from(&self, before: f64, walk: f64) -> Seen {
-        let mut mean = Seen { offset: 0.0, light: 0.0, variance: 0.0 };
-        for fraction in 0..FRACTIONS {
+        Seen::mean((0..FRACTIONS).map(|fraction| {
             let within = (fraction as f64 + 0.5) / FRACTIONS as f64;
-            for (middle, share) in middles(within) {
-                let seen = self.seen(before - middle, walk);
-                mean.offset += share * (seen.offset + middle) / FRACTIONS as f64;
-                mean.light += share * seen.light / FRACTIONS as f64;
-                mean.variance += share * seen.variance / FRACTIONS as f64;
-            }
-        }
-        mean
+            (1.0 / FRACTIONS as f64, self.seen_between(before, walk, within))
+        }))
     }
 
     /// Standard deviation of the sum of a window's counts, and of the difference of its halves.
     fn sum_std(&self) -> f64 {
         (2.0 * self.samples_per_chip as f64 * self.variance).sqrt()
-    }
-
-    /// Standard deviation of the position, in steps, of a target that the windows' middles are so many steps before on
-    /// average.
-    ///
-    /// A window that is a step farther behind says K less, with K = 1 at the target and less away from it, so that
-    /// the loop x' = (1 - g K) x has noise from two sources. Each window's own has the variance s^2 of the counts. And
-    /// middles are at whole steps and a half, from the position by o - o', with o what is owed, which is anything
-    /// between 0 and 1 from window to window: 1 - K of that does not cancel. Together
-    ///
-    /// g^2 s^2 / (1 - a^2) + g^2 (1 - K)^2 / (6 (1 + a)),  a = 1 - g K,
-    ///
-    /// at the target s^2 g / (2 - g).
-    fn std_about(&self, before: f64, walk: f64, gain: f64) -> f64 {
-        const APART: f64 = 0.5;
-        let [below, seen, above] = [-APART, 0.0, APART].map(|by| self.seen_from(before + by, walk));
-        let slope = (above.offset - below.offset) / (2.0 * APART);
-        let kept = 1.0 - gain * slope;
-        let noise = seen.variance / (1.0 - kept * kept);
-        let middles = (1.0 - slope).powi(2) / (6.0 * (1.0 + kept));
-        gain * (noise + middles).sqrt()
-    }
-
-    /// The same of a target that goes `way` steps from window to window, of which it is in a phase step `share`;
-    /// none where it is not held.
-    pub fn position_std(&self, way: f64, share: f64, gain: f64) -> Option<f64> {
-        Some(self.std_about(self.distance(way, share, gain)?, way * share, gain))
     }
 
     /// The share of windows with the target in their middle that say they have not its light. What is expected
@@ -206,33 +194,50 @@ impl Peak {
         (share, self.light() / expected)
     }
 
-    /// How far from the light's delay the position of a target at rest stays, in steps; the delay is `place` steps.
-    pub fn bias_at_rest(&self, place: f64, gain: f64) -> Option<f64> {
-        let sigma = self.position_std(0.0, 0.0, gain)?;
-        // How far the loop thinks to be from the light, if the position is on average so far behind it.
-        let pull = |behind: f64| -> f64 {
-            let of = |(sigmas, weight): (f64, f64)| {
-                let position = place + behind + sigmas * sigma;
-                let pulls = middles((position + 0.5).rem_euclid(1.0)).into_iter();
-                let pulls = pulls.map(|(middle, share)| {
-                    share * (self.seen(place - position - middle, 0.0).offset + middle)
-                });
-                weight * pulls.sum::<f64>()
-            };
-            NORMAL.into_iter().map(of).sum()
+    /// Of a target at rest at a phase step with a fraction; none where it is not held.
+    ///
+    /// Positions scatter by less than a step, so that windows have the middles next to them and not any: what windows see is
+    /// averaged over positions that are normal about the mean one, and their scatter follows from that.
+    pub fn at_rest(&self, place: f64, gain: f64) -> Option<Followed> {
+        let seen = |behind: f64, std: f64| {
+            NORMAL.map(|(sigmas, weight)| {
+                let behind = behind + sigmas * std;
+                let within = (place + behind + 0.5).rem_euclid(1.0);
+                (sigmas, (weight, self.seen_between(-behind, 0.0, within)))
+            })
         };
+        let mean = |behind, std| Seen::mean(seen(behind, std).map(|(_, seen)| seen));
         let chip = self.samples_per_chip as f64;
-        Some(root(-chip, chip, pull))
+        let bias_with = |std| root(-chip, chip, |behind| mean(behind, std).offset);
+        let first = self.seen_from(-bias_with(0.0), 0.0);
+        let mut std = position_std(first, 1.0, gain);
+        for _ in 0..ROUNDS {
+            let bias = bias_with(std);
+            // Of the line that fits what is seen best.
+            let slope = seen(bias, std)
+                .map(|(sigmas, (weight, seen))| -weight * sigmas * seen.offset / std)
+                .iter()
+                .sum();
+            std = position_std(mean(bias, std), slope, gain);
+        }
+        let bias = bias_with(std);
+        let is_held = std.is_finite() && mean(bias, std).light > 0.5 * self.light();
+        is_held.then_some(Followed { bias, std })
     }
 
-    /// How far behind the middle of a window's time the position is that follows from it, in steps, of a target that goes
-    /// `way` steps from window to window, of which it is in a phase step `share`; none where it is not held.
-    pub fn lag(&self, way: f64, share: f64, gain: f64) -> Option<f64> {
-        Some(way - self.distance(way, share, gain)?)
+    /// Of a target that goes `way` steps from window to window, of which it is in a phase step `share`; none where it is
+    /// not held.
+    pub fn moving(&self, way: f64, share: f64, gain: f64) -> Option<Followed> {
+        const APART: f64 = 0.5;
+        let before = self.distance(way, share, gain)?;
+        let [below, seen, above] =
+            [-APART, 0.0, APART].map(|by| self.seen_from(before + by, way * share));
+        let slope = (above.offset - below.offset) / (2.0 * APART);
+        Some(Followed { bias: way - before, std: position_std(seen, slope, gain) })
     }
 
     /// How far before the target the middles of its windows are, in steps: so far that g d is its way from window to window.
-    /// Of a target at rest that is where dead time, which draws the peak to earlier steps, lets it be seen.
+    /// Dead time draws the peak to earlier steps: of a slow target that is most of the distance.
     fn distance(&self, way: f64, share: f64, gain: f64) -> Option<f64> {
         let (sign, walk) = (1_f64.copysign(way), way * share);
         let chip = self.samples_per_chip as f64;
@@ -260,6 +265,35 @@ impl Peak {
         };
         root(0.0, gain * self.samples_per_chip as f64, |way| most_pull(way) - way)
     }
+}
+
+impl Seen {
+    /// Mean of several, with weights that add up to 1.
+    fn mean(all: impl IntoIterator<Item = (f64, Seen)>) -> Seen {
+        all.into_iter().fold(Seen::default(), |sum, (weight, seen)| Seen {
+            offset: sum.offset + weight * seen.offset,
+            light: sum.light + weight * seen.light,
+            variance: sum.variance + weight * seen.variance,
+            middles_variance: sum.middles_variance + weight * seen.middles_variance,
+        })
+    }
+}
+
+/// Standard deviation of the position, in steps, of a loop that sees its target so on average.
+///
+/// A window that is a step farther behind says K less, with K = 1 at the target and less away from it, so that
+/// the loop x' = (1 - g K) x has noise from two sources. Each window's own has the variance s^2 of the counts. And
+/// middles are at whole steps and a half, from the position by o - o', with o what is owed, which is anything
+/// between 0 and 1 from window to window: 1 - K of that does not cancel, of the variance m^2. Together
+///
+/// g^2 s^2 / (1 - a^2) + g^2 m^2 / (1 + a),  a = 1 - g K,
+///
+/// at the target s^2 g / (2 - g). Where the fraction of the position is anything, m^2 = (1 - K)^2 / 6.
+fn position_std(seen: Seen, slope: f64, gain: f64) -> f64 {
+    let kept = 1.0 - gain * slope;
+    let noise = seen.variance / (1.0 - kept * kept);
+    let middles = seen.middles_variance / (1.0 + kept);
+    gain * (noise + middles).sqrt()
 }
 
 /// How far from the position the windows' middles are, and how often, where half a step behind the position is so much
@@ -325,7 +359,7 @@ mod tests {
         let peak = triangle(2500.0);
         let bound = 8.0 / 1000.0 * (2500.0_f64 / 16.0).sqrt();
         for gain in [1.0, 0.25] {
-            let std = peak.position_std(0.0, 0.0, gain).expect("it is held");
+            let std = peak.at_rest(100.3, gain).expect("it is held").std;
             assert!(
                 (std / bound / (gain / (2.0 - gain)).sqrt() - 1.0).abs() < 0.05,
                 "{gain} {std}"
@@ -333,21 +367,27 @@ mod tests {
         }
     }
 
-    /// The rule itself, with gain 1/4, before a target that goes `way` steps from window to window; counts are drawn from
-    /// normal laws. Mean and standard deviation of the position's error, and the share of windows that say they have no
-    /// light.
+    /// The rule itself, with gain 1/4, before a target that goes `way` steps from window to window.
     fn drawn(peak: &Peak, way: f64) -> (f64, f64, f64) {
+        drawn_at(peak, 100.3, way, 2)
+    }
+
+    /// The same from a place, with a gain of so many halvings; counts are drawn from normal laws. Mean and standard
+    /// deviation of the position's error, and the share of windows that say they have no light.
+    fn drawn_at(peak: &Peak, from: f64, way: f64, gain_halvings: u32) -> (f64, f64, f64) {
         const PERIOD: f64 = 2048.0;
         let away = |steps: f64| (steps + 0.5 * PERIOD).rem_euclid(PERIOD) - 0.5 * PERIOD;
         let setting =
-            TrackSetting { is_on: true, gain_halvings: 2, threshold_halvings: 1, patience: 15 };
+            TrackSetting { is_on: true, gain_halvings, threshold_halvings: 1, patience: 15 };
         let (step_bits, period_steps) = (11, PERIOD as u64);
-        let plan = TrackPlan { sample_bits: 3, step_bits, period_steps, count_bits: 24, setting };
+        let half = peak.samples_per_chip;
+        let sample_bits = half.ilog2();
+        let plan = TrackPlan { sample_bits, step_bits, period_steps, count_bits: 24, setting };
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
         let mut normal = move || -> f64 { StandardNormal.sample(&mut rng) };
         let mut follower = Follower::new(plan, setting);
-        let mut place = 100.3;
-        follower.found(100, peak.height() as i64);
+        let mut place = from;
+        follower.found(place.round() as u64, peak.height() as i64);
         let (mut errors, mut unlocked) = (Vec::new(), 0.0);
         for update in 0..20_000 {
             let first = follower.window().expect("it is not lost");
@@ -356,7 +396,10 @@ mod tests {
                 let mean = peak.count(away((first + step) as f64 - place));
                 (mean + peak.variance.sqrt() * normal()).round() as i64
             };
-            follower.counted(Sums::of(&(0..16).map(count).collect::<Vec<_>>(), 8));
+            follower.counted(Sums::of(
+                &(0..2 * half as u64).map(count).collect::<Vec<_>>(),
+                half as u64,
+            ));
             unlocked += f64::from(u8::from(!follower.is_locked()));
             if update >= 100 {
                 errors.push(away(follower.position_steps().expect("it is not lost") - place));
@@ -375,10 +418,13 @@ mod tests {
         let mut stds = Vec::new();
         for way in [0.0, 0.2, 0.45] {
             let (mean, std, _) = drawn(&peak, way);
-            let lag = if way == 0.0 { 0.0 } else { peak.lag(way, 0.0, 0.25).expect("it is held") };
-            let expected = peak.position_std(way, 0.0, 0.25).expect("it is held");
-            assert!((mean - lag).abs() < 0.05, "{way}: {mean}, expected {lag}");
-            assert!((std / expected - 1.0).abs() < 0.05, "{way}: {std}, expected {expected}");
+            let expected = match way == 0.0 {
+                true => peak.at_rest(100.3, 0.25),
+                false => peak.moving(way, 0.0, 0.25),
+            };
+            let expected = expected.expect("it is held");
+            assert!((mean - expected.bias).abs() < 0.05, "{way}: {mean}, {expected:?}");
+            assert!((std / expected.std - 1.0).abs() < 0.05, "{way}: {std}, {expected:?}");
             stds.push(std);
         }
         assert!(stds[2] > 1.3 * stds[0], "{stds:?}");
@@ -392,16 +438,34 @@ mod tests {
         for (steps, way) in [(0.56, 0.03), (0.56, -0.03), (1.8, 0.0), (1.8, 0.2), (1.8, -0.2)] {
             let peak = drawn_away(steps, 2500.0);
             let (mean, std, _) = drawn(&peak, way);
-            let bias = match way == 0.0 {
-                true => peak.bias_at_rest(100.3, 0.25),
-                false => peak.lag(way, 0.0, 0.25),
-            };
-            let bias = bias.expect("it is held");
-            let undrawn = ideal.lag(way, 0.0, 0.25).expect("it is held");
+            let [expected, undrawn] = [&peak, &ideal].map(|peak| {
+                let followed = match way == 0.0 {
+                    true => peak.at_rest(100.3, 0.25),
+                    false => peak.moving(way, 0.0, 0.25),
+                };
+                followed.expect("it is held")
+            });
+            let (bias, undrawn) = (expected.bias, undrawn.bias);
             assert!((bias - (undrawn - steps)).abs() < 0.02, "{steps} {way}: {bias}, {undrawn}");
             assert!((mean - bias).abs() < 0.05, "{steps} {way}: {mean}, expected {bias}");
-            let expected = peak.position_std(way, 0.0, 0.25).expect("it is held");
-            assert!((std / expected - 1.0).abs() < 0.05, "{steps} {way}: {std}, {expected}");
+            assert!((std / expected.std - 1.0).abs() < 0.05, "{steps} {way}: {std}, {expected:?}");
+        }
+    }
+
+    /// With gain 1 and dim light the sum of the counts, by which the difference is divided, scatters by a tenth, and the
+    /// place of the target between two middles matters: the rule itself scatters as expected at each.
+    #[test]
+    fn a_target_at_rest_scatters_by_its_place_and_by_the_sum_of_the_counts() {
+        let count = |place: i32| 1000.0 * (1.0 - f64::from(place.abs()) / 8.0 / 4.0).max(0.0);
+        let counts = (-64..=64).map(count).collect();
+        let peak = Peak { samples_per_chip: 4, counts, variance: 20_000.0 };
+        for gain_halvings in [0, 2] {
+            for place in [100.0, 100.25, 100.5] {
+                let gain = 0.5_f64.powi(gain_halvings as i32);
+                let (_, std, _) = drawn_at(&peak, place, 0.0, gain_halvings);
+                let expected = peak.at_rest(place, gain).expect("it is held").std;
+                assert!((std / expected - 1.0).abs() < 0.02, "{gain} {place}: {std}, {expected}");
+            }
         }
     }
 
@@ -420,7 +484,7 @@ mod tests {
         let peak = triangle(100.0);
         for place in [50.0, 50.3, 50.5, 50.9] {
             // Between windows on both sides the corner of the triangle leaves at most 3 / (32 S).
-            let bias = peak.bias_at_rest(place, 0.25).expect("it is held");
+            let bias = peak.at_rest(place, 0.25).expect("it is held").bias;
             assert!(bias.abs() < 0.0125, "{place}");
         }
     }
@@ -430,14 +494,14 @@ mod tests {
     fn lag_and_fastest_target_are_those_of_a_first_order_loop() {
         let peak = triangle(1.0);
         for (way, gain) in [(0.1, 1.0), (-0.1, 0.5), (0.05, 0.25)] {
-            let lag = peak.lag(way, 0.0, gain).expect("it is held");
+            let lag = peak.moving(way, 0.0, gain).expect("it is held").bias;
             let expected = -way * (1.0 - gain) / gain;
             assert!((lag - expected).abs() < 0.02, "{way} {gain}: {lag}, expected {expected}");
         }
         for gain in [1.0, 0.25] {
             let fastest = peak.fastest(1.0, 0.0, gain, 0.5);
             assert!((fastest / (4.0 * gain) - 1.0).abs() < 0.06, "{gain}: {fastest}");
-            assert!(peak.lag(1.1 * 4.0 * gain, 0.0, gain).is_none());
+            assert!(peak.moving(1.1 * 4.0 * gain, 0.0, gain).is_none());
         }
     }
 }
