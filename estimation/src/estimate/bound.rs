@@ -22,16 +22,16 @@ use crate::sensor::Sensor;
 
 /// Where one slope of the counts reads another one nearby as less than this, or as more than its inverse, the standard
 /// deviation that follows from a slope is not a measure of an estimate's scatter. Slopes on both sides of a tip of the
-/// correlation read one another as 0.3, 0.6, 0.73 and 0.84 in scans of S = 1, 2, 4 and 8 samples a chip, and
-/// maximum-likelihood estimates of light there scatter by 0.65, 0.83, 0.89 and 0.97 of what their mean says; of light
-/// two standard deviations beside the tip by 1.35 of what its slope says with S = 1, and 1.12 at most with more.
+/// correlation read one another as less with 1 and 2 samples a chip. DESIGN.md has how estimates scatter there, and the
+/// command that shows it.
 const LEAST_EVEN: f64 = 0.7;
 
 /// Slopes of the counts are compared over so many standard deviations, but no more than a phase step: the next corner
 /// is that far.
 const COMPARED_STDS: f64 = 5.0;
 
-/// From so many samples a chip on corners are no more than [`LEAST_EVEN`] lets pass.
+/// From so many samples a chip on corners are not looked at: there estimates scatter by at least 0.89 of what a slope
+/// says.
 const EVEN_SAMPLES: f64 = 4.0;
 
 /// Up to so large a bound, in chips, bounds beside it are taken in.
