@@ -69,7 +69,11 @@ impl Flags {
 
 impl fmt::Display for Flags {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "of {:?} it was at number {}", self.states, self.at)
+        write!(f, "the core's o_saturated and o_overrun were {:02b}", self.states[self.at])?;
+        match self.states.get(self.at + 1) {
+            Some(next) => write!(f, ", and then {next:02b}"),
+            None => Ok(()),
+        }
     }
 }
 
@@ -275,7 +279,7 @@ impl Facts {
             }
             let seen = raw[3] >> 1 & 3;
             if !flags.take(seen) {
-                return Err(format!("{} has flags {:#x}, {flags}", place(), raw[3]));
+                return Err(format!("{} has flags {seen:02b}, and {flags}", place()));
             }
             for (bit, name) in [(1, "o_overrun is told"), (2, "o_saturated is told")] {
                 if seen & bit != 0 {
@@ -330,7 +334,7 @@ impl Facts {
             ));
         }
         if is_last && !flags.are_told() {
-            return Err(format!("flags of the core were not told: {flags}"));
+            return Err(format!("flags were not told: {flags}"));
         }
         Ok(())
     }
