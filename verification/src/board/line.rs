@@ -3,7 +3,8 @@
 use std::fmt;
 
 use goldtof_wire::{
-    ANSWER_BYTES, Decoder, Event, Frame, IDENTITY_FRAME_BYTES, RESULTS_HEADER_BYTES, SYNC, encode,
+    ANSWER_BYTES, Decoder, Event, Frame, IDENTITY_FRAME_BYTES, MOST_RESULTS_OF_A_FRAME,
+    RESULTS_HEADER_BYTES, SYNC, encode,
 };
 
 use super::BoardRun;
@@ -341,7 +342,7 @@ impl Facts {
 
     /// Bytes of the longest frame.
     fn most_bytes(&self) -> usize {
-        let results = (255 * self.layout.result_bits()).div_ceil(8);
+        let results = self.layout.payload_bytes(MOST_RESULTS_OF_A_FRAME as usize);
         (RESULTS_HEADER_BYTES + results + 4).max(IDENTITY_FRAME_BYTES)
     }
 
