@@ -39,7 +39,7 @@ struct Skip {
 };
 
 // A block in the shared file.
-struct Place {
+struct BlockLayout {
     uint64_t looks_again;  // whether `low` holds anything
     uint64_t state;        // a hash of all that the model holds after the block; 0 if not asked for
     uint64_t may_read_x;   // whether the model has any that it may make use of at any time
@@ -110,7 +110,7 @@ private:
     size_t m_read = 0;
 };
 
-uint64_t keep(GOLDTOF_MODEL* top, Place& place) {
+uint64_t keep(GOLDTOF_MODEL* top, BlockLayout& place) {
     Keep keep{place.kept};
     keep << *top;
     keep.flush();
@@ -141,7 +141,7 @@ void look_again(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t* low) {
     }
 }
 
-void run(GOLDTOF_MODEL* top, Place& place, uint64_t clocks, uint64_t number_of_skips,
+void run(GOLDTOF_MODEL* top, BlockLayout& place, uint64_t clocks, uint64_t number_of_skips,
          uint64_t state) {
     if (state & TAKE) {
         Take take{place.kept};
@@ -206,7 +206,7 @@ static void serve(uint64_t* words, int number) {
     Request request;
     while (next(request)) {
         const uint64_t clocks = request.arguments[0], skips = request.arguments[2];
-        Place& place = *reinterpret_cast<Place*>(words + request.arguments[1]);
+        BlockLayout& place = *reinterpret_cast<BlockLayout*>(words + request.arguments[1]);
         switch (request.what) {
         case RUN: run(top, place, clocks, skips, request.arguments[3]); break;
         case RUN_BARE: run_bare(top, place.in, clocks); break;

@@ -19,7 +19,7 @@ namespace {
 // is the place of what belongs to it in the shared file.
 enum What : uint64_t { LOAD = 0, SAVE = 1, EXPECT = 2, TABLES = 3, CHECK = 4 };
 
-struct Table {
+struct PeriodicOutput {
     uint64_t output;
     uint64_t length;
     uint64_t at;  // first word
@@ -51,7 +51,7 @@ enum Found { FIRST_CLOCK = 0, BEATS = 1, DIFFERENT = 2, FIRST_BEAT = 2 + LANES_W
 typedef uint64_t Word __attribute__((may_alias));
 
 Plane expected[LANES_OUTPUTS];
-Table tables[LANES_TABLES];
+PeriodicOutput tables[LANES_TABLES];
 Stored edges[LANES_CLOCKS * LANES_SAMPLES];
 
 inline void flip(void* planes, uint32_t place) {
@@ -84,7 +84,7 @@ void check(LanesRoot& root, uint64_t* words, const Block& block) {
             flip(expected, event->place);
         }
         for (int i = 0; i < LANES_TABLES; ++i) {
-            const Table& table = tables[i];
+            const PeriodicOutput& table = tables[i];
             const Stored* planes = reinterpret_cast<const Stored*>(words + table.at);
             // The codes of lanes in reset are 0.
             expected[table.output] = planes[phases[i]] & ~reset;

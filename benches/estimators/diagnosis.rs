@@ -21,19 +21,19 @@ const OWN: i64 = 3;
 
 /// Where another code is than the scene says.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Place {
+enum OtherCode {
     Both,
     Light,
     Reference,
 }
 
-impl Place {
+impl OtherCode {
     /// As the diagnosis has it.
     fn words(self) -> &'static str {
         match self {
-            Place::Both => "light and reference carry",
-            Place::Light => "the light alone carries",
-            Place::Reference => "the reference alone has",
+            OtherCode::Both => "light and reference carry",
+            OtherCode::Light => "the light alone carries",
+            OtherCode::Reference => "the reference alone has",
         }
     }
 }
@@ -55,12 +55,12 @@ fn quick(degree: u32) -> Outcome<Sensor> {
 }
 
 /// A sensor as `written`, but for another code.
-fn with_code(written: &Sensor, code: &Arc<Code>, place: Place) -> Sensor {
+fn with_code(written: &Sensor, code: &Arc<Code>, place: OtherCode) -> Sensor {
     written.with(|scene| {
         let own = Arc::clone(&scene.sources[0].code);
         let mut light = scene.sources[0].clone();
-        light.code = Arc::clone(if place == Place::Reference { &own } else { code });
-        scene.sources[0].code = if place == Place::Light { own } else { Arc::clone(code) };
+        light.code = Arc::clone(if place == OtherCode::Reference { &own } else { code });
+        scene.sources[0].code = if place == OtherCode::Light { own } else { Arc::clone(code) };
         scene.sources.push(light);
         scene.paths[0].source = SourceIndex(1);
     })
@@ -83,12 +83,12 @@ pub fn wrong_code(_: &Scene) -> Outcome {
     for degree in [5, 6, 7] {
         let written = quick(degree)?;
         for (place, has_totals) in [
-            (Place::Both, true),
-            (Place::Both, false),
-            (Place::Light, true),
-            (Place::Light, false),
-            (Place::Reference, true),
-            (Place::Reference, false),
+            (OtherCode::Both, true),
+            (OtherCode::Both, false),
+            (OtherCode::Light, true),
+            (OtherCode::Light, false),
+            (OtherCode::Reference, true),
+            (OtherCode::Reference, false),
         ] {
             wrong_codes(&written, degree, place, has_totals)?;
         }
@@ -96,7 +96,7 @@ pub fn wrong_code(_: &Scene) -> Outcome {
     Ok(())
 }
 
-fn wrong_codes(written: &Sensor, degree: u32, place: Place, has_totals: bool) -> Outcome {
+fn wrong_codes(written: &Sensor, degree: u32, place: OtherCode, has_totals: bool) -> Outcome {
     let length = (1_i64 << degree) - 1;
     let others: Vec<i64> = (-2..length).filter(|&index| index != OWN).collect();
     let started = Instant::now();

@@ -16,5 +16,5 @@ pub use feed::{Feed, News, Reopen, What};
 pub use line::{Line, hexadecimal, scene_hash};
 pub use ranging::Ranging;
 pub use record::{Losses, RecordError, Recorder, Sink};
-pub use scans::{DetectorScan, Largest, Places, Row, Scan, Scans};
+pub use scans::{DetectorScan, Largest, PlacedCount, ResultOrder, Scan, Scans};
 pub use watch::{Report, Watch};

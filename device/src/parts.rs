@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use goldtof::report::parquet::{self, ParquetFailed};
 use goldtof::report::table::Table;
 use goldtof::version::VERSION;
-use goldtof_device::{Losses, Places, RecordError, Row, hexadecimal};
+use goldtof_device::{Losses, PlacedCount, RecordError, ResultOrder, hexadecimal};
 use goldtof_wire::{Identity, Loss, ResultsFrame};
 use rustix::fs::{FallocateFlags, fallocate};
 
@@ -30,10 +30,10 @@ const NEXT: &str = ".next.parquet";
 pub(crate) struct Parts {
     folder: PathBuf,
     losses: Losses<File>,
-    places: Places,
+    order: ResultOrder,
     about: String,
     /// Rows that wait, with the time of each; and when the first of them came.
-    rows: Vec<(f64, Row)>,
+    rows: Vec<(f64, PlacedCount)>,
     since: Instant,
     /// The file with room for them.
     next: File,
@@ -52,7 +52,7 @@ impl Parts {
         Ok(Parts {
             folder: folder.to_owned(),
             losses: Losses::new(losses).map_err(told)?,
-            places: Places::new(identity),
+            order: ResultOrder::new(identity),
             about: about(&identity),
             rows: Vec::with_capacity(ROWS),
             since: Instant::now(),
@@ -68,7 +68,7 @@ impl Parts {
         if self.rows.is_empty() {
             self.since = Instant::now();
         }
-        self.places.rows(frame, |row| self.rows.push((time_s, row)));
+        self.order.rows(frame, |row| self.rows.push((time_s, row)));
         self.waiting += frame.results.len() as u64;
         // A frame has at most 255 results of 64 counts.
         if self.rows.len() > ROWS - 255 * 64 { self.write() } else { self.write_if_due() }
@@ -76,13 +76,13 @@ impl Parts {
 
     /// Writes that something is missing.
     pub fn loss(&mut self, loss: &Loss, time_s: f64) -> Result<(), RecordError> {
-        let written = self.losses.write(loss, self.places.scan(), time_s);
+        let written = self.losses.write(loss, self.order.scan(), time_s);
         written.map_err(|error| self.told(error))
     }
 
     /// The line was interrupted: what comes next is of another scan.
     pub fn interrupted(&mut self) {
-        self.places.interrupted();
+        self.order.interrupted();
     }
 
     /// Results that are in whole files.
@@ -162,7 +162,7 @@ fn with_room(folder: &Path) -> io::Result<File> {
 }
 
 /// The rows in columns; without total counts, these are null.
-fn table(rows: &[(f64, Row)]) -> Table {
+fn table(rows: &[(f64, PlacedCount)]) -> Table {
     Table::of(rows)
         .column("time_s", |row| row.0)
         .column("scan", |row| row.1.scan)

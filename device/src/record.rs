@@ -5,7 +5,7 @@ use std::io::{self, Seek as _, SeekFrom, Write};
 use goldtof_wire::{Identity, Loss, ResultsFrame};
 use thiserror::Error;
 
-use crate::{Places, Row};
+use crate::{PlacedCount, ResultOrder};
 
 /// Where lines go: a file, which can be cut where the last whole line ends.
 pub trait Sink: Write {
@@ -40,7 +40,7 @@ pub struct RecordError {
 pub struct Recorder<S> {
     counts: Lines<S>,
     losses: Losses<S>,
-    places: Places,
+    order: ResultOrder,
     results: u64,
 }
 
@@ -51,13 +51,13 @@ impl<S: Sink> Recorder<S> {
     ///
     /// They cannot be written.
     pub fn new(counts: S, losses: S, identity: Identity) -> Result<Recorder<S>, RecordError> {
-        let places = Places::new(identity);
-        let total = if places.has_totals() { ",total_count" } else { "" };
+        let order = ResultOrder::new(identity);
+        let total = if order.has_totals() { ",total_count" } else { "" };
         let heading = format!("time_s,scan,detector,phase_step,count{total}\n");
         let told = |error| RecordError { results: 0, error };
         let counts = Lines::new(counts, &heading).map_err(told)?;
         let losses = Losses::new(losses).map_err(told)?;
-        Ok(Recorder { counts, losses, places, results: 0 })
+        Ok(Recorder { counts, losses, order, results: 0 })
     }
 
     /// Writes the results of a frame that came at `time_s` (seconds since 1970).
@@ -67,8 +67,8 @@ impl<S: Sink> Recorder<S> {
     /// They cannot be written; those before are.
     pub fn results(&mut self, frame: &ResultsFrame, time_s: f64) -> Result<(), RecordError> {
         let mut lines = String::new();
-        self.places.rows(frame, |row| {
-            let Row { scan, detector, phase_step, count, .. } = row;
+        self.order.rows(frame, |row| {
+            let PlacedCount { scan, detector, phase_step, count, .. } = row;
             let _ = write!(lines, "{time_s:.6},{scan},{detector},{phase_step},{count}");
             if let Some(total) = row.total {
                 let _ = write!(lines, ",{total}");
@@ -82,7 +82,7 @@ impl<S: Sink> Recorder<S> {
 
     /// The line was interrupted: what comes next is of another scan.
     pub fn interrupted(&mut self) {
-        self.places.interrupted();
+        self.order.interrupted();
     }
 
     /// Writes that something is missing.
@@ -91,7 +91,7 @@ impl<S: Sink> Recorder<S> {
     ///
     /// It cannot be written.
     pub fn loss(&mut self, loss: &Loss, time_s: f64) -> Result<(), RecordError> {
-        let written = self.losses.write(loss, self.places.scan(), time_s);
+        let written = self.losses.write(loss, self.order.scan(), time_s);
         written.map_err(|error| RecordError { results: self.results, error })
     }
 

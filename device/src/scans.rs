@@ -3,7 +3,7 @@ use goldtof_wire::{Content, Identity, ResultsFrame};
 
 /// A count at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Row {
+pub struct PlacedCount {
     /// Number of the scan since the host began to listen.
     pub scan: u64,
     /// Number of the detector in the scene.
@@ -73,16 +73,16 @@ fn nth<T: Ord + Copy>(numbers: impl Iterator<Item = T>, before: usize) -> T {
 
 /// Puts the results of frames at their places.
 #[derive(Debug, Clone)]
-pub struct Places {
+pub struct ResultOrder {
     identity: Identity,
     scan: u64,
     next_index: u64,
 }
 
-impl Places {
+impl ResultOrder {
     /// Before the first frame.
-    pub fn new(identity: Identity) -> Places {
-        Places { identity, scan: 0, next_index: 0 }
+    pub fn new(identity: Identity) -> ResultOrder {
+        ResultOrder { identity, scan: 0, next_index: 0 }
     }
 
     /// Number of the scan whose results come next.
@@ -104,7 +104,7 @@ impl Places {
     }
 
     /// Gives each count of a frame to `each`.
-    pub fn rows(&mut self, frame: &ResultsFrame, mut each: impl FnMut(Row)) {
+    pub fn rows(&mut self, frame: &ResultsFrame, mut each: impl FnMut(PlacedCount)) {
         let index = u64::from(frame.index);
         // A scan whose end is missing ends where another one begins.
         if index < self.next_index {
@@ -114,7 +114,7 @@ impl Places {
         for (&result, index) in frame.results.iter().zip(index..) {
             let (detector, step) = self.identity.place(index);
             let mut row = |phase_step: u64, count: i64, total: Option<u64>| {
-                each(Row { scan: self.scan, detector, phase_step, count, total });
+                each(PlacedCount { scan: self.scan, detector, phase_step, count, total });
             };
             match content {
                 Content::Counts => {
@@ -163,7 +163,7 @@ pub struct Scan {
 /// Takes frames, and gives the scans that came whole.
 #[derive(Debug, Clone)]
 pub struct Scans {
-    places: Places,
+    order: ResultOrder,
     results_of_scan: u64,
     detectors: usize,
     /// The scan that is coming, and the place of its next result; no place once one is missing.
@@ -175,7 +175,7 @@ impl Scans {
     /// Before the first frame.
     pub fn new(identity: Identity) -> Scans {
         Scans {
-            places: Places::new(identity),
+            order: ResultOrder::new(identity),
             results_of_scan: identity.results_of_scan(),
             detectors: usize::from(identity.detectors),
             coming: Scan::default(),
@@ -190,7 +190,7 @@ impl Scans {
 
     /// The line was interrupted: what comes next is of another scan.
     pub fn interrupted(&mut self) {
-        self.places.interrupted();
+        self.order.interrupted();
         self.lost();
     }
 
@@ -199,14 +199,14 @@ impl Scans {
         if frame.index == 0 {
             self.next_index = Some(0);
             self.coming = Scan {
-                number: self.places.scan(),
+                number: self.order.scan(),
                 time_s,
                 detectors: vec![DetectorScan::default(); self.detectors],
             };
         }
         let follows = self.next_index == Some(u64::from(frame.index));
         let coming = &mut self.coming;
-        self.places.rows(frame, |row| {
+        self.order.rows(frame, |row| {
             let Some(of) = coming.detectors.get_mut(row.detector as usize).filter(|_| follows)
             else {
                 return;

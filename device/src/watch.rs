@@ -3,13 +3,13 @@ use std::time::{Duration, Instant};
 
 use goldtof_wire::{Identity, ResultsFrame, Tally};
 
-use crate::{Largest, Places};
+use crate::{Largest, ResultOrder};
 
 /// How a measurement goes: the newest scan's largest count, the rate, and what is missing.
 #[derive(Debug, Clone)]
 pub struct Watch {
     identity: Identity,
-    places: Places,
+    order: ResultOrder,
     began: Instant,
     /// Results since the last report, and when it was; bytes until then.
     results: u64,
@@ -53,7 +53,7 @@ impl Watch {
         let now = Instant::now();
         Watch {
             identity,
-            places: Places::new(identity),
+            order: ResultOrder::new(identity),
             began: now,
             results: 0,
             bytes: 0,
@@ -77,7 +77,7 @@ impl Watch {
         let follows = self.next_index == Some(frame.index);
         self.next_index = follows.then(|| frame.index + frame.results.len() as u32);
         let largest = &mut self.largest;
-        self.places.rows(frame, |row| {
+        self.order.rows(frame, |row| {
             let detector = row.detector as usize;
             largest.resize(largest.len().max(detector + 1), Largest::default());
             largest[detector].take(row.phase_step, row.count);

@@ -27,12 +27,12 @@ pub(super) struct Told {
     /// The exit status that goes with it.
     pub exit_status: u8,
     /// Where, as far as that is known.
-    pub places: Vec<Place>,
+    pub places: Vec<Location>,
 }
 
 /// A place that an error speaks of.
 #[derive(Debug, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub(super) struct Place {
+pub(super) struct Location {
     /// The file, or the setting of the command line.
     pub file: String,
     /// Line, from 1.
@@ -64,7 +64,7 @@ impl Failure {
     }
 }
 
-fn places(error: &anyhow::Error) -> Vec<Place> {
+fn places(error: &anyhow::Error) -> Vec<Location> {
     // Whichever job the scene was for.
     match error.chain().find_map(|cause| cause.downcast_ref()) {
         Some(SceneErrors::Invalid { errors, .. }) => {
@@ -79,15 +79,15 @@ fn places(error: &anyhow::Error) -> Vec<Place> {
     super::cosim_error(error).map_or_else(Vec::new, of_cosim)
 }
 
-fn of_file(file: String) -> Place {
-    Place { file, ..Place::default() }
+fn of_file(file: String) -> Location {
+    Location { file, ..Location::default() }
 }
 
-fn of_scene(error: &SceneError) -> Place {
+fn of_scene(error: &SceneError) -> Location {
     let known = |number: usize| (error.line > 0).then_some(number);
     let line = error.source_line.as_str();
     let key = line.split_once('=').map(|(key, _)| key.trim().to_owned());
-    Place {
+    Location {
         file: error.file.clone(),
         line: known(error.line),
         column: known(error.column),
@@ -96,9 +96,9 @@ fn of_scene(error: &SceneError) -> Place {
     }
 }
 
-fn of_cosim(error: &CosimError) -> Vec<Place> {
+fn of_cosim(error: &CosimError) -> Vec<Location> {
     match error {
-        CosimError::FileList { path, line, column, reason } => vec![Place {
+        CosimError::FileList { path, line, column, reason } => vec![Location {
             file: printable_path(path),
             line: Some(*line),
             column: Some(*column),
@@ -118,13 +118,13 @@ fn of_cosim(error: &CosimError) -> Vec<Place> {
 }
 
 /// `%Error: FILE:LINE:COLUMN: MESSAGE`, and `%Error-NAME: ...`.
-fn of_verilator(line: &str) -> Option<Place> {
+fn of_verilator(line: &str) -> Option<Location> {
     let (_, rest) = line.strip_prefix("%Error")?.split_once(": ")?;
     let (place, message) = rest.split_once(": ")?;
     let mut parts = place.rsplitn(3, ':');
     let column = parts.next()?.parse().ok()?;
     let line = parts.next()?.parse().ok()?;
-    Some(Place {
+    Some(Location {
         file: parts.next()?.to_owned(),
         line: Some(line),
         column: Some(column),

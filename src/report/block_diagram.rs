@@ -70,7 +70,7 @@ fn diagram(module: &Netlist) -> Diagram {
         taken - GAP <= ROOM
     };
     let placed = layers(nodes.len(), &edges, &inputs, &outputs, fits);
-    let places = Places::of(&placed, &nodes);
+    let drawing = Drawing::of(&placed, &nodes);
     let instances: Vec<String> = module
         .instances
         .iter()
@@ -87,9 +87,9 @@ fn diagram(module: &Netlist) -> Diagram {
                 module.name,
                 instances.join(", ")
             ),
-            size: (WIDTH, places.height),
+            size: (WIDTH, drawing.height),
             wide: false,
-            content: drawing(&id, &placed, &places, &nodes, &edges),
+            content: drawing(&id, &placed, &drawing, &nodes, &edges),
         },
         connections: in_words(module, &connections),
     }
@@ -106,7 +106,7 @@ fn nodes(module: &Netlist, connections: &Connections) -> Vec<Node> {
         groups.retain(|family| !of_stream(&names[family.members[0]]));
         if let Some(&first) = stream.first() {
             let before = groups.iter().filter(|family| family.members[0] < first);
-            let family = Family { name: "m_axis".to_owned(), members: stream };
+            let family = NumberedNames { name: "m_axis".to_owned(), members: stream };
             groups.insert(before.count(), family);
         }
         nodes.extend(groups.into_iter().map(|family| Node {
@@ -143,14 +143,14 @@ fn nodes(module: &Netlist, connections: &Connections) -> Vec<Node> {
 }
 
 /// What is drawn as one, and its name.
-struct Family {
+struct NumberedNames {
     name: String,
     members: Vec<usize>,
 }
 
 /// Names that differ in a number alone, which grows by one from each to the next, and that are
 /// of one kind: `bank_0 to 7`. Each of the others is alone.
-fn families<'a>(names: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family> {
+fn families<'a>(names: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<NumberedNames> {
     let names: Vec<(&str, &str)> = names.collect();
     let numbered = |index: usize| {
         let (name, kind) = *names.get(index)?;
@@ -160,7 +160,7 @@ fn families<'a>(names: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family> 
     let mut families = Vec::new();
     let mut first = 0;
     while let Some((name, _)) = names.get(first) {
-        let mut family = Family { name: (*name).to_owned(), members: vec![first] };
+        let mut family = NumberedNames { name: (*name).to_owned(), members: vec![first] };
         if let Some((stem, kind, from)) = numbered(first) {
             let follows = |index: &usize| {
                 numbered(*index) == Some((stem, kind, from.saturating_add(index - first)))
@@ -179,14 +179,14 @@ fn families<'a>(names: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family> 
 }
 
 /// Centres of what stands in the rows.
-struct Places {
+struct Drawing {
     /// Row by row, along the row.
     along: Vec<BTreeMap<Slot, f64>>,
     height: f64,
 }
 
-impl Places {
-    fn of(layers: &Layers, nodes: &[Node]) -> Places {
+impl Drawing {
+    fn of(layers: &Layers, nodes: &[Node]) -> Drawing {
         let mut along = layers.places(ROOM, GAP, |slot| width(slot, nodes));
         // In the middle of the drawing.
         let ends = along.iter().flatten().map(|(slot, x)| (x, width(*slot, nodes) / 2.0));
@@ -196,7 +196,7 @@ impl Places {
         let shift = (ROOM - left - right) / 2.0;
         along.iter_mut().flatten().for_each(|(_, x)| *x += shift);
         let height = 2.0 * MARGIN + BOX + PITCH * (along.len().max(1) - 1) as f64;
-        Places { along, height }
+        Drawing { along, height }
     }
 
     fn centre(&self, layer: usize, slot: Slot) -> (f64, f64) {
@@ -223,7 +223,7 @@ fn width(slot: Slot, nodes: &[Node]) -> f64 {
 fn drawing(
     id: &str,
     layers: &Layers,
-    places: &Places,
+    drawing: &Drawing,
     nodes: &[Node],
     edges: &[(usize, usize)],
 ) -> Markup {
@@ -236,12 +236,12 @@ fn drawing(
             }
         }
         @for edge in edges {
-            path class="wire" d=(wire(layers, places, nodes, *edge)) marker-end={ "url(#" (arrow) ")" } {}
+            path class="wire" d=(wire(layers, drawing, nodes, *edge)) marker-end={ "url(#" (arrow) ")" } {}
         }
         @for (layer, row) in layers.rows.iter().enumerate() {
             @for slot in row {
                 @if let Slot::Node(node) = slot {
-                    (block(&nodes[*node], places.centre(layer, *slot), width(*slot, nodes)))
+                    (block(&nodes[*node], drawing.centre(layer, *slot), width(*slot, nodes)))
                 }
             }
         }
@@ -263,14 +263,14 @@ fn block(node: &Node, (x, y): (f64, f64), width: f64) -> Markup {
 }
 
 /// A line through the layers between: upright where it passes them, and smooth from one to the next.
-fn wire(layers: &Layers, places: &Places, nodes: &[Node], edge: (usize, usize)) -> String {
+fn wire(layers: &Layers, drawing: &Drawing, nodes: &[Node], edge: (usize, usize)) -> String {
     let is_upward = layers.layer_of[edge.1] < layers.layer_of[edge.0];
     let (sign, aside) = if is_upward { (-1.0, 14.0) } else { (1.0, 0.0) };
     let way = layers.way(edge);
     let ends: Vec<[(f64, f64); 2]> = way
         .into_iter()
         .map(|(layer, slot)| {
-            let (x, y) = places.centre(layer, slot);
+            let (x, y) = drawing.centre(layer, slot);
             let (x, half) = match slot {
                 Slot::Node(node) => (x + aside, nodes[node].height() / 2.0),
                 Slot::Passing(_) => (x, BOX / 2.0),
@@ -358,10 +358,10 @@ mod tests {
                 row.iter().map(|slot| width(*slot, &nodes) + GAP).sum::<f64>() - GAP <= ROOM
             };
             let layers = layers(number, &edges, &[0], &[], fits);
-            let places = Places::of(&layers, &nodes);
+            let drawing = Drawing::of(&layers, &nodes);
             for (layer, row) in layers.rows.iter().enumerate() {
                 let ends = row.iter().map(|slot| {
-                    let (x, half) = (places.centre(layer, *slot).0, width(*slot, &nodes) / 2.0);
+                    let (x, half) = (drawing.centre(layer, *slot).0, width(*slot, &nodes) / 2.0);
                     (x - half, x + half)
                 });
                 let ends: Vec<(f64, f64)> = ends.collect();

@@ -61,20 +61,20 @@ pub struct Evidence<'a> {
 
 /// A family of comparisons of scans with expectations, as one of its members sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Family {
+pub struct Comparisons {
     /// Significance level of one comparison.
     level: f64,
 }
 
-impl Family {
+impl Comparisons {
     /// Of so many comparisons, with the probability that any of them rejects what holds.
-    pub(crate) fn of(chance: f64, comparisons: usize) -> Family {
-        Family { level: chance / comparisons.max(1) as f64 }
+    pub(crate) fn of(chance: f64, comparisons: usize) -> Comparisons {
+        Comparisons { level: chance / comparisons.max(1) as f64 }
     }
 
     /// Of so many paths, each with three comparisons.
-    pub fn of_paths(paths: usize) -> Family {
-        Family::of(FAMILY_WISE, 3 * paths.max(1))
+    pub fn of_paths(paths: usize) -> Comparisons {
+        Comparisons::of(FAMILY_WISE, 3 * paths.max(1))
     }
 
     /// Significance level of one comparison.
@@ -83,8 +83,8 @@ impl Family {
     }
 
     /// The same of one of so many simulations, which are a family together.
-    pub fn one_of(self, simulations: usize) -> Family {
-        Family { level: self.level / simulations.max(1) as f64 }
+    pub fn one_of(self, simulations: usize) -> Comparisons {
+        Comparisons { level: self.level / simulations.max(1) as f64 }
     }
 
     /// How scans contradict an expectation, in words; empty where they agree with it. `None`
@@ -214,7 +214,7 @@ mod tests {
     fn accused(errors_m: &[f64], missed: u64, expected: &Expectation) -> Vec<String> {
         let scans = errors_m.len() as u64 + missed;
         let evidence = Evidence { errors_m, scans, missed, range_m: 100.0 };
-        Family::of_paths(1).contradictions(&evidence, expected).expect("there are scans")
+        Comparisons::of_paths(1).contradictions(&evidence, expected).expect("there are scans")
     }
 
     #[test]
@@ -274,7 +274,7 @@ mod tests {
         assert_eq!(accused(&[0.5; 30], 30, &share), ["missed 50.00 % of 60, expected 0.00 %"]);
         let nothing = Expectation { missed: None, ..share };
         let evidence = Evidence { errors_m: &[], scans: 60, missed: 60, range_m: 100.0 };
-        assert_eq!(Family::of_paths(1).contradictions(&evidence, &nothing), None);
+        assert_eq!(Comparisons::of_paths(1).contradictions(&evidence, &nothing), None);
     }
 
     /// What one simulation alone would be accused of at a level, a thousand together are not.
@@ -284,7 +284,7 @@ mod tests {
         let is_accused = |sigmas: f64, simulations: usize| {
             let errors_m = [off_m(sigmas)];
             let evidence = Evidence { errors_m: &errors_m, scans: 1, missed: 0, range_m: 100.0 };
-            let family = Family::of_paths(1).one_of(simulations);
+            let family = Comparisons::of_paths(1).one_of(simulations);
             !family.contradictions(&evidence, &EXPECTED).expect("there is a scan").is_empty()
         };
         // Two-sided normal quantiles of 1e-4 / 3 and of 1e-7 / 3.

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::bound::{bound, bound_and_remark};
 use super::chance::{DOUBTFUL, Darkness, NO_PEAK};
 use super::coverage;
-use super::evidence::{Evidence, Expectation, ExpectedErrors, Family};
+use super::evidence::{Comparisons, Evidence, Expectation, ExpectedErrors};
 use super::histogram::{self, PhaseOfHistogram, step_counts};
 use super::theory::covered;
 use super::truth::Asked;
@@ -403,7 +403,7 @@ impl EstimateReport {
             range_m: self.unambiguous_range_m,
         };
         let paths = sensor.scene().paths.len();
-        let told = Family::of_paths(paths).contradictions(&evidence, expected);
+        let told = Comparisons::of_paths(paths).contradictions(&evidence, expected);
         match told {
             Some(told) if !told.is_empty() => {
                 self.expectation_holds = Some(false);

@@ -1,6 +1,6 @@
 //! Diagnosis of a sensor whose counts differ from the expectation of its scene.
 //!
-//! Every statement rests on a test, and all tests are one [`Family`]: by design they reject a
+//! Every statement rests on a test, and all tests are one [`Comparisons`]: by design they reject a
 //! correct scene in about one scan of a hundred (docs/recorded-counts.md has what was measured). At
 //! first only the distance is unknown. Of light level, background, dead time, afterpulsing, chip period and integration
 //! time, the one that raises the likelihood most is freed, and the next, as long as the gain is significant. Where
@@ -23,7 +23,7 @@ use super::hypothesis::{Change, SceneFit, Unknown, constant_cps, fit};
 use super::observed::{Observed, differences};
 use crate::estimate::chance::{Darkness, chance_of_zeros};
 use crate::estimate::coverage::steps_outside;
-use crate::estimate::evidence::Family;
+use crate::estimate::evidence::Comparisons;
 use crate::estimate::fit::FitError;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
@@ -218,8 +218,8 @@ fn chance(statistic: f64) -> f64 {
     2.0 * normal_cdf(-statistic.max(0.0).sqrt())
 }
 
-fn family() -> Family {
-    Family::of(WRONG, TESTS)
+fn family() -> Comparisons {
+    Comparisons::of(WRONG, TESTS)
 }
 
 /// The chi-square of one degree of freedom that has the chance of a test to be wrong.

@@ -23,7 +23,7 @@ pub(super) struct Beat {
 
 /// Places of the ports; each is (word, shift).
 #[derive(Debug, Clone, Copy)]
-struct Places {
+struct AxisBits {
     data: (usize, u32),
     tvalid: (usize, u32),
     tlast: (usize, u32),
@@ -34,7 +34,7 @@ struct Places {
 /// The stream.
 #[derive(Debug, Clone)]
 pub(super) struct Axis {
-    places: Places,
+    bits: AxisBits,
     table: Arc<CoverTable>,
     /// What has been on it, resets notwithstanding.
     pub(super) exercise: Exercised,
@@ -88,7 +88,7 @@ impl Axis {
     pub(super) fn new(interface: &Interface, layout: &Layout, table: Arc<CoverTable>) -> Axis {
         let place = |role| layout.outputs.place(role);
         Axis {
-            places: Places {
+            bits: AxisBits {
                 data: place(Role::Data),
                 tvalid: place(Role::Valid),
                 tlast: place(Role::Last),
@@ -229,20 +229,20 @@ impl Axis {
 
     /// ORs the ports' present values into a range of clocks.
     pub(super) fn fill(&self, clocks: Range<u64>, expected: &mut impl Canvas) {
-        let (now, places) = (&self.now, &self.places);
+        let (now, bits) = (&self.now, &self.bits);
         let mut or = |(word, shift): (usize, u32), value: u64| {
             if value != 0 && !clocks.is_empty() {
                 expected.or(clocks.clone(), word, value << shift);
             }
         };
         // A port of at most 64 bits lies within a word, a wider one begins with one.
-        let (word, shift) = places.data;
+        let (word, shift) = bits.data;
         or((word, shift), now.beat.data as u64);
         or((word + 1, 0), (now.beat.data >> 64) as u64);
-        or(places.tvalid, u64::from(now.is_valid));
-        or(places.tlast, u64::from(now.is_last));
-        or(places.overrun, u64::from(now.is_overrun));
-        if let Some(saturated) = places.saturated {
+        or(bits.tvalid, u64::from(now.is_valid));
+        or(bits.tlast, u64::from(now.is_last));
+        or(bits.overrun, u64::from(now.is_overrun));
+        if let Some(saturated) = bits.saturated {
             or(saturated, u64::from(now.is_saturated));
         }
     }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::canvas::Canvas;
-use super::coverage::{First, RegisterPlace as Place, RegisterPoint};
+use super::coverage::{First, RegisterKind, RegisterPoint};
 use super::host_ports::{HostInputs, HostOutputs};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout, mask};
@@ -96,7 +96,7 @@ struct Seen {
     /// The address, or the data, of the write under way came alone.
     first: Option<First>,
     /// What the last read was of.
-    read: Option<Place>,
+    read: Option<RegisterKind>,
     /// Flags that have been read, and those of them that have been cleared.
     flags: u32,
     cleared: u32,
@@ -371,7 +371,9 @@ impl Registers {
             let first = self.seen.first.take().unwrap_or(First::Neither);
             let to = match (host.write_strobe, self.place(host.write_address.into())) {
                 (0xf, place) => place,
-                (_, Place::Setting | Place::Control | Place::Status) => Place::Partly,
+                (_, RegisterKind::Setting | RegisterKind::Control | RegisterKind::Status) => {
+                    RegisterKind::Partly
+                }
                 (_, place) => place,
             };
             self.seen.points.push(RegisterPoint::Order { first });
@@ -384,7 +386,7 @@ impl Registers {
         if self.fetched.is_some() {
             let of = self.place(host.read_address.into());
             self.seen.read = Some(of);
-            if matches!(of, Place::Control | Place::Status) {
+            if matches!(of, RegisterKind::Control | RegisterKind::Status) {
                 for bit in [state::OVERRUN, state::SATURATED, state::REFUSED, state::LOCK_LOST] {
                     let is_set = state >> bit & 1 == 1;
                     if is_set {
@@ -417,15 +419,15 @@ impl Registers {
     }
 
     /// What an address is of.
-    fn place(&self, address: u32) -> Place {
+    fn place(&self, address: u32) -> RegisterKind {
         let word = (address & !3) as usize / 4;
         match self.target_at(address) {
-            Some(Target::Setting(_)) => Place::Setting,
-            Some(Target::Control) => Place::Control,
-            Some(Target::Status) => Place::Status,
-            None if word < self.words.len() => Place::Identity,
-            None if self.word_at(address, 0).is_some() => Place::Peak,
-            None => Place::Nowhere,
+            Some(Target::Setting(_)) => RegisterKind::Setting,
+            Some(Target::Control) => RegisterKind::Control,
+            Some(Target::Status) => RegisterKind::Status,
+            None if word < self.words.len() => RegisterKind::Identity,
+            None if self.word_at(address, 0).is_some() => RegisterKind::Peak,
+            None => RegisterKind::Nowhere,
         }
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::axis::{Axis, AxisState, Beat};
 use super::canvas::Canvas;
-use super::coverage::{CoverTable, Place, StreamPoint};
+use super::coverage::{CoverTable, GroupPosition, StreamPoint};
 use super::exercise::Counted;
 use super::registers::Told;
 use crate::sensor::interface::{Correlator, Interface};
@@ -36,7 +36,7 @@ pub(super) struct Arrival {
     /// They are the scan's last.
     pub(super) last: bool,
     /// Where their group stands in its scan.
-    pub(super) place: Place,
+    pub(super) place: GroupPosition,
     /// Cover points that are proven when all of them have shown.
     pub(super) proves: Vec<usize>,
     /// Those that are proven when they arrive, if nothing was saturated before.

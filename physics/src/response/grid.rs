@@ -63,9 +63,9 @@ pub enum Kinks {
 pub struct GridCell {
     pub width: f64,
     /// Places one dead time before the start, middle and end.
-    pub before: [Place; 3],
+    pub before: [Interpolation; 3],
     /// Places one dead time after the start, middle and end.
-    pub after: [Place; 3],
+    pub after: [Interpolation; 3],
     /// For each delay at which light turns on or off, whether a code that is so late
     /// changes before this cell.
     changed: Vec<bool>,
@@ -73,7 +73,7 @@ pub struct GridCell {
 
 /// A place in another cell.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
+pub struct Interpolation {
     /// Chips away.
     pub chips: i64,
     /// Cell in that chip.
@@ -184,7 +184,7 @@ impl Grid {
                         // light the rate has two values, and this cell's is meant.
                         let inside = x.clamp(1e-6, 1.0 - 1e-6);
                         let time = start + x * width + offset;
-                        Place::new(&edges, start + inside * width + offset, time)
+                        Interpolation::new(&edges, start + inside * width + offset, time)
                     })
                 };
                 let middle = start + 0.5 * width;
@@ -233,9 +233,9 @@ impl Grid {
     }
 }
 
-impl Place {
+impl Interpolation {
     /// The place of `time` in the cell that holds `inside`.
-    fn new(edges: &[f64], inside: f64, time: f64) -> Place {
+    fn new(edges: &[f64], inside: f64, time: f64) -> Interpolation {
         let (chips, cell) = locate(edges, inside);
         let width = edges[cell + 1] - edges[cell];
         let x = (time - chips as f64 - edges[cell]) / width;
@@ -243,7 +243,7 @@ impl Place {
         let end = x * x * (3.0 - 2.0 * x);
         let start_slope = x * (1.0 - x) * (1.0 - x) * width;
         let end_slope = x * x * (x - 1.0) * width;
-        Place { chips, cell, weights: [1.0 - end, end, start_slope, end_slope] }
+        Interpolation { chips, cell, weights: [1.0 - end, end, start_slope, end_slope] }
     }
 }
 

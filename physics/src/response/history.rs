@@ -36,7 +36,7 @@ impl<const M: usize, V: Number> History<M, V> {
 
     /// The value at a place of chip `chip`.
     #[inline(always)]
-    pub fn read(&self, chip: usize, place: &Place) -> [V; M] {
+    pub fn read(&self, chip: usize, place: &Interpolation) -> [V; M] {
         let index = (chip & self.chip_mask) * self.cells_per_chip + place.cell;
         let [start, end, start_slope, end_slope] = &self.cells[index];
         let [a, b, c, d] = place.weights;

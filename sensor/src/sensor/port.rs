@@ -121,7 +121,7 @@ pub enum Use {
 }
 
 /// A row of the table.
-struct Row {
+struct Declaration {
     role: Role,
     name: &'static str,
     usage: Use,
@@ -134,12 +134,12 @@ const fn row(
     name: &'static str,
     usage: Use,
     width: fn(&Interface) -> Option<u32>,
-) -> Row {
-    Row { role, name, usage, width }
+) -> Declaration {
+    Declaration { role, name, usage, width }
 }
 
 /// All ports, in the order of the Verilog, which is that of the roles.
-const PORTS: [Row; 31] = [
+const PORTS: [Declaration; 31] = [
     row(Role::Clock, "i_clk", Use::Clock, |_| Some(1)),
     row(Role::Reset, "i_rst", Use::Level { rest: false }, |_| Some(1)),
     row(Role::Laser, "o_laser", Use::Code, |of| Some(of.source_codes.len() as u32)),

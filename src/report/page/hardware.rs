@@ -1,7 +1,7 @@
 //! The emitted design: resources, blocks, ports clock by clock.
 
 use super::{Page, WAVES, id_of, table, values};
-use crate::grade::{Grade, Judged, Score, Verdict};
+use crate::grade::{FaultVerdict, Grade, Judged, Score};
 use crate::report::block_diagram::{Diagram, diagrams};
 use crate::report::plan::{figures, resources};
 use crate::report::prelude::*;
@@ -97,10 +97,10 @@ pub(super) fn strength(grade: &Grade) -> Markup {
 
 fn cells(survivor: &Judged) -> Vec<String> {
     let known = match survivor.verdict {
-        Verdict::NotCaught => "inputs exist that show it",
-        Verdict::Undecided => "undecided",
-        Verdict::Caught => "caught",
-        Verdict::ProvenEquivalent => "no inputs show it",
+        FaultVerdict::NotCaught => "inputs exist that show it",
+        FaultVerdict::Undecided => "undecided",
+        FaultVerdict::Caught => "caught",
+        FaultVerdict::ProvenEquivalent => "no inputs show it",
     };
     let texts = [&survivor.net, &survivor.change, &survivor.source, known, survivor.reason()];
     texts.map(str::to_owned).to_vec()

@@ -17,7 +17,7 @@ use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
 use crate::cosim::exercised::{Exercised, missing};
 use crate::document::Body;
-use crate::estimate::evidence::Family;
+use crate::estimate::evidence::Comparisons;
 use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
@@ -102,7 +102,7 @@ pub struct Simulated<'a> {
     /// For each detector.
     rangings: Vec<Ranging<'a>>,
     /// The comparisons of scans with expectations that it belongs to.
-    family: Family,
+    family: Comparisons,
 }
 
 impl<'a> Simulated<'a> {
@@ -125,7 +125,7 @@ impl<'a> Simulated<'a> {
             Architecture::Histogram => CountingTier::Sampled,
         };
         let ranging = |detector| Ranging::new(sensor, detector, counting);
-        let family = Family::of_paths(sensor.scene().paths.len());
+        let family = Comparisons::of_paths(sensor.scene().paths.len());
         Ok(Simulated { sensor, options, rangings: detectors().map(ranging).collect(), family })
     }
 

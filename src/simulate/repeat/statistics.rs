@@ -5,7 +5,7 @@ use super::moments::Moments;
 use super::tally::Tally;
 use crate::estimate::bound::bound_and_remark;
 use crate::estimate::coverage;
-use crate::estimate::evidence::{Evidence, Expectation, ExpectedErrors, Family};
+use crate::estimate::evidence::{Comparisons, Evidence, Expectation, ExpectedErrors};
 use crate::estimate::fit::{FitError, expected_fit};
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
 use crate::estimate::{Prediction, Theory, distance_m, folded, share_error};
@@ -22,7 +22,7 @@ pub fn statistics(
     tally: &Tally,
     theory: &Theory,
     detected_rate_cps: f64,
-    family: Family,
+    family: Comparisons,
 ) -> Vec<PathStatistics> {
     let scene = ranging.sensor.scene();
     let (expected, missed) = expectations(ranging, theory);

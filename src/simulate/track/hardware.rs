@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::run::{Place, Scan};
+use super::run::{Scan, TargetState};
 use super::windows::Windows;
 use crate::photons::Pulse;
 use crate::reference::host::{Host, Request};
@@ -213,7 +213,7 @@ impl<'m> Targets<'m> {
             let position = self.ask(Request::Read { address: self.registers.position_address() });
             let status = self.ask(Request::Read { address: STATUS });
             let flag = |bit: u32| status >> bit & 1 == 1;
-            let shown = Place {
+            let shown = TargetState {
                 position: scan.after.position.map(|_| position.into()),
                 is_locked: flag(state::LOCKED),
                 is_lost: flag(state::LOCK_LOST),

@@ -65,12 +65,12 @@ pub(super) struct Scan {
     pub steps: u64,
     pub lit: u64,
     /// What followed.
-    pub after: Place,
+    pub after: TargetState,
 }
 
 /// Where a target is thought to be, as a host reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Place {
+pub(super) struct TargetState {
     /// Phase step, in parts of 2^-8; none without a target.
     pub position: Option<u64>,
     pub is_locked: bool,
@@ -200,7 +200,7 @@ impl<'m> Run<'m> {
 
     fn end_scan(&mut self, steps: u64, lit: u64, is_lost: bool) {
         let position = self.follower.position();
-        let after = Place { position, is_locked: self.follower.is_locked(), is_lost };
+        let after = TargetState { position, is_locked: self.follower.is_locked(), is_lost };
         self.scans.push(Scan { chips: self.chips, steps, lit, after });
     }
 

@@ -50,7 +50,7 @@ pub struct Verilated {
     process: Process,
     /// Those with other bits for what is undefined.
     companions: Vec<Companion>,
-    place: Place,
+    place: BlockLayout,
     /// Whether its Verilog is the user's own.
     pub(super) is_users: bool,
     /// What moves its scan's counters on.
@@ -83,7 +83,7 @@ struct UnderWay {
 }
 
 impl UnderWay {
-    fn ask(&self, process: &mut Process, at: Place, state: u64) -> Result<(), String> {
+    fn ask(&self, process: &mut Process, at: BlockLayout, state: u64) -> Result<(), String> {
         let skips = (self.words.len() / SKIP_WORDS) as u64;
         process.write(at.skips_at(self.place), &self.words)?;
         let arguments = [self.clocks as u64, at.start(self.place), skips, state, 0];
@@ -98,7 +98,7 @@ impl Verilated {
     /// When it cannot be started, or ends before its first clock.
     pub fn load(built: &Built, layout: &Layout) -> Result<Verilated, CosimError> {
         let (input_words, output_words) = (layout.inputs.words, layout.outputs.words);
-        let place = Place { input_words, output_words };
+        let place = BlockLayout { input_words, output_words };
         let words = BLOCKS_AT_ONCE as u64 * place.words();
         let companion = |number| {
             let process = Process::load_another(built, words, number)?;
@@ -297,14 +297,14 @@ impl Verilated {
     }
 }
 
-/// Where a block lies in the shared file: `Place` of `testbench/cosim.cpp`.
+/// Where a block lies in the shared file: `BlockLayout` of `testbench/cosim.cpp`.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct BlockLayout {
     input_words: usize,
     output_words: usize,
 }
 
-/// What a process tells of a block beside its outputs: the first words of `Place` of
+/// What a process tells of a block beside its outputs: the first words of `BlockLayout` of
 /// `testbench/cosim.cpp`.
 #[derive(Debug, Clone, Copy)]
 struct Head {
@@ -318,13 +318,13 @@ struct Head {
     kept_bytes: u64,
 }
 
-impl Place {
+impl BlockLayout {
     /// Words of [`Head`].
     const HEAD: u64 = 5;
 
     fn words(self) -> u64 {
         let records = BLOCK_CLOCKS * (self.input_words + 2 * self.output_words) as u64;
-        Place::HEAD + records + (MOST_SKIPS * SKIP_WORDS) as u64 + STATE_BYTES / 8
+        BlockLayout::HEAD + records + (MOST_SKIPS * SKIP_WORDS) as u64 + STATE_BYTES / 8
     }
 
     fn start(self, place: usize) -> u64 {
@@ -332,7 +332,7 @@ impl Place {
     }
 
     fn input_at(self, place: usize) -> u64 {
-        self.start(place) + Place::HEAD
+        self.start(place) + BlockLayout::HEAD
     }
 
     fn output_at(self, place: usize) -> u64 {
@@ -353,7 +353,7 @@ impl Place {
 
     /// Reads the outputs of a block, and what else is told of it.
     fn read(self, process: &Process, place: usize, records: &mut Records) -> Result<Head, String> {
-        let mut head = [0; Place::HEAD as usize];
+        let mut head = [0; BlockLayout::HEAD as usize];
         process.read(self.start(place), &mut head)?;
         let [looks_again, state, may_read_x, has_read_x, kept_bytes] = head;
         let words = records.got.values.len();

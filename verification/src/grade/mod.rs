@@ -8,7 +8,6 @@
 //! equivalent, or inputs exist that show it, or nobody knows.
 
 mod aiger;
-mod family;
 mod labels;
 mod options;
 mod outcome;
@@ -17,18 +16,19 @@ mod run;
 #[cfg(test)]
 mod tests;
 mod tried;
+mod variant_set;
 
 use std::thread;
 
 use serde::{Deserialize, Serialize};
 
-use self::family::Family;
 pub use self::options::{GradeOptions, GradeStimulus};
 pub use self::outcome::{Outcome, Outcomes};
 pub use self::proof::Bounds;
 use self::proof::{Answer, prove};
 use self::run::Stream;
 use self::tried::Tried;
+use self::variant_set::VariantSet;
 use crate::cosim::error::CosimError;
 use crate::cosim::lanes::design::Design;
 use crate::cosim::lanes::{Memories, Refusal};
@@ -95,7 +95,7 @@ pub struct Judged {
     /// File and lines of the Verilog; empty where Yosys knows none.
     pub source: String,
     /// What is known of it.
-    pub verdict: Verdict,
+    pub verdict: FaultVerdict,
     /// If it is caught, the clock of the stimulus at which an output showed it.
     pub clock: Option<u64>,
     /// If it is proven equivalent, how.
@@ -107,7 +107,7 @@ pub struct Judged {
 /// What is known of a fault or mutant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum FaultVerdict {
     /// An output showed it.
     Caught,
     /// No stimulus could show it, as proven.
@@ -205,16 +205,16 @@ pub fn grade(
     stream.check()?;
     on_progress("running faults and mutants");
     let witness = stream.witness()?;
-    let run = |family: Family| {
-        let chosen = choose(family.count());
-        Tried::new(family, chosen, &stream, witness.as_ref())
+    let run = |set: VariantSet| {
+        let chosen = choose(set.count());
+        Tried::new(set, chosen, &stream, witness.as_ref())
     };
     let (faults, mutants) = thread::scope(|scope| {
         let mutants = scope.spawn(|| match options.mutants {
             0 => Ok(None),
-            count => run(Family::mutants(verilog, options, memories, count)?).map(Some),
+            count => run(VariantSet::mutants(verilog, options, memories, count)?).map(Some),
         });
-        let faults = run(Family::faults(&design));
+        let faults = run(VariantSet::faults(&design));
         let mutants = mutants.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         Ok::<_, Refusal>((faults?, mutants?))
     })?;

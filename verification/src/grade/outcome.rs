@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Judged, Score, Verdict};
+use super::{FaultVerdict, Judged, Score};
 
 /// A fault or a mutant, and what became of it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -33,14 +33,14 @@ impl Outcomes {
     pub fn score(self) -> Score {
         let list: Vec<Judged> = self.of.into_iter().map(|outcome| outcome.judged).collect();
         let of = |verdict| list.iter().filter(|judged| judged.verdict == verdict).count();
-        let (total, caught) = (list.len(), of(Verdict::Caught));
-        let proven_equivalent = of(Verdict::ProvenEquivalent);
+        let (total, caught) = (list.len(), of(FaultVerdict::Caught));
+        let proven_equivalent = of(FaultVerdict::ProvenEquivalent);
         Score {
             total,
             caught,
             proven_equivalent,
-            not_caught: of(Verdict::NotCaught),
-            undecided: of(Verdict::Undecided),
+            not_caught: of(FaultVerdict::NotCaught),
+            undecided: of(FaultVerdict::Undecided),
             caught_fraction: match total - proven_equivalent {
                 // There is nothing that could have been missed.
                 0 => 1.0,
@@ -61,6 +61,6 @@ impl Judged {
 
     /// Whether it is neither caught nor proven equivalent.
     fn survives(&self) -> bool {
-        matches!(self.verdict, Verdict::NotCaught | Verdict::Undecided)
+        matches!(self.verdict, FaultVerdict::NotCaught | FaultVerdict::Undecided)
     }
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::aiger::{Started, miter};
-use super::family::Family;
+use super::variant_set::VariantSet;
 use crate::cosim::error::CosimError;
 use crate::cosim::tools::Tool;
 use crate::programs;
@@ -55,7 +55,7 @@ pub(super) enum Answer {
 #[derive(Clone, Copy)]
 pub(super) struct Question<'a> {
     /// Where it is from.
-    pub(super) family: &'a Family,
+    pub(super) set: &'a VariantSet,
     /// Which one it is.
     pub(super) number: usize,
     /// The good design's registers after reset.
@@ -102,8 +102,8 @@ pub(super) fn prove(
 impl Question<'_> {
     fn ask(&self, ignores_idle_payload: bool, limit_s: u32) -> Result<Answer, CosimError> {
         let folder = tempfile::tempdir().map_err(CosimError::cache(std::env::temp_dir()))?;
-        let good = Started { netlist: &self.family.good, values: self.good_values };
-        let variant = self.family.variant(self.number);
+        let good = Started { netlist: &self.set.good, values: self.good_values };
+        let variant = self.set.variant(self.number);
         let variant = Started { netlist: &variant, values: self.values };
         let bytes = miter(good, variant, ignores_idle_payload);
         let path = folder.path().join("miter.aig");

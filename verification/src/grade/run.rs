@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::family::Family;
+use super::variant_set::VariantSet;
 use super::{GradeOptions, GradeStimulus};
 use crate::cosim::build::build_with;
 use crate::cosim::error::CosimError;
@@ -177,26 +177,26 @@ impl<'a> Stream<'a> {
     ///
     /// # Errors
     /// What of the design has no place in lanes; or a tool fails.
-    pub(super) fn machines(&self, family: &Family) -> Result<Machines, Refusal> {
+    pub(super) fn machines(&self, set: &VariantSet) -> Result<Machines, Refusal> {
         let interface = self.sensor.interface();
         let counters = match &self.registers {
-            Some(registers) => Counters::find(&family.good, registers).ok_or_else(|| {
+            Some(registers) => Counters::find(&set.good, registers).ok_or_else(|| {
                 Refusal::unfit("the scan's counters are not found among the variants")
             })?,
             None => Counters::default(),
         };
         let built = build_variants(
-            &family.all,
+            &set.all,
             &counters,
             interface,
             self.verilog.is_users(),
             &self.verilog.cache,
         )?;
         Ok(Machines {
-            model: Variants::load(&built, &family.all, interface)?,
-            choice_bits: family.all.input(CHOICE).map_or(0, <[_]>::len),
-            power_up: power_up(&family.all),
-            states: vec![Vec::new(); family.count() + 1],
+            model: Variants::load(&built, &set.all, interface)?,
+            choice_bits: set.all.input(CHOICE).map_or(0, <[_]>::len),
+            power_up: power_up(&set.all),
+            states: vec![Vec::new(); set.count() + 1],
             alive: Vec::new(),
             at: Vec::new(),
         })
@@ -276,7 +276,7 @@ fn power_up(netlist: &Netlist) -> Vec<bool> {
         .collect()
 }
 
-/// All variants of a family.
+/// All variants of a set.
 pub(super) struct Machines {
     model: Variants,
     choice_bits: usize,

@@ -2,19 +2,19 @@
 
 use std::collections::HashMap;
 
-use super::family::Family;
 use super::labels::{Labels, places};
 use super::outcome::Outcome;
 use super::proof::{Answer, PROOF, Question};
 use super::run::{Caught, Stream};
-use super::{Judged, Verdict};
+use super::variant_set::VariantSet;
+use super::{FaultVerdict, Judged};
 use crate::cosim::in_users_terms;
 use crate::cosim::lanes::Refusal;
 use crate::cosim::source::SourceFile;
 
 /// Variants under a stimulus.
 pub(super) struct Tried {
-    family: Family,
+    set: VariantSet,
     /// Those that are run, in order.
     chosen: Vec<usize>,
     caught: Caught,
@@ -31,12 +31,12 @@ impl Tried {
     /// # Errors
     /// What of the design has no place in lanes; or a tool fails.
     pub(super) fn new(
-        family: Family,
+        set: VariantSet,
         chosen: Vec<usize>,
         stream: &Stream,
         witness: Option<&Stream>,
     ) -> Result<Tried, Refusal> {
-        let mut machines = stream.machines(&family)?;
+        let mut machines = stream.machines(&set)?;
         let caught = stream.run(&mut machines, &chosen)?;
         let left = caught.missed(&chosen);
         let shown = match witness {
@@ -48,13 +48,13 @@ impl Tried {
             _ => HashMap::new(),
         };
         let open = left.into_iter().filter(|number| !shown.contains_key(number));
-        Ok(Tried { open: open.collect(), family, chosen, caught, shown })
+        Ok(Tried { open: open.collect(), set, chosen, caught, shown })
     }
 
     /// What is to be proven of those that nothing has shown.
     pub(super) fn questions(&self) -> impl Iterator<Item = Question<'_>> {
         self.open.iter().map(|&number| Question {
-            family: &self.family,
+            set: &self.set,
             number,
             good_values: &self.caught.after_reset_good,
             values: &self.caught.after_reset[number],
@@ -68,7 +68,7 @@ impl Tried {
         sources: &[SourceFile],
         seed: u64,
     ) -> Vec<Outcome> {
-        let labels = Labels::of(&self.family.good);
+        let labels = Labels::of(&self.set.good);
         let outcome = |&number: &usize| Outcome {
             number,
             judged: self.judge(number, answers, &labels, (sources, seed)),
@@ -83,7 +83,7 @@ impl Tried {
         labels: &Labels,
         (sources, seed): (&[SourceFile], u64),
     ) -> Judged {
-        let (change, net, source) = self.family.describe(labels, number);
+        let (change, net, source) = self.set.describe(labels, number);
         let in_users = |text: &str| in_users_terms(text, sources);
         let judged = |verdict| Judged {
             change,
@@ -95,24 +95,28 @@ impl Tried {
             needs: None,
         };
         if let Some(clock) = self.caught.at[number] {
-            return Judged { clock: Some(clock), ..judged(Verdict::Caught) };
+            return Judged { clock: Some(clock), ..judged(FaultVerdict::Caught) };
         }
         if let Some(clock) = self.shown.get(&number) {
             let needs = format!("the adversarial inputs of seed {seed} show it at clock {clock}");
-            return Judged { needs: Some(needs), ..judged(Verdict::NotCaught) };
+            return Judged { needs: Some(needs), ..judged(FaultVerdict::NotCaught) };
         }
         let place = self.open.binary_search(&number);
         match answers[place.expect("what is not shown is open")].clone() {
             Answer::Equivalent => {
-                Judged { proof: Some(PROOF.to_owned()), ..judged(Verdict::ProvenEquivalent) }
+                Judged { proof: Some(PROOF.to_owned()), ..judged(FaultVerdict::ProvenEquivalent) }
             }
-            Answer::Shown(needs) => Judged { needs: Some(needs), ..judged(Verdict::NotCaught) },
-            Answer::Undecided(why) => Judged { needs: Some(why), ..judged(Verdict::Undecided) },
+            Answer::Shown(needs) => {
+                Judged { needs: Some(needs), ..judged(FaultVerdict::NotCaught) }
+            }
+            Answer::Undecided(why) => {
+                Judged { needs: Some(why), ..judged(FaultVerdict::Undecided) }
+            }
         }
     }
 
     /// How many variants there are, with those that were not run.
     pub(super) fn total(&self) -> usize {
-        self.family.count()
+        self.set.count()
     }
 }

@@ -15,7 +15,7 @@ pub use error::BoardError;
 pub use made::{Bench, BoardPin, BoardProject};
 pub use plan::{Assigned, PinChoice, PinRole, Plan, UartClock};
 pub use pll::{Dividers, Feedback, Frequency, Pll};
-pub use table::{BOARDS, Board, Device, Family, Folder, Gear, GearPads, Pad, Pin, Side};
+pub use table::{BOARDS, Board, Device, DeviceFamily, Folder, Gear, GearPads, Pad, Pin, Side};
 
 /// Folder of a board's files, beside the design.
 pub const BOARD: &str = "board";

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::error::BoardError;
 use super::pll::{Dividers, Frequency};
-use super::table::{Board, Family, Folder, Gear, GearPads, Pad, Pin, Side};
+use super::table::{Board, DeviceFamily, Folder, Gear, GearPads, Pad, Pin, Side};
 use crate::scene::SceneText;
 use crate::sensor::Sensor;
 use crate::wire::{Line, Sent, Sums, check_line};
@@ -517,7 +517,7 @@ fn check_pairs(
 }
 
 /// Whether a pad has a gear, and is on that side.
-fn has_gear(family: &Family, pad: Option<Pad>, side: Option<Side>) -> bool {
+fn has_gear(family: &DeviceFamily, pad: Option<Pad>, side: Option<Side>) -> bool {
     match (family.gear_pads, pad) {
         (GearPads::Any, _) => true,
         (_, None) => false,

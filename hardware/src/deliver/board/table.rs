@@ -16,7 +16,7 @@ pub struct Board {
     /// Name in prose.
     pub title: &'static str,
     /// Its device's family.
-    pub family: &'static Family,
+    pub family: &'static DeviceFamily,
     /// The device's name for the tools, as their command lines want it.
     pub device: Device,
     /// Its oscillator.
@@ -64,7 +64,7 @@ pub struct Device {
 
 /// What the devices of a family can do.
 #[derive(Debug)]
-pub struct Family {
+pub struct DeviceFamily {
     /// Name in prose.
     pub name: &'static str,
     /// Folder in hdl/.
@@ -216,7 +216,7 @@ const ONE_TO_128: &[u32] = &{
 };
 
 /// Lattice ECP5, speed grade 6.
-pub static ECP5: Family = Family {
+pub static ECP5: DeviceFamily = DeviceFamily {
     name: "Lattice ECP5",
     folder: Folder::Ecp5,
     gears: &[
@@ -252,8 +252,8 @@ const fn gowin(
     vco_mhz: RangeInclusive<f64>,
     output_mhz: RangeInclusive<f64>,
     source: &'static str,
-) -> Family {
-    Family {
+) -> DeviceFamily {
+    DeviceFamily {
         name,
         folder: Folder::Gowin,
         gears: &[
@@ -280,11 +280,11 @@ const fn gowin(
 }
 
 /// Gowin GW1NR-9, C6/I5.
-pub static GW1NR_9: Family =
+pub static GW1NR_9: DeviceFamily =
     gowin("Gowin GW1NR-9", 3.0..=400.0, 400.0..=1200.0, 3.125..=600.0, "Gowin DS117, PLL of C6/I5");
 
 /// Gowin GW2AR-18, C8/I7.
-pub static GW2AR_18: Family = gowin(
+pub static GW2AR_18: DeviceFamily = gowin(
     "Gowin GW2AR-18",
     3.0..=500.0,
     500.0..=1250.0,
@@ -293,7 +293,7 @@ pub static GW2AR_18: Family = gowin(
 );
 
 /// Lattice iCE40 UltraPlus.
-pub static ICE40: Family = Family {
+pub static ICE40: DeviceFamily = DeviceFamily {
     name: "Lattice iCE40",
     folder: Folder::Ice40,
     gears: &[Gear { samples: 2, pins: 1, fast_clocks: 1, cells: "SB_IO, both edges" }],
@@ -316,7 +316,7 @@ pub static ICE40: Family = Family {
 };
 
 /// AMD 7-series, speed grade 1.
-pub static XC7: Family = Family {
+pub static XC7: DeviceFamily = DeviceFamily {
     name: "AMD 7-series",
     folder: Folder::Xc7,
     gears: &[

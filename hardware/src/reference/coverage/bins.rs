@@ -1,6 +1,6 @@
 //! Cover points of the bins of a histogram.
 
-use super::{Family, Hindered};
+use super::{Hindered, PointFamily};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, PlannedGroup};
 use crate::sensor::histogram::HistogramPlan;
@@ -91,7 +91,7 @@ pub(super) fn points(plan: &HistogramPlan) -> Vec<Hindered<BinPoint>> {
     points
 }
 
-impl Family for BinPoint {
+impl PointFamily for BinPoint {
     fn text(&self) -> String {
         match *self {
             BinPoint::Hit { lane, later } => format!(

@@ -1,6 +1,6 @@
 //! Cover points of carries and borrows of counters.
 
-use super::{Family, Hindered, steps};
+use super::{Hindered, PointFamily, steps};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup};
 use crate::sensor::interface::{Correlator, Interface};
@@ -57,7 +57,7 @@ pub(super) fn points(interface: &Interface, correlator: &Correlator) -> Vec<Hind
     points.into_iter().map(|point| (point, None)).collect()
 }
 
-impl Family for CarryPoint {
+impl PointFamily for CarryPoint {
     fn text(&self) -> String {
         match *self {
             CarryPoint::Carry { step, bit, up } => format!(

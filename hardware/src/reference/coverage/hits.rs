@@ -1,7 +1,7 @@
 //! Cover points of single hits.
 
 use super::signs::Signs;
-use super::{Family, Hindered, steps};
+use super::{Hindered, PointFamily, steps};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Lead, Length, PlannedGroup};
 use crate::scene::DetectorIndex;
@@ -63,7 +63,7 @@ pub(super) fn points(interface: &Interface, detector: DetectorIndex) -> Vec<Hind
     points
 }
 
-impl Family for HitPoint {
+impl PointFamily for HitPoint {
     fn text(&self) -> String {
         let sign = |up| if up { "up" } else { "down" };
         match *self {

@@ -27,11 +27,11 @@ pub use self::bins::BinPoint;
 pub use self::carries::CarryPoint;
 pub use self::hits::HitPoint;
 pub use self::peaks::PeakPoint;
-pub use self::registers::{First, Place as RegisterPlace, RegisterPoint, Start, TrackPoint};
+pub use self::registers::{First, RegisterKind, RegisterPoint, Start, TrackPoint};
 pub use self::resets::{ResetPoint, ResetState};
 pub(super) use self::running::{CountedHit, Running};
 pub use self::saturation::SaturationPoint;
-pub use self::scans::{Place, ScanPoint};
+pub use self::scans::{GroupPosition, ScanPoint};
 pub use self::signs::signs_reached;
 pub use self::stream::StreamPoint;
 use super::group_maker::GroupMaker;
@@ -40,7 +40,7 @@ use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Counting, Interface};
 
 /// What a family's points have in common.
-trait Family {
+trait PointFamily {
     /// In words, without the detector.
     fn text(&self) -> String;
 
@@ -86,7 +86,7 @@ macro_rules! families {
                 }
             }
 
-            fn point(&self) -> &dyn Family {
+            fn point(&self) -> &dyn PointFamily {
                 match self {
                     $(Happening::$family(point) => point,)+
                 }

@@ -1,6 +1,6 @@
 //! Cover points of a scan's largest count.
 
-use super::{Family, Hindered, steps};
+use super::{Hindered, PointFamily, steps};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup};
 use crate::sensor::interface::Interface;
@@ -41,7 +41,7 @@ pub(super) fn points(interface: &Interface) -> Vec<Hindered<PeakPoint>> {
     points.map(|point| (point, hindrance(point))).collect()
 }
 
-impl Family for PeakPoint {
+impl PointFamily for PeakPoint {
     fn text(&self) -> String {
         let text = match *self {
             PeakPoint::Negative => "a scan's largest count below zero",

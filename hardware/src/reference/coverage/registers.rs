@@ -1,6 +1,6 @@
 //! Cover points of registers, and of scans that a host sets.
 
-use super::{Family, Hindered};
+use super::{Hindered, PointFamily};
 use crate::code::is_maximal;
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::host::Request;
@@ -39,12 +39,12 @@ pub enum RegisterPoint {
     /// An answered write.
     Written {
         /// To what.
-        to: Place,
+        to: RegisterKind,
     },
     /// A read word that was taken.
     Read {
         /// Of what.
-        of: Place,
+        of: RegisterKind,
     },
     /// A write whose address, or data, came first.
     Order {
@@ -147,7 +147,7 @@ pub enum Start {
 
 /// What an address is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Place {
+pub enum RegisterKind {
     /// Identification.
     Identity,
     /// A setting.
@@ -175,16 +175,16 @@ pub enum First {
     Neither,
 }
 
-impl Place {
+impl RegisterKind {
     fn text(self) -> &'static str {
         match self {
-            Place::Identity => "identification",
-            Place::Setting => "a setting",
-            Place::Control => "the control register",
-            Place::Status => "the status register",
-            Place::Peak => "a peak",
-            Place::Nowhere => "no register",
-            Place::Partly => "some bytes of a register",
+            RegisterKind::Identity => "identification",
+            RegisterKind::Setting => "a setting",
+            RegisterKind::Control => "the control register",
+            RegisterKind::Status => "the status register",
+            RegisterKind::Peak => "a peak",
+            RegisterKind::Nowhere => "no register",
+            RegisterKind::Partly => "some bytes of a register",
         }
     }
 }
@@ -233,13 +233,19 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
             add(RegisterPoint::Began { how });
         }
     }
-    let peak = (plan.peaks > 0).then_some(Place::Peak);
-    let places = [Place::Identity, Place::Setting, Place::Control, Place::Status, Place::Nowhere];
+    let peak = (plan.peaks > 0).then_some(RegisterKind::Peak);
+    let places = [
+        RegisterKind::Identity,
+        RegisterKind::Setting,
+        RegisterKind::Control,
+        RegisterKind::Status,
+        RegisterKind::Nowhere,
+    ];
     for place in places.into_iter().chain(peak) {
         add(RegisterPoint::Written { to: place });
         add(RegisterPoint::Read { of: place });
     }
-    add(RegisterPoint::Written { to: Place::Partly });
+    add(RegisterPoint::Written { to: RegisterKind::Partly });
     for first in [First::Address, First::Data, First::Neither] {
         add(RegisterPoint::Order { first });
     }
@@ -258,7 +264,7 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
     points
 }
 
-impl Family for RegisterPoint {
+impl PointFamily for RegisterPoint {
     fn text(&self) -> String {
         match *self {
             RegisterPoint::Taken { setting } => {

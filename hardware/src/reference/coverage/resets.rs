@@ -1,7 +1,7 @@
 //! Cover points of what a reset comes upon.
 
 use super::stream::rows_at_borders;
-use super::{Family, Hindered};
+use super::{Hindered, PointFamily};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup, Receiver};
 use crate::scene::DetectorIndex;
@@ -105,7 +105,7 @@ fn ends_at_epochs(interface: &Interface) -> bool {
     interface.scan_clocks().is_multiple_of(period)
 }
 
-impl Family for ResetPoint {
+impl PointFamily for ResetPoint {
     fn text(&self) -> String {
         let after = |age, of| format!("a reset of one clock {age} clocks after {of}");
         match *self {

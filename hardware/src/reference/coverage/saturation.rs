@@ -1,6 +1,6 @@
 //! Cover points of counts at their limits.
 
-use super::{Family, Hindered, steps};
+use super::{Hindered, PointFamily, steps};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, PlannedGroup};
 use crate::sensor::interface::{Correlator, Interface};
@@ -69,7 +69,7 @@ pub(super) fn points(
     points.into_iter().map(|point| (point, None)).collect()
 }
 
-impl Family for SaturationPoint {
+impl PointFamily for SaturationPoint {
     fn text(&self) -> String {
         let extreme = |up| if up { "largest" } else { "smallest" };
         match *self {

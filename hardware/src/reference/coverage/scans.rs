@@ -1,6 +1,6 @@
 //! Cover points of steps, scans and codes.
 
-use super::{Family, Hindered};
+use super::{Hindered, PointFamily};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup};
 use crate::scene::SourceIndex;
@@ -12,7 +12,7 @@ pub enum ScanPoint {
     /// A result of the first scan after a reset, or of a later one.
     Result {
         /// Which step.
-        place: Place,
+        place: GroupPosition,
         /// A scan that follows another.
         later_scan: bool,
     },
@@ -34,7 +34,7 @@ pub enum ScanPoint {
 
 /// A place in a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Place {
+pub enum GroupPosition {
     /// The first group of steps.
     First,
     /// Neither.
@@ -43,28 +43,28 @@ pub enum Place {
     Last,
 }
 
-impl Place {
+impl GroupPosition {
     /// Of a group among so many.
-    pub fn of(group: u64, groups: u64) -> Place {
+    pub fn of(group: u64, groups: u64) -> GroupPosition {
         match group {
-            _ if group + 1 == groups => Place::Last,
-            0 => Place::First,
-            _ => Place::Middle,
+            _ if group + 1 == groups => GroupPosition::Last,
+            0 => GroupPosition::First,
+            _ => GroupPosition::Middle,
         }
     }
 
     pub(super) fn text(self) -> &'static str {
         match self {
-            Place::First => "first",
-            Place::Middle => "middle",
-            Place::Last => "last",
+            GroupPosition::First => "first",
+            GroupPosition::Middle => "middle",
+            GroupPosition::Last => "last",
         }
     }
 }
 
 /// The places that a scan of so many groups has.
-pub(super) fn places(groups: u64) -> impl Iterator<Item = Place> {
-    [(Place::First, 2), (Place::Middle, 3), (Place::Last, 1)]
+pub(super) fn places(groups: u64) -> impl Iterator<Item = GroupPosition> {
+    [(GroupPosition::First, 2), (GroupPosition::Middle, 3), (GroupPosition::Last, 1)]
         .into_iter()
         .filter_map(move |(place, least)| (groups >= least).then_some(place))
 }
@@ -105,7 +105,7 @@ pub(super) fn codes(interface: &Interface) -> Vec<Hindered<ScanPoint>> {
     sources.map(|source| (ScanPoint::CodeWraps { source }, None)).collect()
 }
 
-impl Family for ScanPoint {
+impl PointFamily for ScanPoint {
     fn text(&self) -> String {
         match *self {
             ScanPoint::Result { place, later_scan } => {

@@ -1,7 +1,7 @@
 //! Cover points of results on the stream.
 
-use super::scans::{Place, places};
-use super::{Family, Hindered, steps};
+use super::scans::{GroupPosition, places};
+use super::{Hindered, PointFamily, steps};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{PlannedGroup, Receiver};
 use crate::sensor::histogram::{CLOCKS_TO_ROW, HistogramPlan};
@@ -27,7 +27,7 @@ pub enum StreamPoint {
     /// A group is lost.
     Lost {
         /// Where in its scan.
-        place: Place,
+        place: GroupPosition,
     },
     /// A scan's last beat, with `m_axis_tlast`, stands while the next group arrives.
     LastHeldAcross,
@@ -107,7 +107,7 @@ pub(super) fn of_rows(interface: &Interface, plan: &HistogramPlan) -> Vec<Hinder
         points.extend([StreamPoint::LostAgain, StreamPoint::LostAsTaken]);
     }
     points.extend([
-        StreamPoint::Lost { place: Place::Last },
+        StreamPoint::Lost { place: GroupPosition::Last },
         StreamPoint::LastHeldAcross,
         StreamPoint::BackToBack,
         StreamPoint::TooLate,
@@ -142,7 +142,7 @@ fn rows_that_may_be_lost(interface: &Interface, plan: &HistogramPlan) -> Vec<usi
     }
 }
 
-impl Family for StreamPoint {
+impl PointFamily for StreamPoint {
     fn text(&self) -> String {
         match *self {
             StreamPoint::Held { beat } => format!("beat {beat} of a group held by the receiver"),
@@ -222,12 +222,17 @@ impl Family for StreamPoint {
             (StreamPoint::LostAsTaken, _) => {
                 Receiver::TakesLastAfter { clocks: maker.beats().div_ceil(2) }
             }
-            (StreamPoint::LastHeldAcross | StreamPoint::Lost { place: Place::First }, _) => {
+            (
+                StreamPoint::LastHeldAcross | StreamPoint::Lost { place: GroupPosition::First },
+                _,
+            ) => {
                 let mut plans = maker.scan(maker.fresh(), plain())?;
                 plans.push(plain().received(Receiver::HoldsAcross { beat: maker.beats() }));
                 return Ok(plans);
             }
-            (StreamPoint::Lost { place: Place::Last }, _) if maker.interface.groups() > 1 => {
+            (StreamPoint::Lost { place: GroupPosition::Last }, _)
+                if maker.interface.groups() > 1 =>
+            {
                 let last = plain().received(Receiver::HoldsAcross { beat: 0 });
                 return maker.scan(maker.fresh(), last);
             }

@@ -1,7 +1,7 @@
 //! Hits, counted in the bins of their samples; and what a frame has counted when it ends.
 
 use super::{Ended, HistogramModel};
-use crate::reference::coverage::{BinPoint, CoverPoint, Place, ScanPoint};
+use crate::reference::coverage::{BinPoint, CoverPoint, GroupPosition, ScanPoint};
 use crate::reference::exercise::Exercised;
 use crate::reference::resets::ResetWatch;
 use crate::scan::{Sample, Sampling};
@@ -88,7 +88,7 @@ impl HistogramModel {
         }
         let mut proves = self.proves.take();
         let is_later = scan > 0;
-        let place = Place::Last;
+        let place = GroupPosition::Last;
         proves.extend(self.table.number(ScanPoint::Result { place, later_scan: is_later }));
         proves.append(&mut resets.of_results);
         self.ended.push_back(Ended {

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::{Ended, HistogramModel};
 use crate::reference::axis::{Axis, Beat};
-use crate::reference::coverage::{BinPoint, CoverPoint, Place, StreamPoint};
+use crate::reference::coverage::{BinPoint, CoverPoint, GroupPosition, StreamPoint};
 use crate::reference::exercise::Counted;
 use crate::scene::DetectorIndex;
 use crate::sensor::histogram::CLOCKS_TO_ROW;
@@ -74,7 +74,7 @@ impl HistogramModel {
             }
             if !std::mem::replace(&mut axis.now.group.is_cut, true) {
                 axis.exercise.overruns += 1;
-                axis.mark(StreamPoint::Lost { place: Place::Last });
+                axis.mark(StreamPoint::Lost { place: GroupPosition::Last });
             }
             if is_first {
                 axis.mark(StreamPoint::FirstLost { beat });
@@ -115,7 +115,7 @@ impl HistogramModel {
             self.reader.follows_lost = true;
             axis.stands_across();
             axis.exercise.overruns += 1;
-            axis.mark(StreamPoint::Lost { place: Place::Last });
+            axis.mark(StreamPoint::Lost { place: GroupPosition::Last });
             if took {
                 axis.mark(StreamPoint::LostAsTaken);
             }

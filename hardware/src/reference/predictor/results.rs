@@ -2,7 +2,7 @@
 
 use super::{Reference, StepResult};
 use crate::reference::axis::Beat;
-use crate::reference::coverage::{CoverPoint, HitPoint, Place, SaturationPoint, ScanPoint};
+use crate::reference::coverage::{CoverPoint, GroupPosition, HitPoint, SaturationPoint, ScanPoint};
 use crate::reference::exercise::Counted;
 use crate::reference::stream::Arrival;
 use crate::scan::Step;
@@ -33,7 +33,7 @@ impl Reference {
             beats,
             saturated,
             last,
-            place: Place::of(self.scan.group.0, self.interface.groups()),
+            place: GroupPosition::of(self.scan.group.0, self.interface.groups()),
             proves,
             proves_if_first: clamps
                 .lone_points(last)
@@ -138,13 +138,13 @@ impl Reference {
             }
         }
         if self.totals.iter().any(|&total| total > 0) {
-            let place = Place::of(self.scan.group.0, self.interface.groups());
+            let place = GroupPosition::of(self.scan.group.0, self.interface.groups());
             let later_scan = self.scan.scan > 0;
             add(ScanPoint::Result { place, later_scan }.into());
             if self.scan.chips == self.interface.timing.scan.integration_chips {
                 add(ScanPoint::WholeStep.into());
             }
-            if place == Place::Last && self.scan.left_out == 0 {
+            if place == GroupPosition::Last && self.scan.left_out == 0 {
                 add(ScanPoint::WholeScan.into());
             }
             let lanes = u64::from(self.interface.lanes());

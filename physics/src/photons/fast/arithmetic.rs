@@ -52,19 +52,19 @@ impl<T> DerefMut for PerLane<T> {
 
 /// A table that all lanes look things up in, padded to a power of two.
 #[derive(Debug, Clone)]
-pub struct Table {
+pub struct LookUp {
     entries: Box<[u32]>,
     /// One less than their number. Of a single word, the compiler would make a scalar
     /// operation for each lane.
     mask: Words,
 }
 
-impl Table {
+impl LookUp {
     /// A table of at least one entry and at most 2^31.
-    pub fn new(entries: impl Iterator<Item = u32>) -> Table {
+    pub fn new(entries: impl Iterator<Item = u32>) -> LookUp {
         let mut entries: Vec<u32> = entries.collect();
         entries.resize(entries.len().next_power_of_two(), 0);
-        Table { mask: Words::all((entries.len() - 1) as u32), entries: entries.into_boxed_slice() }
+        LookUp { mask: Words::all((entries.len() - 1) as u32), entries: entries.into_boxed_slice() }
     }
 
     /// The entries at one place per lane. A loop of its own, because the compiler

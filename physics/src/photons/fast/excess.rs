@@ -1,6 +1,6 @@
 //! The excess on-light of one path, by a change of time.
 
-use super::arithmetic::{LANES, LONGEST_WAIT, Table, Words, exponential, to_ticks, wrap};
+use super::arithmetic::{LANES, LONGEST_WAIT, LookUp, Words, exponential, to_ticks, wrap};
 use super::places::{CHIP_BITS, CodePlaces, IN_CHIP, LONGEST_CHIPS, repeated};
 use super::profile::Profile;
 use super::streams::LaneStreams;
@@ -18,9 +18,9 @@ const START_BITS: u32 = 22;
 pub struct OnTime {
     pub period_chips: u32,
     /// By chip: twice the number of lit chips before it, and 1 if it is itself lit.
-    before: Table,
+    before: LookUp,
     /// By number of lit chip: its chip, and which of the latest chips are on.
-    starts: Table,
+    starts: LookUp,
     lit_chips: u32,
     /// The longest wait in on-time, in ticks, that ends within a period and within a wait.
     last: u32,
@@ -43,7 +43,7 @@ impl OnTime {
             lit_chips += u32::from(pattern != 0);
             entry
         });
-        let before = Table::new(before);
+        let before = LookUp::new(before);
         let lit = (0..).zip(&patterns).filter(|&(_, &pattern)| pattern != 0);
         let starts = lit.map(|(chip, &pattern): (u32, _)| {
             // Without edges all lit chips are alike.
@@ -52,7 +52,7 @@ impl OnTime {
         OnTime {
             period_chips: period as u32,
             before,
-            starts: Table::new(starts),
+            starts: LookUp::new(starts),
             lit_chips,
             last: lit_chips.min(LONGEST_WAIT >> CHIP_BITS) * (1 << CHIP_BITS) - 1,
         }

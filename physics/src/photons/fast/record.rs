@@ -35,7 +35,7 @@ impl RegisteredTicks {
 
 /// An iteration of all lanes: when what fired is registered, in the lanes' clocks.
 #[derive(Debug, Clone, Copy)]
-struct Row {
+struct Detections {
     chips: Words,
     /// Ticks into the chip, or [`NONE`].
     fractions: Words,
@@ -70,7 +70,7 @@ pub struct GroupRunner<'t> {
     lanes: Lanes<'t>,
     /// Streams, and its standard deviation in ticks.
     jitter: Option<(LaneStreams, f32)>,
-    rows: Box<[Row; ROWS]>,
+    rows: Box<[Detections; ROWS]>,
     row: usize,
     groups: [LaneGroup; LANES],
     busy: usize,
@@ -83,7 +83,7 @@ impl<'t> GroupRunner<'t> {
         seed: u64,
         jobs: &'t [(u64, Group)],
     ) -> GroupRunner<'t> {
-        let nothing = Row { chips: Words::all(0), fractions: Words::all(NONE) };
+        let nothing = Detections { chips: Words::all(0), fractions: Words::all(NONE) };
         let idle = |_| LaneGroup { job: None, origin: 0, end: 0, row: 0, tail: None };
         let chips = model.timing.scan.integration_chips;
         let expected = (model.most_detections_per_chip() * chips as f64).min(65_536.0) as usize;

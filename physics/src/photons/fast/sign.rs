@@ -14,7 +14,7 @@
 //! table holds the mean of Phi at x - w and x + w. Rising and falling edges have
 //! different delays but the same table.
 
-use super::arithmetic::{FixedTable, Integers, LANES, Table, Words};
+use super::arithmetic::{FixedTable, Integers, LANES, LookUp, Words};
 use super::normal::{self, NORMAL_REACH};
 use super::places::{CHIP_TICKS, CodePlaces, repeated, round_ticks, ticks};
 use super::streams::LaneStreams;
@@ -40,7 +40,7 @@ pub struct SignTable {
     pub period_chips: u32,
     /// By cell: where the table of probabilities begins, in ticks into the cell
     /// (times 4); whether there is an edge (times 2); the level after it.
-    cells: Table,
+    cells: LookUp,
     /// Thresholds to 31 random bits, of which `threshold + 1` in 2^31 leave the
     /// detection before the edge.
     thresholds: FixedTable<ENTRIES>,
@@ -97,7 +97,7 @@ impl SignTable {
         let thresholds: Vec<i32> = (0..ENTRIES).map(threshold).collect();
         Some(SignTable {
             period_chips: chips.len() as u32,
-            cells: Table::new(cells),
+            cells: LookUp::new(cells),
             is_random: thresholds.iter().any(|&t| t != threshold_of(0.0) && t != threshold_of(1.0)),
             thresholds: FixedTable::new(thresholds.iter().map(|&threshold| threshold as u32)),
             entry_bits,

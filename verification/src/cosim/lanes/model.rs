@@ -13,7 +13,7 @@ pub(super) const BLOCKS_AT_ONCE: usize = 2;
 
 /// An output that follows a code: its plane at every clock of a period.
 #[derive(Debug, Clone)]
-pub(super) struct Table {
+pub(super) struct PeriodicOutput {
     /// The output.
     pub(super) output: usize,
     /// A row for each clock.
@@ -76,14 +76,14 @@ pub(super) struct LaneModel {
     lanes: usize,
     registers: usize,
     outputs: u64,
-    places: Places,
+    offsets: BlockOffsets,
     next_place: usize,
     under_way: VecDeque<usize>,
 }
 
 /// Where a block and what belongs to it lie in the shared file.
 #[derive(Debug, Clone, Copy)]
-struct Places {
+struct BlockOffsets {
     /// First word of the first block.
     first: u64,
     /// Words of a block.
@@ -102,7 +102,7 @@ impl LaneModel {
     pub(super) fn load(
         design: &Design,
         backend: Backend,
-        tables: &[Table],
+        tables: &[PeriodicOutput],
     ) -> Result<LaneModel, CosimError> {
         assert_eq!(tables.len(), design.tables);
         let lanes = backend.lanes();
@@ -116,20 +116,20 @@ impl LaneModel {
         let edges = BLOCK_WORDS + 2 * of_plane + tables.len() as u64;
         let events = edges + most_edges / 2;
         let found = events + clocks * outputs * lanes as u64;
-        let places = Places {
+        let offsets = BlockOffsets {
             first: data_at + tables.iter().map(|table| table.length * of_plane).sum::<u64>(),
             words: found + FOUND_WORDS + of_plane + clocks * (outputs * of_plane + 1),
             edges,
             events,
             found,
         };
-        let words = places.first + BLOCKS_AT_ONCE as u64 * places.words;
+        let words = offsets.first + BLOCKS_AT_ONCE as u64 * offsets.words;
         let mut model = LaneModel {
             process: Process::load(design.built(backend), words)?,
             lanes,
             registers: design.registers.len(),
             outputs,
-            places,
+            offsets,
             next_place: 0,
             under_way: VecDeque::new(),
         };
@@ -137,7 +137,12 @@ impl LaneModel {
         Ok(model)
     }
 
-    fn set_tables(&mut self, tables: &[Table], at: u64, mut data_at: u64) -> Result<(), String> {
+    fn set_tables(
+        &mut self,
+        tables: &[PeriodicOutput],
+        at: u64,
+        mut data_at: u64,
+    ) -> Result<(), String> {
         let mut words = Vec::new();
         for table in tables {
             words.extend([table.output as u64, table.length, data_at]);
@@ -191,7 +196,7 @@ impl LaneModel {
     }
 
     fn start_of(&self, place: usize) -> u64 {
-        self.places.first + place as u64 * self.places.words
+        self.offsets.first + place as u64 * self.offsets.words
     }
 
     /// Hands over a block, and does not wait for its end. At most [`BLOCKS_AT_ONCE`]
@@ -200,21 +205,21 @@ impl LaneModel {
         assert!(self.under_way.len() < BLOCKS_AT_ONCE);
         let place = self.next_place;
         self.next_place = (place + 1) % BLOCKS_AT_ONCE;
-        let (at, places) = (self.start_of(place), self.places);
+        let (at, offsets) = (self.start_of(place), self.offsets);
         let mut words = vec![
             block.clocks,
             block.edges.len() as u64,
-            at + places.edges,
+            at + offsets.edges,
             block.events.len() as u64,
-            at + places.events,
-            at + places.found,
+            at + offsets.events,
+            at + offsets.found,
         ];
         words.extend(block.reset.as_words());
         words.extend(block.watched.as_words());
         words.extend(&block.phases);
         self.process.write(at, &words)?;
-        self.process.write(at + places.edges, &block.edges)?;
-        self.process.write(at + places.events, &block.events)?;
+        self.process.write(at + offsets.edges, &block.edges)?;
+        self.process.write(at + offsets.events, &block.events)?;
         self.process.ask(What::Check as u64, [at, 0, 0, 0, 0])?;
         self.under_way.push_back(place);
         Ok(())
@@ -224,7 +229,7 @@ impl LaneModel {
     pub(super) fn collect(&mut self) -> Result<Found, String> {
         let place = self.under_way.pop_front().expect("a block is under way");
         self.process.answer()?;
-        let at = self.start_of(place) + self.places.found;
+        let at = self.start_of(place) + self.offsets.found;
         let mut head = [0; FOUND_WORDS as usize];
         self.process.read(at, &mut head)?;
         let [first_clock, beats] = head;

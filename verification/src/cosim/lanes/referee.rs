@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 
 use super::design::{Backend, Design};
-use super::model::{Found, LaneBlock, LaneModel, Table};
+use super::model::{Found, LaneBlock, LaneModel, PeriodicOutput};
 use super::netlist::Register;
 use super::planes::Planes;
 use super::vectors;
@@ -32,10 +32,12 @@ impl Referee {
     ///
     /// # Errors
     /// When it cannot be started.
-    pub(super) fn load(design: &Design, tables: &[Table]) -> Result<Referee, CosimError> {
-        let narrowed =
-            |table: &Table| Table { planes: table.planes.narrowed().into(), ..table.clone() };
-        let tables: Vec<Table> = tables.iter().map(narrowed).collect();
+    pub(super) fn load(design: &Design, tables: &[PeriodicOutput]) -> Result<Referee, CosimError> {
+        let narrowed = |table: &PeriodicOutput| PeriodicOutput {
+            planes: table.planes.narrowed().into(),
+            ..table.clone()
+        };
+        let tables: Vec<PeriodicOutput> = tables.iter().map(narrowed).collect();
         Ok(Referee {
             model: LaneModel::load(design, Backend::Verilator, &tables)?,
             found: VecDeque::new(),

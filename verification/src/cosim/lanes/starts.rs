@@ -37,11 +37,11 @@ const VERSION: &str = "10";
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 enum Guess {
     /// A bit of what has been counted.
-    Counted(Place),
+    Counted(CountedBit),
     /// A recurrence over the groups, from [`FIRST_GROUPS`] on.
     Recurrent(Recurrence),
     /// A bit of one of [`numbers`].
-    Number(Place),
+    Number(CountedBit),
     /// A recurrence over the chips of a code, from the one on that stands [`settling_clocks`]
     /// behind the first group's first word.
     Code(CodePlace, Recurrence),
@@ -201,7 +201,7 @@ impl Evidence<'_> {
     }
 
     /// For each register the bit of a number, if its word has been that number, or a part of it.
-    fn binary(&self) -> Vec<Option<Place>> {
+    fn binary(&self) -> Vec<Option<CountedBit>> {
         let histories = &self.watched.histories;
         let mut words: HashMap<&str, Vec<usize>> = HashMap::new();
         for (number, register) in self.design.registers.iter().enumerate() {
@@ -220,12 +220,12 @@ impl Evidence<'_> {
             if registers.iter().filter(changes).count() < COUNTING_BITS {
                 continue;
             }
-            let place = |quantity: usize, offset: u32, register: usize| Place {
+            let place = |quantity: usize, offset: u32, register: usize| CountedBit {
                 quantity,
                 bit: offset + self.design.registers[register].name.1,
                 inverted: false,
             };
-            let is = |place: Place, register: usize| {
+            let is = |place: CountedBit, register: usize| {
                 let was = values.iter().zip(later(register));
                 was.into_iter()
                     .all(|(of, &is)| place.is_set(of[place.quantity].cast_signed()) == is)
@@ -261,7 +261,7 @@ impl Evidence<'_> {
         let histories = &self.watched.histories;
         // Where the bits of a word lie among those of a quantity, from the bits that
         // are without doubt; then from any.
-        let mut offsets: HashMap<&str, Place> = HashMap::new();
+        let mut offsets: HashMap<&str, CountedBit> = HashMap::new();
         let mut guesses = vec![None; histories.len()];
         for certain in [true, false, false] {
             for (number, history) in histories.iter().enumerate() {
@@ -272,7 +272,7 @@ impl Evidence<'_> {
                 let candidates = known.get(history).map_or(&[][..], Vec::as_slice);
                 let beside = offsets
                     .get(word.as_str())
-                    .map(|place| Place { bit: place.bit + bit, ..*place });
+                    .map(|place| CountedBit { bit: place.bit + bit, ..*place });
                 // What the reset alone brings about is over by then.
                 let mut later = history.windows(2).skip(SETTLED_GROUPS);
                 let moves = later.any(|pair| pair[0] != pair[1]);
@@ -287,7 +287,7 @@ impl Evidence<'_> {
                     continue;
                 };
                 if let Some(first_bit) = place.bit.checked_sub(*bit) {
-                    offsets.entry(word).or_insert(Place { bit: first_bit, ..place });
+                    offsets.entry(word).or_insert(CountedBit { bit: first_bit, ..place });
                 }
                 guesses[number] = Some(Guess::Counted(place));
             }
@@ -298,13 +298,13 @@ impl Evidence<'_> {
 
 /// A bit of what has been counted, or its inverse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-struct Place {
+struct CountedBit {
     quantity: usize,
     bit: u32,
     inverted: bool,
 }
 
-impl Place {
+impl CountedBit {
     /// What a register is where the quantity is `value`.
     fn is_set(self, value: i64) -> bool {
         (value >> self.bit & 1 == 1) != self.inverted
@@ -312,7 +312,7 @@ impl Place {
 }
 
 /// For each history of a bit, what has it.
-type Known = HashMap<Vec<bool>, Vec<Place>>;
+type Known = HashMap<Vec<bool>, Vec<CountedBit>>;
 
 fn known_bits(counted: &[Vec<i64>]) -> Known {
     let mut known = Known::new();
@@ -321,9 +321,9 @@ fn known_bits(counted: &[Vec<i64>]) -> Known {
             for inverted in [false, true] {
                 let history: Vec<bool> = counted
                     .iter()
-                    .map(|values| Place { quantity, bit, inverted }.is_set(values[quantity]))
+                    .map(|values| CountedBit { quantity, bit, inverted }.is_set(values[quantity]))
                     .collect();
-                known.entry(history).or_default().push(Place { quantity, bit, inverted });
+                known.entry(history).or_default().push(CountedBit { quantity, bit, inverted });
             }
         }
     }

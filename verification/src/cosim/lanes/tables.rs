@@ -27,7 +27,7 @@ pub(super) fn tables(
     layout: &Layout,
     slices: &[Slice],
     lanes: usize,
-) -> Vec<Table> {
+) -> Vec<PeriodicOutput> {
     let most = slices.iter().map(Slice::length).max().unwrap_or_default();
     let table = |output: usize, period: u64, value: &dyn Fn(u64) -> bool| {
         let length = period.min(most);
@@ -39,11 +39,11 @@ pub(super) fn tables(
                 chip = if chip + 1 == period { 0 } else { chip + 1 };
             }
         }
-        Table { output, planes: planes.into(), length }
+        PeriodicOutput { output, planes: planes.into(), length }
     };
     let period = interface.reference_codes[0].len();
     let lasers = interface.source_codes.iter().enumerate();
-    let mut tables: Vec<Table> = lasers
+    let mut tables: Vec<PeriodicOutput> = lasers
         .map(|(number, code)| {
             let is_on = |chip: u64| code.chips[chip as usize] == 1;
             table(layout.outputs.bits_before(Role::Laser) + number, code.len(), &is_on)

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::design::Backend;
-use super::model::{LaneBlock, LaneModel, Table};
+use super::model::{LaneBlock, LaneModel, PeriodicOutput};
 use super::netlist::{Function, Net, Netlist};
 use super::planes::Planes;
 use super::*;
@@ -256,8 +256,9 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
         let mut random = |rows: usize| {
             Planes::of_words(lanes, (0..rows * lanes / 64).map(|_| rng.random()).collect())
         };
-        let dark = |output| Table { output, planes: Planes::new(lanes, 1).into(), length: 1 };
-        let tables: Vec<Table> = (0..design.tables).map(dark).collect();
+        let dark =
+            |output| PeriodicOutput { output, planes: Planes::new(lanes, 1).into(), length: 1 };
+        let tables: Vec<PeriodicOutput> = (0..design.tables).map(dark).collect();
         let mut model = LaneModel::load(&design, backend, &tables).unwrap();
         let start = random(netlist.registers.len());
         model.set_registers(&start).unwrap();

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::design::{Backend, Design};
-use super::model::{LaneBlock, LaneModel, Table, halted};
+use super::model::{LaneBlock, LaneModel, PeriodicOutput, halted};
 use super::places::CodePlace;
 use super::planes::Planes;
 use super::recurrence::SPARE_SAMPLES;
@@ -60,9 +60,12 @@ impl<'a> Watch<'a> {
         interface: &'a Interface,
     ) -> Result<Watch<'a>, CosimError> {
         let backend = Backend::Vectors;
-        let dark =
-            |output| Table { output, planes: Planes::new(backend.lanes(), 1).into(), length: 1 };
-        let tables: Vec<Table> = (0..design.tables).map(dark).collect();
+        let dark = |output| PeriodicOutput {
+            output,
+            planes: Planes::new(backend.lanes(), 1).into(),
+            length: 1,
+        };
+        let tables: Vec<PeriodicOutput> = (0..design.tables).map(dark).collect();
         let groups = interface.groups();
         // An LFSR that counts all groups is told by twice its bits.
         let counter_bits = groups.next_power_of_two().ilog2() as usize;

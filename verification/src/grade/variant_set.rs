@@ -11,7 +11,7 @@ use crate::cosim::lanes::{Memories, Refusal};
 use crate::cosim::source::Verilog;
 
 /// Variants of a design, all of a kind.
-pub(super) struct Family {
+pub(super) struct VariantSet {
     /// The design with all variants; a bit of the choice for each.
     pub(super) all: Netlist,
     /// The design with none.
@@ -25,11 +25,11 @@ enum Kind {
     Mutants(Vec<Mutant>),
 }
 
-impl Family {
+impl VariantSet {
     /// Every net stuck at 0 and at 1.
-    pub(super) fn faults(netlist: &Netlist) -> Family {
+    pub(super) fn faults(netlist: &Netlist) -> VariantSet {
         let (all, sites) = with_faults(netlist);
-        Family { all, good: netlist.clone(), kind: Kind::Faults(sites) }
+        VariantSet { all, good: netlist.clone(), kind: Kind::Faults(sites) }
     }
 
     /// Mutants that Yosys chooses.
@@ -41,7 +41,7 @@ impl Family {
         options: &GradeOptions,
         memories: Memories,
         count: u32,
-    ) -> Result<Family, Refusal> {
+    ) -> Result<VariantSet, Refusal> {
         let kept: Vec<String> = verilog
             .registers
             .iter()
@@ -50,7 +50,7 @@ impl Family {
             .collect();
         let (top, sources, cache) = (&verilog.top, &verilog.sources, &verilog.cache);
         let (all, list) = mutants(top, sources, count, options.seed, &kept, memories, cache)?;
-        Ok(Family { good: chosen(&all, None), all, kind: Kind::Mutants(list) })
+        Ok(VariantSet { good: chosen(&all, None), all, kind: Kind::Mutants(list) })
     }
 
     /// How many variants there are.
