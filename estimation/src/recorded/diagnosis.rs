@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use super::Cause;
 use super::codes::{self, Candidate};
-use super::hypothesis::{Change, SceneFit, Unknown, constant_cps, fit};
+use super::hypothesis::{Change, SceneFit, Start, Unknown, constant_cps, fit};
 use super::observed::{Observed, differences};
 use crate::estimate::chance::{Darkness, chance_of_zeros};
 use crate::estimate::coverage::steps_outside;
@@ -130,7 +130,7 @@ pub(super) fn fit_of_scene(
     delays_ps: &[f64],
 ) -> Result<SceneFit, FitError> {
     let start = best_delay(sensor, observed, delays_ps)?;
-    let fitted = fit(sensor, observed, &[Unknown::Delay], start);
+    let fitted = fit(sensor, observed, &[Unknown::Delay], start.clone());
     fitted.or_else(|_| fit(sensor, observed, &[], start))
 }
 
@@ -182,20 +182,20 @@ fn gain_of_shape(counts: &[f64], shape: &[f64]) -> f64 {
 }
 
 /// Of some delays, the one at which the scene agrees best with the recorded counts.
-fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Change, FitError> {
+fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Start, FitError> {
     if let Some(delay_ps) = delay_outside(sensor, observed)? {
-        return Ok(Change::later(delay_ps));
+        return Change::later(delay_ps).start(sensor, observed);
     }
     let values = observed.values();
-    let mut best = (f64::INFINITY, Change::default());
+    let mut best: Option<(f64, Start)> = None;
     for &delay_ps in delays_ps {
-        let change = Change::later(delay_ps);
-        let deviance = change.expected(sensor, observed)?.judge(&values)?.deviance;
-        if deviance < best.0 {
-            best = (deviance, change);
+        let start = Change::later(delay_ps).start(sensor, observed)?;
+        let deviance = start.expected.judge(&values)?.deviance;
+        if deviance < best.as_ref().map_or(f64::INFINITY, |(least, _)| *least) {
+            best = Some((deviance, start));
         }
     }
-    Ok(best.1)
+    best.map_or_else(|| Change::default().start(sensor, observed), |(_, start)| Ok(start))
 }
 
 #[derive(Clone)]
@@ -266,7 +266,7 @@ impl Examination<'_> {
         for unknown in candidates {
             let mut unknowns = self.unknowns.clone();
             unknowns.push(unknown);
-            match fit(self.sensor, self.observed, &unknowns, self.fitted.change) {
+            match fit(self.sensor, self.observed, &unknowns, self.fitted.end()) {
                 Ok(fitted) => {
                     let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
                     self.tests.retain(|test| test.cause != unknown.cause());
@@ -310,6 +310,7 @@ impl Examination<'_> {
         let counts = self.observed.step_counts(self.sensor);
         let (dark, brighter_cps) = Darkness::of(self.sensor, detector, &counts).sensor();
         let start = Change::default().by(Unknown::Constant, brighter_cps);
+        let start = start.start(&dark, self.observed).ok()?;
         // Signed counts alone do not tell the background but by their scatter.
         let unknowns: &[Unknown] =
             if self.observed.tells_light() { &[Unknown::Constant] } else { &[] };
@@ -351,7 +352,8 @@ impl Examination<'_> {
         if self.observed.values().iter().any(|&value| value != 0.0) {
             return Ok(None);
         }
-        let nothing = fit(sensor, self.observed, &[], Change::default())?;
+        let start = Change::default().start(sensor, self.observed)?;
+        let nothing = fit(sensor, self.observed, &[], start)?;
         let groups = match self.observed {
             Observed::Steps(_) => counts.len() as f64,
             Observed::Bins(_) => 1.0,
@@ -500,6 +502,7 @@ impl Examination<'_> {
         let places = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
         let agreements = places.into_iter().filter_map(agreement);
         let (_, start) = agreements.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let start = start.start(&sensor, self.observed).ok()?;
         fit(&sensor, self.observed, &[Unknown::Delay, Unknown::Light], start).ok()
     }
 

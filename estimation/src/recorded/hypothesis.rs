@@ -185,13 +185,23 @@ impl Change {
         self.value(Unknown::Integration).clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp()
     }
 
-    pub fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, FitError> {
+    /// A fit's start.
+    pub fn start(self, sensor: &Sensor, observed: Observed) -> Result<Start, FitError> {
+        Ok(Start { change: self, expected: self.expected(sensor, observed)? })
+    }
+
+    fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, FitError> {
         let applied = self.applied(sensor, observed.detector());
         Ok(observed.expected(&applied, self.value(Unknown::Delay))?.in_times(self.times()))
     }
 }
 
 impl SceneFit {
+    /// Where it ended, for a fit that goes on from there.
+    pub fn end(&self) -> Start {
+        Start { change: self.change, expected: self.expected.clone() }
+    }
+
     /// Standard deviation of an unknown.
     pub fn std_of(&self, unknown: Unknown) -> Option<f64> {
         self.errors.iter().find(|(of, _)| *of == unknown).map(|(_, std)| *std)
@@ -221,16 +231,22 @@ impl SceneFit {
     }
 }
 
+/// A change, and what is expected with it.
+#[derive(Clone)]
+pub(super) struct Start {
+    pub change: Change,
+    pub expected: Expected,
+}
+
 /// Fits the unknowns to what was recorded, from `start` on.
 pub(super) fn fit(
     sensor: &Sensor,
     observed: Observed,
     unknowns: &[Unknown],
-    start: Change,
+    start: Start,
 ) -> Result<SceneFit, FitError> {
     let values = observed.values();
-    let mut change = start;
-    let mut expected = change.expected(sensor, observed)?;
+    let Start { mut change, mut expected } = start;
     let mut errors = Vec::new();
     if !unknowns.is_empty() {
         let own_s = TheoryEffort::of(sensor, observed.detector())?.seconds(Work::Response);

@@ -153,8 +153,9 @@ fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
     let found = check_testable(sensor, observed).and_then(|()| {
         // The phase may mistake another path's peak for the own one, and a fit may take an own peak
         // far from the scene's for other light.
-        let by_phase = observed.estimate(&by_phase(sensor));
-        let found_ps = [&estimate, &by_phase].into_iter().filter_map(later_ps);
+        let is_fit = sensor.scene().estimator == EstimatorKind::Model;
+        let phase = is_fit.then(|| observed.estimate(&by_phase(sensor)));
+        let found_ps = [Some(&estimate), phase.as_ref()].into_iter().flatten().filter_map(later_ps);
         let delays_ps: Vec<f64> = found_ps.chain([0.0]).collect();
         // A peak that is not chance is of some light.
         let may_be_dark = estimate.chance_fraction.is_none_or(|chance| chance >= DOUBTFUL);
