@@ -17,7 +17,7 @@ use goldtof::simulate::Tier;
 use goldtof::simulate::scans::histograms;
 use optics_support::stepped::Stepped;
 use optics_support::{
-    Moments, assert_within_standard_errors, gold_5, gold_11, repeated, table_i_scene,
+    Moments, assert_within_standard_errors, gold_5, gold_9, repeated, table_i_scene,
 };
 
 const STEP_PS: f64 = 25.0;
@@ -26,7 +26,7 @@ const FIRST: DetectorIndex = DetectorIndex(0);
 
 /// Table I's sensor with a histogram over so many code periods.
 fn scene(primary_cps: f64, periods: u64) -> Scene {
-    let mut scene = table_i_scene(gold_11(), primary_cps, 2047 * periods);
+    let mut scene = table_i_scene(gold_9(), primary_cps, 511 * periods);
     scene.paths[0].delay_ps = DELAY_PS;
     scene.hardware.architecture = Architecture::Histogram;
     scene
@@ -43,16 +43,16 @@ fn made(scene: &Scene, tier: Tier, seed: u64, repetitions: u64) -> Vec<Histogram
 /// counts over the same code periods.
 #[test]
 fn every_phase_step_counts_what_the_up_down_sensor_would() {
-    let scene = scene(8e6, 7);
+    let scene = scene(8e6, 28);
     let model = DetectorModel::new(&Sensor::new(&scene), FIRST);
     let mut pulses = Vec::new();
-    PulseStream::new(&model, 5, 0).advance(Sample(7 * 16_376), &mut pulses);
+    PulseStream::new(&model, 5, 0).advance(Sample(28 * 4_088), &mut pulses);
     assert!(pulses.len() > 600);
     let chips = &scene.sources[0].code.chips;
-    let expected: Vec<i64> = (0..16_376)
+    let expected: Vec<i64> = (0..4_088)
         .map(|k: i64| {
             let sign = |pulse: &Pulse| {
-                let chip = (pulse.first.0 as i64 - k).div_euclid(8).rem_euclid(2047);
+                let chip = (pulse.first.0 as i64 - k).div_euclid(8).rem_euclid(511);
                 2 * i64::from(chips[chip as usize]) - 1
             };
             pulses.iter().map(sign).sum()
@@ -62,7 +62,7 @@ fn every_phase_step_counts_what_the_up_down_sensor_would() {
         panic!("one histogram");
     };
     assert_eq!(sampled.total(), pulses.len() as u64);
-    assert_eq!(Correlator::new(&gold_11(), 8).signed_counts(sampled), expected);
+    assert_eq!(Correlator::new(&gold_9(), 8).signed_counts(sampled), expected);
     // Pulses of 7 ns never merge after a dead time of 14 ns. What the window's rims cut is in
     // the bin of the period's first sample.
     let [of_events] = &made(&scene, Tier::Events, 5, 1)[..] else {
@@ -131,7 +131,7 @@ fn bins_go_together_as_photons_do() {
 /// Drawn bins fit as photons do: bias, scatter and chi-square.
 #[test]
 fn drawn_bins_fit_as_those_of_photons() {
-    let mut scene = scene(8e6, 70);
+    let mut scene = scene(8e6, 280);
     scene.estimator = EstimatorKind::Model;
     let said =
         Sensor::new(&scene).simulate(Tier::Counts.scans(repeated(120, 300))).expect("it does");
@@ -174,7 +174,7 @@ fn the_corrected_light_has_no_bias() {
         let bins = Stepped::new(&scene, STEP_PS).hits_per_sample();
         let light = detector.correct_means(&bins, 1.0).expect("it is of this detector");
         let expected = light.per_period.iter().sum::<f64>();
-        let of_scene = (primary_cps + 71e3) * 2047.0 * 8e-9;
+        let of_scene = (primary_cps + 71e3) * 511.0 * 8e-9;
         assert!((expected / of_scene - 1.0).abs() < 0.01, "{primary_cps}: {expected}");
         // A detection that blinded the detector for itself would be 1 / (2 x periods) of it.
         let off = moments.mean / expected - 1.0;
@@ -185,7 +185,7 @@ fn the_corrected_light_has_no_bias() {
 
 #[test]
 fn the_phase_of_corrected_light_is_what_theory_expects() {
-    for (primary_cps, periods, repetitions) in [(8e6, 28, 1_000), (60e6, 70, 1_000)] {
+    for (primary_cps, periods, repetitions) in [(8e6, 112, 1_000), (60e6, 280, 1_000)] {
         let scene = scene(primary_cps, periods);
         let said = Sensor::new(&scene).simulate(Tier::Events.scans(repetitions)).expect("it does");
         let path = &said.estimates[0];
@@ -203,14 +203,14 @@ fn the_phase_of_corrected_light_is_what_theory_expects() {
 #[test]
 fn the_fit_to_bins_has_no_walk() {
     for (primary_cps, detected_mcps) in [(0.8e6, 0.99), (8e6, 8.06), (31e6, 22.3), (170e6, 45.8)] {
-        let scene = scene(primary_cps, 100_000);
+        let scene = scene(primary_cps, 400_000);
         let stepped = Stepped::new(&scene, STEP_PS);
         assert!((stepped.detection_rate_hz() / 1e6 / detected_mcps - 1.0).abs() < 0.01);
-        let bins: Vec<f64> = stepped.hits_per_sample().iter().map(|hits| hits * 1e5).collect();
+        let bins: Vec<f64> = stepped.hits_per_sample().iter().map(|hits| hits * 4e5).collect();
         let sensor = Sensor::new(&scene);
         let fitter = BinFitter::new(&sensor, FIRST).expect("it is one path");
         let fitted = fitter.fit_means(&bins).expect("it settles");
-        let error_ps = delay_error_ps(fitted.delay_ps, DELAY_PS, 2047.0 * 8e3);
+        let error_ps = delay_error_ps(fitted.delay_ps, DELAY_PS, 511.0 * 8e3);
         let error_mm = 1e3 * distance_m(error_ps);
         assert!(error_mm.abs() < 0.01, "{primary_cps}: {error_mm} mm");
         // Chi-square of expected bins is what the two solutions differ by.
@@ -220,7 +220,7 @@ fn the_fit_to_bins_has_no_walk() {
 
 #[test]
 fn the_fit_to_bins_scatters_as_the_bound_says() {
-    let mut scene = scene(8e6, 70);
+    let mut scene = scene(8e6, 280);
     scene.estimator = EstimatorKind::Model;
     let scans = repeated(100, 200);
     let said = Sensor::new(&scene).simulate(Tier::Sampled.scans(scans)).expect("it does");
@@ -237,7 +237,7 @@ fn the_fit_to_bins_scatters_as_the_bound_says() {
 #[test]
 fn what_histograms_do_not_show_is_said() {
     let of = |change: &dyn Fn(&mut Scene)| {
-        let mut scene = scene(8e6, 7);
+        let mut scene = scene(8e6, 28);
         change(&mut scene);
         Sensor::new(&scene)
     };
@@ -254,7 +254,7 @@ fn what_histograms_do_not_show_is_said() {
     let refused = BinFitter::new(&two, FIRST).map(|_| ());
     assert_eq!(refused, Err(FitError::NotOnePath { paths: 2, own: 2 }));
     // Drawn bins do not go together round the end of a code period: of 31 chips that is
-    // said, of 2047 it is nothing.
+    // said, of 511 it is nothing.
     let mut scene_of_31 = table_i_scene(gold_5(), 8e6, 31 * 40);
     scene_of_31.hardware.architecture = Architecture::Histogram;
     let told = |sensor: &Sensor, tier: Tier| {
@@ -276,7 +276,7 @@ fn what_histograms_do_not_show_is_said() {
 /// and say so.
 #[test]
 fn a_report_says_what_the_bins_say() {
-    let mut scene = scene(60e6, 700);
+    let mut scene = scene(60e6, 2_800);
     let [histogram] = &made(&scene, Tier::Sampled, 9, 1)[..] else {
         panic!("one histogram");
     };
@@ -288,7 +288,7 @@ fn a_report_says_what_the_bins_say() {
         assert_eq!(report.fit.is_some(), estimator == EstimatorKind::Model);
     }
     let total = histogram.total();
-    let signed = Correlator::new(&gold_11(), 8).signed_counts(histogram).into_iter();
+    let signed = Correlator::new(&gold_9(), 8).signed_counts(histogram).into_iter();
     let counts: Vec<StepCount> = signed.map(|signed| StepCount { signed, total }).collect();
     scene.estimator = EstimatorKind::Fft;
     let report = estimate_scan(&Sensor::new(&scene), FIRST, &counts);

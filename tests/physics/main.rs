@@ -40,6 +40,7 @@ mod recorded_histograms_are_diagnosed;
 mod recordings_are_replayed;
 mod reproduce_makes_figures_and_claims;
 mod search_invents_nothing;
+mod sequential_tests_keep_their_promise;
 mod simulate_agrees_with_theory;
 mod sources_with_clocks_of_their_own;
 mod stress_quick_cases_hold;

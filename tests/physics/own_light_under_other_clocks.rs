@@ -9,11 +9,10 @@ use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
 
 use optics_support::{
-    Moments, assert_within_standard_errors, code, gold, m_sequence, table_i_scene,
+    Moments, assert_within_standard_errors, code, gold, m_sequence, repeated, table_i_scene,
 };
 
 const SPAD: DetectorIndex = DetectorIndex(0);
-const SCANS: u64 = 150;
 const CODE_CHIPS: f64 = 127.0;
 /// Chips of a step, not in whole code periods.
 const CHIPS: u64 = 127 * 50 + 13;
@@ -40,11 +39,11 @@ fn scene(ratio: f64, slip_chips: f64) -> Scene {
     scene
 }
 
-fn fits(scene: &Scene) -> Vec<Result<ModelEstimate, FitError>> {
+fn fits(scene: &Scene, repetitions: u64) -> Vec<Result<ModelEstimate, FitError>> {
     let sensor = Sensor::new(scene);
     let fitter = Fitter::new(&sensor, SPAD, CountingTier::Events, OtherLight::Given);
     let mut fits = Vec::new();
-    scans(&sensor, SPAD, Tier::Events, 5, SCANS, |counts| {
+    scans(&sensor, SPAD, Tier::Events, 5, repetitions, |counts| {
         fits.push(fitter.fit(counts));
     })
     .expect("scans");
@@ -62,8 +61,8 @@ struct Said {
 }
 
 impl Said {
-    fn of(scene: &Scene) -> Said {
-        let all = fits(scene);
+    fn of(scene: &Scene, scans: u64) -> Said {
+        let all = fits(scene, scans);
         let refused = |fit: &&Result<ModelEstimate, FitError>| matches!(fit, Err(FitError::OwnNotSeen { sigmas, needed }) if sigmas < needed);
         let fitted: Vec<&ModelEstimate> = all.iter().flatten().collect();
         let truth_ps = scene.paths[0].delay_ps;
@@ -92,8 +91,8 @@ impl Said {
 /// it chi-square per degree is 1.24 here, and errors scatter by 1.5 standard deviations.
 #[test]
 fn what_another_clocks_code_adds_to_the_scatter_is_in_what_the_fit_says() {
-    let said = Said::of(&scene(3.0, 2.6));
-    assert_eq!(said.fitted, SCANS);
+    let said = Said::of(&scene(3.0, 2.6), 150);
+    assert_eq!(said.fitted, 150);
     assert_eq!(said.wrong(), 0);
     // Some 45 degrees: a scan's chi-square is within 1 +- 0.21, the mean within 0.02;
     // the code's correlation is no Gaussian number.
@@ -108,12 +107,13 @@ fn what_another_clocks_code_adds_to_the_scatter_is_in_what_the_fit_says() {
 /// ratio, and two thirds of those of the second, were wrong by four standard deviations.
 #[test]
 fn own_light_that_another_clocks_code_hides_is_refused_and_not_guessed() {
-    let few = Said::of(&scene(10.0, 2.6));
-    assert_eq!(few.fitted + few.not_seen, SCANS);
-    // A third to two thirds stand out; noise and what stands out by chance: 1 or 2.
-    assert!(few.fitted > SCANS / 3 && few.not_seen > SCANS / 5);
-    assert!(few.wrong() <= 4, "{} of {}", few.wrong(), few.fitted);
+    let scans = repeated(50, 150);
+    let few = Said::of(&scene(10.0, 2.6), scans);
+    assert_eq!(few.fitted + few.not_seen, scans);
+    // A third to two thirds stand out; noise and what stands out by chance: 1 or 2 of 150.
+    assert!(few.fitted > scans / 3 && few.not_seen > scans / 5);
+    assert!(few.wrong() <= 3, "{} of {}", few.wrong(), few.fitted);
 
-    let none = Said::of(&scene(30.0, 2.6));
-    assert!(none.not_seen >= SCANS - 2, "{}", none.fitted);
+    let none = Said::of(&scene(30.0, 2.6), scans);
+    assert!(none.not_seen >= scans - 2, "{}", none.fitted);
 }

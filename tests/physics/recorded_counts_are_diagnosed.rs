@@ -15,6 +15,7 @@ use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
 use optics_support::repeated;
+use optics_support::sequential::Seldom;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use statrs::distribution::{Beta, ContinuousCDF as _};
@@ -32,9 +33,24 @@ fn scans_or(default: u64) -> u64 {
 }
 
 /// The causes that are named for each of some scans of the sensor `built`, by somebody
-/// who has the scene `written`.
-fn causes(built: &Sensor, written: &Sensor, has_totals: bool, repetitions: u64) -> Vec<Vec<Cause>> {
-    said(built, written, has_totals, repetitions).into_iter().map(|(causes, _)| causes).collect()
+/// who has the scene `written`: block after block, until these suffice.
+fn causes_until(
+    built: &Sensor,
+    written: &Sensor,
+    has_totals: bool,
+    block: u64,
+    mut suffice: impl FnMut(&[Cause]) -> bool,
+) -> Vec<Vec<Cause>> {
+    let mut found = Vec::new();
+    for seed in 11.. {
+        let said = said(built, written, has_totals, block, seed);
+        let decided = said.iter().fold(false, |_, (causes, _)| suffice(causes));
+        found.extend(said.into_iter().map(|(causes, _)| causes));
+        if decided {
+            break;
+        }
+    }
+    found
 }
 
 /// Counts as a file has them: without total counts these are 0.
@@ -51,9 +67,10 @@ fn said(
     written: &Sensor,
     has_totals: bool,
     repetitions: u64,
+    seed: u64,
 ) -> Vec<(Vec<Cause>, String)> {
     let mut found = Vec::new();
-    scans(built, DetectorIndex(0), Tier::Sampled, 11, repetitions, |counts| {
+    scans(built, DetectorIndex(0), Tier::Sampled, seed, repetitions, |counts| {
         let scan = recorded(counts, has_totals);
         let diagnosis = assess(written, &scan).diagnosis;
         let diagnosis = diagnosis.expect("there are residuals");
@@ -95,11 +112,14 @@ fn a_sensor_that_is_as_its_scene_says_is_seldom_accused() {
         ("without totals", &["path.distance=3.27 m"][..], false),
     ] {
         let scene = quick(settings);
-        let found = causes(&scene, &scene, has_totals, scans_or(75));
-        let accused = share(what, &found, |causes| !causes.is_empty());
         // Seven tests at 0.2 %.
-        assert!(accused[0] < 0.01, "{what}: {accused:?}");
-        assert!(accused[1] < 0.1, "{what}: {accused:?}");
+        let mut accused = Seldom::new(0.005, 0.1, 0.02);
+        let found = causes_until(&scene, &scene, has_totals, scans_or(13), |causes| {
+            accused.take(!causes.is_empty());
+            !accused.is_open()
+        });
+        share(what, &found, |causes| !causes.is_empty());
+        accused.assert_holds(what);
     }
 }
 
@@ -120,21 +140,24 @@ fn a_blocked_beam_gives_no_distance_and_is_named() {
         let more = if has_totals { &with_totals[..] } else { &[] };
         let built = quick(&[settings, more].concat());
         let written = quick(more).estimated_by(estimator);
-        let (mut distances, mut named, mut all) = (0, 0, 0);
-        scans(&built, DetectorIndex(0), Tier::Sampled, 5, scans_or(40), |counts| {
-            let found = assess(&written, &recorded(counts, has_totals));
-            let chance = found.estimate.chance_fraction.expect("there are hits");
-            assert!(chance < 0.02 || found.estimate.distance_m.is_none(), "{found}");
-            distances += u64::from(found.estimate.distance_m.is_some());
-            named += u64::from(found.diagnosis.expect("it is known").causes == [Cause::NoLight]);
-            all += 1;
-        })
-        .unwrap();
-        println!("{what}: a distance of {distances} of {all}, no light named in {named}");
-        // One in fifty; no light explains all but 0.2 %.
-        let [least, _] = binomial_interval(distances, all);
-        assert!(least <= 0.02, "{what}: {distances} of {all}");
-        assert!(named * 20 >= all * 19, "{what}: {named} of {all}");
+        // A distance of one in fifty; no light explains all but 0.2 %.
+        let mut distances = Seldom::new(0.02, 0.2, 0.03);
+        let mut unnamed = Seldom::new(0.002, 0.1, 0.2);
+        for seed in 5.. {
+            scans(&built, DetectorIndex(0), Tier::Sampled, seed, scans_or(18), |counts| {
+                let found = assess(&written, &recorded(counts, has_totals));
+                let chance = found.estimate.chance_fraction.expect("there are hits");
+                assert!(chance < 0.02 || found.estimate.distance_m.is_none(), "{found}");
+                distances.take(found.estimate.distance_m.is_some());
+                unnamed.take(found.diagnosis.expect("it is known").causes != [Cause::NoLight]);
+            })
+            .unwrap();
+            if !distances.is_open() && !unnamed.is_open() {
+                break;
+            }
+        }
+        distances.assert_holds(&format!("{what}: distances"));
+        unnamed.assert_holds(&format!("{what}: no light not named"));
     }
 }
 
@@ -233,7 +256,8 @@ fn at_random(random: &mut Xoshiro256PlusPlus) -> Vec<String> {
     let mut log = |least: f64, most: f64| least * (most / least).powf(random.random::<f64>());
     let mut settings = vec![
         format!("clock.chip_period={} ns", log(1.0, 100.0)),
-        format!("source.code.degree={}", log(5.0, 8.0) as u32),
+        // Of each degree more the theory takes four times as long.
+        format!("source.code.degree={}", log(5.0, repeated(7, 8) as f64) as u32),
         format!("source.mean_power={} pW", log(0.1, 1e4)),
         format!("source.extinction_ratio={}", log(2.0, 1e3)),
         format!("detector.dead_time={} ns", log(1.0, 100.0)),
@@ -258,15 +282,22 @@ fn peaks_of_light_are_no_chance_and_those_of_none_are() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(29);
     for _ in 0..repeated(10, 200) {
         let settings = at_random(&mut random);
+        // Whether the peak is found does not depend on what else the hardware sends.
+        let settings_of_all: Vec<&str> = settings.iter().map(String::as_str).collect();
+        let theory = predict(
+            &quick(&settings_of_all),
+            DetectorIndex(0),
+            PathIndex(0),
+            CountingTier::Sampled,
+        );
+        let missed = theory.ok().and_then(|theory| theory.missed_fraction);
+        let is_found = missed.is_some_and(|missed| missed < 1e-4);
         for totals in ["hardware.total_counts=false", "hardware.total_counts=true"] {
             let more = |more: &[&'static str]| {
                 let settings = settings.iter().map(String::as_str).chain([totals]);
                 quick(&settings.chain(more.iter().copied()).collect::<Vec<_>>())
             };
             let written = more(&[]);
-            let theory = predict(&written, DetectorIndex(0), PathIndex(0), CountingTier::Sampled);
-            let missed = theory.ok().and_then(|theory| theory.missed_fraction);
-            let is_found = missed.is_some_and(|missed| missed < 1e-4);
             for (built, has_light) in [
                 (more(&[]), true),
                 (more(&["path.transmission=0"]), false),
@@ -310,7 +341,7 @@ fn peaks_of_light_are_no_chance_and_those_of_none_are() {
 fn dim_light_is_not_taken_for_none() {
     let built = quick(&["source.mean_power=2 pW", "hardware.total_counts=true"]);
     let written = quick(&["hardware.total_counts=true"]);
-    for (causes, sentence) in said(&built, &written, true, 5) {
+    for (causes, sentence) in said(&built, &written, true, 5, 11) {
         assert!(causes.contains(&Cause::LightLevel), "{sentence}");
     }
     scans(&built, DetectorIndex(0), Tier::Sampled, 5, 20, |counts| {
@@ -393,14 +424,20 @@ fn what_is_wrong_with_a_sensor_is_named() {
         let fixed = "detector.pulse_width=7 ns";
         let settings: Vec<&str> = std::iter::once(fixed).chain(setting.split("; ")).collect();
         let built = quick(&settings);
-        let found = causes(&built, &quick(&[fixed]), has_totals, scans_or(repeated(9, 12)));
         let totals = if has_totals { "with" } else { "without" };
         let what = format!("{what}, {totals} totals");
+        let mut unnamed = Seldom::new(0.05, 0.5, 0.1);
+        let mut not_alone = Seldom::new(0.05, 0.5, 0.1);
+        let found = causes_until(&built, &quick(&[fixed]), has_totals, scans_or(4), |causes| {
+            unnamed.take(!causes.contains(&cause));
+            not_alone.take(causes != [cause]);
+            !(unnamed.is_open() || is_alone && not_alone.is_open())
+        });
         let named = share(&what, &found, |causes| causes.contains(&cause));
         let alone = share(&format!("{what}, alone"), &found, |causes| causes == [cause]);
         let first = found.iter().map(|causes| format!("{causes:?}"));
         println!("{:?}", first.collect::<std::collections::BTreeSet<_>>());
-        if named[1] <= 0.9 || is_alone && alone[1] <= 0.9 {
+        if !unnamed.holds() || is_alone && !not_alone.holds() {
             wrong.push(format!("{what}: named {named:?}, alone {alone:?}"));
         }
     }
@@ -467,9 +504,14 @@ fn another_code_is_named_wherever_it_is() {
         Arc::new(spec.build().unwrap())
     };
     let written = quick(&["source.code.index=3"]);
-    // Ones that a mere correlation of codes misses at this light, and the default.
-    for index in [0, 15, -1] {
-        for place in ["the light alone", "the reference alone", "light and reference"] {
+    let places = ["the light alone", "the reference alone", "light and reference"];
+    // Ones that a mere correlation of codes misses at this light, and the default: the first in every place.
+    for (index, places) in [
+        (0, &places[..]),
+        (15, &places[..repeated(1, 3) as usize]),
+        (-1, &places[repeated(2, 0) as usize..]),
+    ] {
+        for &place in places {
             let built = written.with(|scene| {
                 let mut light = scene.sources[0].clone();
                 let light_has_it = place != "the reference alone";
@@ -483,7 +525,7 @@ fn another_code_is_named_wherever_it_is() {
                 0.. => format!("the code whose index is {} higher", (index - 3).rem_euclid(31)),
                 _ => format!("the code of index {index}"),
             };
-            for (causes, sentence) in said(&built, &written, true, 1) {
+            for (causes, sentence) in said(&built, &written, true, 1, 11) {
                 assert_eq!(causes, [Cause::Code], "{index} {place}: {sentence}");
                 assert!(sentence.contains(&name), "{index} {place}: {sentence}");
                 assert!(sentence.contains(place), "{index} {place}: {sentence}");
@@ -502,7 +544,7 @@ fn what_is_the_other_way_round_is_told_as_such() {
         scene.sources.push(light);
         scene.paths[0].source = SourceIndex(1);
     });
-    for (causes, sentence) in said(&opposite, &written, true, 4) {
+    for (causes, sentence) in said(&opposite, &written, true, 4, 11) {
         assert_eq!(causes, [Cause::Polarity], "{sentence}");
         assert!(sentence.contains("the light is inverted"), "{sentence}");
     }
@@ -524,7 +566,7 @@ fn what_is_the_other_way_round_is_told_as_such() {
 #[test]
 fn a_right_scene_with_brighter_light_of_others_is_not_accused() {
     let scene = Sensor::new(&scene::load(Path::new("tests/scenes/near-far.toml")).unwrap());
-    let found = causes(&scene, &scene, true, scans_or(6));
+    let found = causes_until(&scene, &scene, true, scans_or(6), |_| true);
     let accused = share("near and far", &found, |causes| !causes.is_empty());
     assert!(accused[0] < 0.01, "{accused:?}");
 }

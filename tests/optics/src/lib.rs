@@ -4,6 +4,7 @@
 
 pub mod naive;
 pub mod recordings;
+pub mod sequential;
 pub mod stepped;
 
 use std::sync::Arc;
@@ -51,6 +52,12 @@ pub fn gold(degree: usize, u: &[usize], v: &[usize]) -> Arc<Code> {
 
 pub fn gold_5() -> Arc<Code> {
     gold(5, &[5, 2], &[5, 4, 3, 2])
+}
+
+/// As [`gold_11`], for what does not depend on a code's length: a quarter of the phase steps, and of
+/// what they cost.
+pub fn gold_9() -> Arc<Code> {
+    gold(9, &[9, 4], &[9, 6, 4, 3])
 }
 
 pub fn gold_11() -> Arc<Code> {
