@@ -96,8 +96,15 @@ module async_fifo #(
 
     wire reader_has_it = there_seen == back_r;
 
-    assign o_available = ahead_r != write_known_r;
-    assign o_met       = read_r == ahead_r;
+    // Places are at most 2^ADDRESS_BITS apart, so the sign of a difference tells whether there is one: a carry
+    // chain in place of two comparisons.
+    wire [TOP:0] from_written = ahead_r - write_known_r;
+    wire [TOP:0] from_ahead   = read_r - ahead_r;
+
+    wire         unused       = &{1'b0, from_written, from_ahead};
+
+    assign o_available = from_written[TOP];
+    assign o_met       = !from_ahead[TOP];
 
     bridge_sync #(
         .BITS (1)

@@ -20,7 +20,7 @@ module bridge_reset (
     reg answer_r      = 1'b0;
     reg uart_meta_r   = 1'b0;
     reg uart_rst_r    = 1'b0;
-    reg hold_r;
+    reg hold_r        = 1'b1; // the core offers nothing before the first reset
 
     assign o_rst      = hold_r;
     assign o_uart_rst = uart_rst_r;
