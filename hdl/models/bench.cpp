@@ -10,19 +10,21 @@
 //   FIRST        with the board's own core: the sample that is the first one of photons.bin
 //
 // Reads   host.txt     "byte HH", "bits N" (idle for so many bits), "low N" (a break), "flags N" (o_overrun,
-//                      o_saturated), "light N" (0: the detectors are dark), "slow N" (1: registers take their time), "unlock N" (the
-//                      PLL loses its lock for so many bits), one a line
+//                      o_saturated), "light N" (0: the detectors are dark, 1: light at random, 2: a hit of each sample
+//                      every three chips), "slow N" (1: registers take their time), "unlock N" (the PLL loses its
+//                      lock for so many bits), one a line
 //         results.txt  a line for each result: clocks to wait, data (hexadecimal, words of 32 bits, the
 //                      lowest first), last
 // Writes  line.bin     bytes of the line
 //         axi.txt      transfers: "R" or "W", address, data, response
 //         report.txt   "key value" a line: what follows from the run; "reset" with the bytes, results taken and
-//                      transfers before it
+//                      transfers before it; "hits" by sample before each light but the first dark, and at the end
 //
 // Ends with status 1 and a line "fault WHAT" in report.txt where a rule is broken: of AXI4-Lite (what is offered stands until it is
 // taken; nothing is offered in reset), of the reset, or when samples, lasers or the LED are not what they
 // have to be. LED_ON and HELD are levels; CORE_BENCH says that the core is core_bench.sv.
 
+#include <cmath>
 #include <deque>
 #include <fstream>
 #include <map>
@@ -54,6 +56,9 @@ uint32_t random_number() {
     return random_state;
 }
 
+// Hits by sample at the core.
+void report_hits();
+
 // What a host hears: bits in the middle of their time, by its own clock. What it says: levels, and how long
 // they stand.
 struct Script : Line {
@@ -71,8 +76,8 @@ struct Script : Line {
     std::ifstream in{"host.txt"};
     std::deque<std::pair<int, double>> levels;  // level, bits
     double until = 0, unlocked_until = 0;
-    int level = 1, flags = 0;
-    bool light = true, slow = false, done = false;
+    int level = 1, flags = 0, light = 1;
+    bool slow = false, done = false;
 
     void takes(double bit, bool is_high) override {
         // The line is anything until the first reset.
@@ -137,7 +142,10 @@ struct Script : Line {
         in >> number;
         if (word == "bits" || word == "low") levels.push_back({word == "bits", number * sent_bit});
         if (word == "flags") flags = int(number);
-        if (word == "light") light = number != 0;
+        if (word == "light") {
+            light = int(number);
+            if (light != 0) report_hits();
+        }
         if (word == "slow") slow = number != 0;
         if (word == "unlock") unlocked_until = bit + number;
         return true;
@@ -290,6 +298,12 @@ struct Core {
 
 Core* core;
 
+void report_hits() {
+    report << "hits";
+    for (uint64_t count : core->hits) report << " " << count;
+    report << "\n";
+}
+
 // A memory of 512 words that takes its time, and above it addresses that answer SLVERR and DECERR; and the
 // rules.
 struct Slave {
@@ -391,6 +405,8 @@ struct Slave {
 };
 
 Slave* slave;
+#else
+void report_hits() {}
 #endif
 
 }  // namespace
@@ -442,7 +458,8 @@ int main(int argc, char** argv) {
     Photons photons("photons.bin");
     const int64_t first = argc > 5 ? std::strtoll(argv[5], nullptr, 10) : 0;
 #endif
-    Board the_board;
+    // Registers without a value of their own wake with any.
+    Board the_board(random_state);
     board = &the_board;
 
     const double bits_of_step = BAUD / board->sample_hz();
@@ -457,9 +474,12 @@ int main(int argc, char** argv) {
 #ifdef CORE_BENCH
         if (locked && !lock) core->needs_reset = true;
         if (!locked && lock) locked_at = chip_now;
-        for (int d = 0; d < DETECTORS; ++d)
-            if (!host.light) level_now = REST ? ~0u : 0u;
-            else if (random_number() % 3 == 0) level_now ^= 1u << d;
+        const bool is_even = step_now % 2 == 0;
+        const int64_t chip = step_now / SAMPLES_PER_CHIP % 3;
+        if (host.light == 0 || host.light == 2)
+            level_now = (host.light == 2 && chip != 2 && is_even == (chip == 0)) == bool(REST) ? 0u : ~0u;
+        for (int d = 0; d < DETECTORS && host.light == 1; ++d)
+            if (random_number() % 3 == 0) level_now ^= 1u << d;
         core->history[uint64_t(step_now) % core->history.size()] = level_now;
         core->edge_in_step = false;
 #else
@@ -484,14 +504,13 @@ int main(int argc, char** argv) {
 #endif
         if (more || host.busy || !host.done) quiet = bit;
     }
-    report << "chips " << uint64_t(chip_now) << "\nbytes " << host.bytes << "\nbroken " << host.broken
+    report << "chip_fs " << std::llround(1e15 * SAMPLES_PER_CHIP / board->sample_hz()) << "\nchips " << uint64_t(chip_now) << "\nbytes " << host.bytes << "\nbroken " << host.broken
               << "\nbusy_bits " << host.last - host.first << "\n";
 #ifdef CORE_BENCH
     int64_t lag = 0;
     while (lag < MOST_LAG && !core->may_lag[lag]) ++lag;
-    report << "stalled " << core->stalled << "\nfirst " << core->second_edge - lag << "\nhits";
-    for (uint64_t count : core->hits) report << " " << count;
-    report << "\n";
+    report << "stalled " << core->stalled << "\nfirst " << core->second_edge - lag << "\n";
+    report_hits();
 #endif
     return 0;
 }

@@ -78,8 +78,13 @@ public:
 // The board, its clocks, and simulated time in samples.
 class Board {
 public:
-    // Registers without a value of their own wake as 0, as an FPGA's configuration leaves them.
-    Board() : context_(new VerilatedContext), top_(new Vsimulated_board(context_.get())) {
+    // Registers without a value of their own wake as 0, as an FPGA's configuration leaves them; or with values
+    // that follow from a seed.
+    explicit Board(uint32_t seed = 0) : context_(new VerilatedContext) {
+        context_->randReset(seed == 0 ? 0 : 2);
+        context_->randSeed(int(seed & 0x7fffffff));
+        top_.reset(new Vsimulated_board(context_.get()));
+        top_->i_fast_clk = top_->i_line_clk = top_->i_step = top_->i_locked = 0;
         top_->i_rx = 1;
         top_->i_detector = REST ? ALL_DETECTORS : 0u;
         top_->eval();

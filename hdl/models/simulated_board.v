@@ -22,11 +22,11 @@ module simulated_board (
     output wire                                                      o_held,     // 0 of a board that holds nothing
 
     // What the cells' parameters make of the oscillator, and of a second pin's delay; 0 of no such cell
-    output reg  [31:0]                                               o_fast_multiplier,
-    output reg  [31:0]                                               o_fast_divider,
-    output reg  [31:0]                                               o_line_multiplier,
-    output reg  [31:0]                                               o_line_divider,
-    output reg  [31:0]                                               o_delay_taps
+    output reg  [31:0]                                               o_fast_multiplier = 32'd0,
+    output reg  [31:0]                                               o_fast_divider = 32'd0,
+    output reg  [31:0]                                               o_line_multiplier = 32'd0,
+    output reg  [31:0]                                               o_line_divider = 32'd0,
+    output reg  [31:0]                                               o_delay_taps = 32'd0
 `ifndef SIMULATED_BENCH
     ,
     // What the core sees, by which the simulation finds how late the gears are

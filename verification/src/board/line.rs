@@ -3,23 +3,14 @@
 use std::fmt;
 
 use goldtof_wire::{
-    ANSWER_BYTES, Decoder, Event, Frame, IDENTITY_FRAME_BYTES, MOST_RESULTS_OF_A_FRAME,
-    RESULTS_HEADER_BYTES, SYNC, encode,
+    ANSWER_BYTES, BLOCK_BYTES, Decoder, Event, Frame, IDENTITY_FRAME_BYTES,
+    MOST_RESULTS_OF_A_FRAME, RESULTS_HEADER_BYTES, SYNC, encode,
 };
 
 use super::BoardRun;
+use super::cover::Cover;
 use super::model::{Facts, Outcome};
-use super::script::{Expected, Offer, Script};
-
-/// Situations, and how often they came up.
-pub(super) type Cover = Vec<(String, u64)>;
-
-/// Counts a situation; one that is not among them is of no interest for this board.
-fn reach(cover: &mut Cover, name: &str) {
-    if let Some((_, reached)) = cover.iter_mut().find(|(point, _)| point == name) {
-        *reached += 1;
-    }
-}
+use super::script::{Era, Expected, Moment, Offer, Script};
 
 /// A result that has to come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,7 +97,17 @@ impl Facts {
         if let Some(fault) = &outcome.fault {
             return Err(fault.clone());
         }
+        let told_fs = self.identity.chip_period_fs;
+        if outcome.chip_fs.abs_diff(told_fs.into()) > 1 {
+            return Err(format!(
+                "the PLL makes chips of {} fs, and the device tells {told_fs} fs",
+                outcome.chip_fs
+            ));
+        }
         let resets = outcome.lines.len() as u64 - 1;
+        if resets + 1 < script.eras.len() as u64 {
+            return Err(format!("{resets} resets came, and the PLL lost its lock more often"));
+        }
         if outcome.broken > resets {
             return Err(format!("{} bytes of the line have no start or stop bit", outcome.broken));
         }
@@ -128,31 +129,22 @@ impl Facts {
                 cover,
             )
             .and_then(|()| {
-                let expected = match number.checked_sub(1) {
-                    _ if is_last => &script.answers[..],
-                    Some(before) => {
-                        script.answers_before.get(before).map_or(&[][..], Vec::as_slice)
-                    }
-                    None => &[],
+                let Some(era) = script.eras.get(number) else {
+                    return Err("there was no reason for a reset".to_owned());
                 };
-                self.check_answers(expected, is_last, outcome, &answers, cover)
+                self.check_answers(era, outcome, &answers, cover)?;
+                // The own core's are nowhere written down.
+                if script.is_whole() {
+                    Ok(())
+                } else {
+                    era.check_transfers(&outcome.transfers[number])
+                }
             })
             .map_err(|fault| match number {
                 0 => fault,
                 _ => format!("{fault} (behind reset {number})"),
             })?;
-        }
-        told.answers = answers.len() as u64;
-        if outcome.transfers != script.transfers {
-            let differs = |k: &usize| outcome.transfers.get(*k) != script.transfers.get(*k);
-            let k = (0..).find(differs).unwrap_or_default();
-            let shown =
-                |transfers: &[String]| transfers.get(k).cloned().unwrap_or("none".to_owned());
-            return Err(format!(
-                "transfer {k} at the core's registers is {}, and was to be {} (direction, address, data, response)",
-                shown(&outcome.transfers),
-                shown(&script.transfers)
-            ));
+            told.answers += answers.len() as u64;
         }
         let waits = self.packing.waits;
         // Until the line's side has been reset, too.
@@ -165,17 +157,26 @@ impl Facts {
             ));
         }
         if waits && outcome.stalled as f64 > most_stalled {
-            reach(cover, "the core waits for the line");
+            cover.reach("the core waits for the line");
         }
         let share = (told.bytes.saturating_sub(1) * 10) as f64 / outcome.busy_bits.max(1.0);
-        if script.keeps_line_full && share < 0.985 {
+        if script.keeps_line_full && share < self.least_share() {
             return Err(format!(
                 "the line is busy for {:.1} % of the time, and results wait",
                 100.0 * share
             ));
         }
-        script.points.iter().for_each(|point| reach(cover, point));
+        script.points.iter().for_each(|point| cover.reach(point));
         Ok(told)
+    }
+
+    /// Share of the time that a full line carries bytes: its clock looks at a frame's results, three times at each,
+    /// while the CRC of the frame before goes out and as long as it takes.
+    fn least_share(&self) -> f64 {
+        let most = MOST_RESULTS_OF_A_FRAME as usize;
+        let bits = 10.0 * (RESULTS_HEADER_BYTES + self.layout.payload_bytes(most) + 4) as f64;
+        let looks = 3.0 * most as f64 / f64::from(self.clocks_per_bit);
+        0.985 * bits / (bits + (looks - 40.0).max(0.0))
     }
 
     /// Results that have to come of what the core offers.
@@ -284,7 +285,7 @@ impl Facts {
             }
             for (bit, name) in [(1, "o_overrun is told"), (2, "o_saturated is told")] {
                 if seen & bit != 0 {
-                    reach(cover, name);
+                    cover.reach(name);
                 }
             }
             at += match &frame {
@@ -305,7 +306,7 @@ impl Facts {
             let is_results = matches!(frame, Frame::Results(_));
             if is_results {
                 if had_answer {
-                    reach(cover, "an answer between frames of results");
+                    cover.reach("an answer between frames of results");
                 }
                 (had_results, had_answer) = (true, false);
             } else {
@@ -313,7 +314,7 @@ impl Facts {
                 had_answer = had_results;
             }
             if frames == 256 {
-                reach(cover, "the sequence number goes round");
+                cover.reach("the sequence number goes round");
             }
             (frames, sequence) = (frames + 1, sequence.wrapping_add(1));
         }
@@ -325,7 +326,7 @@ impl Facts {
             return Err(format!("{rest} bytes at the line's end are no frame, nor its beginning"));
         }
         if rest > 2 && !is_last {
-            reach(cover, "a reset within a frame");
+            cover.reach("a reset within a frame");
         }
         if is_last && results.at < due.len() {
             return Err(format!(
@@ -346,18 +347,20 @@ impl Facts {
         (RESULTS_HEADER_BYTES + results + 4).max(IDENTITY_FRAME_BYTES)
     }
 
-    /// Answers of the host's requests; others may follow unless these `are_all`.
+    /// Answers of the host's requests from one reset to the next.
     fn check_answers(
         &self,
-        expected: &[Expected],
-        are_all: bool,
+        era: &Era,
         outcome: &Outcome,
         answers: &[Frame],
         cover: &mut Cover,
     ) -> Result<(), String> {
-        let mut hits_before = vec![0_u32; outcome.hits.len().next_multiple_of(8)];
-        for (number, expected) in expected.iter().enumerate() {
+        let mut before = vec![0; self.places_of_hits()];
+        for (number, expected) in era.answers.iter().enumerate() {
             let Some(answer) = answers.get(number) else {
+                if era.is_cut && number + 1 == era.answers.len() {
+                    break;
+                }
                 return Err(format!(
                     "request {number} got no answer, which was to be {expected:?}"
                 ));
@@ -367,37 +370,87 @@ impl Facts {
                 (Expected::Written(request, status), Frame::Answer(answer)) => {
                     (*request, *status) == (answer.request, answer.status)
                 }
-                (Expected::Hits(request, first, is_behind), Frame::Block(asked, block)) => {
-                    let words =
-                        block.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word));
-                    let mut is_right = request == asked;
-                    for (place, word) in (*first..hits_before.len()).zip(words) {
-                        let counted = word.wrapping_sub(hits_before[place]);
-                        hits_before[place] = word;
-                        let Some(&hits) = outcome.hits.get(place) else { continue };
-                        is_right &= !is_behind || u64::from(counted) == hits;
-                        if *is_behind && hits > 0 {
-                            reach(cover, &format!("hits of sample {place} are counted"));
-                        }
-                    }
-                    is_right
+                (&Expected::Hits(request, first, moment), Frame::Block(asked, block)) => {
+                    self.check_hits(moment, first, block, &mut before, outcome, cover)?;
+                    request == *asked
                 }
                 _ => false,
             };
             if !is_right {
-                let hits = match expected {
-                    Expected::Hits(..) => format!(" (hits at the core: {:?})", outcome.hits),
-                    _ => String::new(),
-                };
-                return Err(format!(
-                    "answer {number} is {answer:?}, and was to be {expected:?}{hits}"
-                ));
+                return Err(format!("answer {number} is {answer:?}, and was to be {expected:?}"));
             }
         }
-        match answers.get(expected.len()) {
-            Some(answer) if are_all => Err(format!("{answer:?} was not asked for")),
+        match answers.get(era.answers.len()) {
+            Some(answer) => Err(format!("{answer:?} was not asked for")),
+            None => Ok(()),
+        }
+    }
+
+    /// A block of hits by sample, and what the counts were before.
+    fn check_hits(
+        &self,
+        moment: Moment,
+        first: usize,
+        block: &[u8; BLOCK_BYTES],
+        before: &mut [u32],
+        outcome: &Outcome,
+        cover: &mut Cover,
+    ) -> Result<(), String> {
+        // At the core up to the light at random, up to the steady one, and to the end.
+        let [_, random, all] = &outcome.hits[..] else {
+            return Err(format!("the light changed {} times", outcome.hits.len()));
+        };
+        let mut differences = Vec::new();
+        for (place, word) in (first..before.len()).zip(block.as_chunks::<4>().0) {
+            let word = u32::from_le_bytes(*word);
+            let counted = u64::from(word.wrapping_sub(before[place]));
+            match moment {
+                Moment::Before => before[place] = word,
+                Moment::BehindLight if counted != random[place] => {
+                    return Err(format!(
+                        "{counted} hits of sample {place} are counted, and {} came to the core",
+                        random[place]
+                    ));
+                }
+                Moment::BehindLight => {
+                    before[place] = word;
+                    if counted > 0 {
+                        cover.reach(&format!("hits of sample {place} are counted"));
+                    }
+                }
+                Moment::InLight => differences.push(counted),
+                Moment::BehindIt => {
+                    differences.push((all[place] - random[place]).wrapping_sub(counted));
+                }
+            }
+        }
+        let (least, most) = (differences.iter().min(), differences.iter().max());
+        match (least, most) {
+            // Every sample has a hit in every third chip.
+            (Some(&least), Some(&most)) if least == 0 || most - least > 1 => Err(format!(
+                "of samples with as many hits each {least} to {most} hits are counted, or left out: \
+                 while a host reads, counting has to rest, and of all of them"
+            )),
             _ => Ok(()),
         }
+    }
+}
+
+impl Era {
+    /// Transfers at the core's registers from one reset to the next.
+    fn check_transfers(&self, transfers: &[String]) -> Result<(), String> {
+        let least = self.transfers.len().saturating_sub(usize::from(self.is_cut));
+        if transfers.len() >= least && self.transfers.starts_with(transfers) {
+            return Ok(());
+        }
+        let differs = |k: &usize| transfers.get(*k) != self.transfers.get(*k);
+        let k = (0..).find(differs).unwrap_or_default();
+        let shown = |transfers: &[String]| transfers.get(k).cloned().unwrap_or("none".to_owned());
+        Err(format!(
+            "transfer {k} at the core's registers is {}, and was to be {} (direction, address, data, response)",
+            shown(transfers),
+            shown(&self.transfers)
+        ))
     }
 }
 
@@ -418,14 +471,14 @@ impl Results<'_> {
         self.at += dropped as usize;
         self.lost += dropped;
         if self.lost >= 1 << 16 {
-            reach(cover, "the number of lost results goes round");
+            cover.reach("the number of lost results goes round");
         }
         if self.due.get(self.at).is_none_or(|due| due.place != 0) {
             return Err(format!(
                 "{dropped} results are told to be lost behind result {at}, behind which no scan begins"
             ));
         }
-        reach(cover, "results are lost");
+        cover.reach("results are lost");
         for &(first, comes) in self.scans.iter().filter(|(first, _)| (at..self.at).contains(first))
         {
             if comes {
@@ -433,7 +486,7 @@ impl Results<'_> {
                     "the scan from result {first} on is lost, which began with the FIFO less than half full"
                 ));
             }
-            reach(cover, "a scan is lost with the FIFO more than half full");
+            cover.reach("a scan is lost with the FIFO more than half full");
         }
         self.has_lost = true;
         // It began with the FIFO less than half full.
@@ -441,7 +494,7 @@ impl Results<'_> {
         let scan = self.due[self.at..].iter().position(|due| due.last).map_or(0, |last| last + 1);
         if scan <= room {
             self.whole_until = self.at + scan;
-            reach(cover, "a scan is whole behind a loss");
+            cover.reach("a scan is whole behind a loss");
         }
         Ok(())
     }
@@ -481,25 +534,25 @@ impl Results<'_> {
                         "the scan from result {first} on is taken, which began with the FIFO more than half full"
                     ));
                 }
-                reach(cover, "a scan is taken with the FIFO less than half full");
+                cover.reach("a scan is taken with the FIFO less than half full");
             }
             self.at += 1;
             if place > 255 {
-                reach(cover, "places beyond 8 bits");
+                cover.reach("places beyond 8 bits");
             }
         }
         match frame.results.len() {
-            1 => reach(cover, "a frame of one result"),
-            255 => reach(cover, "a frame of 255 results"),
+            1 => cover.reach("a frame of one result"),
+            255 => cover.reach("a frame of 255 results"),
             _ => {}
         }
         let is_end = if frame.last { "a frame that ends a scan" } else { "a frame within a scan" };
-        reach(cover, is_end);
+        cover.reach(is_end);
         if self.at as u64 - self.lost > 1 << facts.fifo_address_bits {
-            reach(cover, "the FIFO's places go round");
+            cover.reach("the FIFO's places go round");
         }
         if are_more {
-            reach(cover, "results of the board's own core");
+            cover.reach("results of the board's own core");
         }
         Ok(())
     }

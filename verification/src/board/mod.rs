@@ -5,13 +5,18 @@
 //! slowly as it likes ([`crate::deliver::board::CORE_BENCH`]); a last one has the core itself, and its results are
 //! those of the reference model.
 
+mod cover;
 mod line;
+mod maker;
 mod model;
+mod own_core;
 mod runs;
 mod script;
 
 use serde::Serialize;
 
+use self::cover::Cover;
+pub use self::cover::CoverPoint;
 pub use self::model::Facts;
 use crate::cosim::Verdict;
 use crate::cosim::error::CosimError;
@@ -59,15 +64,6 @@ pub struct BoardRun {
     pub answers: u64,
 }
 
-/// A situation that shows whether a board is right.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub struct CoverPoint {
-    /// What comes up.
-    pub name: String,
-    /// How often it did.
-    pub reached: u64,
-}
-
 /// Runs a board: the emitted one, or that of the user's folder.
 ///
 /// # Errors
@@ -82,7 +78,7 @@ pub fn check(
     let facts = Facts::of(sensor, emission)?;
     on_run("compiling models of the board");
     let (bench, remarks) = model::build(sensor, emission, own, true)?;
-    let mut cover = facts.cover_points();
+    let mut cover = Cover::of(&facts);
     let mut report = BoardReport {
         verdict: Verdict::Match,
         board: facts.board.clone(),
@@ -116,9 +112,9 @@ pub fn check(
             }
         }
     }
-    report.cover = cover.into_iter().map(|(name, reached)| CoverPoint { name, reached }).collect();
-    if report.fault.is_none() && report.cover.iter().any(|point| point.reached == 0) {
+    if report.fault.is_none() && !cover.is_whole() {
         report.verdict = Verdict::Inconclusive;
     }
+    report.cover = cover.0;
     Ok(report)
 }

@@ -98,6 +98,19 @@ impl Facts {
     }
 }
 
+impl Facts {
+    /// Whether results are dropped that the line is too slow for.
+    pub(super) fn loses(&self) -> bool {
+        !self.packing.waits && self.sums.is_none()
+    }
+
+    /// Samples of all detectors whose hits the board counts.
+    pub(super) fn places_of_hits(&self) -> usize {
+        let Identity { counts_samples, detectors, samples_per_chip, .. } = self.identity;
+        if counts_samples { usize::from(detectors) * usize::from(samples_per_chip) } else { 0 }
+    }
+}
+
 /// A board's model, built.
 pub(super) struct Model {
     built: Built,
@@ -180,10 +193,12 @@ pub(super) struct Outcome {
     pub lines: Vec<Vec<u8>>,
     /// Results that the core had been rid of at each reset, and at the end.
     pub taken: Vec<usize>,
-    /// Transfers at the core's registers since the last reset.
-    pub transfers: Vec<String>,
-    /// Hits by sample at the core.
-    pub hits: Vec<u64>,
+    /// Transfers at the core's registers, parted by the resets.
+    pub transfers: Vec<Vec<String>>,
+    /// Hits by sample at the core up to each change of the light, and to the end.
+    pub hits: Vec<Vec<u64>>,
+    /// Length of a chip, as the PLL makes it.
+    pub chip_fs: u64,
     /// Chips.
     pub chips: u64,
     /// Bits of time from the first byte's end to the last one's.
@@ -243,7 +258,7 @@ impl Model {
             }
         }
         let line = written("line.bin")?;
-        let (mut ends, mut transfers) = (Vec::new(), 0);
+        let (mut ends, mut transfers) = (Vec::new(), Vec::new());
         for line in said.lines() {
             let mut words = line.split(' ');
             let key = words.next().unwrap_or_default();
@@ -252,28 +267,36 @@ impl Model {
                 ("reset", &[bytes, taken, before]) => {
                     ends.push(bytes as usize);
                     outcome.taken.push(taken as usize);
-                    transfers = before as usize;
+                    transfers.push(before as usize);
                 }
+                ("chip_fs", &[chip]) => outcome.chip_fs = chip as u64,
                 ("chips", &[chips]) => outcome.chips = chips as u64,
                 ("broken", &[broken]) => outcome.broken = broken as u64,
                 ("busy_bits", &[bits]) => outcome.busy_bits = bits,
                 ("stalled", &[clocks]) => outcome.stalled = clocks as u64,
                 ("first", &[first]) => outcome.first = Some(first as i64),
-                ("hits", hits) => outcome.hits = hits.iter().map(|&hits| hits as u64).collect(),
+                ("hits", hits) => {
+                    outcome.hits.push(hits.iter().map(|&hits| hits as u64).collect());
+                }
                 _ => {}
             }
         }
         outcome.taken.push(script.offers.len());
-        let mut begin = 0;
-        for end in ends.into_iter().chain([line.len()]) {
-            outcome.lines.push(line[begin..end.max(begin)].to_vec());
-            begin = end.max(begin);
-        }
+        ends.push(line.len());
+        outcome.lines = parted(&line, &ends);
         // What is in the core's place writes it.
         let told = if script.is_whole() { String::new() } else { text("axi.txt")? };
-        outcome.transfers = told.lines().skip(transfers).map(str::to_owned).collect();
+        let told: Vec<String> = told.lines().map(str::to_owned).collect();
+        transfers.push(told.len());
+        outcome.transfers = parted(&told, &transfers);
         Ok(outcome)
     }
+}
+
+/// What comes up to each of these ends, from the one before on.
+fn parted<T: Clone>(all: &[T], ends: &[usize]) -> Vec<Vec<T>> {
+    let begins = [0].iter().chain(ends);
+    begins.zip(ends).map(|(&begin, &end)| all[begin..end].to_vec()).collect()
 }
 
 /// Results as the bench reads them.

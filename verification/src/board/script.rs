@@ -41,8 +41,32 @@ pub(super) enum Expected {
     Frame(Frame),
     /// A write's, with this response: its data mean nothing.
     Written(Request, u8),
-    /// Hits by sample: a block from this word on, before the light or behind it.
-    Hits(Request, usize, bool),
+    /// Hits by sample: a block from this word on.
+    Hits(Request, usize, Moment),
+}
+
+/// When hits by sample are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Moment {
+    /// Before any light.
+    Before,
+    /// Behind light at random: what came is counted.
+    BehindLight,
+    /// In light that is the same for every sample: all have counted for the same time.
+    InLight,
+    /// Behind that: nothing was counted while the host read.
+    BehindIt,
+}
+
+/// From one reset to the next.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Era {
+    /// Answers, in order.
+    pub answers: Vec<Expected>,
+    /// Transfers at the core's registers.
+    pub transfers: Vec<String>,
+    /// The last of either may be missing: the next reset may have cut it.
+    pub is_cut: bool,
 }
 
 /// What is done to a board in a run, and what has to come of it.
@@ -60,12 +84,8 @@ pub(super) struct Script {
     pub chips: u64,
     /// The sample that is the first of the light.
     pub first: i64,
-    /// Answers since the last reset, in order.
-    pub answers: Vec<Expected>,
-    /// Those that come first behind each reset before it. What the next one may have cut follows.
-    pub answers_before: Vec<Vec<Expected>>,
-    /// Transfers at the core's registers since then.
-    pub transfers: Vec<String>,
+    /// What has to come up to the first reset, from there to the next one, and so on.
+    pub eras: Vec<Era>,
     /// The core's flags, one after another.
     pub flags: Vec<u8>,
     /// Results may be lost, but not among so many at first.

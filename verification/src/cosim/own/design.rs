@@ -1,5 +1,8 @@
 //! Reads a design: what the user names of it, and what its top module's ports are.
 
+use std::fs;
+use std::path::{Path, PathBuf};
+
 use super::manifest::{Named as Manifest, check_top};
 use super::search::{Search, Taken, check_folders};
 use super::wrapper::wrapper;
@@ -93,17 +96,36 @@ pub fn read_board(
         );
         return Err(bad_option("--rtl", reason));
     }
-    named.searched.retain(|file| {
-        file.file_stem().is_none_or(|stem| others.iter().all(|other| stem != *other))
-    });
+    let is_other =
+        |file: &PathBuf| others.iter().any(|other| file.file_stem() == Some(other.as_ref()));
+    let (left_out, searched) = named.searched.into_iter().partition::<Vec<_>, _>(is_other);
+    named.searched = searched;
     for model in models {
+        let is_other = |file: &&PathBuf| {
+            file.file_stem() == Path::new(&model.name).file_stem()
+                && fs::read(file).ok().as_deref() != Some(model.text.as_bytes())
+        };
+        named.remarks.extend(left_out.iter().filter(is_other).map(|file| {
+            format!("{} is not read: goldtof has its own {}", file.display(), model.name)
+        }));
         let file = place.path().join(&model.name);
         write(&file, &model.text)?;
         named.files.push(file);
     }
     let cache = cache_dir()?;
     let tools = Tools::find(&cache)?;
-    Ok(Search::new(&tools, top, named)?.find()?.0)
+    let found = Search::new(&tools, top, named)?.find();
+    Ok(found.map_err(|error| without(error, place.path()))?.0)
+}
+
+/// A refusal without the names of files that the user does not have.
+fn without(error: CosimError, place: &Path) -> CosimError {
+    let CosimError::Rejected { tool, output } = error else { return error };
+    let folder = format!("{}/", place.display());
+    let is_looked_in = |line: &&str| line.trim_start().starts_with(&folder) && !line.contains(": ");
+    let lines = output.lines().filter(|line| !is_looked_in(line));
+    let told: Vec<String> = lines.map(|line| line.replace(&folder, "goldtof's ")).collect();
+    CosimError::Rejected { tool, output: told.join("\n") }
 }
 
 /// The scan's counters, if the manifest names those that a design emitted for `interface`

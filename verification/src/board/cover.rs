@@ -1,0 +1,86 @@
+//! Situations that show whether a board is right, and how often each came up.
+
+use goldtof_wire::REQUEST_BYTES;
+use serde::Serialize;
+
+use super::model::Facts;
+
+/// A situation that shows whether a board is right.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
+pub struct CoverPoint {
+    /// What comes up.
+    pub name: String,
+    /// How often it did.
+    pub reached: u64,
+}
+
+/// Those of a board.
+pub(super) struct Cover(pub Vec<CoverPoint>);
+
+/// Of each byte of a request from this one on.
+const OF_BYTES: [(&str, usize); 3] = [
+    ("a request with a wrong bit in byte", 0),
+    ("a request that is torn before byte", 1),
+    ("a byte without its stop bit before byte", 1),
+];
+
+/// A situation, and the boards on which it has to come up.
+type Point = (&'static str, fn(&Facts) -> bool);
+
+const POINTS: [Point; 30] = [
+    ("a pause within a request", |_| true),
+    ("a request of an unknown kind", |_| true),
+    ("a request while one is answered", |_| true),
+    ("a block of the scene's text", |facts| !facts.text.is_empty()),
+    ("a write that is answered with OKAY", |facts| facts.has_registers),
+    ("a write that is answered with SLVERR", |facts| facts.has_registers),
+    ("a write that is answered with DECERR", |facts| facts.has_registers),
+    ("a read that is answered with OKAY", |facts| facts.has_registers),
+    ("a read that is answered with SLVERR", |facts| facts.has_registers),
+    ("a read that is answered with DECERR", |facts| facts.has_registers),
+    ("an answer between frames of results", |_| true),
+    ("a frame of one result", |facts| facts.sums.is_none()),
+    ("a frame of 255 results", |facts| facts.sums.is_none() || facts.results_of_scan > 255),
+    ("a frame that ends a scan", |_| true),
+    ("a frame within a scan", |_| true),
+    ("the sequence number goes round", |facts| facts.sums.is_none()),
+    ("places beyond 8 bits", |facts| facts.sums.is_none() || facts.results_of_scan > 256),
+    ("the FIFO's places go round", |facts| facts.sums.is_none()),
+    ("results are lost", Facts::loses),
+    ("a scan is whole behind a loss", Facts::loses),
+    ("a scan is lost with the FIFO more than half full", Facts::loses),
+    ("a scan is taken with the FIFO less than half full", Facts::loses),
+    ("the number of lost results goes round", Facts::loses),
+    ("the core waits for the line", |facts| facts.packing.waits),
+    ("o_overrun is told", |_| true),
+    ("o_saturated is told", |facts| facts.has_saturated),
+    ("a reset within a frame", |_| true),
+    ("a reset that the line's clock may miss", |_| true),
+    ("results of the board's own core", |_| true),
+    ("registers of the board's own core", |facts| facts.has_registers),
+];
+
+impl Cover {
+    /// Those that have to come up on a board, none of which has.
+    pub(super) fn of(facts: &Facts) -> Cover {
+        let of_bytes = OF_BYTES.iter().flat_map(|(name, first)| {
+            (*first..REQUEST_BYTES).map(move |byte| format!("{name} {byte}"))
+        });
+        let meant = POINTS.iter().filter(|(_, is_meant)| is_meant(facts));
+        let hits = (0..facts.places_of_hits()).map(|k| format!("hits of sample {k} are counted"));
+        let names = of_bytes.chain(meant.map(|(name, _)| (*name).to_owned())).chain(hits);
+        Cover(names.map(|name| CoverPoint { name, reached: 0 }).collect())
+    }
+
+    /// Counts a situation; one that is not among them is of no interest for this board.
+    pub(super) fn reach(&mut self, name: &str) {
+        if let Some(point) = self.0.iter_mut().find(|point| point.name == name) {
+            point.reached += 1;
+        }
+    }
+
+    /// Whether each has come up.
+    pub(super) fn is_whole(&self) -> bool {
+        self.0.iter().all(|point| point.reached > 0)
+    }
+}
