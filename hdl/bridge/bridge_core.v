@@ -15,7 +15,6 @@ module bridge_core #(
     parameter         BACK_PRESSURE  = 0,
     parameter         CLOCKS_PER_BIT = 16,
     parameter         ADDRESS_BITS   = 10,
-    parameter         FRAME_RESULTS  = 255,
     parameter         SAMPLE_COUNTS  = 0,
     parameter [255:0] IDENTITY       = 256'd0,
     parameter         TEXT_BLOCKS    = 0,
@@ -87,8 +86,8 @@ module bridge_core #(
             (MORE_BITS > 0 && MORE_FIRST_BIT + MORE_BITS > TDATA_BITS)) begin : gen_fields
             uart_bridge_needs_counts_and_MORE_BITS_within_TDATA_BITS stop ();
         end
-        if (BITS > 511) begin : gen_wide
-            uart_bridge_needs_results_of_511_bits_or_fewer stop ();
+        if (BITS < 2 || BITS > 511) begin : gen_width
+            uart_bridge_needs_results_of_2_to_511_bits stop ();
         end
         if (BACK_PRESSURE != 0 && BACK_PRESSURE != 1) begin : gen_pressure
             uart_bridge_needs_BACK_PRESSURE_of_0_or_1 stop ();
@@ -96,11 +95,9 @@ module bridge_core #(
         if (CLOCKS_PER_BIT < 4 || CLOCKS_PER_BIT > 65535) begin : gen_rate
             uart_bridge_needs_CLOCKS_PER_BIT_of_4_to_65535 stop ();
         end
-        if (ADDRESS_BITS < 5 || ADDRESS_BITS > 14) begin : gen_depth
-            uart_bridge_needs_ADDRESS_BITS_of_5_to_14 stop ();
-        end
-        if (FRAME_RESULTS < 1 || FRAME_RESULTS > 255 || 2 * FRAME_RESULTS > (1 << ADDRESS_BITS)) begin : gen_frame
-            uart_bridge_needs_FRAME_RESULTS_of_1_to_255_and_half_of_the_FIFO stop ();
+        // A frame of 255 results is at most half of the FIFO.
+        if (ADDRESS_BITS < 9 || ADDRESS_BITS > 14) begin : gen_depth
+            uart_bridge_needs_ADDRESS_BITS_of_9_to_14 stop ();
         end
     endgenerate
 
@@ -273,10 +270,9 @@ module bridge_core #(
     endgenerate
 
     framer #(
-        .BITS          (BITS),
-        .PLACE_BITS    (PLACE_BITS),
-        .FRAME_RESULTS (FRAME_RESULTS),
-        .IDENTITY      (IDENTITY)
+        .BITS       (BITS),
+        .PLACE_BITS (PLACE_BITS),
+        .IDENTITY   (IDENTITY)
     ) frames (
         .i_clk       (i_uart_clk),
         .i_rst       (uart_rst),

@@ -3,7 +3,7 @@
 // All frames have the same header; the bytes are in docs/wire.md. Whatever is sent is chosen bit by bit by
 // the section, the number of its byte, and the place in the byte.
 //
-// A frame of results holds those that came while the one before was on the line, FRAME_RESULTS at most:
+// A frame of results holds those that came while the one before was on the line, 255 at most:
 // few under little load, so that none waits, many under a high one, so that the line carries results and
 // not headers. It ends with a scan, and before a result before which some were lost. Results are counted
 // while the CRC of the frame before is sent, so that the line does not wait for that.
@@ -11,10 +11,9 @@
 `default_nettype none
 
 module framer #(
-    parameter         BITS          = 18, // of a result
-    parameter         PLACE_BITS    = 5,  // of BITS - 1
-    parameter         FRAME_RESULTS = 255,
-    parameter [255:0] IDENTITY      = 256'd0
+    parameter         BITS       = 18, // of a result
+    parameter         PLACE_BITS = 5,  // of BITS - 1
+    parameter [255:0] IDENTITY   = 256'd0
 ) (
     input  wire            i_clk,
     input  wire            i_rst,
@@ -64,7 +63,7 @@ module framer #(
     localparam [1:0] CRC  = 2'd3;
 
     localparam [31:0] LAST_PLACE = BITS - 1;
-    localparam [31:0] MOST       = FRAME_RESULTS;
+    localparam [7:0]  MOST       = 8'd255; // results of a frame
 
     reg  [1:0]            section_r;
     reg                   answers_r;   // the frame is an answer
@@ -91,7 +90,7 @@ module framer #(
     wire is_gap = i_word[BITS+1];
     wire counts = rests || crc_now;
     wire looks  = counts && wait_r[1];
-    wire takes  = i_available && !last_r && count_r != MOST[7:0] && (first || !is_gap);
+    wire takes  = i_available && !last_r && count_r != MOST && (first || !is_gap);
     wire begins = looks && !takes && !first;
 
     assign o_look      = counts;

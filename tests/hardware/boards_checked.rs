@@ -34,28 +34,70 @@ fn with_all(folder: &Path) -> String {
     scene.to_str().expect("text").to_owned()
 }
 
+/// A scene, the board, and settings.
+type Checked = (&'static str, &'static str, &'static [&'static str]);
+
+const QUICK: &str = "scenes/quick.toml";
+/// Sums, of totals, too.
+const SUMS: Checked = (
+    QUICK,
+    "ulx3s-12f",
+    &[
+        "clock.samples_per_chip=4",
+        "hardware.total_counts=true",
+        "hardware.accumulate=3",
+        "scan.integration=20108 ns",
+    ],
+);
+
+/// Each family, with and without registers and sums; those of the tests below are checked there.
+const BOARDS: [Checked; 12] = [
+    // Five detectors of two codes, read out by rows, and hits by sample of them.
+    (
+        "tests/scenes/rows.toml",
+        "ulx3s-85f",
+        &["scan.integration=50 us", "hardware.sample_counts=true"],
+    ),
+    // Four clocks of the line in a bit.
+    (QUICK, "icebreaker", &["clock.samples_per_chip=2", "clock.chip_period=21 ns"]),
+    // A core that is slower than the line's clock.
+    (
+        QUICK,
+        "arty-a7",
+        &["clock.samples_per_chip=4", "clock.chip_period=20 ns", "hardware.polarity=low"],
+    ),
+    // A core that waits for the line.
+    ("tests/scenes/histogram.toml", "tang-nano-20k", &["scan.integration=2.48 ms"]),
+    (QUICK, "tang-nano-20k", &["hardware.total_counts=true"]),
+    (QUICK, "tang-nano-20k", &["hardware.accumulate=3", "scan.integration=20108 ns"]),
+    (QUICK, "colorlight-i5", &["clock.samples_per_chip=4"]),
+    (QUICK, "ulx3s-85f", &["hardware.counter_width=8"]),
+    (
+        QUICK,
+        "icebreaker",
+        &["clock.samples_per_chip=2", "clock.chip_period=21 ns", "hardware.registers=axi4-lite"],
+    ),
+    (
+        QUICK,
+        "icebreaker",
+        &[
+            "clock.samples_per_chip=2",
+            "clock.chip_period=21 ns",
+            "hardware.accumulate=3",
+            "scan.integration=52.08 us",
+        ],
+    ),
+    (QUICK, "arty-a7", &["clock.samples_per_chip=4", "hardware.registers=axi4-lite"]),
+    (
+        QUICK,
+        "arty-a7",
+        &["clock.samples_per_chip=4", "hardware.accumulate=3", "scan.integration=20.08 us"],
+    ),
+];
+
 #[test]
 fn boards_of_every_family_are_right() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let all = with_all(folder.path());
-    let quick = "scenes/quick.toml";
-    // The boards with faults are checked without them, too: Gowin and ECP5 with all that a scene can have.
-    let boards: [(&str, &str, &[&str]); 7] = [
-        // Five detectors of two codes, read out by rows.
-        ("tests/scenes/rows.toml", "ulx3s-85f", &["scan.integration=50 us"]),
-        (quick, "icebreaker", &["clock.samples_per_chip=2", "clock.chip_period=21 ns"]),
-        (
-            quick,
-            "arty-a7",
-            &["clock.samples_per_chip=4", "hardware.polarity=low", "hardware.total_counts=true"],
-        ),
-        (quick, "ulx3s-12f", &["clock.samples_per_chip=4", "hardware.total_counts=true"]),
-        (&all, "tang-nano-9k", &[]),
-        (quick, "tang-nano-20k", &["hardware.accumulate=3", "scan.integration=20108 ns"]),
-        (quick, "ulx3s-85f", &["hardware.counter_width=8"]),
-    ];
-    let boards = boards.into_iter().take(repeated(3, 7) as usize);
-    for (scene, board, settings) in boards {
+    for (scene, board, settings) in BOARDS.into_iter().take(repeated(4, 12) as usize) {
         let (report, status) = checked(scene, board, settings, &[]);
         assert_eq!((&report["verdict"], status), (&"match".into(), Some(0)), "{board}: {report:#}");
         let cover = report["cover"].as_array().expect("a list");
@@ -66,32 +108,62 @@ fn boards_of_every_family_are_right() {
 /// File, what stands in it, and what is put there.
 type Fault = (&'static str, &'static str, &'static str);
 
-fn faults_are_found(board: &str, faults: &[Fault]) {
+fn faults_are_found((scene, board, settings): (&str, &str, &[&str]), faults: &[Fault]) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let scene = with_all(folder.path());
     let out = folder.path().join("rtl");
     let rtl = out.to_str().expect("text");
-    assert!(goldtof(&["emit", &scene, "--board", board, "--out", rtl]).status.success());
+    let set = settings.iter().flat_map(|set| ["--set", *set]);
+    let words = ["emit", scene, "--board", board, "--out", rtl].into_iter().chain(set);
+    assert!(goldtof(&words.collect::<Vec<_>>()).status.success());
     for (name, from, to) in faults.iter().step_by(repeated(3, 1) as usize) {
         let file = out.join("board").join(name);
         let right = fs::read_to_string(&file).expect("it is there");
         let wrong = right.replacen(from, to, 1);
         assert_ne!(right, wrong, "{name}: {from}");
         fs::write(&file, wrong).expect("it can be written");
-        let (report, status) = checked(&scene, board, &[], &["--rtl", rtl]);
+        let (report, status) = checked(scene, board, settings, &["--rtl", rtl]);
         assert_eq!((&report["verdict"], status), (&"mismatch".into(), Some(1)), "{name}: {from}");
         assert!(report["fault"].as_str().is_some_and(|fault| fault.contains(": ")), "{report:#}");
         fs::write(&file, right).expect("it can be written");
     }
-    let (report, status) = checked(&scene, board, &[], &["--rtl", rtl]);
+    // Cells of one's own are no part of it, and that is told.
+    let cells = out.join("board/cells.v");
+    let text = fs::read_to_string(&cells).expect("it is there");
+    fs::write(&cells, text + "// mine\n").expect("it can be written");
+    let (report, status) = checked(scene, board, settings, &["--rtl", rtl]);
     assert_eq!(status, Some(0), "{report:#}");
+    let told = format!("{} is not read: goldtof has its own cells.v", cells.display());
+    assert_eq!(report["remarks"], serde_json::json!([told]));
+}
+
+#[test]
+fn a_refusal_of_a_users_board_names_the_users_files() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let rtl = folder.path().to_str().expect("text");
+    let words = ["--board", "tang-nano-9k"];
+    assert!(goldtof(&[&["emit", QUICK, "--out", rtl], &words[..]].concat()).status.success());
+    let top = folder.path().join("board/board_top.v");
+    let text = fs::read_to_string(&top).expect("it is there");
+    for (from, to) in [("4'hf;", "4hf;"), ("board_clock clocks", "board_clocks clocks")] {
+        fs::write(&top, text.replacen(from, to, 1)).expect("it can be written");
+        let output = goldtof(&[&["cosim", QUICK, "--rtl", rtl], &words[..]].concat());
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(&format!("%Error: {}:", top.display())), "{said}");
+        assert!(said.contains("goldtof's simulated_board.v:"), "{said}");
+        let is_users = |path: &str| path.starts_with(rtl);
+        let paths = said.split_whitespace().filter(|word| word.starts_with('/'));
+        assert!(paths.clone().all(is_users), "{said}");
+    }
 }
 
 /// One of each kind: flags, pointers, CRC, frames, bits of a byte, crossing, reset, numbers, order of samples.
 #[test]
 fn faults_round_the_core_are_found() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let all = with_all(folder.path());
     faults_are_found(
-        "tang-nano-9k",
+        (&all, "tang-nano-9k", &[]),
         &[
             ("framer.v", "{4'd0, gap_r, i_saturated,", "{4'd0, gap_r, i_saturated | i_overrun,"),
             (
@@ -110,14 +182,28 @@ fn faults_round_the_core_are_found() {
             ("board_top.v", "negedge ready", "posedge ready"),
             ("board_top.v", ".m_axil_araddr (araddr)", ".m_axil_araddr ()"),
             ("board_sampler.v", ".D     (i_pins[0])", ".D     (!i_pins[0])"),
+            ("sample_counter.v", "hold && settle_r[FEW_BITS]", "hold"),
+            ("axil_master.v", "            done_r <= 1'b0;", "            done_r <= done_r;"),
         ],
     );
     faults_are_found(
-        "ulx3s-85f",
+        (&all, "ulx3s-85f", &[]),
         &[
             ("board_sampler.v", "PINS + PINS - 1 - p] = word[1]", "PINS + p] = word[1]"),
             ("bridge_memory.v", ".ADB7(b[7])", ".ADB7(b[8])"),
             ("board_laser.v", ".D1   (i_chip)", ".D1   (1'b0)"),
+        ],
+    );
+    faults_are_found(
+        SUMS,
+        &[
+            (
+                "result_accumulator.v",
+                "{SCANS_BITS{word_data_r[COUNT_BITS-1]}}",
+                "{SCANS_BITS{1'b0}}",
+            ),
+            ("result_accumulator.v", "is_last_scan || !is_last_place ?", "is_last_scan ?"),
+            ("result_accumulator.v", "(sum_place_r)", "(word_place_r)"),
         ],
     );
 }
