@@ -55,6 +55,8 @@ pub(super) const VERILATOR_FLAGS: &[&str] = &[
     "-Werror-MODDUP",
     "-Werror-MULTIDRIVEN",
 ];
+/// What a board needs beside: a model may drive a pin from within.
+pub(super) const BOARD_FLAG: &str = "-Wno-ASSIGNIN";
 /// What lock-step needs beside: a model that tells its state.
 const SAVABLE: &str = "--savable";
 
@@ -234,8 +236,7 @@ pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, Cosim
             command
                 .current_dir(folder)
                 .args(VERILATOR_FLAGS)
-                // A pin that a model drives from within.
-                .args(["-Wno-ASSIGNIN", "--top-module", unit.top, "--Mdir", "."])
+                .args([BOARD_FLAG, "--top-module", unit.top, "--Mdir", "."])
                 .arg(format!("-I{RTL}"))
                 .args(unit.defines.iter().map(|define| format!("-D{define}")))
                 .args(unit.sources.iter().filter(|s| s.is_compiled()).map(in_build))

@@ -8,6 +8,7 @@ use super::search::{Search, Taken, check_folders};
 use super::wrapper::wrapper;
 use super::{Named, OwnRtl, bad_option, check_define, filelist, folder};
 use crate::cosim::TOP;
+use crate::cosim::build::BOARD_FLAG;
 use crate::cosim::cache::{cache_dir, write};
 use crate::cosim::error::CosimError;
 use crate::cosim::ports;
@@ -86,6 +87,7 @@ pub fn read_board(
     let mut named = Named::default();
     named.include_folders.extend(own.include_folders.iter().cloned());
     named.defines.extend(own.defines.iter().chain(defines).cloned());
+    named.flags.push(BOARD_FLAG);
     folder::search(path, &mut named)?;
     let has =
         |name: &str| named.searched.iter().any(|file| file.file_name() == Some(name.as_ref()));

@@ -78,6 +78,8 @@ struct Named {
     endings: Vec<String>,
     /// Macros: `NAME` or `NAME=VALUE`.
     defines: Vec<String>,
+    /// What Verilator is told beside.
+    flags: Vec<&'static str>,
     /// What is looked through for modules, file by file.
     searched: Vec<PathBuf>,
     /// What was ignored.

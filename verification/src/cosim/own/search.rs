@@ -254,6 +254,7 @@ impl<'a> Search<'a> {
         }
         let defines = self.named.defines.iter();
         options.extend(defines.map(|define| format!("-D{define}")));
+        options.extend(self.named.flags.iter().map(|flag| (*flag).to_owned()));
         Ok(options)
     }
 
