@@ -89,7 +89,7 @@ fn diagram(module: &Netlist) -> Diagram {
             ),
             size: (WIDTH, drawing.height),
             wide: false,
-            content: drawing(&id, &placed, &drawing, &nodes, &edges),
+            content: drawn(&id, &placed, &drawing, &nodes, &edges),
         },
         connections: in_words(module, &connections),
     }
@@ -220,7 +220,7 @@ fn width(slot: Slot, nodes: &[Node]) -> f64 {
     }
 }
 
-fn drawing(
+fn drawn(
     id: &str,
     layers: &Layers,
     drawing: &Drawing,

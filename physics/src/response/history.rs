@@ -1,6 +1,6 @@
 //! The last chips of a solution, as far back as one dead time reads.
 
-use super::grid::Place;
+use super::grid::Interpolation;
 use super::several::Number;
 
 /// Values and slopes at the borders of one cell: value at start and end, slope

@@ -1,6 +1,6 @@
 //! Where outputs stand among the planes, and the planes of those that follow a code.
 
-use super::model::Table;
+use super::model::PeriodicOutput;
 use super::planes::Planes;
 use super::slices::Slice;
 use crate::reference::stimulus::RESET_CLOCKS;
