@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use super::evidence::ExpectedErrors;
 use super::expected_counts::{ExpectedCounts, with_counts};
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
+use super::fit::likeliest::{Likeliest, Scatter, likeliest};
 use super::fit::moments::Moments;
 use super::fit::moving;
 use super::fit::normal::Normal;
@@ -13,26 +15,48 @@ use super::fit::problem::{Beside, Problem, Reading, Sides, window};
 use super::fit::template::Axis;
 use super::fit::weights::Weights;
 use super::phase::first_maximum;
+use super::prediction::moves;
 use super::truth::Asked;
 use super::{CountingTier, TheoryEffort, Work, coverage, distance_m};
+use crate::photons::DetectorModel;
 use crate::response::{Light, MeanCount, MeanResponse};
 use crate::scan::Step;
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
-/// Where one slope of the counts reads another one nearby as less than this, or as more than its inverse, the standard
-/// deviation that follows from a slope is not a measure of an estimate's scatter. Slopes on both sides of a tip of the
-/// correlation read one another as less with 1 and 2 samples a chip. DESIGN.md has how estimates scatter there, and the
-/// command that shows it.
-const LEAST_EVEN: f64 = 0.7;
+/// Slopes of the counts, over so many standard deviations to either side of a delay, and how far from 1 one may read the
+/// other as, before the likelihood itself is looked at: the code's correlation has a corner at each phase step.
+const CORNERS: Unevenness = Unevenness { compared_stds: 2.5, most_off: 0.02 };
 
-/// Slopes of the counts are compared over so many standard deviations, but no more than a phase step: the next corner
-/// is that far.
-const COMPARED_STDS: f64 = 5.0;
+/// The same where pulses shorter than a sample are missed between two samples, in stretches of delay in which the counts
+/// hardly change: there the fit does not find the likeliest delay, and scatters up to twice as far.
+const STRETCHES: Unevenness = Unevenness { compared_stds: 5.0, most_off: 0.3 };
 
-/// From so many samples a chip on corners are not looked at: there estimates scatter by at least 0.89 of what a slope
-/// says.
-const EVEN_SAMPLES: f64 = 4.0;
+/// What is looked at, and what counts as uneven.
+struct Unevenness {
+    compared_stds: f64,
+    most_off: f64,
+}
+
+impl Unevenness {
+    /// What the slope of the counts to one side of a delay reads that to the other as, if they are uneven. (At a tip the
+    /// slope at the delay is the mean of both, and reads either as itself.) Of whitened derivatives by all unknowns number
+    /// `delay` is that by the delay, whose standard deviation is `std_chips` if the counts change evenly; `apart` is how
+    /// far they are from those of a later delay.
+    fn found(
+        &self,
+        columns: &[Vec<f64>],
+        (delay, std_chips): (usize, f64),
+        apart: impl Fn(f64) -> Result<Vec<f64>, FitError>,
+    ) -> Result<Option<f64>, FitError> {
+        let far = self.compared_stds * std_chips;
+        let mut by_earlier = columns.to_vec();
+        by_earlier[delay] = apart(-far)?.into_iter().map(|less| -less).collect();
+        let read = Normal::of_whitened(&by_earlier, &apart(far)?);
+        let read = read.map_or(0.0, |normal| normal.solution()[delay]);
+        Ok(((read - 1.0).abs() > self.most_off).then_some(read))
+    }
+}
 
 /// Up to so large a bound, in chips, bounds beside it are taken in.
 const MOST_CHIPS_APART: f64 = 0.1;
@@ -44,9 +68,6 @@ pub struct Bound {
     pub paths: Vec<PathBound>,
     /// Phase steps that take part: the whole scan, of a path that moves 3 S round its peak.
     pub steps: usize,
-    /// Whether this is the maximum-likelihood estimate's standard deviation and no bound for others: of a
-    /// histogram whose bins tell more of a delay on one side of the light's edges than on the other.
-    pub of_likeliest: bool,
 }
 
 /// How precise the estimate of one path can be.
@@ -57,25 +78,45 @@ pub struct PathBound {
     /// Least standard deviation of its distance, with delay and strength of
     /// every path and the background unknown.
     pub bound_m: f64,
+    /// The same if the counts changed as evenly with the distance as their slope at the scene's says.
+    pub slope_m: f64,
+    /// Mean error that a fit has which knows of that slope only.
+    pub bias_m: f64,
+    /// Whether `bound_m` is the likeliest distance's standard deviation and bounds no other estimator's: the counts tell
+    /// more of a delay on one side than on the other.
+    pub of_likeliest: bool,
     /// Least standard deviation of the speed of a moving path, which is then unknown, too; the distance
     /// is that at the moment at which the scan passes the path.
     pub velocity_bound_m_per_s: Option<f64>,
 }
 
+impl PathBound {
+    /// Errors of a fit that knows of one slope of the counts only.
+    fn errors(&self, of_slope: ExpectedErrors) -> ExpectedErrors {
+        let share = of_slope.std_m / self.slope_m;
+        ExpectedErrors {
+            bias_m: of_slope.bias_m + share * self.bias_m,
+            std_m: share * self.bound_m,
+        }
+    }
+}
+
 impl Bound {
-    /// Expected standard deviation of a fit that reports `std_m` for path `path`: its derivatives and
-    /// second moments are those of light nearby, so that it may be off by 1 %, but it is not better than
-    /// the bound.
-    pub fn at_least(&self, path: PathIndex, std_m: f64) -> f64 {
-        self.of_path(path).map_or(std_m, |bound_m| bound_m.max(std_m))
+    /// What a fit of path `path` is expected to be off by, that of the expected counts being `fitted`: its derivatives and
+    /// second moments are those of light nearby, so that its standard deviation may be off by 1 %, but is not better
+    /// than the bound; and it knows of one slope of the counts only.
+    pub fn errors_of_fit(&self, path: PathIndex, fitted: ExpectedErrors) -> ExpectedErrors {
+        self.paths.iter().find(|entry| entry.path == path).map_or(fitted, |entry| {
+            entry.errors(ExpectedErrors { std_m: fitted.std_m.max(entry.slope_m), ..fitted })
+        })
     }
 
     /// A remark for a bound that is not of all steps, or none for other estimators.
     pub fn remark(&self) -> Option<String> {
-        if self.of_likeliest {
+        if self.paths.iter().any(|path| path.of_likeliest) {
             return Some(
-                "the standard deviation of the maximum-likelihood estimate: bins tell a delay \
-                 unevenly, so that no one bound holds for every estimator"
+                "the standard deviation of the maximum-likelihood estimate: the counts change unevenly with the \
+                 delay, so that no one bound holds for every estimator"
                     .to_owned(),
             );
         }
@@ -129,10 +170,13 @@ fn bound_of_bins(sensor: &Sensor, detector: DetectorIndex) -> Result<Bound, FitE
         paths: vec![PathBound {
             path: fitter.path,
             bound_m: distance_m(clock.ps(scatter.law.std)),
+            slope_m: distance_m(clock.ps(scatter.law.std)),
+            // Fits of bins know the likelihood.
+            bias_m: 0.0,
+            of_likeliest: scatter.is_uneven(),
             velocity_bound_m_per_s: None,
         }],
         steps: (sensor.timing().code_chips() * u64::from(clock.samples_per_chip)) as usize,
-        of_likeliest: scatter.is_uneven(),
     })
 }
 
@@ -229,89 +273,114 @@ fn bound_of_problem<'m>(
     let means: Vec<_> = problem.steps.iter().map(|step| counts.means[step.index()]).collect();
     let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));
     let weights = problem.weights(&axis, parameters, &means, None, moments)?;
+    bound_of_weights(problem, parameters, (counts.response, &means), &jacobian, &weights)
+}
+
+/// The bound of counts of the means `means` with some weights; `jacobian` has their derivatives.
+fn bound_of_weights<'m>(
+    problem: &Problem<'m>,
+    parameters: &Parameters,
+    (response, means): (&MeanResponse<'m>, &[MeanCount]),
+    jacobian: &[Column],
+    weights: &Weights,
+) -> Result<Bound, FitError> {
     let (steps, unknowns) = (problem.steps.len(), parameters.len());
-    let information = weights.information(&jacobian);
+    let information = weights.information(jacobian);
     let information = information.ok_or(FitError::Undetermined { steps, unknowns })?;
     let deviations = information.standard_deviations();
-    if may_be_uneven(problem, parameters, counts.response) {
-        let scene = (parameters, counts.response, &means[..]);
-        check_even(problem, scene, &weights, (&jacobian, &deviations))?;
-    }
     let velocity = parameters.walk_index().map(|walk| distance_m(1e12 * deviations[walk]));
-    let paths = counts.model().modulated_paths().zip(deviations.chunks(2));
-    let bound = |(path, deviations): (PathIndex, &[f64])| PathBound {
-        path,
-        bound_m: distance_m(sensor.clock().ps(deviations[0])),
-        velocity_bound_m_per_s: velocity,
+    let columns = weights.whitened_columns(jacobian);
+    let metres = |chips| distance_m(problem.clock().ps(chips));
+    let bound = |(index, path): (usize, PathIndex)| {
+        let (delay, std_chips) = (2 * index, deviations[2 * index]);
+        let apart = |chips| {
+            let apart = apart(problem, parameters, response, means, (index, chips))?;
+            Ok::<_, FitError>(weights.whitened(&apart))
+        };
+        let uneven = |of: Unevenness| of.found(&columns, (delay, std_chips), apart);
+        let mut scatter = None;
+        if parameters.walk.is_some() {
+            // It comes by every corner.
+        } else if response.misses_pulses() {
+            if let Some(read) = uneven(STRETCHES)? {
+                return Err(FitError::Uneven { std_mm: metres(std_chips) * 1e3, read });
+            }
+        } else if uneven(CORNERS)?.is_some() {
+            let mut slopes = columns.clone();
+            slopes.swap(0, delay);
+            scatter = likeliest(&Scatter::Normal, slopes, apart)?.filter(Likeliest::is_uneven);
+        }
+        Ok(PathBound {
+            path,
+            bound_m: metres(scatter.map_or(std_chips, |scatter| scatter.law.std)),
+            slope_m: metres(std_chips),
+            bias_m: scatter.map_or(0.0, |scatter| metres(scatter.law.mean)),
+            of_likeliest: scatter.is_some(),
+            velocity_bound_m_per_s: velocity,
+        })
     };
-    Ok(Bound { paths: paths.map(bound).collect(), steps, of_likeliest: false })
+    let paths = problem.model.modulated_paths().enumerate();
+    Ok(Bound { paths: paths.map(bound).collect::<Result<_, FitError>>()?, steps })
 }
 
-/// Whether the counts may change unevenly with a delay: only these scenes are looked at. What steps that count the same
-/// light tell is [averaged], and a path that moves comes by every corner.
-fn may_be_uneven(problem: &Problem, parameters: &Parameters, response: &MeanResponse) -> bool {
-    let has_corners = problem.samples_per_chip() < EVEN_SAMPLES && !problem.shares_light();
-    parameters.walk.is_none() && (response.misses_pulses() || has_corners)
-}
-
-/// Whether a fit to the scene's expected counts has the standard deviation that follows from their slopes.
+/// [`Bound::errors_of_fit`] without the bound: how unevenly the counts change is told with the weights of Poisson counts,
+/// which cost little.
 ///
 /// # Errors
-/// [`FitError::Uneven`] where it has not.
+/// When the mean response cannot be had.
+pub fn errors_of_fit(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: CountingTier,
+    path: PathIndex,
+    fitted: ExpectedErrors,
+) -> Result<ExpectedErrors, FitError> {
+    // Fits of bins know it, and a path that moves comes by every corner.
+    if sensor.scene().hardware.architecture == Architecture::Histogram || moves(sensor, detector) {
+        return Ok(fitted);
+    }
+    let model = DetectorModel::new(sensor, detector);
+    let (response, problem) =
+        (MeanResponse::of_tier(&model, tier)?, Problem::of_scan(&model, tier));
+    let (parameters, means) = (Parameters::of(&Light::of(&model)), response.mean_counts());
+    let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both)?;
+    let (of, weights) = ((&response, &means[..]), Weights::of_poisson(&means));
+    let about = bound_of_weights(&problem, &parameters, of, &jacobian, &weights)?;
+    let of_path = about.paths.iter().find(|entry| entry.path == path);
+    Ok(of_path.map_or(fitted, |entry| entry.errors(fitted)))
+}
+
+/// How far the expected counts are from those of a path that is some chips later.
+fn apart<'m>(
+    problem: &Problem<'m>,
+    parameters: &Parameters,
+    response: &MeanResponse<'m>,
+    here: &[MeanCount],
+    (index, later_chips): (usize, f64),
+) -> Result<Column, FitError> {
+    let mut moved = parameters.clone();
+    moved.paths[index].delay_chips += later_chips;
+    let response = match parameters.paths.len() {
+        1 => response.delayed(problem.clock().ps(later_chips))?,
+        _ => problem.response(&moved)?,
+    };
+    Ok(slope(here, &problem.means_of(&moved, &response)?, 1.0))
+}
+
+/// Whether a fit to the scene's expected counts scatters as their slopes, or the likelihood, say.
+///
+/// # Errors
+/// [`FitError::Uneven`] where it does not.
 pub(super) fn check_scene_even(
     sensor: &Sensor,
     detector: DetectorIndex,
     tier: CountingTier,
     response: &MeanResponse,
 ) -> Result<(), FitError> {
-    let problem = Problem::of_scan(response.model(), tier);
-    if !may_be_uneven(&problem, &Parameters::of(&Light::of(response.model())), response) {
-        return Ok(());
-    }
-    match bound(sensor, detector, tier) {
-        Err(uneven @ FitError::Uneven { .. }) => Err(uneven),
+    match response.misses_pulses().then(|| bound(sensor, detector, tier)) {
+        Some(Err(uneven @ FitError::Uneven { .. })) => Err(uneven),
         _ => Ok(()),
     }
-}
-
-/// Whether the counts change nearly evenly with each delay, some standard deviations to either side of the scene's:
-/// without that no estimate is unbiased, and the bound is meaningless. The code's correlation has a corner at each
-/// phase step, and pulses shorter than a sample leave stretches of delay between two samples in which the counts
-/// hardly change. Compared are slopes to either side and at the scene's delay, with all else unknown.
-fn check_even<'m>(
-    problem: &Problem<'m>,
-    (parameters, response, here): (&Parameters, &MeanResponse<'m>, &[MeanCount]),
-    weights: &Weights,
-    (jacobian, deviations): (&[Column], &[f64]),
-) -> Result<(), FitError> {
-    let means_at = |index: usize, later_chips: f64| -> Result<Column, FitError> {
-        let mut moved = parameters.clone();
-        moved.paths[index].delay_chips += later_chips;
-        let response = match parameters.paths.len() {
-            1 => response.delayed(problem.clock().ps(later_chips))?,
-            _ => problem.response(&moved)?,
-        };
-        Ok(problem.means_of(&moved, &response)?)
-    };
-    for index in 0..parameters.paths.len() {
-        let (delay, std_chips) = (2 * index, deviations[2 * index]);
-        let apart = (COMPARED_STDS * std_chips).min(1.0 / problem.samples_per_chip());
-        let earlier = slope(&means_at(index, -apart)?, here, apart);
-        let later = slope(here, &means_at(index, apart)?, apart);
-        let mut columns = weights.whitened_columns(jacobian);
-        let slopes = [weights.whitened(&earlier), columns[delay].clone(), weights.whitened(&later)];
-        for by in &slopes {
-            columns[delay].clone_from(by);
-            for of in &slopes {
-                let read = Normal::of_whitened(&columns, of).map_or(0.0, |n| n.solution()[delay]);
-                if !(LEAST_EVEN..=1.0 / LEAST_EVEN).contains(&read) {
-                    let std_mm = distance_m(problem.clock().ps(std_chips)) * 1e3;
-                    return Err(FitError::Uneven { std_mm, read });
-                }
-            }
-        }
-    }
-    Ok(())
 }
 
 /// The Cramer-Rao bound of a path, in metres. It does not hold for counts that do not show the path, or
@@ -351,19 +420,19 @@ mod tests {
 
     use super::*;
     use crate::estimate::fit::Fitter;
-    use crate::photons::{DetectorModel, count_step};
+    use crate::photons::count_step;
     use crate::response::SecondMoments;
     use crate::scene::OtherLight;
     use crate::scene::{load, load_with};
 
-    /// Fits to simulated photons of dim light so many phase steps behind a tip of the correlation: where there is a bound
-    /// they scatter as it says, and where there is none not as the slope does, at a tip less and beside it more.
+    /// Fits to simulated photons of dim light so many phase steps behind a tip of the correlation: at a tip they scatter
+    /// less than the slope says, and beside it more, with a mean error.
     #[test]
-    fn there_is_a_bound_where_fits_scatter_as_slopes_say() {
+    fn fits_scatter_round_a_tip_as_the_likelihood_says() {
         const SCANS: u64 = 200;
         let (detector, tier) = (DetectorIndex(0), CountingTier::Events);
-        for (samples_per_chip, behind, scatter) in
-            [(1, 0.0, Some(0.4..0.75)), (1, 0.1, Some(1.2..3.0)), (1, 0.3, None), (8, 0.0, None)]
+        for (samples_per_chip, behind, of_slope) in
+            [(1, 0.0, 0.4..0.75), (1, 0.1, 1.2..3.0), (8, 0.5, 0.98..1.02)]
         {
             let delay_ps = 8_000.0 * (3.0 + behind / f64::from(samples_per_chip));
             let settings = [
@@ -377,19 +446,14 @@ mod tests {
             let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("sound")).collect();
             let scene = load_with(Path::new("../scenes/quick.toml"), &settings).expect("sound");
             let sensor = Sensor::new(&scene);
-            let bound = bound(&sensor, detector, tier);
-            let slope_m = match (&bound, &scatter) {
-                (Ok(bound), None) => bound.paths[0].bound_m,
-                (Err(FitError::Uneven { std_mm, .. }), Some(_)) => std_mm * 1e-3,
-                _ => panic!("{samples_per_chip} {behind}: {bound:?}"),
-            };
+            let bound = bound(&sensor, detector, tier).expect("there is one");
             let fitter = Fitter::new(&sensor, detector, tier, OtherLight::None);
-            let expected = fitter.expected().map(|expected| expected.std_m);
-            assert_eq!(
-                expected.is_ok(),
-                scatter.is_none(),
-                "{samples_per_chip} {behind}: {expected:?}"
-            );
+            let fitted = fitter.expected().expect("it fits");
+            let bias_m = fitted.distance_m - distance_m(delay_ps);
+            let fitted = ExpectedErrors { bias_m, std_m: fitted.std_m };
+            let expected = bound.errors_of_fit(PathIndex(0), fitted);
+            let of = format!("{samples_per_chip} {behind}: {bound:?} {expected:?}");
+            assert!(of_slope.contains(&(expected.std_m / fitted.std_m)), "{of}");
             let model = DetectorModel::new(&sensor, detector);
             let error_m = |scan| {
                 let steps = Step::all(scene.scan.steps);
@@ -397,11 +461,15 @@ mod tests {
                 fitter.fit(&counts).expect("it fits").distance_m - distance_m(delay_ps)
             };
             let errors_m: Vec<f64> = (0..SCANS).map(error_m).collect();
-            let square = errors_m.iter().map(|error_m| error_m * error_m).sum::<f64>();
-            let ratio = (square / SCANS as f64).sqrt() / slope_m;
-            // Four standard errors of a standard deviation.
-            let scatter = scatter.unwrap_or(0.8..1.2);
-            assert!(scatter.contains(&ratio), "{samples_per_chip} {behind}: {ratio}");
+            let scans = SCANS as f64;
+            let mean_m = errors_m.iter().sum::<f64>() / scans;
+            let squares = errors_m.iter().map(|error_m| (error_m - mean_m).powi(2)).sum::<f64>();
+            let std_m = (squares / scans).sqrt();
+            // Four standard errors, and what is claimed.
+            let off = (std_m / expected.std_m - 1.0).abs();
+            assert!(off < 4.0 / (2.0 * scans).sqrt() + 0.05, "{of}: {std_m}");
+            let off_m = (mean_m - expected.bias_m).abs();
+            assert!(off_m < (4.0 / scans.sqrt() + 0.1) * expected.std_m + 3e-4, "{of}: {mean_m}");
         }
     }
 

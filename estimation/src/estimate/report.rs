@@ -364,10 +364,10 @@ impl EstimateReport {
         (self.bound_m, self.bound_remark) =
             bound_and_remark(sensor, path, CountingTier::Sampled, &bound);
         match expectation(ranging, path, of_steps) {
-            Ok((ExpectedErrors { bias_m, std_m }, missed)) => {
-                let std_m = match (self.estimator, &bound) {
-                    (EstimatorKind::Model, Ok(bound)) => bound.at_least(path, std_m),
-                    _ => std_m,
+            Ok((errors, missed)) => {
+                let ExpectedErrors { bias_m, std_m } = match (self.estimator, &bound) {
+                    (EstimatorKind::Model, Ok(bound)) => bound.errors_of_fit(path, errors),
+                    _ => errors,
                 };
                 let delay_std_ps = sensor.scene().detectors[detector].delay_std_ps;
                 let std_m = std_m.hypot(distance_m(delay_std_ps));

@@ -122,11 +122,11 @@ fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<ExpectedOfP
     for (order, place, bias_m) in ranging.matched(&fitted) {
         let std_m = distance_m(fitted.paths[order].delay_std_ps);
         let path = ranging.paths[place];
+        let errors = ExpectedErrors { bias_m, std_m };
         let bound = theory.bound.as_ref().ok();
-        let std_m = bound.map_or(std_m, |bound| bound.at_least(path, std_m));
+        let errors = bound.map_or(errors, |bound| bound.errors_of_fit(path, errors));
         let Ranging { sensor, detector, counting, .. } = *ranging;
         let covered = coverage::check_fit(sensor, detector, path, counting, &fitted);
-        let errors = ExpectedErrors { bias_m, std_m };
         expected[place] = covered.map(|()| errors).map_err(|reason| reason.to_string());
     }
     Ok(expected)

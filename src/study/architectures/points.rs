@@ -1,7 +1,9 @@
 //! What is expected of each sensor, time by time.
 
 use super::{ComparisonError, Plan, Point, Way};
+use crate::estimate::bound::errors_of_fit;
 use crate::estimate::coverage::{check_fit, short_steps};
+use crate::estimate::evidence::ExpectedErrors;
 use crate::estimate::fit::expected_fit;
 use crate::estimate::{CountingTier, Prediction, delay_error_ps, distance_m, predict};
 use crate::photons::DetectorModel;
@@ -151,7 +153,10 @@ fn fitted(sensor: &Sensor, path: PathIndex) -> Result<(f64, f64), String> {
     let true_delay_ps = sensor.scene().paths[path].delay_ps;
     let period_ps = sensor.timing().code_period_ps();
     let error_ps = delay_error_ps(fitted.delay_ps, true_delay_ps, period_ps);
-    Ok((distance_m(error_ps), fitted.std_m))
+    let errors = ExpectedErrors { bias_m: distance_m(error_ps), std_m: fitted.std_m };
+    let errors = errors_of_fit(sensor, detector, tier, path, errors);
+    let ExpectedErrors { bias_m, std_m } = errors.map_err(|reason| reason.to_string())?;
+    Ok((bias_m, std_m))
 }
 
 /// Marks the points that no other beats in both time and error.

@@ -6,7 +6,7 @@
 //! and holds even if hardly any bin counts at all.
 
 use super::error::FitError;
-use super::likeliest::{Likeliest, likeliest};
+use super::likeliest::{Likeliest, Scatter, likeliest};
 use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
@@ -336,8 +336,9 @@ impl<'s> BinFitter<'s> {
             coverage::ready_for_fit(&light.ready, self.periods).check()?;
         }
         coverage::enough_photons(&slopes.columns[0], &here.expected).check()?;
-        let scatter =
-            likeliest(&here.expected, slopes.columns, |chips| counts.told_apart(&here, chips))?;
+        let scatter = Scatter::Poisson(&here.expected);
+        let apart = |chips| counts.told_apart(&here, chips);
+        let scatter = likeliest(&scatter, slopes.columns, apart)?;
         let scatter = scatter.ok_or_else(|| counts.undetermined(&here))?;
         coverage::of_one_peak(scatter.law.std).check()?;
         Ok(scatter)

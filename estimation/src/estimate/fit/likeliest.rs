@@ -3,10 +3,13 @@
 //! The inverse of the Fisher information is the variance of the maximum-likelihood delay as long as
 //! the information is the same wherever the estimate may fall. An edge of the light at a
 //! bin's end breaks this: a little earlier it moves photons between other bins than a little later.
+//! A corner of a code's correlation, one at each phase step, does the same to the signed counts.
+//!
 //! Then the likelihood itself is needed. Poisson counts n_i of the means m_i make a delay h, of the
 //! means m_i(h), likelier than the true one by the sum of n_i l_i(h) - (m_i(h) - m_i), with
 //! l_i(h) = ln(m_i(h) / m_i). As a sum over many counts this is a normal process over h, with the mean
-//! sum of m_i l_i(h) - (m_i(h) - m_i) and the covariances sum of m_i l_i(g) l_i(h). Its maximum is drawn.
+//! sum of m_i l_i(h) - (m_i(h) - m_i) and the covariances sum of m_i l_i(g) l_i(h). Normal counts of unit
+//! variance have m_i(h) - m_i in place of l_i(h), and the mean -|m(h) - m|^2 / 2. The process' maximum is drawn.
 //! Unknowns beside the delay take their directions out of m(h) - m.
 
 use nalgebra::{DMatrix, DVector};
@@ -51,7 +54,33 @@ impl Likeliest {
     }
 }
 
-/// The likeliest delay less the true one, from Poisson counts of the means `means`.
+/// How counts scatter.
+pub enum Scatter<'a> {
+    /// As Poisson numbers of these means.
+    Poisson(&'a [f64]),
+    /// As normal ones that go with no others.
+    Normal,
+}
+
+impl Scatter<'_> {
+    /// What the likelihood of means so far `apart`, in standard deviations of each count, depends on: the errors'
+    /// factors, and its mean.
+    fn likelihood(&self, mut apart: DVector<f64>) -> (DVector<f64>, f64) {
+        let Scatter::Poisson(means) = *self else {
+            let gain = -0.5 * apart.norm_squared();
+            return (apart, gain);
+        };
+        let mut gain = 0.0;
+        for (apart, mean) in apart.iter_mut().zip(means) {
+            let share = (*apart / mean.sqrt()).max(LEAST_SHARE - 1.0);
+            gain += mean * (share.ln_1p() - share);
+            *apart = mean.sqrt() * share.ln_1p();
+        }
+        (apart, gain)
+    }
+}
+
+/// The likeliest delay less the true one.
 ///
 /// In standard deviations of each count, `slopes` are the derivatives of the means by the delay and
 /// by what else is unknown, and `apart` is how far the means of a later delay are from the true ones.
@@ -60,7 +89,7 @@ impl Likeliest {
 /// # Errors
 /// As `apart`.
 pub fn likeliest(
-    means: &[f64],
+    scatter: &Scatter,
     slopes: Vec<Vec<f64>>,
     apart: impl Fn(f64) -> Result<Vec<f64>, FitError>,
 ) -> Result<Option<Likeliest>, FitError> {
@@ -86,13 +115,7 @@ pub fn likeliest(
         let mut places = vec![slope.clone()];
         let mut likelier = Vec::new();
         for &delay in &delays {
-            let mut place = own(DVector::from_vec(apart(delay)?));
-            let mut gain = 0.0;
-            for (apart, mean) in place.iter_mut().zip(means) {
-                let share = (*apart / mean.sqrt()).max(LEAST_SHARE - 1.0);
-                gain += mean * (share.ln_1p() - share);
-                *apart = mean.sqrt() * share.ln_1p();
-            }
+            let (place, gain) = scatter.likelihood(own(DVector::from_vec(apart(delay)?)));
             places.push(place);
             likelier.push(gain);
         }
@@ -152,11 +175,17 @@ mod tests {
     use super::*;
     use crate::math::{normal_cdf, normal_density};
 
-    /// Of counts so large that their errors are normal.
+    /// Of normal counts, and of Poisson ones that are so large that their errors are normal.
     fn law(slopes: &[&[f64]], apart: impl Fn(f64) -> Vec<f64>) -> NormalLaw {
         let means = vec![1e12; slopes[0].len()];
-        let slopes = slopes.iter().map(|slope| slope.to_vec()).collect();
-        likeliest(&means, slopes, |h| Ok(apart(h))).unwrap().expect("they are finite").law
+        let of = |scatter: Scatter| {
+            let slopes = slopes.iter().map(|slope| slope.to_vec()).collect();
+            likeliest(&scatter, slopes, |h| Ok(apart(h))).unwrap().expect("they are finite").law
+        };
+        let (normal, poisson) = (of(Scatter::Normal), of(Scatter::Poisson(&means)));
+        assert!((normal.std / poisson.std - 1.0).abs() < 1e-3, "{normal:?} {poisson:?}");
+        assert!((normal.mean - poisson.mean).abs() < 1e-3, "{normal:?} {poisson:?}");
+        normal
     }
 
     /// Where the means are linear, the normal equations say it all; of an unknown beside, half of
@@ -176,8 +205,9 @@ mod tests {
         let (number, share) = (60.0_f64, 0.1);
         let means = [number * share, number * (1.0 - share)];
         let [slope, other] = means.map(|mean| number / mean.sqrt());
+        let scatter = Scatter::Poisson(&means);
         let found =
-            likeliest(&means, vec![vec![slope, -other]], |h| Ok(vec![slope * h, -other * h]));
+            likeliest(&scatter, vec![vec![slope, -other]], |h| Ok(vec![slope * h, -other * h]));
         let found = found.unwrap().expect("they are finite").law;
         let std = f64::sqrt(share * (1.0 - share) / number);
         assert!((found.std / std - 1.0).abs() < 0.03, "{found:?} {std}");
