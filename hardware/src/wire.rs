@@ -3,7 +3,7 @@
 
 use goldtof_sensor::sensor::block_ram::BlockRam;
 use goldtof_sensor::sensor::interface::{Counting, Interface};
-use goldtof_wire::{Content, Identity, Layout, Load, MOST_RESULTS_OF_A_FRAME, Scans};
+use goldtof_wire::{Content, Identity, Layout, Load, MOST_RESULTS_OF_A_FRAME, Pace, Scans};
 use thiserror::Error;
 
 /// What of a sensor goes to the line.
@@ -51,15 +51,15 @@ const ADDRESS_BITS: u32 = 10;
 /// What a bridge has at its other end, and in its device.
 #[derive(Debug, Clone, Copy)]
 pub struct Line {
-    /// Bits per second.
-    pub baud: u32,
+    /// How fast it is.
+    pub pace: Pace,
     /// The device's block RAM.
     pub block_ram: BlockRam,
 }
 
 impl Sums {
     /// Those of a scene, if it has some that the bridge can make.
-    pub fn of(interface: &Interface, baud: u32) -> Option<Sums> {
+    pub fn of(interface: &Interface, pace: Pace) -> Option<Sums> {
         let one = Interface { accumulate: 1, ..interface.clone() };
         let scan = scans(&one, Sent::Results)?;
         if interface.accumulate < 2 || !RESULTS_OF_SUMS.contains(&scan.results) {
@@ -67,7 +67,7 @@ impl Sums {
         }
         let sum = layout(interface, Sent::Results)?;
         // What of a scan of sums has not left when its last one comes, and frames that fill meanwhile.
-        let left = 1.0 / Scans { layout: sum, ..scan }.load(baud).share();
+        let left = 1.0 / Scans { layout: sum, ..scan }.load(pace).share();
         let waiting = scan.results as f64 * (1.0 - left).max(0.0);
         let held = waiting as u64 + 2 * MOST_RESULTS_OF_A_FRAME;
         Some(Sums {
@@ -170,7 +170,7 @@ pub fn check_line(
 ) -> Result<Option<Load>, SlowLine> {
     let Some(scans) = scans(interface, sent) else { return Ok(None) };
     scans
-        .load(line.baud)
+        .load(line.pace)
         .check()
         .map(Some)
         .map_err(|error| SlowLine { advice: advice(interface, error.0, line), error })
@@ -189,8 +189,8 @@ fn accumulated(interface: &Interface, line: &Line) -> Option<u32> {
     (2..=u8::MAX.into()).find(|&scans_of_sum| {
         summed.accumulate = scans_of_sum;
         let fits = scans(&summed, Sent::Results)
-            .is_some_and(|scans| scans.load(line.baud).check().is_ok());
-        fits && Sums::of(&summed, line.baud)
+            .is_some_and(|scans| scans.load(line.pace).check().is_ok());
+        fits && Sums::of(&summed, line.pace)
             .is_some_and(|sums| sums.blocks(&line.block_ram) <= line.block_ram.blocks)
     })
 }
@@ -216,7 +216,7 @@ fn advice(interface: &Interface, load: Load, line: &Line) -> String {
     if parallel > 0 && interface.correlator().is_some() {
         advice.push(format!("parallel = {parallel}"));
     }
-    let peaks = scans(interface, Sent::Peaks).map(|scans| scans.load(load.baud).check().is_ok());
+    let peaks = scans(interface, Sent::Peaks).map(|scans| scans.load(line.pace).check().is_ok());
     match peaks {
         Some(true) => advice.push("peaks alone".to_owned()),
         None if interface.correlator().is_some() && interface.reference_codes.len() == 1 => {
@@ -348,7 +348,10 @@ mod tests {
 
     use super::*;
 
-    const LINE: Line = Line { baud: 3_000_000, block_ram: block_ram(Target::Ecp525k6) };
+    const LINE: Line = Line {
+        pace: Pace { baud: 3_000_000, clocks_per_bit: 30 },
+        block_ram: block_ram(Target::Ecp525k6),
+    };
 
     /// The interface of a standard scene with other keys.
     fn interface(scene: &str, set: &[(&str, &str)]) -> Interface {
@@ -396,7 +399,7 @@ mod tests {
         // Frames of 255 sums of 18 bits have 588 bytes; 16 steps take 6 code periods of 2,047 chips, twice.
         let results_per_s = 16.0 / (2.0 * 12_282.0 * 8e-9);
         assert!((load.share() - results_per_s / 255.0 * 5_880.0 / 3e6).abs() < 0.001, "{load:?}");
-        let sums = Sums::of(&summed, LINE.baud).expect("there are sums");
+        let sums = Sums::of(&summed, LINE.pace).expect("there are sums");
         // |count| <= 2 x 49,128 < 2^17, and a sign.
         assert_eq!((sums.sum.count_bits, sums.results), (18, 16_376));
         // Of a scan's 16,376 sums the line carries 80 % while they come: 3,290 and two frames wait, in 4,096.
@@ -445,7 +448,7 @@ mod tests {
         let plan = histogram.histogram().expect("it is one");
         let share = |periods: f64| {
             Scans { period_s: scans.period_s * periods / plan.periods as f64, ..scans }
-                .load(3_000_000)
+                .load(LINE.pace)
                 .check()
                 .is_ok()
         };

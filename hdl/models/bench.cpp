@@ -70,7 +70,7 @@ struct Script : Line {
     double next = 0;
     int slot = 0;
     unsigned byte = 0;
-    double first = 0, last = 0;
+    double first = 0, last = 0, settled = 4;
     uint64_t broken = 0, bytes = 0;
 
     std::ifstream in{"host.txt"};
@@ -80,8 +80,9 @@ struct Script : Line {
     bool slow = false, done = false;
 
     void takes(double bit, bool is_high) override {
-        // The line is anything until the first reset.
-        if (bit < 4) return;
+        // The line is anything until the first reset, which is over by chip 64, and some clocks of the line later.
+        if (chip_now < 64) settled = bit + 4;
+        if (bit < settled) return;
         if (!busy && before && !is_high) {
             busy = true;
             slot = 0;

@@ -28,7 +28,7 @@ pub use crc::crc32;
 pub use decoder::{Decoder, Event, Frame, Loss, ResultsFrame, Tally};
 pub use identity::{Content, Identity, IdentityError};
 pub use layout::Layout;
-pub use rate::{LineError, Load, MOST_RESULTS_OF_A_FRAME, Scans};
+pub use rate::{LineError, Load, MOST_RESULTS_OF_A_FRAME, Pace, Scans, rest_bits};
 
 /// First byte of each frame from the device.
 pub const SYNC: u8 = 0xa5;

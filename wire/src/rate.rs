@@ -11,6 +11,25 @@ const MOST_SHARE: f64 = 0.95;
 /// Bits of a byte on the line: start, eight of data, stop.
 const BITS_OF_A_BYTE: f64 = 10.0;
 
+/// Clocks of the line's side in which the bridge finds a frame's next result (`hdl/bridge/framer.v`).
+const CLOCKS_OF_A_RESULT: f64 = 3.0;
+
+/// Bits for which a line rests before a full frame of so many results: the bridge looks for them while the CRC of the
+/// frame before is sent.
+pub fn rest_bits(results: u64, clocks_per_bit: u32) -> f64 {
+    let found = CLOCKS_OF_A_RESULT * results as f64 / f64::from(clocks_per_bit);
+    (found - CRC_BYTES as f64 * BITS_OF_A_BYTE).max(0.0)
+}
+
+/// A line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pace {
+    /// Bits per second.
+    pub baud: u32,
+    /// Clocks in a bit.
+    pub clocks_per_bit: u32,
+}
+
 /// The results of a sensor that measures without a pause.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scans {
@@ -27,7 +46,7 @@ pub struct Scans {
 pub struct Load {
     /// Results per second.
     pub results_per_s: f64,
-    /// Bits per second on the line, start and stop bits included.
+    /// Bits per second on the line, start and stop bits and the rest between frames included.
     pub line_bits_per_s: f64,
     /// Bits per second that the line has.
     pub baud: u32,
@@ -43,23 +62,24 @@ pub struct Load {
 pub struct LineError(pub Load);
 
 impl Scans {
-    /// Bytes of a scan on the line where frames are as full as they become: a frame ends with its scan.
-    pub fn bytes(&self) -> f64 {
-        let bytes = |results: u64| {
+    /// Bits of a scan on a line where frames are as full as they become: a frame ends with its scan.
+    pub fn line_bits(&self, pace: Pace) -> f64 {
+        let bits = |results: u64| {
             let payload = self.layout.payload_bytes(results as usize);
-            (RESULTS_HEADER_BYTES + payload + CRC_BYTES) as f64
+            let bytes = RESULTS_HEADER_BYTES + payload + CRC_BYTES;
+            bytes as f64 * BITS_OF_A_BYTE + rest_bits(results, pace.clocks_per_bit)
         };
         let rest = self.results % MOST_RESULTS_OF_A_FRAME;
-        let full = (self.results / MOST_RESULTS_OF_A_FRAME) as f64 * bytes(MOST_RESULTS_OF_A_FRAME);
-        if rest > 0 { full + bytes(rest) } else { full }
+        let full = (self.results / MOST_RESULTS_OF_A_FRAME) as f64 * bits(MOST_RESULTS_OF_A_FRAME);
+        if rest > 0 { full + bits(rest) } else { full }
     }
 
     /// What the results take of a line.
-    pub fn load(&self, baud: u32) -> Load {
+    pub fn load(&self, pace: Pace) -> Load {
         Load {
             results_per_s: self.results as f64 / self.period_s,
-            line_bits_per_s: self.bytes() * BITS_OF_A_BYTE / self.period_s,
-            baud,
+            line_bits_per_s: self.line_bits(pace) / self.period_s,
+            baud: pace.baud,
         }
     }
 }
@@ -94,6 +114,9 @@ impl Load {
 mod tests {
     use super::*;
 
+    /// With so many clocks in a bit that the line never rests.
+    const LINE: Pace = Pace { baud: 3_000_000, clocks_per_bit: 30 };
+
     fn scans(count_bits: u8, results: u64, period_s: f64) -> Scans {
         Scans { layout: Layout { count_bits, counts: 1, more_bits: 0 }, results, period_s }
     }
@@ -103,15 +126,14 @@ mod tests {
         // 16,376 results of 17 bits, each after 104.8 us: 64 frames of 255 (542 + 14 bytes) and one of 56
         // (119 + 14): 35,717 bytes in 1.7162 s.
         let scans = scans(17, 16_376, 16_376.0 * 104.8e-6);
-        assert_eq!(scans.bytes(), 64.0 * 556.0 + 133.0);
-        let load = scans.load(3_000_000).check().unwrap();
+        assert_eq!(scans.line_bits(LINE), 10.0 * (64.0 * 556.0 + 133.0));
+        let load = scans.load(LINE).check().unwrap();
         assert!((load.share() - 35_717.0 * 10.0 / 1.716_205 / 3e6).abs() < 1e-6, "{load:?}");
     }
 
     #[test]
     fn sixteen_steps_at_once_are_too_many_and_the_message_says_what_the_line_has() {
-        let error =
-            scans(17, 16_376, 16_376.0 * 104.8e-6 / 16.0).load(3_000_000).check().unwrap_err();
+        let error = scans(17, 16_376, 16_376.0 * 104.8e-6 / 16.0).load(LINE).check().unwrap_err();
         assert_eq!(
             error.to_string(),
             "152672 results per second take 3329859 bits per second of the serial line, start and stop bits \
@@ -129,6 +151,16 @@ mod tests {
             results: 1,
             period_s: 1e-3,
         };
-        assert_eq!(scans.bytes(), 18.0);
+        assert_eq!(scans.line_bits(LINE), 180.0);
+    }
+
+    #[test]
+    fn a_line_of_few_clocks_in_a_bit_rests_between_frames() {
+        // 255 results of 4 bits: 142 bytes. They are found in 765 clocks, 191.25 bits, 40 of which are the CRC's.
+        let scans = scans(4, 255, 1.0);
+        let bits = |clocks_per_bit| scans.line_bits(Pace { clocks_per_bit, ..LINE });
+        assert_eq!(bits(4), 1_420.0 + 151.25);
+        assert_eq!(bits(9), 1_420.0 + 45.0);
+        assert_eq!(bits(20), 1_420.0);
     }
 }

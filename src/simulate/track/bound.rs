@@ -116,7 +116,6 @@ fn left(
 mod tests {
     use super::*;
     use crate::estimate::bound::bound;
-    use crate::scene::PathIndex;
 
     /// With totals it is the bound of a scan that consists of the window.
     #[test]
@@ -128,7 +127,8 @@ mod tests {
             (scene.scan.first_step, scene.scan.steps) = (36, 16);
         });
         let expected = bound(&window, detector, CountingTier::Sampled).expect("there is one");
-        let expected = expected.of_path(PathIndex(0)).expect("there is one");
+        // That of the slope: a window is placed anywhere between two phase steps.
+        let expected = expected.paths[0].slope_m;
         let found = Information::of_window(&still, detector, CountingTier::Sampled, 36, 16)
             .expect("the response can be had");
         let sample_m = crate::estimate::distance_m(still.clock().sample_period_ps());

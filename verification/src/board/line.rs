@@ -4,7 +4,7 @@ use std::fmt;
 
 use goldtof_wire::{
     ANSWER_BYTES, BLOCK_BYTES, Decoder, Event, Frame, IDENTITY_FRAME_BYTES,
-    MOST_RESULTS_OF_A_FRAME, RESULTS_HEADER_BYTES, SYNC, encode,
+    MOST_RESULTS_OF_A_FRAME, RESULTS_HEADER_BYTES, SYNC, encode, rest_bits,
 };
 
 use super::BoardRun;
@@ -170,13 +170,11 @@ impl Facts {
         Ok(told)
     }
 
-    /// Share of the time that a full line carries bytes: its clock looks at a frame's results, three times at each,
-    /// while the CRC of the frame before goes out and as long as it takes.
+    /// Share of the time that a full line carries bytes.
     fn least_share(&self) -> f64 {
         let most = MOST_RESULTS_OF_A_FRAME as usize;
         let bits = 10.0 * (RESULTS_HEADER_BYTES + self.layout.payload_bytes(most) + 4) as f64;
-        let looks = 3.0 * most as f64 / f64::from(self.clocks_per_bit);
-        0.985 * bits / (bits + (looks - 40.0).max(0.0))
+        0.985 * bits / (bits + rest_bits(MOST_RESULTS_OF_A_FRAME, self.clocks_per_bit))
     }
 
     /// Results that have to come of what the core offers.

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use goldtof_wire::{
-    Answer, BLOCK_BYTES, Frame, REQUEST_BYTES, REQUEST_HITS, REQUEST_IDENTITY, REQUEST_READ,
-    REQUEST_TEXT, REQUEST_WRITE, Request, encode,
+    Answer, BLOCK_BYTES, Frame, MOST_RESULTS_OF_A_FRAME, REQUEST_BYTES, REQUEST_HITS,
+    REQUEST_IDENTITY, REQUEST_READ, REQUEST_TEXT, REQUEST_WRITE, Request, encode, rest_bits,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -231,9 +231,10 @@ impl<'a> Maker<'a> {
 
     /// Chips that a result takes on a line that is full.
     pub(super) fn chips_per_result(&self) -> f64 {
-        let most = goldtof_wire::MOST_RESULTS_OF_A_FRAME as usize;
-        let frame = 14 + self.facts.layout.payload_bytes(most);
-        10.0 * frame as f64 / most as f64 * self.facts.chips_per_bit
+        let most = MOST_RESULTS_OF_A_FRAME;
+        let frame = 14 + self.facts.layout.payload_bytes(most as usize);
+        let bits = 10.0 * frame as f64 + rest_bits(most, self.facts.clocks_per_bit);
+        bits / most as f64 * self.facts.chips_per_bit
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use goldtof_wire::Pace;
 use serde::Serialize;
 
 use super::error::BoardError;
@@ -88,6 +89,11 @@ impl UartClock {
         self.clock.hz() / f64::from(self.clocks_per_bit)
     }
 
+    /// Of the line that it makes on a board of so many bits per second.
+    pub fn pace(self, baud: u32) -> Pace {
+        Pace { baud, clocks_per_bit: self.clocks_per_bit }
+    }
+
     fn deviation(self, baud: u32) -> f64 {
         (self.baud() / f64::from(baud) - 1.0).abs()
     }
@@ -152,7 +158,8 @@ impl Plan {
         let chip = fast.over(gear.fast_clocks);
         let delay_taps = delay_taps(chip.period_ps(), gear)?;
         let pins = pins_of(sensor, gear, board, choices)?;
-        let line = Line { baud: board.baud, block_ram: board.block_ram() };
+        let uart = uart_of(board, dividers);
+        let line = Line { pace: uart.pace(board.baud), block_ram: board.block_ram() };
         check_sums(sensor, board, &line)?;
         let load = check_line(sensor.interface(), Sent::Results, &line)
             .map_err(|line| BoardError(format!("{}: {line}", board.title)))?
@@ -169,7 +176,7 @@ impl Plan {
             dividers,
             fast,
             chip,
-            uart: uart_of(board, dividers),
+            uart,
             delay_taps,
             asked_chip_period_ps,
             line_use_fraction: load.share(),
@@ -194,7 +201,7 @@ fn check_sums(sensor: &Sensor, board: &'static Board, line: &Line) -> Result<(),
         return Ok(());
     }
     let title = board.title;
-    let sums = Sums::of(interface, board.baud).ok_or_else(|| {
+    let sums = Sums::of(interface, line.pace).ok_or_else(|| {
         BoardError(format!(
             "accumulate = {}: {title} adds up scans of 4 to 16384 results of up to 128 bits a sum, and \
              this scene has {} phase steps of {} detector(s); scan fewer steps, or integrate for longer",

@@ -96,7 +96,7 @@ impl Plan {
         scene: &SceneText,
     ) -> Result<BoardProject, BoardError> {
         let board = self.board;
-        let sums = Sums::of(sensor.interface(), board.baud);
+        let sums = Sums::of(sensor.interface(), self.uart.pace(board.baud));
         let text = sensor.scene().hardware.scene_text.then(|| text_of(scene)).transpose()?;
         let verilog: Vec<(&str, &str)> = std::iter::once(TOP)
             .chain(sums.map(|_| ACCUMULATOR))
