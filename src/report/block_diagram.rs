@@ -178,7 +178,7 @@ fn families<'a>(names: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Numbered
     families
 }
 
-/// Centres of what stands in the rows.
+/// What stands where: centres in the rows.
 struct Drawing {
     /// Row by row, along the row.
     along: Vec<BTreeMap<Slot, f64>>,

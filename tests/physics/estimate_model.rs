@@ -275,7 +275,7 @@ fn assert_textbook_bound(scene: &Scene) {
     let expected_m = distance_m((minor / determinant).sqrt() * 8000.0);
     let found = bound(&Sensor::new(scene), DetectorIndex(0), TIER).expect("a bound");
     assert_eq!(found.steps as u64, scene.scan.steps);
-    let bound_m = found.of_path(PathIndex(0)).expect("the path is lit");
+    let bound_m = found.paths[0].slope_m;
     assert!((bound_m / expected_m - 1.0).abs() < 1e-3, "{bound_m} {expected_m}");
 }
 
@@ -300,7 +300,7 @@ fn side_lobes_tell_as_much_as_the_code_says() {
         scene.paths[0].delay_ps = 64_300.0;
         let bound_m = |scene: &Scene| {
             let found = bound(&Sensor::new(scene), DetectorIndex(0), TIER).expect("a bound");
-            found.of_path(PathIndex(0)).expect("the path is lit")
+            found.paths[0].slope_m
         };
         let all_m = bound_m(&scene);
         // Strength and background are not known, which a window of 100 steps hardly feels.

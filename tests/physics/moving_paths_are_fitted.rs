@@ -31,7 +31,7 @@ fn scene(chips: u64, walk_steps: f64) -> Scene {
 fn bound_of(scene: &Scene) -> PathBound {
     let bound = bound(&Sensor::new(scene), SPAD, TIER).expect("a bound");
     // Whoever reads the number is told that it is not of the whole scan.
-    let remark = bound.remark().unwrap_or_default();
+    let remark = bound.remark(PathIndex(0)).unwrap_or_default();
     let said = format!("of the {} phase steps round the peak", bound.steps);
     assert!(remark.contains(&said), "{remark}");
     bound.paths[0]

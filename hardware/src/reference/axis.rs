@@ -21,7 +21,7 @@ pub(super) struct Beat {
     pub(super) counted: Counted,
 }
 
-/// Places of the ports; each is (word, shift).
+/// Where the ports' bits are in a record; each is (word, shift).
 #[derive(Debug, Clone, Copy)]
 struct AxisBits {
     data: (usize, u32),

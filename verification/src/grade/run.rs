@@ -276,7 +276,7 @@ fn power_up(netlist: &Netlist) -> Vec<bool> {
         .collect()
 }
 
-/// All variants of a set.
+/// All variants of a [`VariantSet`].
 pub(super) struct Machines {
     model: Variants,
     choice_bits: usize,

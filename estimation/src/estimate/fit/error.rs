@@ -101,13 +101,15 @@ pub enum FitError {
     /// The counts are much more sensitive to the distance in some places than in others.
     #[error(
         "the counts change unevenly with the distance: their slope at the scene's corresponds to a standard deviation of \
-         {std_mm:.1} mm, but the slope over five of them to one side is {read:.2} of that to the other, so that no estimate \
-         is unbiased, and none scatters as a slope says: pulses shorter than a sample are missed between two samples"
+         {std_mm:.1} mm, but within five of them, or a phase step, the counts have another slope, one {read:.2} of the \
+         other, so that no estimate is unbiased, and none scatters as a slope says. Corners of the code's correlation \
+         are a phase step apart (more samples_per_chip or more light make them matter less), and pulses shorter than \
+         a sample are missed between two samples"
     )]
     Uneven {
         /// Standard deviation from the counts' slope at the scene's delay.
         std_mm: f64,
-        /// What one side's slope reads the other's as; 1 if they are alike.
+        /// What a slope reads another one as; 1 if they are alike.
         read: f64,
     },
     /// Light that a fit to a histogram does not model.

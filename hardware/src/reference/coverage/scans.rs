@@ -32,7 +32,7 @@ pub enum ScanPoint {
     },
 }
 
-/// A place in a scan.
+/// Where a group of steps is in its scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum GroupPosition {
     /// The first group of steps.
