@@ -327,7 +327,11 @@ pub fn errors_of_fit(
     let model = DetectorModel::new(sensor, detector);
     let (response, problem) =
         (MeanResponse::of_tier(&model, tier)?, Problem::of_scan(&model, tier));
-    let (parameters, means) = (Parameters::of(&Light::of(&model)), response.mean_counts());
+    let parameters = Parameters::of(&Light::of(&model));
+    if !has_corners(&problem, &parameters) && !may_be_uneven(&problem, &parameters, &response) {
+        return Ok(fitted);
+    }
+    let means = response.mean_counts();
     let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both)?;
     let (of, weights) = ((&response, &means[..]), Weights::of_poisson(&means));
     let about = bound_of_weights(&problem, &parameters, of, &jacobian, &weights)?;
@@ -352,8 +356,8 @@ fn apart<'m>(
     Ok(slope(here, &problem.means_of(&moved, &response)?, 1.0))
 }
 
-/// Whether corners are looked at: those of a single path and of few samples a chip. A path that moves comes by every one, and what steps that count the
-/// same light tell is [averaged].
+/// Whether corners are looked at: those of a single path and of few samples a chip. A path that moves comes by every one,
+/// and what steps that count the same light tell is [averaged].
 fn has_corners(problem: &Problem, parameters: &Parameters) -> bool {
     parameters.walk.is_none()
         && parameters.paths.len() == 1
