@@ -19,7 +19,7 @@ use goldtof::cosim::source::{SourceFile, Verilog, sources_of};
 use goldtof::cosim::verilated::Verilated;
 use goldtof::cosim::{CosimOptions, Cosimulation, TOP, cosimulate};
 use goldtof::deliver::Emission;
-use goldtof::estimate::report::estimate_scan;
+use goldtof::estimate::report::Reporter;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::stimulus::clocks_for_scans;
 use goldtof::report::curves::IntegrationCurves;
@@ -164,7 +164,7 @@ impl Scan {
         })?;
         let estimates = measured(|_| {
             for sensor in [&self.sensor, &self.other] {
-                estimate_scan(sensor, DetectorIndex(0), &counts);
+                Reporter::new(sensor, DetectorIndex(0)).scan(&counts);
             }
             Ok(())
         })?;

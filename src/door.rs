@@ -6,7 +6,7 @@ use crate::cosim::own::{self, OwnRtl};
 use crate::cosim::source::Verilog;
 use crate::cosim::{CosimOptions, Cosimulation, cosimulate};
 use crate::deliver::{self, Emission, HdlError, Prefix};
-use crate::estimate::report::{EstimateReport, estimate_scan};
+use crate::estimate::report::{EstimateReport, Reporter};
 use crate::estimate::{ImpossibleScan, possible_scan};
 use crate::grade::{Grade, GradeOptions, Graded, not_graded};
 use crate::photons::StepCount;
@@ -162,7 +162,7 @@ pub trait Jobs {
         let has_totals = counts.iter().any(|count| count.total != 0);
         let told = |count: &StepCount| (count.signed, has_totals.then_some(count.total));
         let counts = possible_scan(scene, &counts.iter().map(told).collect::<Vec<_>>())?;
-        Ok(estimate_scan(&sensor, detector, &counts))
+        Ok(Reporter::new(&sensor, detector).scan(&counts))
     }
 
     /// The main job: plan, emission, photon simulation, co-simulation, estimates and report, into

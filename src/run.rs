@@ -14,7 +14,7 @@ use crate::cosim::window::Window;
 use crate::cosim::{self, CosimOptions, Cosimulation, Verdict, cosimulate};
 use crate::deliver::{self, Emission, HdlError};
 use crate::document::Body;
-use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
+use crate::estimate::report::EstimateReport;
 use crate::files::{FileError, OutputFolder};
 use crate::grade::{self, Grade, GradeOptions};
 use crate::histogram::Histogram;
@@ -199,7 +199,7 @@ pub fn run(
     let clocks = |done, of| on_event(RunEvent::Progress(Progress::Parts { done, of }));
     let (cosimulation, shown) =
         beside(|| Shown::of(&sensor, options.seed), || cosimulate(&sensor, &verilog, &how, clocks));
-    let mut cosimulation = cosimulation?;
+    let (mut cosimulation, shown) = (cosimulation?, shown?);
     if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_mismatch(&folder.join(MISMATCH))?;
     }
@@ -208,8 +208,10 @@ pub fn run(
     }
     on_event(RunEvent::Compared(&cosimulation.report));
     let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
-    let (own_estimates, mut other_estimates) =
-        beside(|| estimates(&other, &cosimulation), || estimates(&sensor, &cosimulation));
+    let (own_estimates, mut other_estimates) = beside(
+        || estimates(&other, &cosimulation, &shown),
+        || estimates(&sensor, &cosimulation, &shown),
+    );
     if scene.estimator == EstimatorKind::Fft && !scene.sends_total_counts() {
         let sent = DetectorIndex::all().zip(&cosimulation.counts);
         let both = own_estimates.iter().zip(&mut other_estimates);
@@ -237,7 +239,7 @@ pub fn run(
         other_estimates,
         cosim: cosimulation.report,
     };
-    write(&run, &sensor, &cosimulation.counts, &shown?, options, &folder)?;
+    write(&run, &sensor, &cosimulation.counts, &shown, options, &folder)?;
     Ok(run)
 }
 
@@ -285,13 +287,14 @@ fn beside<This, Other: Send>(
 }
 
 /// Distances from the counts that the Verilog sent, detector by detector.
-fn estimates(sensor: &Sensor, cosimulation: &Cosimulation) -> Vec<EstimateReport> {
+fn estimates(sensor: &Sensor, cosimulation: &Cosimulation, shown: &Shown) -> Vec<EstimateReport> {
     let of_detector = |(detector, sent): (DetectorIndex, &Vec<SentCount>)| {
+        let reporter = IntegrationCurves::reporter(&shown.curves, sensor, detector);
         let mut estimate = match histogram_of(sensor, sent) {
-            Some(histogram) => estimate_histogram(sensor, detector, &histogram),
+            Some(histogram) => reporter.histogram(&histogram),
             None => {
                 let counts: Vec<StepCount> = sent.iter().map(SentCount::step_count).collect();
-                estimate_scan(sensor, detector, &counts)
+                reporter.scan(&counts)
             }
         };
         if cosimulation.report.verdict == Verdict::Mismatch {

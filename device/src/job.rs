@@ -216,7 +216,8 @@ pub(crate) fn watch(line: &Line, recording: &Recording) -> Result<(), Failed> {
     let reopen: Reopen<_> = Box::new(move || again.open());
     let feed = Feed::start(device, identity, Some(reopen));
     let mut screen = Screen::new()?;
-    let shown = show(&mut session, &mut view, &feed, &mut screen, ranging.map(Ranger::start));
+    let shown =
+        show(&mut session, &mut view, &feed, &mut screen, ranging.map(RangingThread::start));
     drop(screen);
     let ended = session.end();
     shown.and(ended)
@@ -227,7 +228,7 @@ fn show(
     view: &mut View,
     feed: &Feed,
     screen: &mut Screen,
-    ranger: Option<Ranger>,
+    ranger: Option<RangingThread>,
 ) -> Result<(), Failed> {
     let mut scans = Scans::new(view.identity());
     let (mut heard, mut drawn) = (Instant::now(), None::<Instant>);
@@ -306,24 +307,25 @@ impl Drop for Screen {
 }
 
 /// Ranges scans in a thread of its own: as many as it can, the newest ones.
-struct Ranger {
+struct RangingThread {
     scans: SyncSender<Scan>,
     answers: Receiver<Answers>,
 }
 
-impl Ranger {
-    fn start(ranging: Ranging) -> Ranger {
+impl RangingThread {
+    fn start(ranging: Ranging) -> RangingThread {
         let (scans, taken) = sync_channel::<Scan>(1);
         let (given, answers) = channel();
         thread::spawn(move || {
+            let ranger = ranging.ranger();
             for scan in taken {
-                let answer = Answers { scan: scan.number, of: ranging.range(&scan) };
+                let answer = Answers { scan: scan.number, of: ranger.range(&scan) };
                 if given.send(answer).is_err() {
                     return;
                 }
             }
         });
-        Ranger { scans, answers }
+        RangingThread { scans, answers }
     }
 
     fn offer(&self, scan: &Scan) {

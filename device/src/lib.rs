@@ -14,7 +14,7 @@ mod watch;
 pub use device::{Device, DeviceError};
 pub use feed::{Feed, News, Reopen, What};
 pub use line::{Line, hexadecimal, scene_hash};
-pub use ranging::Ranging;
+pub use ranging::{Ranger, Ranging};
 pub use record::{Losses, RecordError, Recorder, Sink};
 pub use scans::{DetectorScan, Largest, PlacedCount, ResultOrder, Scan, Scans};
 pub use watch::{Report, Watch};

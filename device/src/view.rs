@@ -517,7 +517,7 @@ mod tests {
 
     fn answers(number: u64, distance_m: f64) -> Answers {
         let sensor = Sensor::load("../scenes/quick.toml").unwrap();
-        let empty = goldtof::estimate::report::expected_errors(&sensor, DetectorIndex(0));
+        let empty = goldtof::estimate::report::Reporter::new(&sensor, DetectorIndex(0)).expected();
         Answers {
             scan: number,
             of: vec![Ok(EstimateReport { distance_m: Some(distance_m), ..empty })],

@@ -2,13 +2,14 @@
 
 use goldtof::SimulateOptions;
 use goldtof::cosim::engine::Engine;
-use goldtof::estimate::report::expected_errors;
+use goldtof::estimate::estimator::Counted;
+use goldtof::estimate::report::Reporter;
 use goldtof::photons::DetectorModel;
 use goldtof::recorded::expected_bins;
 use goldtof::response::{CountMoments, MeanResponse, SecondMoments};
 use goldtof::scene::Architecture;
 use goldtof::simulate::Tier;
-use goldtof::simulate::scans::{Counted, Prepared};
+use goldtof::simulate::scans::Prepared;
 use numpy::{PyArray2, PyArrayMethods};
 
 use crate::arguments::{self, MOST_REPETITIONS, tier, within};
@@ -40,7 +41,7 @@ pub(crate) fn expected<'py>(
             Some(_) => columns_of_bins(&sensor, detector)?,
             None => columns_of_steps(&sensor, detector, tier)?,
         };
-        Ok((columns, expected_errors(&sensor, detector)))
+        Ok((columns, Reporter::new(&sensor, detector).expected()))
     })?;
     let told = to_python(python, &errors)?;
     for (name, column) in columns {

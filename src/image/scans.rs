@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 use super::pixels::seed_of;
 use super::{ImageOptions, Map, PIXEL, Seen, counting};
 use crate::estimate::distance_m;
+use crate::estimate::estimator::Counted;
 use crate::progress::Progress;
 use crate::scene::PathIndex;
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::Ranging;
-use crate::simulate::scans::{Counted, Prepared, ScansError};
+use crate::simulate::scans::{Prepared, ScansError};
 
 /// Pixels that threads share out at a time.
 const AT_ONCE: usize = 1024;
@@ -79,16 +80,11 @@ pub(super) fn of_pixel(
     let mut told = PixelScans::default();
     let mut is_first = true;
     prepared.scans(&sensor, PIXEL, seed_of(seed, pixel), 0..u64::from(scans), &mut |counted| {
-        let answer = match &counted {
-            Counted::Steps(counts) => {
-                told.detections += counts.iter().map(|count| count.total).sum::<u64>();
-                ranging.answer(counts)
-            }
-            Counted::Bins(histogram) => {
-                told.detections += histogram.total();
-                ranging.answer_histogram(histogram)
-            }
+        told.detections += match counted {
+            Counted::Steps(counts) => counts.iter().map(|count| count.total).sum(),
+            Counted::Bins(histogram) => histogram.total(),
         };
+        let answer = ranging.answer(counted);
         let found = answer.found.iter().find(|(place, _)| Some(*place) == front);
         let found = found.filter(|(_, error_m)| error_m.abs() <= tolerance_m);
         told.errors_m.extend(found.map(|(_, error_m)| error_m));

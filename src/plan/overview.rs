@@ -8,7 +8,7 @@ use super::link::{LinkBudget, link_budget};
 use super::resources::{Resources, resources, saved_by};
 use super::{Plan, measure};
 use crate::document::Body;
-use crate::estimate::report::expected_errors;
+use crate::estimate::report::{EstimateReport, Reporter};
 use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
@@ -82,18 +82,26 @@ pub fn with_cells(mut plan: Plan, sensor: &Sensor) -> Plan {
 
 /// Both estimators, detector by detector.
 pub fn expected(sensor: &Sensor) -> Vec<ExpectedError> {
-    let estimators = [EstimatorKind::Fft, EstimatorKind::Model];
-    let of_detector = |detector| estimators.map(|estimator| of(sensor, detector, estimator));
+    let [phase, model] =
+        [EstimatorKind::Fft, EstimatorKind::Model].map(|kind| sensor.estimated_by(kind));
+    let of_detector = |detector| {
+        let by_phase = Reporter::new(&phase, detector);
+        let mut by_fit = Reporter::new(&model, detector);
+        for path in sensor.scene().own_paths(detector).take(1) {
+            by_fit = by_fit.knowing(path, by_phase.theory(path).clone());
+        }
+        [by_phase, by_fit].map(|reporter| of(reporter.expected(), sensor))
+    };
     DetectorIndex::of(&sensor.scene().detectors).flat_map(of_detector).collect()
 }
 
-fn of(sensor: &Sensor, detector: DetectorIndex, estimator: EstimatorKind) -> ExpectedError {
-    let report = expected_errors(&sensor.estimated_by(estimator), detector);
+fn of(report: EstimateReport, sensor: &Sensor) -> ExpectedError {
     ExpectedError {
         detector: report.detector,
         source: report.source,
-        estimator,
-        has_its_counts: estimator == EstimatorKind::Fft || sensor.scene().sends_total_counts(),
+        estimator: report.estimator,
+        has_its_counts: report.estimator == EstimatorKind::Fft
+            || sensor.scene().sends_total_counts(),
         true_distance_m: report.true_distance_m,
         expected_bias_m: report.expected_bias_m,
         expected_std_m: report.expected_std_m,

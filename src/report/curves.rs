@@ -3,7 +3,8 @@
 use super::prelude::*;
 use crate::cosim;
 use crate::estimate::bound::bound_m;
-use crate::estimate::{CountingTier, TheoryEffort, Work, theory_of_integrations};
+use crate::estimate::report::Reporter;
+use crate::estimate::{CountingTier, Theory, TheoryEffort, Work, theory_of_integrations};
 use crate::scene::PathIndex;
 use crate::simulate::{Tier, forecast};
 
@@ -21,6 +22,8 @@ pub struct IntegrationCurves {
     detector: DetectorIndex,
     path: PathIndex,
     points: Result<Points, String>,
+    /// At the scene's own integration time.
+    here: Option<Theory>,
 }
 
 /// Pairs of integration time in us and error in mm.
@@ -51,7 +54,26 @@ impl IntegrationCurves {
         detector: DetectorIndex,
         path: PathIndex,
     ) -> IntegrationCurves {
-        IntegrationCurves { detector, path, points: Points::of(sensor, detector, path) }
+        let (points, here) = match Points::of(sensor, detector, path) {
+            Ok((points, here)) => (Ok(points), here),
+            Err(reason) => (Err(reason), None),
+        };
+        IntegrationCurves { detector, path, points, here }
+    }
+
+    /// The same estimates' [`Reporter`], which need not work out again what the curves are made from.
+    pub fn reporter<'s>(
+        curves: &[IntegrationCurves],
+        sensor: &'s Sensor,
+        detector: DetectorIndex,
+    ) -> Reporter<'s> {
+        let mut reporter = Reporter::new(sensor, detector);
+        for curves in curves.iter().filter(|curves| curves.detector == detector) {
+            if let Some(theory) = &curves.here {
+                reporter = reporter.knowing(curves.path, theory.clone());
+            }
+        }
+        reporter
     }
 
     /// Whether they are a path's at a detector.
@@ -61,7 +83,12 @@ impl IntegrationCurves {
 }
 
 impl Points {
-    fn of(sensor: &Sensor, detector: DetectorIndex, path: PathIndex) -> Result<Points, String> {
+    /// And the theory of the scene as it is.
+    fn of(
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        path: PathIndex,
+    ) -> Result<(Points, Option<Theory>), String> {
         let effort = TheoryEffort::of(sensor, detector).map_err(|reason| reason.to_string())?;
         let points = POWERS.count() as f64;
         let seconds = points * (effort.seconds(Work::Predictions(1)) + effort.seconds(Work::Bound));
@@ -75,7 +102,7 @@ impl Points {
             .filter(|chips| (1.0..1e12).contains(chips));
         let chips: Vec<u64> = chips.map(|chips| chips as u64).collect();
         let tier = CountingTier::Sampled;
-        let mut points = Points::default();
+        let (mut points, mut here) = (Points::default(), None);
         for (at, theory) in theory_of_integrations(sensor, detector, &[path], tier, &chips) {
             let x = at.timing().integration_ps() * 1e-6;
             if let Some(Ok(phase)) = theory.predictions.first() {
@@ -85,10 +112,13 @@ impl Points {
             }
             let bound = bound_m(&at, path, tier, &theory.bound);
             points.bound.extend(bound.ok().map(|bound_m| (x, bound_m * 1e3)));
+            if at.timing() == sensor.timing() {
+                here = Some(theory);
+            }
         }
         match points.rms.is_empty() && points.bound.is_empty() {
             true => Err("theory expects nothing of this light".to_owned()),
-            false => Ok(points),
+            false => Ok((points, here)),
         }
     }
 }

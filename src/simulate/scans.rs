@@ -22,6 +22,7 @@ use crate::cosim::window::Window;
 use crate::cosim::{CosimOptions, Cosimulation, Verdict, cosimulate};
 use crate::deliver::{self, HdlError, Prefix};
 use crate::estimate::PredictionError;
+use crate::estimate::estimator::Counted;
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::photons::fast::StepCounter;
@@ -92,15 +93,6 @@ struct Rtl {
     engine: Engine,
 }
 
-/// What a detector's hardware counts in a scan.
-#[derive(Debug)]
-pub enum Counted<'c> {
-    /// Up and down, in each phase step in order.
-    Steps(&'c [StepCount]),
-    /// By arrival time.
-    Bins(Histogram),
-}
-
 /// [`Prepared::scans`] of a tier that is prepared for them alone, of hardware that counts up and
 /// down.
 ///
@@ -142,7 +134,7 @@ pub fn histograms(
     let prepared = Prepared::new(sensor, tier, Engine::Auto)?;
     prepared.scans(sensor, detector, seed, 0..repetitions, &mut |counted| {
         let Counted::Bins(histogram) = counted else { unreachable!("it counts up and down") };
-        on_histogram(histogram);
+        on_histogram(histogram.clone());
     })
 }
 
@@ -195,7 +187,7 @@ impl Prepared {
                 self.steps(&wanted, &mut |counts| on_scan(Counted::Steps(counts)))
             }
             Architecture::Histogram => {
-                self.bins(&wanted, &mut |histogram| on_scan(Counted::Bins(histogram)))
+                self.bins(&wanted, &mut |histogram| on_scan(Counted::Bins(&histogram)))
             }
         }
     }

@@ -20,7 +20,7 @@ use serde::Serialize;
 use crate::document::Body;
 use crate::door::{EstimateError, detector_named};
 use crate::estimate::CountingTier;
-use crate::estimate::report::{EstimateReport, expected_errors};
+use crate::estimate::report::{EstimateReport, Reporter};
 use crate::photons::{DeadTime, DetectorModel};
 use crate::plan::figures::Figures;
 use crate::plan::link::LinkBudget;
@@ -204,14 +204,14 @@ pub fn limits(text: &SceneText, detector: Option<&str>) -> Result<Limits, Limits
         }
         _ => key.to_owned(),
     };
-    let as_it_is = expected_errors(&sensor, detector);
+    let as_it_is = Reporter::new(&sensor, detector).expected();
     let true_distance_m = as_it_is.true_distance_m;
     let now = Performance::of(&sensor, as_it_is);
     let changed: Vec<Option<Change>> = CHANGES
         .par_iter()
         .map(|(limit, key, to)| {
             let (setting, sensor) = to.applied(text, &index(key))?;
-            let expected = Performance::of(&sensor, expected_errors(&sensor, detector));
+            let expected = Performance::of(&sensor, Reporter::new(&sensor, detector).expected());
             Some(Change {
                 limit: *limit,
                 setting,

@@ -1,7 +1,7 @@
 //! Estimates of a code so short that errors come round its period.
 
 use goldtof::Jobs as _;
-use goldtof::estimate::report::estimate_scan;
+use goldtof::estimate::report::Reporter;
 use goldtof::estimate::{CountingTier, calibration_offset_ps, distance_m, estimate};
 use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
@@ -74,14 +74,14 @@ fn the_errors_do_wrap() {
     let sensor = Sensor::new(&misled(5_000.0));
     let detector = DetectorIndex(0);
     let offset_ps = calibration_offset_ps(&sensor, detector, CountingTier::Sampled);
-    let mut signs = [0, 0];
+    let (mut signs, reporter) = ([0, 0], Reporter::new(&sensor, detector));
     scans(&sensor, detector, Tier::Sampled, 3, 100, |counts| {
         let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
         let estimate = estimate(sensor.timing(), &signed, offset_ps).expect("there is light");
         let error_m = fold(estimate.distance_m - distance_m(5_000.0));
         signs[usize::from(error_m > 0.0)] += 1;
         // One scan against its expectation, the shorter way round.
-        let report = estimate_scan(&sensor, detector, counts);
+        let report = reporter.scan(counts);
         let [bias_m, std_m] = [report.expected_bias_m, report.expected_std_m].map(Option::unwrap);
         assert!((fold(error_m - bias_m) / std_m).abs() < 6.0, "{report:?}");
     })
@@ -91,7 +91,7 @@ fn the_errors_do_wrap() {
     let dark = sensor.with(|scene| scene.paths = scene.paths.split_off(1));
     let mut told = 0;
     scans(&dark, detector, Tier::Sampled, 3, 100, |counts| {
-        told += u32::from(estimate_scan(&sensor, detector, counts).distance_m.is_some());
+        told += u32::from(reporter.scan(counts).distance_m.is_some());
     })
     .expect("the scene can be simulated");
     assert!(told <= 8, "{told}");
@@ -114,7 +114,7 @@ fn estimates_all_round_the_period_have_no_mean() {
     }
     // No scan's error says more than it can, either.
     scans(&Sensor::new(&scene), DetectorIndex(0), Tier::Events, 3, 1, |counts| {
-        let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), counts);
+        let report = Reporter::new(&Sensor::new(&scene), DetectorIndex(0)).scan(counts);
         assert_eq!((report.expected_bias_m, report.deviation_in_std), (None, None));
         assert!(report.remark.is_some_and(|remark| remark.contains("no mean")));
     })

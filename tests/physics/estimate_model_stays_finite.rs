@@ -2,7 +2,7 @@
 
 use goldtof::estimate::CountingTier;
 use goldtof::estimate::fit::{Fitter, OtherLight};
-use goldtof::estimate::report::estimate_scan;
+use goldtof::estimate::report::Reporter;
 use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::report::estimates::{BothEstimates, texts};
 use goldtof::response::MeanResponse;
@@ -54,7 +54,7 @@ fn assert_finite(scene: &Scene, counts: &[StepCount], name: &str) -> bool {
         ),
         Err(reason) => reason.to_string(),
     };
-    let report = estimate_scan(&Sensor::new(scene), DetectorIndex(0), counts);
+    let report = Reporter::new(&Sensor::new(scene), DetectorIndex(0)).scan(counts);
     let (own, other) = (&report, &report);
     let (told, shared) = texts(&[BothEstimates { own, other }], None);
     let told = told.concat() + &shared;

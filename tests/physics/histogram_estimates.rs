@@ -4,7 +4,7 @@
 use goldtof::Jobs as _;
 use goldtof::estimate::fit::{BinFitter, FitError};
 use goldtof::estimate::histogram::{Uncorrected, dead_time};
-use goldtof::estimate::report::{estimate_histogram, estimate_scan};
+use goldtof::estimate::report::Reporter;
 use goldtof::estimate::{delay_error_ps, distance_m};
 use goldtof::histogram::Histogram;
 use goldtof::histogram::correlation::Correlator;
@@ -282,7 +282,7 @@ fn a_report_says_what_the_bins_say() {
     };
     for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
         scene.estimator = estimator;
-        let report = estimate_histogram(&Sensor::new(&scene), FIRST, histogram);
+        let report = Reporter::new(&Sensor::new(&scene), FIRST).histogram(histogram);
         assert!(report.error_m.expect("there is one").abs() < 10e-3);
         assert!(report.deviation_in_std.expect("there is one").abs() < 4.0);
         assert_eq!(report.fit.is_some(), estimator == EstimatorKind::Model);
@@ -291,12 +291,12 @@ fn a_report_says_what_the_bins_say() {
     let signed = Correlator::new(&gold_9(), 8).signed_counts(histogram).into_iter();
     let counts: Vec<StepCount> = signed.map(|signed| StepCount { signed, total }).collect();
     scene.estimator = EstimatorKind::Fft;
-    let report = estimate_scan(&Sensor::new(&scene), FIRST, &counts);
+    let report = Reporter::new(&Sensor::new(&scene), FIRST).scan(&counts);
     assert!((report.error_m.expect("there is one") + 155e-3).abs() < 10e-3);
     assert!(report.deviation_in_std.expect("there is one").abs() < 4.0);
     assert!(report.remark.expect("one").contains("range walk is left in"));
     scene.estimator = EstimatorKind::Model;
-    let report = estimate_scan(&Sensor::new(&scene), FIRST, &counts);
+    let report = Reporter::new(&Sensor::new(&scene), FIRST).scan(&counts);
     assert_eq!(report.distance_m, None);
     assert!(report.remark.expect("one").contains("bins of the histogram do not follow"));
 }

@@ -3,7 +3,8 @@
 //! and covariance of the counts against simulated photons, painted sample by sample.
 
 use goldtof::Jobs as _;
-use goldtof::estimate::fit::{Fitter, OtherLight, expected_fit};
+use goldtof::estimate::estimator::Estimator;
+use goldtof::estimate::fit::{Fitter, OtherLight};
 use goldtof::estimate::{bound::bound, calibration_offset_ps, distance_m, estimate, predict};
 use goldtof::photons::{DetectorModel, StepCount};
 use goldtof::response::{
@@ -296,7 +297,7 @@ fn assert_errors_are_as_expected(name: &str, scene: &Scene) {
     let true_distance_m = distance_m(scene.paths[0].delay_ps);
     let predicted =
         predict(&sensor, DetectorIndex(0), PathIndex(0), tier).expect("it can be predicted");
-    let fitted = expected_fit(&sensor, DetectorIndex(0), tier).expect("it fits");
+    let fitted = Estimator::new(&sensor, DetectorIndex(0), tier).expected_fit().expect("it fits");
     let bound_m = bound(&sensor, DetectorIndex(0), tier).expect("a bound").paths[0].bound_m;
     let fit_bias_m = fitted.distance_m - true_distance_m;
     assert!(fit_bias_m.abs() < 1e-4 && fitted.std_m > 0.9 * bound_m, "{name}: {fitted:?}");
@@ -342,7 +343,9 @@ fn there_is_no_bound_between_two_samples() {
     let refused = bound(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Sampled)
         .map(|bound| bound.paths[0].bound_m);
     assert!(refused.is_err(), "{refused:?}");
-    assert!(expected_fit(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Sampled).is_err());
+    let sensor = Sensor::new(&scene);
+    let estimator = Estimator::new(&sensor, DetectorIndex(0), CountingTier::Sampled);
+    assert!(estimator.expected_fit().is_err());
     scene.paths[0].delay_ps = 21_800.0 - spad_ps;
     bound(&Sensor::new(&scene), DetectorIndex(0), CountingTier::Sampled)
         .expect("within what is seen there is one");

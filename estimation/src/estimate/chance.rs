@@ -3,6 +3,7 @@
 //! one, too.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use super::count_law::CountLaw;
 use super::effort::{TheoryEffort, Work};
@@ -24,13 +25,13 @@ pub const DOUBTFUL: f64 = 0.001;
 const SCATTERED: usize = 62;
 const SCATTERED_STEPS: usize = 16;
 
-/// A detector's scan as it would be without any light of its own source, as bright as the counts say.
-#[derive(Debug)]
+/// A detector's scan as it would be without any light of its own source.
+#[derive(Debug, Clone)]
 pub struct Darkness<'s> {
     sensor: &'s Sensor,
     detector: DetectorIndex,
     /// Laws of the phase steps' counts; a single one if all have the same.
-    laws: Vec<CountLaw>,
+    laws: Arc<[CountLaw]>,
     /// Hits of a step by the scene: none if it has no other light.
     hits_of_scene: f64,
     /// What a step counts by what was measured.
@@ -40,28 +41,35 @@ pub struct Darkness<'s> {
 }
 
 impl<'s> Darkness<'s> {
-    /// Of a scan's `counts`.
-    ///
-    /// Total counts tell how bright it was. Without them it was as bright as the scene is, or brighter if
-    /// neighbouring counts differ by more: the signal changes little from one step to the next.
-    pub fn of(sensor: &'s Sensor, detector: DetectorIndex, counts: &[StepCount]) -> Darkness<'s> {
+    /// As bright as the scene is.
+    pub fn of_scene(sensor: &'s Sensor, detector: DetectorIndex) -> Darkness<'s> {
         let spad = &sensor.scene().detectors[detector];
         let of_scene = laws_without_own_light(sensor, detector).unwrap_or_default();
         let hits_of_scene = mean(of_scene.iter().map(|law| law.total));
-        let mut dark =
-            Darkness { sensor, detector, laws: of_scene, hits_of_scene, hits: 0.0, more: 0.0 };
+        let laws = of_scene.into();
+        let mut dark = Darkness { sensor, detector, laws, hits_of_scene, hits: 0.0, more: 0.0 };
         if hits_of_scene <= 0.0 {
             // Without other light in the scene, or without theory, hits come as they come.
             let clusters = spad.afterpulses_per_avalanche();
-            dark.laws = vec![CountLaw::of_clusters(dark.balance(), 1.0, clusters)];
+            dark.laws = [CountLaw::of_clusters(dark.balance(), 1.0, clusters)].into();
         }
+        dark
+    }
+
+    /// As bright as a scan's `counts` say.
+    ///
+    /// Total counts tell how bright it was. Without them it was as bright as the scene is, or brighter if
+    /// neighbouring counts differ by more: the signal changes little from one step to the next.
+    #[must_use]
+    pub fn as_bright_as(&self, counts: &[StepCount]) -> Darkness<'s> {
+        let mut dark = self.clone();
         let counted = mean(counts.iter().map(|count| count.total as f64));
         if counted > 0.0 {
             dark.hits = counted;
             dark.more = dark.balance() * (counted - dark.hits_of_laws());
         } else if !counts.is_empty() {
             let scattered = dark.excess_scatter(counts) * dark.hits_of_laws();
-            dark.hits = scattered.min(dark.most_hits()).max(hits_of_scene);
+            dark.hits = scattered.min(dark.most_hits()).max(dark.hits_of_scene);
             dark.more = dark.middle(counts);
         }
         dark
@@ -336,7 +344,7 @@ mod tests {
             let below = (-skellam(up, down, largest)).ln_1p();
             let exact = -(248.0 * below).exp_m1();
             let counts = scan(248, largest as i64, total);
-            let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+            let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
             let found = dark.chance(&counts).expect("there are hits");
             assert!((found / exact - 1.0).abs() < 0.05, "{total}, {largest}: {found} {exact}");
         }
@@ -351,12 +359,14 @@ mod tests {
         counts[40..48].iter_mut().for_each(|count| count.signed = 7);
         let share = skellam(240.0 * 12.0 / 31.0, 240.0 * 19.0 / 31.0, 56);
         let exact = -(248.0 * (-share).ln_1p()).exp_m1();
-        let found = Darkness::of(&sensor, DetectorIndex(0), &counts).chance(&counts);
+        let found =
+            Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts).chance(&counts);
         let found = found.expect("there are hits");
         assert!((found / exact - 1.0).abs() < 0.05, "{found} {exact}");
         // The largest of them alone is nothing.
         let alone = sensor.estimated_by(EstimatorKind::Fft);
-        let found = Darkness::of(&alone, DetectorIndex(0), &counts).chance(&counts);
+        let found =
+            Darkness::of_scene(&alone, DetectorIndex(0)).as_bright_as(&counts).chance(&counts);
         assert!(found.expect("there are hits") > 0.5, "{found:?}");
     }
 
@@ -400,7 +410,7 @@ mod tests {
             let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps", &parallel_steps, code]);
             let ratio = |_| {
                 let counts = counts_of_noise(&sensor, 900.0, parallel, false, &mut random);
-                let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+                let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
                 assert!((dark.hits_of_scene / 90.0 - 1.0).abs() < 0.01, "{}", dark.hits_of_scene);
                 dark.hits / 900.0
             };
@@ -424,7 +434,7 @@ mod tests {
             let mut below = [0; 4];
             for _ in 0..2000 {
                 let counts = counts_of_noise(&sensor, 50.0, parallel, true, &mut random);
-                let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+                let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
                 let chance = dark.chance(&counts).expect("there are hits");
                 let limits = [0.5, 0.2, 0.05, 0.02];
                 below.iter_mut().zip(limits).for_each(|(n, limit)| *n += u32::from(chance < limit));
@@ -461,7 +471,7 @@ mod tests {
                     StepCount { signed, total: 0 }
                 };
                 let counts: Vec<StepCount> = (0..31 * samples).map(count).collect();
-                let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+                let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
                 let chance = dark.chance(&counts).expect("there are hits");
                 assert!(chance < NO_PEAK, "{index}, {samples}, {times}, {late}: {chance}");
             }
@@ -473,7 +483,7 @@ mod tests {
     fn a_peak_is_no_scatter() {
         let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps"]);
         let counts = scan(248, 100, 0);
-        let dark = Darkness::of(&sensor, DetectorIndex(0), &counts);
+        let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
         assert!(dark.chance(&counts).expect("there are hits") < 1e-9);
     }
 }

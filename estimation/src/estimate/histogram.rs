@@ -26,19 +26,6 @@ use crate::sensor::Sensor;
 /// A share of misses that is the sum of all steps' chances, which count the same photons.
 const SURELY_FOUND: f64 = 1e-7;
 
-/// Counts of all phase steps, which follow from a histogram.
-pub fn step_counts(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    histogram: &Histogram,
-) -> Vec<StepCount> {
-    let code = sensor.reference(detector);
-    let correlator = Correlator::new(code, sensor.clock().samples_per_chip);
-    let total = histogram.total();
-    let signed = correlator.signed_counts(histogram).into_iter();
-    signed.map(|signed| StepCount { signed, total }).collect()
-}
-
 /// Why a histogram does not give a distance.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoHistogramEstimate {
@@ -72,6 +59,13 @@ impl<'s> PhaseOfHistogram<'s> {
             dead_time: dead_time(sensor, detector),
             offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
         }
+    }
+
+    /// Counts of all phase steps, which follow from a histogram.
+    pub fn step_counts(&self, histogram: &Histogram) -> Vec<StepCount> {
+        let total = histogram.total();
+        let signed = self.correlator.signed_counts(histogram).into_iter();
+        signed.map(|signed| StepCount { signed, total }).collect()
     }
 
     /// Why range walk is not removed, if it is not.

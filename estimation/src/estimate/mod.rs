@@ -27,6 +27,7 @@ mod count_law;
 pub mod coverage;
 mod dead_time;
 mod effort;
+pub mod estimator;
 pub mod evidence;
 mod expected_counts;
 pub mod fit;

@@ -1,38 +1,27 @@
 //! The estimate of one detector beside the truth and what theory expects.
 
-use std::cell::OnceCell;
-use std::fmt::Display;
+use std::sync::OnceLock;
 
 use serde::Serialize;
 
-use super::bound::{bound, bound_and_remark};
+use super::bound::bound_and_remark;
 use super::chance::{DOUBTFUL, Darkness, NO_PEAK};
 use super::coverage;
+use super::estimator::{Counted, Estimator, Found};
 use super::evidence::{Comparisons, Evidence, Expectation, ExpectedErrors};
-use super::histogram::{self, PhaseOfHistogram, step_counts};
+use super::fit::{ALARM_SIGMAS, FittedPath, ModelEstimate, shared_light};
+use super::histogram;
 use super::theory::covered;
 use super::truth::Asked;
 use super::unwrap::{check_normal, fold, fold_distance};
 use super::{
-    CountingTier, Estimate, Prediction, calibration_offset_ps, check_modulated, delay_error_ps,
-    distance_m, estimate, folded, predict, share_error, tolerance_ps, true_delay,
-};
-use crate::estimate::fit::{
-    ALARM_SIGMAS, BinFitter, FitError, FittedPath, Fitter, ModelEstimate, expected_fit,
-    shared_light,
+    CountingTier, Prediction, Theory, delay_error_ps, distance_m, folded, share_error, theory,
+    tolerance_ps, true_delay,
 };
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
-use crate::scene::{Architecture, DetectorIndex, EstimatorKind, Path, PathIndex};
+use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
-
-/// Why counts cannot be fitted, and what would make it possible. Signed counts alone
-/// hardly tell how much light there is in all, and with it how far dead time moves them.
-const SIGNED_ALONE: &str = "the fit needs total counts, and this hardware sends the signed ones \
-     alone; total_counts = true, or estimator = \"model\", adds them";
-
-/// Why counts of phase steps are not enough for a histogram sensor.
-const NO_BINS: &str = "the bins of the histogram do not follow from the counts of phase steps";
 
 /// The distance that a scan's counts give.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, schemars::JsonSchema)]
@@ -133,264 +122,275 @@ pub struct FittedPathReport {
     pub significance_in_std: f64,
 }
 
-/// Estimates the distance that a detector's counts of one scan give, with the
-/// scene's estimator.
-///
-/// `counts` are those of the steps in order; fewer than the scan's steps give no
-/// estimate.
-pub fn estimate_scan(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    counts: &[StepCount],
-) -> EstimateReport {
-    let mut report = EstimateReport::without_estimate(sensor, detector);
-    if (counts.len() as u64) < sensor.timing().scan.steps {
-        report.remark = Some(format!(
-            "no estimate: {} of the scan's {} phase steps were measured",
-            counts.len(),
-            sensor.timing().scan.steps
-        ));
-        return report;
-    }
-    report.take(sensor, detector, Counted::Steps(counts));
-    report
+/// A detector's scans beside the truth and what theory expects of them: what follows from the scene
+/// alone is worked out once, when a scan first asks for it.
+#[derive(Debug)]
+pub struct Reporter<'s> {
+    estimator: Estimator<'s>,
+    darkness: OnceLock<Darkness<'s>>,
+    /// Of each path of the scene: theory of it, and what is expected of counts of phase steps and of
+    /// bins.
+    theories: Vec<OnceLock<Theory>>,
+    expectations: Vec<[OnceLock<ExpectedOfPath>; 2]>,
 }
 
-/// Estimates the distance that a detector's histogram gives, with the scene's estimator.
-///
-/// # Panics
-/// If the scene has no such detector, or the histogram not one bin per sample of its code.
-pub fn estimate_histogram(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    histogram: &Histogram,
-) -> EstimateReport {
-    let mut report = EstimateReport::without_estimate(sensor, detector);
-    report.take(sensor, detector, Counted::Bins(histogram));
-    report
-}
+/// What the scene's estimator is expected to say of a path, and the share of scans that miss it,
+/// where that is known, with its error.
+type ExpectedOfPath = Result<(ExpectedErrors, Option<(f64, f64)>), String>;
 
-/// The same without counts: what is expected of the estimator against the first path.
-pub fn expected_errors(sensor: &Sensor, detector: DetectorIndex) -> EstimateReport {
-    let mut report = EstimateReport::without_estimate(sensor, detector);
-    match check_modulated(sensor, detector) {
-        Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
-        Ok(()) => report.compare(&Ranging::of(sensor, detector), None, false),
-    }
-    report
-}
-
-/// A detector of a sensor, and what fits its counts.
-struct Ranging<'s> {
-    sensor: &'s Sensor,
-    detector: DetectorIndex,
-    /// Of phase steps: the counts that were measured and the expected ones have most of a fit's
-    /// work in common.
-    fitter: OnceCell<Fitter<'s>>,
-}
-
-impl<'s> Ranging<'s> {
-    fn of(sensor: &'s Sensor, detector: DetectorIndex) -> Ranging<'s> {
-        Ranging { sensor, detector, fitter: OnceCell::new() }
-    }
-
-    fn fitter(&self) -> &Fitter<'s> {
-        let other = self.sensor.scene().other_light;
-        let tier = CountingTier::Sampled;
-        self.fitter.get_or_init(|| Fitter::new(self.sensor, self.detector, tier, other))
-    }
-}
-
-/// What an estimate is made from.
-#[derive(Clone, Copy)]
-enum Counted<'c> {
-    /// Counts of phase steps, of either architecture.
-    Steps(&'c [StepCount]),
-    /// The bins of a histogram.
-    Bins(&'c Histogram),
-}
-
-/// Why the phase estimator leaves range walk in its answer, if it does in that of a histogram.
-fn walks(sensor: &Sensor, detector: DetectorIndex, counted: Counted) -> Option<String> {
-    let Architecture::Histogram = sensor.scene().hardware.architecture else { return None };
-    match (sensor.scene().estimator, counted) {
-        (EstimatorKind::Model, _) => None,
-        (EstimatorKind::Fft, Counted::Steps(_)) => Some(NO_BINS.to_owned()),
-        (EstimatorKind::Fft, Counted::Bins(_)) => {
-            PhaseOfHistogram::new(sensor, detector).walks().map(|reason| reason.to_string())
+impl<'s> Reporter<'s> {
+    /// Of scans of detector `detector`.
+    pub fn new(sensor: &'s Sensor, detector: DetectorIndex) -> Reporter<'s> {
+        let paths = sensor.scene().paths.len();
+        Reporter {
+            estimator: Estimator::new(sensor, detector, CountingTier::Sampled),
+            darkness: OnceLock::new(),
+            theories: (0..paths).map(|_| OnceLock::new()).collect(),
+            expectations: (0..paths).map(|_| Default::default()).collect(),
         }
     }
-}
 
-impl EstimateReport {
-    fn without_estimate(sensor: &Sensor, detector: DetectorIndex) -> EstimateReport {
-        let spad = &sensor.scene().detectors[detector];
-        let source = &sensor.scene().sources[spad.reference];
+    /// With the theory of sampled counts of a path, as [`theory`] gives it for that path alone: neither the
+    /// estimator nor other detectors change it.
+    #[must_use]
+    pub fn knowing(mut self, path: PathIndex, theory: Theory) -> Reporter<'s> {
+        self.theories[path.0] = theory.into();
+        self
+    }
+
+    /// The distance that the counts of one scan give, those of the steps in order, with the scene's
+    /// estimator; fewer than the scan's steps give none.
+    pub fn scan(&self, counts: &[StepCount]) -> EstimateReport {
+        let steps = self.estimator.sensor.timing().scan.steps;
+        if (counts.len() as u64) < steps {
+            let mut report = self.without_estimate();
+            let measured = counts.len();
+            report.add_remark(&format!(
+                "no estimate: {measured} of the scan's {steps} phase steps were measured"
+            ));
+            return report;
+        }
+        self.report(Counted::Steps(counts))
+    }
+
+    /// The distance that a histogram gives, with the scene's estimator.
+    ///
+    /// # Panics
+    /// If the histogram has not one bin per sample of the detector's code.
+    pub fn histogram(&self, histogram: &Histogram) -> EstimateReport {
+        self.report(Counted::Bins(histogram))
+    }
+
+    /// The same without counts: what is expected of the estimator against the first path.
+    pub fn expected(&self) -> EstimateReport {
+        let mut report = self.without_estimate();
+        match self.estimator.check_modulated() {
+            Err(reason) => report.remark = Some(format!("no estimate: {reason}")),
+            Ok(()) => self.compare(&mut report, None, false),
+        }
+        report
+    }
+
+    fn without_estimate(&self) -> EstimateReport {
+        let scene = self.estimator.sensor.scene();
+        let spad = &scene.detectors[self.estimator.detector];
         EstimateReport {
             detector: spad.name.clone(),
-            source: source.name.clone(),
-            estimator: sensor.scene().estimator,
-            calibration_offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
-            unambiguous_range_m: distance_m(sensor.timing().code_period_ps()),
+            source: scene.sources[spad.reference].name.clone(),
+            estimator: scene.estimator,
+            calibration_offset_ps: self.estimator.offset_ps,
+            unambiguous_range_m: distance_m(self.estimator.sensor.timing().code_period_ps()),
             ..EstimateReport::default()
         }
     }
 
-    /// Takes the estimator's answer, with truth and expectation beside it.
-    fn take(&mut self, sensor: &Sensor, detector: DetectorIndex, counted: Counted) {
-        let is_modulated = check_modulated(sensor, detector).map_err(|reason| reason.to_string());
-        let walks = is_modulated.is_ok().then(|| walks(sensor, detector, counted)).flatten();
-        let ranging = Ranging::of(sensor, detector);
-        let measured_ps = is_modulated.and_then(|()| {
-            self.check_chance(sensor, detector, counted)?;
-            self.answer(&ranging, counted)
+    /// The estimator's answer, with truth and expectation beside it.
+    fn report(&self, counted: Counted) -> EstimateReport {
+        let mut report = self.without_estimate();
+        let of_steps = matches!(counted, Counted::Steps(_));
+        let modulated = self.estimator.check_modulated();
+        let walks = modulated.is_ok().then(|| self.estimator.walks(of_steps)).flatten();
+        let measured_ps = modulated.map_err(|reason| reason.to_string()).and_then(|()| {
+            self.check_chance(&mut report, counted)?;
+            let found = self.estimator.answer(counted).map_err(|reason| reason.to_string())?;
+            Ok(report.take(self.estimator.sensor, self.estimator.detector, &found, of_steps))
         });
         if let Err(reason) = &measured_ps {
-            self.add_remark(&format!("no estimate: {reason}"));
+            report.add_remark(&format!("no estimate: {reason}"));
         }
         if let Some(walks) = walks {
-            self.add_remark(&format!("range walk is left in: {walks}"));
+            report.add_remark(&format!("range walk is left in: {walks}"));
         }
-        let of_steps = matches!(counted, Counted::Steps(_));
-        self.compare(&ranging, measured_ps.ok(), of_steps);
+        self.compare(&mut report, measured_ps.ok(), of_steps);
+        report
     }
 
     /// Whether a scan without the own light has counts as large: then there is no estimate.
-    fn check_chance(
-        &mut self,
-        sensor: &Sensor,
-        detector: DetectorIndex,
-        counted: Counted,
-    ) -> Result<(), String> {
+    fn check_chance(&self, report: &mut EstimateReport, counted: Counted) -> Result<(), String> {
         let of_bins;
         let counts = match counted {
             Counted::Steps(counts) => counts,
             Counted::Bins(histogram) => {
-                of_bins = step_counts(sensor, detector, histogram);
+                of_bins = self.estimator.phase_of_bins().step_counts(histogram);
                 &of_bins
             }
         };
-        self.chance_fraction = Darkness::of(sensor, detector, counts).chance(counts);
-        let Some(fraction) = self.chance_fraction.filter(|&fraction| fraction >= DOUBTFUL) else {
+        let Estimator { sensor, detector, .. } = self.estimator;
+        let of_scene = self.darkness.get_or_init(|| Darkness::of_scene(sensor, detector));
+        report.chance_fraction = of_scene.as_bright_as(counts).chance(counts);
+        let Some(fraction) = report.chance_fraction.filter(|&fraction| fraction >= DOUBTFUL) else {
             return Ok(());
         };
         let as_large = format!(
             "{:.1} % of scans without any light of \"{}\" have as large counts",
             fraction * 1e2,
-            self.source
+            report.source
         );
         if fraction >= NO_PEAK {
             return Err(as_large);
         }
-        self.add_remark(&format!("the peak may be chance: {as_large}"));
+        report.add_remark(&format!("the peak may be chance: {as_large}"));
         Ok(())
-    }
-
-    /// The estimate of the scene's estimator: the delay, in ps, or why it failed.
-    fn answer(&mut self, ranging: &Ranging, counted: Counted) -> Result<f64, String> {
-        let Ranging { sensor, detector, .. } = *ranging;
-        let scene = sensor.scene();
-        match (scene.estimator, counted) {
-            (EstimatorKind::Fft, Counted::Bins(histogram)) => {
-                self.of_phase(PhaseOfHistogram::new(sensor, detector).estimate(histogram))
-            }
-            (EstimatorKind::Fft, Counted::Steps(counts)) => {
-                let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-                self.of_phase(estimate(sensor.timing(), &signed, self.calibration_offset_ps))
-            }
-            (EstimatorKind::Model, Counted::Bins(histogram)) => {
-                let fitter = BinFitter::new(sensor, detector);
-                self.of_fit(sensor, fitter.and_then(|fitter| fitter.fit(histogram)), None)
-            }
-            (EstimatorKind::Model, Counted::Steps(counts)) => {
-                if scene.hardware.architecture == Architecture::Histogram {
-                    return Err(NO_BINS.to_owned());
-                }
-                if !scene.sends_total_counts() {
-                    return Err(SIGNED_ALONE.to_owned());
-                }
-                let fitted = ranging.fitter().fit(counts);
-                self.of_fit(sensor, fitted, shared_light(sensor, detector))
-            }
-        }
-    }
-
-    fn of_phase(&mut self, estimate: Result<Estimate, impl Display>) -> Result<f64, String> {
-        let estimate = estimate.map_err(|reason| reason.to_string())?;
-        self.distance_m = Some(estimate.distance_m);
-        self.coarse_phase_step = Some(estimate.coarse_step);
-        if let Some(reason) = estimate.coarse_only {
-            self.add_remark(&format!("coarse estimate only: {reason}"));
-        }
-        Ok(estimate.delay_ps)
-    }
-
-    fn of_fit(
-        &mut self,
-        sensor: &Sensor,
-        fitted: Result<ModelEstimate, FitError>,
-        remark: Option<String>,
-    ) -> Result<f64, String> {
-        let fitted = fitted.map_err(|reason| reason.to_string())?;
-        self.distance_m = Some(fitted.distance_m);
-        self.fit = Some(FitReport::of(sensor, &fitted));
-        let untold = fitted.untold.as_ref().map(ToString::to_string);
-        remark.into_iter().chain(untold).for_each(|remark| self.add_remark(&remark));
-        Ok(fitted.delay_ps)
     }
 
     /// Puts truth and expectation beside the time of flight, if there is one; `of_steps` where it
     /// is of phase steps' counts.
-    fn compare(&mut self, ranging: &Ranging, measured_ps: Option<f64>, of_steps: bool) {
-        let Ranging { sensor, detector, .. } = *ranging;
-        let own = sensor.scene().detectors[detector].reference;
+    fn compare(&self, report: &mut EstimateReport, measured_ps: Option<f64>, of_steps: bool) {
+        let Estimator { sensor, detector, tier, .. } = self.estimator;
         let code_period_ps = sensor.timing().code_period_ps();
-        let truth = |p: PathIndex| true_delay(sensor, p, CountingTier::Sampled);
+        let truth = |p: PathIndex| true_delay(sensor, p, tier);
         let error_ps = |p: PathIndex| {
             let true_ps = truth(p).delay_ps;
             delay_error_ps(measured_ps.unwrap_or(true_ps), true_ps, code_period_ps)
         };
-        let is_own = |path: &Path| path.detector == detector && path.source == own;
-        self.path = PathIndex::of(&sensor.scene().paths)
-            .filter(|&p| is_own(&sensor.scene().paths[p]))
-            .min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
-        let Some(path) = self.path else { return };
+        let own_paths = sensor.scene().own_paths(detector);
+        report.path = own_paths.min_by(|&a, &b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
+        let Some(path) = report.path else { return };
         let truth = truth(path);
         let true_ps = fold_distance(truth.delay_ps, code_period_ps);
-        self.true_distance_m = Some(distance_m(true_ps));
-        self.true_distance_at_s = truth.at_ps.map(|ps| ps * 1e-12);
-        self.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
-        let bound = bound(sensor, detector, CountingTier::Sampled);
-        (self.bound_m, self.bound_remark) =
-            bound_and_remark(sensor, path, CountingTier::Sampled, &bound);
-        match expectation(ranging, path, of_steps) {
-            Ok((errors, missed)) => {
-                let ExpectedErrors { bias_m, std_m } = match (self.estimator, &bound) {
-                    (EstimatorKind::Model, Ok(bound)) => bound.errors_of_fit(path, errors),
-                    _ => errors,
-                };
-                let delay_std_ps = sensor.scene().detectors[detector].delay_std_ps;
-                let std_m = std_m.hypot(distance_m(delay_std_ps));
-                self.expected_bias_m = Some(bias_m);
-                self.expected_std_m = Some(std_m);
-                let range_m = self.unambiguous_range_m;
-                self.deviation_in_std =
-                    self.error_m.map(|error_m| fold(error_m - bias_m, range_m) / std_m);
-                let with_error = |share| (share, share_error(sensor, detector, share));
-                let missed = missed.map(with_error);
-                let errors = Some(ExpectedErrors { bias_m, std_m });
-                self.take_evidence(sensor, &Expectation { errors, missed });
-            }
-            Err(reason) => self.add_remark(&format!("no expectation: {reason}")),
+        report.true_distance_m = Some(distance_m(true_ps));
+        report.true_distance_at_s = truth.at_ps.map(|ps| ps * 1e-12);
+        report.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
+        let theory = self.theory(path);
+        (report.bound_m, report.bound_remark) = bound_and_remark(sensor, path, tier, &theory.bound);
+        let expected = &self.expectations[path.0][usize::from(of_steps)];
+        match expected.get_or_init(|| self.expectation(path, of_steps)) {
+            Ok((errors, missed)) => report.hold_against(sensor, *errors, *missed),
+            Err(reason) => report.add_remark(&format!("no expectation: {reason}")),
         }
-        let ratio = self.expected_std_m.zip(self.bound_m);
-        self.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
-        self.folded = folded(sensor, path);
+        let ratio = report.expected_std_m.zip(report.bound_m);
+        report.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
+        report.folded = folded(sensor, path);
+    }
+
+    /// Theory of sampled counts of a path; of the scene's estimator.
+    pub fn theory(&self, path: PathIndex) -> &Theory {
+        let Estimator { sensor, detector, tier, .. } = self.estimator;
+        let paths: &[PathIndex] = match sensor.scene().estimator {
+            EstimatorKind::Fft => &[path],
+            // The fit's expectation is its own.
+            EstimatorKind::Model => &[],
+        };
+        self.theories[path.0].get_or_init(|| theory(sensor, detector, paths, tier))
+    }
+
+    fn expectation(&self, path: PathIndex, of_steps: bool) -> ExpectedOfPath {
+        let Estimator { sensor, detector, .. } = self.estimator;
+        let (ExpectedErrors { bias_m, std_m }, missed) = match sensor.scene().estimator {
+            EstimatorKind::Fft => self.expected_phase(path, of_steps)?,
+            EstimatorKind::Model => (self.expected_fit(path)?, None),
+        };
+        let delay_std_ps = sensor.scene().detectors[detector].delay_std_ps;
+        let std_m = std_m.hypot(distance_m(delay_std_ps));
+        let missed = missed.map(|share| (share, share_error(sensor, detector, share)));
+        Ok((ExpectedErrors { bias_m, std_m }, missed))
+    }
+
+    fn expected_phase(
+        &self,
+        path: PathIndex,
+        of_steps: bool,
+    ) -> Result<(ExpectedErrors, Option<f64>), String> {
+        let Estimator { sensor, detector, tier, .. } = self.estimator;
+        let of_its_steps;
+        let expected = match of_steps && self.estimator.is_histogram() {
+            true => {
+                let asked = Asked { sensor, detector, path, tier };
+                of_its_steps = covered(&asked, histogram::predict(&asked, true));
+                &of_its_steps
+            }
+            false => &self.theory(path).predictions[0],
+        };
+        let expected = expected.as_ref().map_err(ToString::to_string)?;
+        let range_m = distance_m(sensor.code_period_of_path_ps(path));
+        check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
+        let Prediction { bias_m, std_m, missed_fraction, .. } = *expected;
+        Ok((ExpectedErrors { bias_m, std_m }, missed_fraction))
+    }
+
+    fn expected_fit(&self, path: PathIndex) -> Result<ExpectedErrors, String> {
+        let Estimator { sensor, detector, tier, .. } = self.estimator;
+        let fitted = self.estimator.expected_fit().map_err(|e| e.to_string())?;
+        coverage::check_fit(sensor, detector, path, tier, &fitted).map_err(|e| e.to_string())?;
+        let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
+        let code_period_ps = sensor.code_period_of_path_ps(path);
+        let true_ps = true_delay(sensor, path, tier).delay_ps;
+        let error_ps =
+            |fitted: &FittedPath| delay_error_ps(fitted.delay_ps, true_ps, code_period_ps);
+        let nearest = fitted
+            .paths
+            .iter()
+            .filter(|fitted| fitted.code.chips == code.chips)
+            .min_by(|a, b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
+        let nearest = nearest.ok_or("the expected counts do not show the path")?;
+        let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
+        let errors = ExpectedErrors { bias_m, std_m };
+        let bound = self.theory(path).bound.as_ref();
+        Ok(bound.map_or(errors, |bound| bound.errors_of_fit(path, errors)))
+    }
+}
+
+impl EstimateReport {
+    /// Takes the estimator's answer: the delay, in ps.
+    fn take(
+        &mut self,
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        found: &Found,
+        of_steps: bool,
+    ) -> f64 {
+        match found {
+            Found::Phase(estimate) => {
+                self.distance_m = Some(estimate.distance_m);
+                self.coarse_phase_step = Some(estimate.coarse_step);
+                if let Some(reason) = estimate.coarse_only {
+                    self.add_remark(&format!("coarse estimate only: {reason}"));
+                }
+                estimate.delay_ps
+            }
+            Found::Fit(fitted) => {
+                self.distance_m = Some(fitted.distance_m);
+                self.fit = Some(FitReport::of(sensor, fitted));
+                let shared = of_steps.then(|| shared_light(sensor, detector)).flatten();
+                let untold = fitted.untold.as_ref().map(ToString::to_string);
+                shared.into_iter().chain(untold).for_each(|remark| self.add_remark(&remark));
+                fitted.delay_ps
+            }
+        }
     }
 
     /// Holds the one scan against what is expected of it.
-    fn take_evidence(&mut self, sensor: &Sensor, expected: &Expectation) {
+    fn hold_against(
+        &mut self,
+        sensor: &Sensor,
+        errors: ExpectedErrors,
+        missed: Option<(f64, f64)>,
+    ) {
+        let ExpectedErrors { bias_m, std_m } = errors;
+        self.expected_bias_m = Some(bias_m);
+        self.expected_std_m = Some(std_m);
         let Some(error_m) = self.error_m else { return };
+        self.deviation_in_std = Some(fold(error_m - bias_m, self.unambiguous_range_m) / std_m);
         let chip_ps = sensor.clock().chip_period_ps;
         let tolerance_m = distance_m(tolerance_ps(chip_ps, sensor.timing().code_period_ps()));
         let is_missed = error_m.abs() > tolerance_m;
@@ -403,7 +403,8 @@ impl EstimateReport {
             range_m: self.unambiguous_range_m,
         };
         let paths = sensor.scene().paths.len();
-        let told = Comparisons::of_paths(paths).contradictions(&evidence, expected);
+        let expected = Expectation { errors: Some(errors), missed };
+        let told = Comparisons::of_paths(paths).contradictions(&evidence, &expected);
         match told {
             Some(told) if !told.is_empty() => {
                 self.expectation_holds = Some(false);
@@ -452,48 +453,4 @@ impl FitReport {
             phase_steps: fitted.steps,
         }
     }
-}
-
-/// What the scene's estimator is expected to say of a path, and the share of scans that miss it,
-/// where that is known.
-fn expectation(
-    ranging: &Ranging,
-    path: PathIndex,
-    of_steps: bool,
-) -> Result<(ExpectedErrors, Option<f64>), String> {
-    let Ranging { sensor, detector, .. } = *ranging;
-    let tier = CountingTier::Sampled;
-    let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
-    if sensor.scene().estimator == EstimatorKind::Fft {
-        let expected = match of_steps && is_histogram {
-            true => {
-                let asked = Asked { sensor, detector, path, tier };
-                covered(&asked, histogram::predict(&asked, true))
-            }
-            false => predict(sensor, detector, path, tier),
-        };
-        let expected = expected.map_err(|e| e.to_string())?;
-        let range_m = distance_m(sensor.code_period_of_path_ps(path));
-        check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
-        let Prediction { bias_m, std_m, missed_fraction, .. } = expected;
-        return Ok((ExpectedErrors { bias_m, std_m }, missed_fraction));
-    }
-    let fitted = match is_histogram {
-        true => expected_fit(sensor, detector, tier),
-        false => ranging.fitter().expected(),
-    };
-    let fitted = fitted.map_err(|e| e.to_string())?;
-    coverage::check_fit(sensor, detector, path, tier, &fitted).map_err(|e| e.to_string())?;
-    let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
-    let code_period_ps = sensor.code_period_of_path_ps(path);
-    let true_ps = true_delay(sensor, path, tier).delay_ps;
-    let error_ps = |fitted: &FittedPath| delay_error_ps(fitted.delay_ps, true_ps, code_period_ps);
-    let nearest = fitted
-        .paths
-        .iter()
-        .filter(|fitted| fitted.code.chips == code.chips)
-        .min_by(|a, b| error_ps(a).abs().total_cmp(&error_ps(b).abs()));
-    let nearest = nearest.ok_or("the expected counts do not show the path")?;
-    let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
-    Ok((ExpectedErrors { bias_m, std_m }, None))
 }

@@ -9,8 +9,8 @@ use crate::estimate::CountingTier;
 use crate::estimate::fit::FitError;
 use crate::estimate::fit::moments::PerDetection;
 use crate::estimate::fit::weights::Weights;
-use crate::estimate::histogram::{dead_time, step_counts};
-use crate::estimate::report::{EstimateReport, estimate_histogram, estimate_scan};
+use crate::estimate::histogram::{PhaseOfHistogram, dead_time};
+use crate::estimate::report::{EstimateReport, Reporter};
 use crate::histogram::correction::DeadTime;
 use crate::histogram::innovations::{Innovations, deviance};
 use crate::photons::{DetectorModel, StepCount};
@@ -74,17 +74,18 @@ impl Observed<'_> {
     pub fn step_counts(self, sensor: &Sensor) -> Vec<StepCount> {
         match self {
             Observed::Steps(scan) => scan.counts.clone(),
-            Observed::Bins(recorded) => step_counts(sensor, recorded.detector, &recorded.histogram),
+            Observed::Bins(recorded) => {
+                PhaseOfHistogram::new(sensor, recorded.detector).step_counts(&recorded.histogram)
+            }
         }
     }
 
     /// What the sensor's estimator says of it.
     pub fn estimate(self, sensor: &Sensor) -> EstimateReport {
+        let reporter = Reporter::new(sensor, self.detector());
         match self {
-            Observed::Steps(scan) => estimate_scan(sensor, scan.detector, &scan.counts),
-            Observed::Bins(recorded) => {
-                estimate_histogram(sensor, recorded.detector, &recorded.histogram)
-            }
+            Observed::Steps(scan) => reporter.scan(&scan.counts),
+            Observed::Bins(recorded) => reporter.histogram(&recorded.histogram),
         }
     }
 

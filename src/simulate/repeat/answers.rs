@@ -1,17 +1,15 @@
 //! What the scene's estimator says of a scan, path by path.
 
 use rayon::prelude::*;
-use std::fmt::Display;
 
-use crate::estimate::fit::{ALARM_SIGMAS, BinFitter, FitError, Fitter, ModelEstimate};
-use crate::estimate::histogram::PhaseOfHistogram;
+use crate::estimate::estimator::{Counted, Estimator, Found};
+use crate::estimate::fit::{ALARM_SIGMAS, ModelEstimate};
 use crate::estimate::{
-    CountingTier, Estimate, NoEstimate, TrueDelay, calibration_offset_ps, check_modulated,
-    delay_error_ps, distance_m, estimate, tolerance_ps, true_delay,
+    CountingTier, Estimate, TrueDelay, delay_error_ps, distance_m, tolerance_ps, true_delay,
 };
 use crate::histogram::Histogram;
 use crate::photons::{DetectorModel, StepCount};
-use crate::scene::{Architecture, DetectorIndex, EstimatorKind, OtherLight, PathIndex};
+use crate::scene::{DetectorIndex, EstimatorKind, OtherLight, PathIndex};
 use crate::sensor::Sensor;
 
 /// Most paths of a fit that are matched to the scene's.
@@ -27,18 +25,7 @@ pub struct Ranging<'a> {
     /// What each of them should be found at.
     pub truths: Vec<TrueDelay>,
     pub code_period_ps: f64,
-    offset_ps: f64,
-    pub fitter: Fitter<'a>,
-    /// The same for histograms, where the hardware keeps them.
-    of_histograms: Option<OfHistograms<'a>>,
-    /// Why no scan can give an estimate, if that is so.
-    hopeless: Option<NoEstimate>,
-}
-
-/// The estimators on histograms.
-struct OfHistograms<'a> {
-    phase: PhaseOfHistogram<'a>,
-    fitter: Result<BinFitter<'a>, FitError>,
+    pub estimator: Estimator<'a>,
 }
 
 /// What one scan says.
@@ -55,12 +42,6 @@ pub struct Answer {
     pub alarm: Option<bool>,
     /// What went wrong.
     pub remark: Option<String>,
-}
-
-impl Answer {
-    fn none(reason: impl Display) -> Answer {
-        Answer { remark: Some(format!("no estimate: {reason}")), ..Answer::default() }
-    }
 }
 
 impl<'a> Ranging<'a> {
@@ -80,16 +61,7 @@ impl<'a> Ranging<'a> {
             counting,
             paths,
             code_period_ps: sensor.timing().code_period_ps(),
-            offset_ps: calibration_offset_ps(sensor, detector, counting),
-            of_histograms: match sensor.scene().hardware.architecture {
-                Architecture::UpDown => None,
-                Architecture::Histogram => Some(OfHistograms {
-                    phase: PhaseOfHistogram::new(sensor, detector),
-                    fitter: BinFitter::new(sensor, detector),
-                }),
-            },
-            fitter: Fitter::new(sensor, detector, counting, sensor.scene().other_light),
-            hopeless: check_modulated(sensor, detector).err(),
+            estimator: Estimator::new(sensor, detector, counting),
         }
     }
 
@@ -97,13 +69,14 @@ impl<'a> Ranging<'a> {
     pub fn answers(&self, counts: &[StepCount]) -> Vec<Answer> {
         counts
             .par_chunks_exact(self.sensor.timing().scan.steps as usize)
-            .map(|counts| self.answer(counts))
+            .map(|counts| self.answer(Counted::Steps(counts)))
             .collect()
     }
 
     /// The answers of histograms.
     pub fn answers_of_histograms(&self, histograms: &[Histogram]) -> Vec<Answer> {
-        histograms.par_iter().map(|histogram| self.answer_histogram(histogram)).collect()
+        let answer = |histogram| self.answer(Counted::Bins(histogram));
+        histograms.par_iter().map(answer).collect()
     }
 
     /// Largest error of an estimate that has found its peak.
@@ -112,52 +85,25 @@ impl<'a> Ranging<'a> {
         distance_m(tolerance_ps(chip_ps, self.code_period_ps))
     }
 
-    /// The answer of a scan.
-    pub fn answer(&self, counts: &[StepCount]) -> Answer {
-        if let Some(reason) = self.hopeless {
-            return Answer::none(reason);
-        }
-        match self.sensor.scene().estimator {
-            EstimatorKind::Fft => self.by_phase(counts),
-            EstimatorKind::Model => self.by_fit(self.fitter.fit(counts)),
-        }
-    }
-
-    /// What a histogram of the sensor's says.
-    pub fn answer_histogram(&self, histogram: &Histogram) -> Answer {
-        let Some(estimators) = &self.of_histograms else {
-            return Answer::none("the hardware keeps no histograms");
-        };
-        if let Some(reason) = self.hopeless {
-            return Answer::none(reason);
-        }
-        match self.sensor.scene().estimator {
-            EstimatorKind::Fft => match estimators.phase.estimate(histogram) {
-                Err(reason) => Answer::none(reason),
-                Ok(estimate) => self.of_phase(&estimate),
-            },
-            EstimatorKind::Model => match &estimators.fitter {
-                Err(reason) => Answer::none(reason),
-                Ok(fitter) => self.by_fit(fitter.fit(histogram)),
-            },
+    /// What a scan or a histogram says.
+    pub fn answer(&self, counted: Counted) -> Answer {
+        match self.estimator.answer(counted) {
+            Ok(Found::Phase(estimate)) => self.of_phase(&estimate),
+            Ok(Found::Fit(fitted)) => self.of_fit(&fitted),
+            Err(reason) => {
+                Answer { remark: Some(format!("no estimate: {reason}")), ..Answer::default() }
+            }
         }
     }
 
-    /// The answer of a fit.
-    fn by_fit(&self, fitted: Result<ModelEstimate, FitError>) -> Answer {
-        match fitted {
-            Ok(fitted) => Answer {
-                found: self
-                    .matched(&fitted)
-                    .into_iter()
-                    .map(|(_, place, error_m)| (place, error_m))
-                    .collect(),
-                distances_m: self.own_distances_m(&fitted),
-                is_untold: fitted.untold.is_some(),
-                alarm: Some(fitted.alarm_sigmas() > ALARM_SIGMAS),
-                remark: fitted.untold.as_ref().map(ToString::to_string),
-            },
-            Err(reason) => Answer::none(reason),
+    fn of_fit(&self, fitted: &ModelEstimate) -> Answer {
+        let found = self.matched(fitted).into_iter();
+        Answer {
+            found: found.map(|(_, place, error_m)| (place, error_m)).collect(),
+            distances_m: self.own_distances_m(fitted),
+            is_untold: fitted.untold.is_some(),
+            alarm: Some(fitted.alarm_sigmas() > ALARM_SIGMAS),
+            remark: fitted.untold.as_ref().map(ToString::to_string),
         }
     }
 
@@ -166,20 +112,6 @@ impl<'a> Ranging<'a> {
         let own = &self.sensor.reference(self.detector).chips;
         let paths = fitted.paths.iter().filter(|path| path.code.chips == *own);
         paths.map(|path| distance_m(path.delay_ps)).collect()
-    }
-
-    /// Why histograms keep their range walk, if they do.
-    pub fn walks(&self) -> Option<String> {
-        let reason = self.of_histograms.as_ref()?.phase.walks()?;
-        Some(format!("range walk is left in: {reason}"))
-    }
-
-    fn by_phase(&self, counts: &[StepCount]) -> Answer {
-        let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-        match estimate(self.sensor.timing(), &signed, self.offset_ps) {
-            Err(reason) => Answer::none(reason),
-            Ok(estimate) => self.of_phase(&estimate),
-        }
     }
 
     fn of_phase(&self, estimate: &Estimate) -> Answer {

@@ -12,11 +12,12 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::path_statistics::PathStatistics;
-use super::scans::{Counted, Prepared, ScansError};
+use super::scans::{Prepared, ScansError};
 use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
 use crate::cosim::exercised::{Exercised, missing};
 use crate::document::Body;
+use crate::estimate::estimator::Counted;
 use crate::estimate::evidence::Comparisons;
 use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
 use crate::histogram::Histogram;
@@ -250,11 +251,9 @@ impl<'a> Simulated<'a> {
         let predicted = ranging.paths.iter().copied().zip(theory.predictions);
         let predicted: Vec<_> = predicted.collect();
         let mut warnings = domain::warnings(sensor, detector, self.options.fidelity, &predicted);
-        let by_phase = sensor.scene().estimator == EstimatorKind::Fft;
-        if architecture == Architecture::Histogram && by_phase {
-            let name = &sensor.scene().detectors[detector].name;
-            warnings.extend(ranging.walks().map(|walks| format!("{name}: {walks}")));
-        }
+        let name = &sensor.scene().detectors[detector].name;
+        let walks = ranging.estimator.walks(false);
+        warnings.extend(walks.map(|walks| format!("{name}: range walk is left in: {walks}")));
         Ok(OfDetector { estimates, warnings })
     }
 }
@@ -313,7 +312,7 @@ impl<'r, 's> Batches<'r, 's> {
             Counted::Bins(histogram) => {
                 let bins = histogram.bins().len();
                 self.tally.detections += histogram.total();
-                self.histograms.push(histogram);
+                self.histograms.push(histogram.clone());
                 bins
             }
         };

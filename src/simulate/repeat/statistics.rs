@@ -6,7 +6,7 @@ use super::tally::Tally;
 use crate::estimate::bound::bound_and_remark;
 use crate::estimate::coverage;
 use crate::estimate::evidence::{Comparisons, Evidence, Expectation, ExpectedErrors};
-use crate::estimate::fit::{FitError, expected_fit};
+use crate::estimate::fit::FitError;
 use crate::estimate::unwrap::{check_normal, fold, fold_distance, unwrap};
 use crate::estimate::{Prediction, Theory, distance_m, folded, share_error};
 use crate::math::share_interval;
@@ -116,7 +116,7 @@ fn expectations(ranging: &Ranging, theory: &Theory) -> (Vec<ExpectedOfPath>, Vec
 
 /// The fit's answer to the expected counts.
 fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<ExpectedOfPath>, FitError> {
-    let fitted = expected_fit(ranging.sensor, ranging.detector, ranging.counting)?;
+    let fitted = ranging.estimator.expected_fit()?;
     let unseen = || Err("the expected counts do not show the path".to_owned());
     let mut expected: Vec<ExpectedOfPath> = ranging.paths.iter().map(|_| unseen()).collect();
     for (order, place, bias_m) in ranging.matched(&fitted) {

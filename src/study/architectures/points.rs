@@ -3,8 +3,8 @@
 use super::{ComparisonError, Plan, Point, Way};
 use crate::estimate::bound::errors_of_fit;
 use crate::estimate::coverage::{check_fit, short_steps};
+use crate::estimate::estimator::Estimator;
 use crate::estimate::evidence::ExpectedErrors;
-use crate::estimate::fit::expected_fit;
 use crate::estimate::{CountingTier, Prediction, delay_error_ps, distance_m, predict};
 use crate::photons::DetectorModel;
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex, Scene};
@@ -147,7 +147,8 @@ fn is_too_short(scene: &Scene) -> bool {
 /// Bias and standard deviation of the fit's strongest path, or why neither can be expected.
 fn fitted(sensor: &Sensor, path: PathIndex) -> Result<(f64, f64), String> {
     let (detector, tier) = (DetectorIndex(0), CountingTier::Sampled);
-    let fitted = expected_fit(sensor, detector, tier).map_err(|reason| reason.to_string())?;
+    let fitted = Estimator::new(sensor, detector, tier).expected_fit();
+    let fitted = fitted.map_err(|reason| reason.to_string())?;
     let covered = check_fit(sensor, detector, path, tier, &fitted);
     covered.map_err(|reason| reason.to_string())?;
     let true_delay_ps = sensor.scene().paths[path].delay_ps;

@@ -2,7 +2,7 @@
 
 use super::prelude::*;
 use crate::estimate::CoarseOnly;
-use crate::estimate::report::estimate_scan;
+use crate::estimate::report::Reporter;
 
 pub(super) const CASES: &[Case] = cases! {
     Codes slow "degree-3-to-20-correlations":
@@ -296,7 +296,7 @@ fn folded_delays(seed: u64) -> Result<Measured, CaseError> {
 fn folding_is_said(seed: u64) -> Result<Measured, CaseError> {
     let scene = folded(3)?;
     let found = counts(&scene, 248, seed);
-    let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), &found);
+    let report = Reporter::new(&Sensor::new(&scene), DetectorIndex(0)).scan(&found);
     let says_so = report.folded.is_some_and(|folded| folded.contains("unambiguous range"));
     Measured::none(usize::from(!says_so), seen(&found), "reports")
 }

@@ -2,7 +2,7 @@
 
 use super::prelude::*;
 use crate::estimate::PredictionError;
-use crate::estimate::report::estimate_scan;
+use crate::estimate::report::Reporter;
 use crate::response::CountMoments;
 
 pub(super) const CASES: &[Case] = cases! {
@@ -61,7 +61,7 @@ fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
             let found = counts_of_scans(&scene, scans, scene.scan.steps, seed);
             for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
                 scene.estimator = estimator;
-                let report = estimate_scan(&Sensor::new(&scene), DetectorIndex(0), &found);
+                let report = Reporter::new(&Sensor::new(&scene), DetectorIndex(0)).scan(&found);
                 estimates += usize::from(report.distance_m.is_some());
             }
         }

@@ -3,7 +3,6 @@
 use std::sync::OnceLock;
 
 use super::air::{self, Air, own_threshold};
-use super::bins::BinFitter;
 use super::error::FitError;
 use super::joint;
 use super::known_moments::KnownMoments;
@@ -19,7 +18,7 @@ use crate::estimate::bound::{averaged, check_scene_even};
 use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, distance_m};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanCount, MeanResponse};
-use crate::scene::{Architecture, DetectorIndex, OtherLight};
+use crate::scene::{DetectorIndex, OtherLight};
 use crate::sensor::Sensor;
 
 /// Phase steps from a fit to the places from which one of steps that share their light is tried
@@ -237,23 +236,6 @@ fn check_not_flat(counts: &[MeanCount]) -> Result<(), NoEstimate> {
         true => Err(NoEstimate::Flat { count: first as i64 }),
         false => Ok(()),
     }
-}
-
-/// The fit to a scene's expected counts, with the scene's setting for other light: the mean of fits to
-/// scans, to first order in the noise.
-///
-/// # Errors
-/// As [`Fitter::fit`].
-pub fn expected_fit(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    tier: CountingTier,
-) -> Result<ModelEstimate, FitError> {
-    if sensor.scene().hardware.architecture == Architecture::Histogram {
-        TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
-        return BinFitter::new(sensor, detector)?.expected();
-    }
-    Fitter::new(sensor, detector, tier, sensor.scene().other_light).expected()
 }
 
 #[cfg(test)]

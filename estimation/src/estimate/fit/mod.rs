@@ -43,7 +43,7 @@ pub(crate) mod weights;
 pub(super) use self::air::own_threshold;
 pub use self::bins::BinFitter;
 pub use self::error::FitError;
-pub use self::fitter::{Fitter, expected_fit};
+pub use self::fitter::Fitter;
 pub use self::model_estimate::{ALARM_SIGMAS, FittedPath, ModelEstimate, Untold, Velocity};
 use self::parameters::share_of_ones;
 use super::CountingTier;

@@ -63,7 +63,7 @@ impl Fits {
         let paths = paths.collect();
         let mut fits = Fits { scans: repetitions, told: 0, wrong: 0, alarms: 0, paths };
         let fitted: Vec<_> =
-            counted.par_iter().map(|counts| ranging.fitter.fit(counts).ok()).collect();
+            counted.par_iter().map(|counts| ranging.estimator.fitter().fit(counts).ok()).collect();
         fitted.iter().flatten().for_each(|fitted| fits.add(&ranging, fitted));
         Ok(fits)
     }
