@@ -205,7 +205,13 @@ fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> Strin
         selector.display()
     );
     for number in numbers {
-        let mut ports: Vec<String> = inputs.iter().map(|(i, _)| format!(".{i}({i})")).collect();
+        let clock = format!("i_clk & is_{number}");
+        let _ = writeln!(text, "    wire is_{number} = fault == {number};");
+        let driven = |input: &str| match input {
+            "i_clk" => format!(".{input}({clock})"),
+            _ => format!(".{input}({input})"),
+        };
+        let mut ports: Vec<String> = inputs.iter().map(|(input, _)| driven(input)).collect();
         for (output, range) in &outputs {
             let _ = writeln!(text, "    wire {range} {output}_{number};");
             ports.push(format!(".{output}({output}_{number})"));
