@@ -242,7 +242,7 @@ fn other_light_that_correlates_is_no_distance() {
     let (built, written) = (scene(&["path[0].transmission=0"]), scene(&[]));
     for estimator in [EstimatorKind::Fft, EstimatorKind::Model] {
         let (written, mut distances) = (written.estimated_by(estimator), 0);
-        let reporter = Reporter::new(&written, DetectorIndex(0));
+        let reporter = Reporter::new(&written, DetectorIndex(0)).without_theory();
         scans(&built, DetectorIndex(0), Tier::Sampled, 5, 10, |counts| {
             let found = reporter.scan(counts);
             distances += u64::from(found.distance_m.is_some());
@@ -322,7 +322,8 @@ fn peaks_of_light_are_no_chance_and_those_of_none_are() {
                 }
                 scans(&built, DetectorIndex(0), Tier::Sampled, 3, 1, |counts| {
                     let counts = recorded(counts, totals.ends_with("true")).counts;
-                    let found = Reporter::new(&written, DetectorIndex(0)).scan(&counts);
+                    let found =
+                        Reporter::new(&written, DetectorIndex(0)).without_theory().scan(&counts);
                     let told = (settings.clone(), totals, found.chance_fraction, found.remark);
                     match (has_light, found.distance_m) {
                         (true, None) => refused.push(told),
@@ -353,7 +354,7 @@ fn dim_light_is_not_taken_for_none() {
     for (causes, sentence) in said(&built, &written, true, 5, 11) {
         assert!(causes.contains(&Cause::LightLevel), "{sentence}");
     }
-    let reporter = Reporter::new(&written, DetectorIndex(0));
+    let reporter = Reporter::new(&written, DetectorIndex(0)).without_theory();
     scans(&built, DetectorIndex(0), Tier::Sampled, 5, 20, |counts| {
         let found = reporter.scan(counts);
         assert!(found.chance_fraction.is_some_and(|chance| chance < 0.01), "{found:?}");

@@ -132,6 +132,7 @@ pub struct Reporter<'s> {
     /// bins.
     theories: Vec<OnceLock<Theory>>,
     expectations: Vec<[OnceLock<ExpectedOfPath>; 2]>,
+    is_compared: bool,
 }
 
 /// What the scene's estimator is expected to say of a path, and the share of scans that miss it,
@@ -147,7 +148,15 @@ impl<'s> Reporter<'s> {
             darkness: OnceLock::new(),
             theories: (0..paths).map(|_| OnceLock::new()).collect(),
             expectations: (0..paths).map(|_| Default::default()).collect(),
+            is_compared: true,
         }
+    }
+
+    /// Without bound and expectation, which take longer than all else.
+    #[must_use]
+    pub fn without_theory(mut self) -> Reporter<'s> {
+        self.is_compared = false;
+        self
     }
 
     /// With the theory of sampled counts of a path, as [`theory`] gives it for that path alone: neither the
@@ -271,6 +280,10 @@ impl<'s> Reporter<'s> {
         report.true_distance_m = Some(distance_m(true_ps));
         report.true_distance_at_s = truth.at_ps.map(|ps| ps * 1e-12);
         report.error_m = measured_ps.map(|_| distance_m(error_ps(path)));
+        report.folded = folded(sensor, path);
+        if !self.is_compared {
+            return;
+        }
         let theory = self.theory(path);
         (report.bound_m, report.bound_remark) = bound_and_remark(sensor, path, tier, &theory.bound);
         let expected = &self.expectations[path.0][usize::from(of_steps)];
@@ -280,7 +293,6 @@ impl<'s> Reporter<'s> {
         }
         let ratio = report.expected_std_m.zip(report.bound_m);
         report.std_over_bound = ratio.map(|(std_m, bound_m)| std_m / bound_m);
-        report.folded = folded(sensor, path);
     }
 
     /// Theory of sampled counts of a path; of the scene's estimator.

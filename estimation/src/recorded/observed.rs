@@ -81,8 +81,7 @@ impl Observed<'_> {
     }
 
     /// What the sensor's estimator says of it.
-    pub fn estimate(self, sensor: &Sensor) -> EstimateReport {
-        let reporter = Reporter::new(sensor, self.detector());
+    pub fn estimate(self, reporter: &Reporter) -> EstimateReport {
         match self {
             Observed::Steps(scan) => reporter.scan(&scan.counts),
             Observed::Bins(recorded) => reporter.histogram(&recorded.histogram),

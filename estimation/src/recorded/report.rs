@@ -11,7 +11,7 @@ use super::observed::{Agreement, Expected, Observed};
 use super::{Cause, RecordedHistogram, RecordedScan};
 use crate::estimate::chance::{DOUBTFUL, NO_PEAK};
 use crate::estimate::coverage::steps_outside;
-use crate::estimate::report::EstimateReport;
+use crate::estimate::report::{EstimateReport, Reporter};
 use crate::estimate::{CountingTier, TheoryEffort, Work, calibration_offset_ps, distance_m};
 use crate::photons::StepCount;
 use crate::scan::Step;
@@ -149,12 +149,16 @@ pub fn fit_distance_alone(
 
 /// Ranges with the sensor's estimator, and compares with the scene.
 fn held_against(sensor: &Sensor, observed: Observed) -> Assessment {
-    let estimate = observed.estimate(sensor);
+    let detector = observed.detector();
+    let estimate = observed.estimate(&Reporter::new(sensor, detector));
     let found = check_testable(sensor, observed).and_then(|()| {
         // The phase may mistake another path's peak for the own one, and a fit may take an own peak
         // far from the scene's for other light.
         let is_fit = sensor.scene().estimator == EstimatorKind::Model;
-        let phase = is_fit.then(|| observed.estimate(&by_phase(sensor)));
+        let phase = is_fit.then(|| {
+            let by_phase = by_phase(sensor);
+            observed.estimate(&Reporter::new(&by_phase, detector).without_theory())
+        });
         let found_ps = [Some(&estimate), phase.as_ref()].into_iter().flatten().filter_map(later_ps);
         let delays_ps: Vec<f64> = found_ps.chain([0.0]).collect();
         // A peak that is not chance is of some light.
