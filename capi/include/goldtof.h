@@ -121,7 +121,8 @@ struct goldtof_model *goldtof_model_new(const struct goldtof_scene *scene,
 // Ends a model.
 void goldtof_model_free(struct goldtof_model *model);
 
-// Number of detectors, which is that of sample words of a clock; 0 if the handle is bad.
+// Number of sample words of a clock: one for each detector, or for each of its cells if these have an
+// input each; 0 if the handle is bad.
 uint32_t goldtof_model_detectors(const struct goldtof_model *model);
 
 // Words of 64 bits of a clock's record of outputs; 0 if the handle is bad.

@@ -94,13 +94,14 @@ pub unsafe extern "C" fn goldtof_model_free(model: *mut ModelHandle) {
     unsafe { free(model) }
 }
 
-/// Number of detectors, which is that of sample words of a clock; 0 if the handle is bad.
+/// Number of sample words of a clock: one for each detector, or for each of its cells if these have an
+/// input each; 0 if the handle is bad.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn goldtof_model_detectors(model: *const ModelHandle) -> u32 {
     // SAFETY: the caller's word.
     let number = call(|| {
         let model = unsafe { locked(model, "model") }?;
-        Ok(model.model.interface().reference_codes.len() as u32)
+        Ok(model.model.interface().inputs() as u32)
     });
     number.unwrap_or(0)
 }
@@ -216,13 +217,13 @@ pub unsafe extern "C" fn goldtof_model_clock_hosted(
         // SAFETY: the caller's word.
         let mut model = unsafe { locked(model, "model") }?;
         let OpenModel { model, outputs: records, results, .. } = &mut *model;
-        let detectors = model.interface().reference_codes.len();
+        let inputs = model.interface().inputs();
         let given = |is_null: bool| if is_null { 0 } else { clocks };
         if outputs.is_null() && clocks > 0 {
             return Err(Failure::invalid("the place for the outputs is a null pointer"));
         }
         let too_many = || Failure::invalid(format!("{clocks} clocks are too many for one batch"));
-        let words = clocks.checked_mul(detectors).ok_or_else(too_many)?;
+        let words = clocks.checked_mul(inputs).ok_or_else(too_many)?;
         // SAFETY: the caller's word.
         let driven = unsafe { array(host, given(host.is_null()), "the host's array") }?;
         let driven: Vec<HostInputs> = driven.iter().map(Host::inputs).collect();

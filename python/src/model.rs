@@ -51,18 +51,18 @@ enum Samples<'py> {
 
 impl<'py> Samples<'py> {
     /// Those of an array, and their clocks.
-    fn of(array: &Bound<'py, PyAny>, detectors: usize) -> PyResult<(Samples<'py>, usize)> {
+    fn of(array: &Bound<'py, PyAny>, inputs: usize) -> PyResult<(Samples<'py>, usize)> {
         let array = &array.py().import("numpy")?.call_method1("ascontiguousarray", (array,))?;
         let shape: Vec<usize> = array.getattr("shape")?.extract()?;
         let is_right = match shape[..] {
-            [_] => detectors == 1,
-            [_, columns] => columns == detectors,
+            [_] => inputs == 1,
+            [_, columns] => columns == inputs,
             _ => false,
         };
         if !is_right {
             return Err(bad_argument(format!(
-                "samples have the shape {shape:?}, and this sensor's are (clocks, {detectors}){}",
-                if detectors == 1 { " or (clocks,)" } else { "" }
+                "samples have the shape {shape:?}, and this sensor's are (clocks, {inputs}){}",
+                if inputs == 1 { " or (clocks,)" } else { "" }
             )));
         }
         let Ok(samples) = array.extract() else {
@@ -171,7 +171,7 @@ impl OpenModel {
         host: &[HostInputs],
         ports: &mut [PortValues<'_>],
     ) -> PyResult<()> {
-        let detectors = self.model.interface().reference_codes.len();
+        let inputs = self.model.interface().inputs();
         let [reset, ready] = levels;
         let whole = Inputs { samples, reset, ready, host };
         // All of it before any of it: a refused batch changes nothing.
@@ -185,7 +185,7 @@ impl OpenModel {
                         let to = (from + BLOCK).min(end);
                         // Of an input that is not given there are none.
                         let inputs = Inputs {
-                            samples: &samples[from * detectors..to * detectors],
+                            samples: &samples[from * inputs..to * inputs],
                             reset: reset.get(from..to).unwrap_or(&[]),
                             ready: ready.get(from..to).unwrap_or(&[]),
                             host: host.get(from..to).unwrap_or(&[]),
@@ -227,7 +227,8 @@ impl PyModel {
 
     /// Clocks the model through a batch.
     ///
-    /// ``samples`` has a word for each clock and detector, bit 0 the earliest sample;
+    /// ``samples`` has a word for each clock and detector, or each of its cells that have an input of their
+    /// own, bit 0 the earliest sample;
     /// ``reset`` and ``ready`` have bool or uint8 for each clock, and are low and high at
     /// all of them if they are left out. Gives an array for each output port: unsigned
     /// integers as narrow as the port allows, or, of a port wider than 64 bits, columns of
@@ -247,7 +248,7 @@ impl PyModel {
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut open = self.0.lock(python);
         let open = &mut *open;
-        let (samples, clocks) = Samples::of(samples, open.model.interface().reference_codes.len())?;
+        let (samples, clocks) = Samples::of(samples, open.model.interface().inputs())?;
         let (reset, ready) = (levels(reset, "reset")?, levels(ready, "ready")?);
         let host = driven(host, clocks)?;
         let outputs = PyDict::new(python);

@@ -34,6 +34,7 @@ scenes! {
     "Two lasers with two codes of one Gold set" DualView "dual-view";
     "One code over two paths, 1.5 chips apart" Multipath "multipath";
     "A histogram of arrival times in place of up/down counts" Histogram "histogram";
+    "A pixel of four SPADs, of which two have to fire" Macropixel "macropixel";
     "A target that drifts away and fluctuates" Moving "moving";
     "An array of 256 x 192 pixels in a room" Image "image";
     "A pane in front of a wall, seen by an array" ImageGlass "image-glass";

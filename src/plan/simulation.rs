@@ -8,8 +8,8 @@ use crate::light::distance_m;
 use crate::response::check_merging;
 use crate::scan::Sampler;
 use crate::scene::{
-    Combination, Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse, Path,
-    SourceIndex,
+    CellOutputs, Combination, Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse,
+    Path, SourceIndex,
 };
 use crate::sensor::Sensor;
 use goldtof_hardware::parts::{kept, labelled, left_out};
@@ -159,10 +159,14 @@ fn cells(detector: &Detector, part: String) -> Part {
         }
         _ => String::new(),
     };
+    let inputs = match detector.cell_outputs {
+        CellOutputs::Combined => "behind one input, which is",
+        CellOutputs::Separate => "with an input each; combined, the level is",
+    };
     kept(
         part,
         format!(
-            "{} SPADs behind one input, which is {combined}{talk}; no expectation, no bound and no \
+            "{} SPADs {inputs} {combined}{talk}; no expectation, no bound and no \
              fit: simulated photon by photon",
             detector.cells
         ),

@@ -177,6 +177,13 @@ pub fn replay<R: Read>(
 ) -> Result<Replay, ReplayError> {
     let scene = sensor.scene();
     assert_eq!(options.photons.len(), scene.detectors.len(), "a channel for each detector");
+    if sensor.interface().cells.count > 1 {
+        return Err(ReplayError::Channels(
+            "a recording has a channel for each detector, and none for its cells: leave out \
+             cell_outputs = \"separate\""
+                .to_owned(),
+        ));
+    }
     let tick_s = reader.tick_ps() * 1e-12;
     let period_ps = sensor.timing().code_period_ps() * options.epoch_periods as f64;
     let mut clock = Clock::new(period_ps / reader.tick_ps(), tick_s);

@@ -12,7 +12,7 @@ use crate::histogram::innovations::Innovations;
 use crate::histogram::{Histogram, HistogramError};
 use crate::photons::fast::Recorder;
 use crate::photons::random::Part;
-use crate::photons::{Detection, DetectorModel, Level, PulseStream};
+use crate::photons::{CellLevels, Detection, DetectorModel, PulseStream};
 use crate::response::{MeanResponse, MeanResponseError};
 use crate::scan::{Group, Sample};
 
@@ -160,18 +160,25 @@ pub(super) fn sampled(
     let width = wanted.sensor.scene().hardware.counter_width;
     let most = width.filter(|&width| width < u64::BITS).map_or(u64::MAX, |width| (1 << width) - 1);
     let from = begun_by([model], numbers.start);
-    let mut stream = PulseStream::new(model, wanted.seed, from);
-    let mut level = Level::default();
-    let mut pulses = Vec::new();
+    let cells = wanted.sensor.interface().cells;
+    let inputs = model.inputs();
+    let streams = inputs.iter().map(|input| PulseStream::new(input, wanted.seed, from));
+    let mut streams: Vec<PulseStream> = streams.collect();
+    let mut levels = CellLevels::new(cells.count);
+    let mut pulses = vec![Vec::new(); inputs.len()];
+    let mut changes = Vec::new();
     for number in from..numbers.end {
-        pulses.clear();
-        stream.advance(Sample((number - from + 1) * all), &mut pulses);
+        let until = Sample((number - from + 1) * all);
+        for (stream, pulses) in streams.iter_mut().zip(&mut pulses) {
+            pulses.clear();
+            stream.advance(until, pulses);
+        }
+        changes.clear();
+        levels.advance(&pulses, until, &mut changes);
         let mut bins = vec![0_u64; period as usize];
-        for pulse in &pulses {
-            if level.rises(pulse) {
-                let bin = &mut bins[(pulse.first.0 % period) as usize];
-                *bin = (*bin + 1).min(most);
-            }
+        for hit in changes.iter().filter(|change| change.is_hit(&cells)) {
+            let bin = &mut bins[(hit.sample.0 % period) as usize];
+            *bin = (*bin + 1).min(most);
         }
         if numbers.contains(&number) {
             on_histogram(histogram(model, bins)?);

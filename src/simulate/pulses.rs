@@ -24,7 +24,7 @@ pub struct PulsesReport {
     pub scans: u64,
     /// Samples from the first one behind reset to the end of the last scan.
     pub samples: u64,
-    /// Pulses of each detector, in their order in the scene.
+    /// Pulses of each input, in the order of detectors in the scene and of their cells.
     pub pulses: Vec<u64>,
 }
 
@@ -49,14 +49,14 @@ pub fn pulses(
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
     let mut photons = Photons::new(&models, interface, seed);
-    let mut drive = Drive::new(models.len());
+    let mut drive = Drive::of(interface);
     // Of a design with registers the first scan begins later, and so do the pulses.
     let origin = sensor.timing().sampling().first_sample(RESET_CLOCKS + 1).0;
     let until_lit = sensor.timing().sampling().samples_of(interface.start_clocks());
     let mut report = PulsesReport {
         scans,
         samples: until_lit + sensor.timing().sampling().samples_of(scan_start(interface, scans)),
-        pulses: vec![0; models.len()],
+        pulses: vec![0; interface.inputs()],
     };
     let last_clock = clocks_for_scans(interface, scans);
     let mut clock = 0;

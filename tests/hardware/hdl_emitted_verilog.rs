@@ -11,8 +11,7 @@ fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
     let interface = Interface::of(scene);
     let emission =
         emit(&Sensor::new(scene), "goldtof emit test.toml --out build").expect("the scene is fine");
-    let inputs =
-        stimulus::inputs(interface.lanes() * interface.reference_codes.len() as u32, cycles, seed);
+    let inputs = stimulus::inputs(interface.lanes() * interface.inputs() as u32, cycles, seed);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let got = icarus::simulate(&emission, &interface, &inputs, folder.path());
     let expected = naive_sensor::outputs(&interface, &inputs, &[]);

@@ -43,8 +43,7 @@ fn agrees_with_the_definition(scene: &Scene, cycles: usize, seed: u64) {
 }
 
 fn keeps(interface: &Interface, cycles: usize, seed: u64) {
-    let inputs =
-        stimulus::inputs(interface.lanes() * interface.reference_codes.len() as u32, cycles, seed);
+    let inputs = stimulus::inputs(interface.lanes() * interface.inputs() as u32, cycles, seed);
     let expected = naive_sensor::outputs(interface, &inputs, &[]);
     assert!(expected.iter().any(|o| o.valid), "the run is too short");
     let correlator = *interface.correlator().expect("it counts up and down");

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use goldtof::reference::adversarial::{Adversarial, Means};
-use goldtof::reference::level::Level;
+use goldtof::reference::levels::Levels;
 use goldtof::reference::predictor::{Reference, Skip};
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scene::{self, Scene, SourceIndex};
@@ -12,6 +12,7 @@ use goldtof::sensor::interface::{Correlator, Counting, Interface, TotalCount};
 use goldtof::sensor::layout::Layout;
 use goldtof::sensor::port::Role;
 
+use crate::hdl_support::give_cells;
 use crate::hdl_support::naive_sensor::{self, Inputs, Outputs};
 
 /// A run of the event-driven model: its inputs, where steps and scans are cut short, its outputs.
@@ -27,21 +28,21 @@ fn event_driven(interface: &Interface, seed: u64, clocks: u64, block: u64, means
     let mut adversary = Adversarial::with_means(interface, seed, means).unwrap();
     let mut reference = Reference::new(interface.clone()).unwrap();
     let detectors = interface.reference_codes.len();
-    let mut levels = vec![Level::new(interface.lanes()); detectors];
+    let mut levels = Levels::of(interface);
     let quiet = Inputs { reset: false, ready: true, samples: 0 };
     let mut inputs = vec![quiet; clocks as usize];
     let (mut skips, mut outputs) = (Vec::new(), Vec::new());
-    let mut drive = Drive::new(detectors);
+    let mut drive = Drive::of(interface);
     let mut start = 0;
     while start < clocks {
         let end = (start + block).min(clocks);
         drive.start(start..end);
         adversary.drive(&mut drive);
-        for (detector, pulses) in drive.pulses.iter().enumerate() {
+        for (input, pulses) in drive.pulses.iter().enumerate() {
             for pulse in pulses {
                 let samples = pulse.first.0 as usize..pulse.end.0 as usize;
                 for sample in samples.take_while(|sample| sample / lanes < clocks as usize) {
-                    let bit = detector * lanes + sample % lanes;
+                    let bit = input * lanes + sample % lanes;
                     inputs[sample / lanes].samples |= 1 << bit;
                 }
             }
@@ -55,9 +56,8 @@ fn event_driven(interface: &Interface, seed: u64, clocks: u64, block: u64, means
         }
         skips.extend(&drive.surroundings.skips);
         let mut hits = vec![Vec::new(); detectors];
-        for ((level, pulses), hits) in levels.iter_mut().zip(&drive.pulses).zip(&mut hits) {
-            level.paint(start..end, pulses, |_, _| (), hits);
-        }
+        let Drive { pulses, surroundings } = &mut drive;
+        levels.paint(start..end, pulses, |_, _, _| (), &mut hits, &mut surroundings.cells);
         let words = layout.outputs.words;
         let mut expected = vec![0; (end - start) as usize * words];
         reference.predict(&drive.surroundings, &hits, &mut expected);
@@ -205,6 +205,14 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
         ),
     ];
     let mut interfaces: Vec<Interface> = scenes.iter().map(Interface::of).collect();
+    // Cells with an input each.
+    interfaces.extend([(0, 2, 1), (14, 4, 2), (0, 3, 3), (0, 5, 0)].map(
+        |(scene, cells, coincidence)| {
+            let mut scene = scenes[scene].clone();
+            give_cells(&mut scene, cells, coincidence);
+            Interface::of(&scene)
+        },
+    ));
     // Counts as wide as hours of integration need: results of more than a word.
     interfaces.push(with_wide_counts(Interface::of(&scenes[7])));
     for (i, interface) in interfaces.iter().enumerate() {

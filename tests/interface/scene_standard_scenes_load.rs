@@ -26,6 +26,7 @@ fn every_scene_of_the_folder_loads_under_its_own_name() {
             "image",
             "image-glass",
             "image-two-sensors",
+            "macropixel",
             "moving",
             "multipath",
             "paper-interleaved",

@@ -3,11 +3,12 @@
 
 use goldtof::estimate::histogram::{Uncorrected, dead_time};
 use goldtof::photons::fast::{OutsideDomain, StepCounter};
-use goldtof::photons::{DetectorModel, Level, PulseStream, StepCount};
+use goldtof::photons::{CellLevels, DetectorModel, Level, PulseStream, StepCount};
 use goldtof::response::{MeanResponse, MeanResponseError};
 use goldtof::scan::{Group, Sample};
-use goldtof::scene::{self, Combination, Crosstalk, Detector, DetectorIndex, Scene};
+use goldtof::scene::{self, CellOutputs, Combination, Crosstalk, Detector, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
+use goldtof::sensor::cells::Cells;
 use optics_support::{
     Moments, assert_within_standard_errors, code, ideal_scene, naive, repeated, table_i_scene,
 };
@@ -183,6 +184,160 @@ fn modulated_light_is_counted_as_by_a_simulator_of_all_edges() {
     }
 }
 
+/// Samples at which the combined samples of separate outputs rise, in the scan's first step.
+fn sampled_hits(model: &DetectorModel, law: &Cells, repetition: u64, samples: u64) -> Vec<u64> {
+    let of_input = |input| {
+        let mut pulses = Vec::new();
+        PulseStream::new(input, 5, repetition).advance(Sample(samples), &mut pulses);
+        pulses
+    };
+    let pulses: Vec<_> = model.inputs().iter().map(of_input).collect();
+    assert_eq!(pulses.len(), law.count as usize);
+    let mut changes = Vec::new();
+    CellLevels::new(law.count).advance(&pulses, Sample(samples), &mut changes);
+    changes.iter().filter(|change| change.is_hit(law)).map(|change| change.sample.0).collect()
+}
+
+/// The chance that the level of independent cells is low at one sample and high at the next: of each cell
+/// that it has a pulse at both, at the first alone, at the second alone.
+fn chance_of_rise(cells: i32, both: f64, alone: f64, is_high: impl Fn(i32) -> bool) -> f64 {
+    let neither = 1.0 - both - 2.0 * alone;
+    let mut sum = 0.0;
+    for stay in 0..=cells {
+        for fall in 0..=cells - stay {
+            for rise in 0..=cells - stay - fall {
+                let rest = cells - stay - fall - rise;
+                if !is_high(stay + fall) && is_high(stay + rise) {
+                    let ways = factorial(cells)
+                        / [stay, fall, rise, rest].into_iter().map(factorial).product::<f64>();
+                    sum += ways * both.powi(stay) * alone.powi(fall + rise) * neither.powi(rest);
+                }
+            }
+        }
+    }
+    sum
+}
+
+fn factorial(n: i32) -> f64 {
+    (1..=n).map(f64::from).product()
+}
+
+/// Separate outputs under constant light. Of a cell that fires at a rate m, blind for D, with pulses of w, a
+/// sample each T with T <= w and w + T <= D: it has a pulse at two neighbouring samples with the chance
+/// m (w - T), and at one of them alone with m T for each. The level that samples are combined to is that of
+/// so many such cells.
+#[test]
+fn samples_of_separate_outputs_rise_as_those_of_independent_cells() {
+    for (cells, rate, width_ps) in
+        [(4, 20e6, 4e3), (4, 200e6, 7e3), (2, 300e6, 2.5e3), (16, 500e6, 1e3)]
+    {
+        for (combination, coincidence) in [
+            (Combination::Or, 1),
+            (Combination::Or, 2),
+            (Combination::Or, cells),
+            (Combination::Xor, 1),
+        ] {
+            let scene = constant_light(rate, |spad| {
+                (spad.cells, spad.cell_outputs) = (cells, CellOutputs::Separate);
+                (spad.combination, spad.coincidence) = (combination, coincidence);
+                spad.pulse_width_ps = width_ps;
+            });
+            let (model, law) = (model(&scene), Cells::of(&scene.detectors[0]));
+            let per_cell = rate / f64::from(cells);
+            let of_cell = per_cell / (1.0 + per_cell * 14e-9);
+            let is_high = |high: i32| match combination {
+                Combination::Or => high >= coincidence as i32,
+                Combination::Xor => high % 2 == 1,
+            };
+            let (both, alone) = (of_cell * (width_ps - 1e3) * 1e-12, of_cell * 1e-9);
+            let expected = chance_of_rise(cells as i32, both, alone, is_high);
+            // Pulses of the step before are not known in it.
+            let (from, samples) = (8, 8_000);
+            let counted = (0..repeated(60, 3_000)).map(|repetition| {
+                let hits = sampled_hits(&model, &law, repetition, samples);
+                hits.iter().filter(|&&sample| sample > from).count() as f64
+            });
+            let found = Moments::of(counted);
+            let expected = expected * (samples - from - 1) as f64;
+            let told = format!("{cells} cells, {combination:?} of {coincidence}, {rate:e}");
+            match expected * found.count > 10.0 {
+                true => assert_within_standard_errors(found.z(expected), 4.0, &told),
+                false => assert!(found.mean * found.count < 30.0, "{told}: {}", found.mean),
+            }
+        }
+    }
+}
+
+/// Separate outputs under modulated light, with dead time, afterpulses and a hot cell: rising edges by
+/// sample of the code period are those of a simulator that looks at every cell at every sample.
+#[test]
+fn samples_of_separate_outputs_are_those_of_a_simulator_that_looks_at_each_cell() {
+    let (chips, period) = (7 * 40, 7 * 8);
+    for (number, (cells, rate, combination, coincidence)) in [
+        (4, 160e6, Combination::Or, 2),
+        (4, 160e6, Combination::Xor, 1),
+        (16, 1e9, Combination::Or, 3),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mut scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), rate, chips);
+        let spad = &mut scene.detectors[0];
+        spad.jitter_ps.clear();
+        (spad.cells, spad.cell_outputs) = (cells, CellOutputs::Separate);
+        (spad.combination, spad.coincidence) = (combination, coincidence);
+        spad.pulse_width_ps = 3.3e3;
+        spad.cell_dark_count_rates_cps = vec![10e3; cells as usize];
+        spad.cell_dark_count_rates_cps[1] = 2e6;
+        let (model, law) = (model(&scene), Cells::of(&scene.detectors[0]));
+        let mut rng = StdRng::seed_from_u64(700 + number as u64);
+        let samples = chips * 8;
+        let [mut ours, mut theirs] = [(); 2].map(|()| Vec::<Vec<f64>>::new());
+        for repetition in 0..repeated(400, 20_000) {
+            let mut row = vec![0.0; period];
+            for hit in sampled_hits(&model, &law, repetition, samples) {
+                row[hit as usize % period] += 1.0;
+            }
+            ours.push(row);
+            let mut row = vec![0.0; period];
+            let mut pulses = vec![0; samples as usize];
+            for registered in naive_cells(&scene, &mut rng, chips as f64) {
+                let mut next = 0;
+                let mut until = f64::NEG_INFINITY;
+                for (sample, pulses) in pulses.iter_mut().enumerate() {
+                    let instant = sample as f64 / 8.0;
+                    while registered.get(next).is_some_and(|&time| time <= instant) {
+                        until = registered[next] + 3.3 / 8.0;
+                        next += 1;
+                    }
+                    *pulses += u32::from(instant < until);
+                }
+            }
+            let is_high = |pulses: u32| match combination {
+                Combination::Or => pulses >= coincidence,
+                Combination::Xor => pulses % 2 == 1,
+            };
+            let mut was_high = false;
+            for (sample, &pulses) in pulses.iter().enumerate() {
+                let now = is_high(pulses);
+                row[sample % period] += f64::from(u8::from(now && !was_high));
+                was_high = now;
+            }
+            theirs.push(row);
+        }
+        let told = format!("{cells} cells, {combination:?} of {coincidence}");
+        let mut squares = Vec::new();
+        for column in 0..period {
+            let [a, b] = [&ours, &theirs].map(|rows| Moments::of(rows.iter().map(|r| r[column])));
+            let z = (a.mean - b.mean) / a.standard_error().hypot(b.standard_error());
+            assert_within_standard_errors(z, 4.5, &format!("{told}: sample {column}"));
+            squares.push(z * z);
+        }
+        let z = Moments::of(squares);
+        assert_within_standard_errors((z.mean - 1.0) / (2.0 / z.count).sqrt(), 4.5, &told);
+    }
+}
+
 /// Two cells that fire one another at once and surely are one SPAD in the light of both, whose pulses
 /// come in pairs that an OR makes one: lambda / (1 + lambda D). A coincidence of both has as many, an
 /// XOR sees none.
@@ -260,6 +415,11 @@ fn what_does_not_hold_together_is_told_in_the_scene() {
         ("coincidence = 2", "no 2 pulses overlap of cells = 1"),
         ("cells = 4\ncombination = \"xor\"\ncoincidence = 2", "an odd number of pulses"),
         ("cells = 4\ncombination = \"and\"", "not known"),
+        ("cell_outputs = \"separate\"", "cells = 1 has one output"),
+        (
+            "cells = 2\ncell_outputs = \"separate\"\ncell_crosstalk = { probability = 0.1 }",
+            "without cell_crosstalk",
+        ),
         ("cells = 2\ncell_dark_count_rates = [\"1 kcps\"]", "1 rates for cells = 2"),
         (
             "cells = 2\ncell_dark_count_rates = [\"1 kcps\", \"2 kcps\"]",

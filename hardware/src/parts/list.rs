@@ -2,9 +2,10 @@
 
 use super::{Part, kept, labelled, left_out};
 use crate::code::{Code, Generator};
-use crate::scene::SourceIndex;
+use crate::scene::{Combination, SourceIndex};
 use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
+use crate::sensor::cells::Cells;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::{Correlator, Counting, Interface};
 use crate::sensor::rows::RowPlan;
@@ -36,6 +37,7 @@ pub fn parts(sensor: &Sensor) -> Vec<Part> {
         ),
         Counting::Histogram(histogram) => parts.extend(histogram_parts(sensor, histogram)),
     }
+    parts.extend(cell_combiner(&interface.cells));
     parts
 }
 
@@ -196,6 +198,18 @@ fn edge_detector(sensor: &Sensor) -> Part {
             if detectors == 1 { "" } else { "s" }
         ),
     )
+}
+
+/// What combines cells that have an input each.
+fn cell_combiner(cells: &Cells) -> Option<Part> {
+    let logic = match (cells.combination, cells.coincidence) {
+        (Combination::Xor, _) => "an XOR".to_owned(),
+        (Combination::Or, 1) => "an OR".to_owned(),
+        (Combination::Or, all) if all == cells.count => "an AND".to_owned(),
+        (Combination::Or, least) => format!("adders, and whether they count {least} or more,"),
+    };
+    let about = format!("{logic} of the samples of {} cells with an input each", cells.count);
+    (cells.count > 1).then(|| kept("cell_combiner", about))
 }
 
 fn updown_correlator(sensor: &Sensor, correlator: &Correlator) -> Part {

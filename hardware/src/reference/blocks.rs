@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::stimulus::{Drive, Stimulus};
 use crate::reference::exercise::Exercised;
-use crate::reference::level::Level;
+use crate::reference::levels::Levels;
 use crate::reference::predictor::{Reference, Skip, StepResult};
 use crate::scan::Sample;
 use crate::scene::Polarity;
@@ -98,8 +98,7 @@ pub struct Block {
 
 /// Makes blocks: stimulus, input records, expected records.
 pub struct BlockMaker<'a> {
-    /// For each detector.
-    levels: Vec<Level>,
+    levels: Levels,
     drive: Drive,
     /// For each detector.
     hits: Vec<Vec<Sample>>,
@@ -122,8 +121,8 @@ impl<'a> BlockMaker<'a> {
         let lanes = reference.interface().lanes();
         let detectors = reference.interface().reference_codes.len();
         BlockMaker {
-            levels: vec![Level::new(lanes); detectors],
-            drive: Drive::new(detectors),
+            levels: Levels::of(reference.interface()),
+            drive: Drive::of(reference.interface()),
             hits: vec![Vec::new(); detectors],
             lanes,
             reference,
@@ -218,19 +217,13 @@ impl<'a> BlockMaker<'a> {
     fn paint_samples(&mut self, field: &Field, inputs: &mut [u64]) {
         let words = self.layout.inputs.words;
         let clocks = self.drive.surroundings.clocks.clone();
-        let detectors = self.levels.iter_mut().zip(&self.drive.pulses);
-        for (detector, ((level, pulses), hits)) in detectors.zip(&mut self.hits).enumerate() {
-            // S divides 64, so a detector's samples never cross words.
-            let bit = field.shift + detector as u32 * self.lanes;
-            let (word, shift) = (field.word + (bit / 64) as usize, bit % 64);
-            hits.clear();
-            level.paint(
-                clocks.clone(),
-                pulses,
-                |clock, bits| inputs[clock * words + word] |= bits << shift,
-                hits,
-            );
-        }
+        let paint = |input: usize, clock: usize, bits: u64| {
+            // S divides 64, so an input's samples never cross words.
+            let bit = field.shift + input as u32 * self.lanes;
+            inputs[clock * words + field.word + (bit / 64) as usize] |= bits << (bit % 64);
+        };
+        let Drive { pulses, surroundings } = &mut self.drive;
+        self.levels.paint(clocks, pulses, paint, &mut self.hits, &mut surroundings.cells);
         if self.reference.interface().polarity == Polarity::Low {
             for (word, bits) in field.words() {
                 inputs.chunks_exact_mut(words).for_each(|record| record[word] ^= bits);
@@ -248,8 +241,8 @@ pub fn results(
     on_result: &mut dyn FnMut(StepResult),
 ) {
     let detectors = reference.interface().reference_codes.len();
-    let mut levels = vec![Level::new(reference.interface().lanes()); detectors];
-    let mut drive = Drive::new(detectors);
+    let mut levels = Levels::of(reference.interface());
+    let mut drive = Drive::of(reference.interface());
     let mut hits: Vec<Vec<Sample>> = vec![Vec::new(); detectors];
     let mut next = 0;
     while next < clocks {
@@ -257,10 +250,8 @@ pub fn results(
         next = block.end;
         drive.start(block.clone());
         stimulus.drive(&mut drive);
-        for ((level, pulses), hits) in levels.iter_mut().zip(&drive.pulses).zip(&mut hits) {
-            hits.clear();
-            level.paint(block.clone(), pulses, |_, _| (), hits);
-        }
+        let Drive { pulses, surroundings } = &mut drive;
+        levels.paint(block, pulses, |_, _, _| (), &mut hits, &mut surroundings.cells);
         reference.predict_results(&drive.surroundings, &hits);
         reference.take_finished().for_each(&mut *on_result);
     }

@@ -18,6 +18,7 @@ mod histogram;
 pub mod host;
 pub mod host_ports;
 pub mod level;
+pub mod levels;
 mod pattern;
 mod peak_ports;
 pub mod photons;

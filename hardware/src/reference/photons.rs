@@ -8,7 +8,7 @@ use crate::photons::{DetectorModel, Pulse, PulseStream};
 use crate::scan::{Group, Sample, Sampling};
 use crate::sensor::interface::Interface;
 
-/// The sampled pulses of every detector, scan after scan.
+/// The sampled pulses of every input, scan after scan.
 pub struct Photons<'a> {
     recorders: Vec<Arc<Recorder<'a>>>,
     interface: &'a Interface,
@@ -20,7 +20,7 @@ pub struct Photons<'a> {
 }
 
 impl<'a> Photons<'a> {
-    /// Streams for the scene's detectors, in their order. The n-th scan is the
+    /// Streams for the inputs of the scene's detectors, in their order. The n-th scan is the
     /// n-th repetition of the seed.
     pub fn new(models: &'a [DetectorModel], interface: &'a Interface, seed: u64) -> Photons<'a> {
         Photons::from_scan(models, interface, seed, 0)
@@ -33,7 +33,8 @@ impl<'a> Photons<'a> {
         seed: u64,
         first: u64,
     ) -> Photons<'a> {
-        let recorders = models.iter().map(|model| Arc::new(Recorder::new(model))).collect();
+        let inputs = models.iter().flat_map(DetectorModel::inputs);
+        let recorders = inputs.map(|model| Arc::new(Recorder::new(model))).collect();
         let mut photons =
             Photons { recorders, interface, seed, first, scan: 0, streams: Vec::new() };
         photons.start_scan();
@@ -78,7 +79,7 @@ impl Stimulus for Photons<'_> {
 
 /// Pulses that were recorded, in place of simulated ones: those of one scan.
 pub struct Recorded {
-    /// Detector by detector, from the first scan's first sample on.
+    /// Input by input, from the first scan's first sample on.
     pulses: Arc<Vec<Vec<Pulse>>>,
     next: Vec<usize>,
     origin: Sample,

@@ -15,14 +15,14 @@ pub const RESET_CLOCKS: u64 = 4;
 pub struct Drive {
     /// Reset and the result consumer.
     pub surroundings: Surroundings,
-    /// For each detector the pulses whose first sample lies in the block, in order.
+    /// For each input the pulses whose first sample lies in the block, in order.
     pub pulses: Vec<Vec<Pulse>>,
 }
 
 impl Drive {
-    /// For a sensor with `detectors` detectors.
-    pub fn new(detectors: usize) -> Drive {
-        Drive { pulses: vec![Vec::new(); detectors], ..Drive::default() }
+    /// For a sensor with this interface.
+    pub fn of(interface: &Interface) -> Drive {
+        Drive { pulses: vec![Vec::new(); interface.inputs()], ..Drive::default() }
     }
 
     /// Empties it for the next block, keeping its memory.
@@ -32,6 +32,7 @@ impl Drive {
         self.surroundings.stalls.clear();
         self.surroundings.skips.clear();
         self.surroundings.host.clear();
+        self.surroundings.cells.clear();
         self.pulses.iter_mut().for_each(Vec::clear);
     }
 }

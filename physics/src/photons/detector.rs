@@ -15,8 +15,9 @@ use super::shape::PulseShape;
 use super::tail::Tail;
 use crate::code::Code;
 use crate::scan::{Chip, Group, Sampler, Timing};
-use crate::scene::{Combination, CounterTiming, Detector, DetectorIndex, PathIndex};
+use crate::scene::{CellOutputs, CounterTiming, Detector, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
+use crate::sensor::cells::Cells;
 
 /// The ready-made numbers behind every phase step of one detector.
 ///
@@ -61,9 +62,10 @@ pub struct DetectorModel {
 #[derive(Debug, Clone)]
 pub struct Pixel {
     pub cells: Vec<DetectorModel>,
-    combination: Combination,
-    /// So many pulses at once make the level high.
-    coincidence: u32,
+    /// What their pulses make of the level.
+    pub law: Cells,
+    /// Whether the hardware has an input for each.
+    has_outputs: bool,
     pub pulse_width_chips: f64,
     /// Chance that an avalanche fires one of the other cells, and how much later.
     pub crosstalk: Option<(f64, f64)>,
@@ -82,8 +84,8 @@ impl Pixel {
         (!cells.is_empty()).then(|| {
             Arc::new(Pixel {
                 cells,
-                combination: spad.combination,
-                coincidence: spad.coincidence,
+                law: Cells::of(spad),
+                has_outputs: spad.cell_outputs == CellOutputs::Separate,
                 pulse_width_chips: chips(spad.pulse_width_ps),
                 crosstalk: spad
                     .cell_crosstalk
@@ -91,14 +93,6 @@ impl Pixel {
                     .filter(|(probability, _)| *probability > 0.0),
             })
         })
-    }
-
-    /// The level while so many cells' pulses are high.
-    pub fn level(&self, high: u32) -> bool {
-        match self.combination {
-            Combination::Or => high >= self.coincidence,
-            Combination::Xor => high % 2 == 1,
-        }
     }
 }
 
@@ -298,6 +292,14 @@ impl DetectorModel {
         let of = |code: &Code| self.shapes.iter().find(|(known, _)| known.chips == code.chips);
         let found = of(code).or_else(|| of(&self.reference));
         found.map_or_else(|| Arc::new(PulseShape::ideal()), |(_, shape)| Arc::clone(shape))
+    }
+
+    /// What the hardware has an input for: this detector, or each of its cells.
+    pub fn inputs(&self) -> &[DetectorModel] {
+        match &self.pixel {
+            Some(pixel) if pixel.has_outputs => &pixel.cells,
+            _ => std::slice::from_ref(self),
+        }
     }
 
     pub fn key(&self, seed: u64, repetition: u64, group: Group) -> StreamKey {

@@ -34,6 +34,7 @@
 
 pub(crate) mod afterpulsing;
 mod avalanches;
+mod cell_levels;
 pub(crate) mod counter;
 mod crosstalk;
 mod dead_time;
@@ -54,6 +55,7 @@ mod step;
 pub(crate) mod tail;
 pub(crate) mod time;
 
+pub use cell_levels::CellLevels;
 pub use counter::{StepCount, count_step};
 pub use dead_time::DeadTime;
 pub use detector::DetectorModel;

@@ -174,7 +174,7 @@ impl<'m> Line<'m> {
 
     /// Another number of pulses is high from a time on.
     fn change(&mut self, time: ChipTime) {
-        match (self.rise, self.pixel.level(self.high)) {
+        match (self.rise, self.pixel.law.level(self.high)) {
             (None, true) => self.rise = Some(time),
             (Some(rise), false) => {
                 self.rise = None;

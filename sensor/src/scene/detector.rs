@@ -113,6 +113,9 @@ tables! {
         combination => combination: Combination = choice(Combination::CHOICES), Or("\"or\""), "\"xor\"";
             "when cells' pulses make the level high: where `coincidence` of them overlap (\"or\"), or \
              where their number is odd, as behind a tree of XOR gates (\"xor\")";
+        cell_outputs => cell_outputs: CellOutputs = choice(CellOutputs::CHOICES), Or("\"combined\""), "\"separate\"";
+            "whether the FPGA gets the combined level (\"combined\"), or each cell's (\"separate\") and combines \
+             their samples; separate ones are those of every detector of a scene, which are alike in it";
         coincidence => coincidence: u32 = integer(1, 64), Or("1"), "2";
             "how many cells' pulses have to overlap; 1 is an OR"
             "as for `cells`";
@@ -249,6 +252,17 @@ choices! {
     }
 }
 
+choices! {
+    /// What comes to the FPGA of a detector's cells.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum CellOutputs {
+        /// The level that their pulses make together.
+        Combined = "combined",
+        /// Each one's own level.
+        Separate = "separate",
+    }
+}
+
 /// Reads one detector. `reference` is the index of the source it names, if that
 /// is known, `clock` is for the default pulse width, and `wavelength_nm` is that source's.
 pub(super) fn read(
@@ -378,6 +392,30 @@ fn check_cells(
         report(
             "it is simulated between cells of recharge = \"active\" alone; leave one of the two out",
         );
+    }
+}
+
+/// Reports separate outputs that the hardware is not made for.
+pub(super) fn check_cell_outputs(sections: &[Section], scene: &Scene) {
+    if scene.detectors.iter().all(|spad| spad.cell_outputs == CellOutputs::Combined) {
+        return;
+    }
+    let law = |spad: &Detector| (spad.cell_outputs, spad.cells, spad.combination, spad.coincidence);
+    for (section, spad) in sections.iter().zip(&scene.detectors) {
+        let report = |message: &str| section.report("cell_outputs", message);
+        if law(spad) != law(&scene.detectors[0]) {
+            report(
+                "separate outputs are combined alike for all detectors of a scene: write the same \
+                 cell_outputs, cells, combination and coincidence for each, or leave this key out of all",
+            );
+        } else if spad.cells == 1 {
+            report("cells = 1 has one output; write cells = 2 or more, or leave out this key");
+        } else if spad.cell_crosstalk.is_some() {
+            report(
+                "photons of separate outputs are simulated cell by cell, without cell_crosstalk; leave \
+                 out one of the two",
+            );
+        }
     }
 }
 

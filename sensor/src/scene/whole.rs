@@ -73,6 +73,7 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     scan::check_sums(root, &scene);
     hardware::check_taps(&root.section_or_defaults("hardware"), &scene);
     hardware::check_tracking(&root.section_or_defaults("hardware"), &scene);
+    detector::check_cell_outputs(&root.sections("detector", usize::MAX), &scene);
     detector::check_crosstalk(&root.sections("detector", usize::MAX), &scene);
     Some(scene)
 }

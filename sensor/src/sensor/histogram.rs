@@ -126,7 +126,8 @@ impl HistogramPlan {
 
 /// Samples between two hits of a detector, at least.
 fn samples_apart(detector: &Detector, sample_period_ps: f64) -> f64 {
-    if detector.jitter_tail != JitterTail::None {
+    // Another cell may fire at once.
+    if detector.jitter_tail != JitterTail::None || detector.cells > 1 {
         return 0.0;
     }
     let least_ps = detector.dead_time_ps - 2.0 * MOST_SIGMAS * detector.jitter_std_ps();

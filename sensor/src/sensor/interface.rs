@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::cells::Cells;
 use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
 use super::registers::{Hardware, RegisterPlan, Settings};
@@ -12,7 +13,9 @@ use super::rows::{RowPlan, signed_bits};
 use super::track::{CLOCKS_FROM_PEAK, TrackPlan};
 use crate::code::Code;
 use crate::scan::{Grouping, PERIODS_OF_PREPARATION, Timing};
-use crate::scene::{Architecture, Polarity, Readout, Registers, Scene, Source, Target};
+use crate::scene::{
+    Architecture, CellOutputs, Polarity, Readout, Registers, Scene, Source, Target,
+};
 
 /// The hardware that a scene needs, as seen from outside.
 #[derive(Debug, Clone)]
@@ -23,9 +26,11 @@ pub struct Interface {
     pub timing: Timing,
     /// Code of each source; bit m of `o_laser` carries source m's chips.
     pub source_codes: Vec<Arc<Code>>,
-    /// Code of each detector's reference; lanes d S .. (d + 1) S of
-    /// `i_samples` belong to detector d.
+    /// Code of each detector's reference; inputs d K .. (d + 1) K belong to detector d.
     pub reference_codes: Vec<Arc<Code>>,
+    /// SPADs of each detector that have an input each, K: lanes i S .. (i + 1) S of `i_samples` belong
+    /// to input i.
+    pub cells: Cells,
     /// Bits of `m_axis_tdata`: a signed count, sign-extended to whole bytes, and above
     /// it the total count, zero-extended to whole bytes, if it is sent; or a row of a histogram.
     pub tdata_bits: u32,
@@ -299,6 +304,10 @@ impl Interface {
                 .iter()
                 .map(|detector| codes(&scene.sources[detector.reference]))
                 .collect(),
+            cells: match scene.detectors.first() {
+                Some(spad) if spad.cell_outputs == CellOutputs::Separate => Cells::of(spad),
+                _ => Cells::ONE,
+            },
             timing,
             tdata_bits,
             result_latency_clocks,
@@ -320,10 +329,14 @@ impl Interface {
                     TrackPlan::of(&scene.hardware, &interface.timing, correlator.count_bits)
                 }),
                 text: format!(
-                    "{:?} {:?}{}",
+                    "{:?} {:?}{}{}",
                     interface.polarity,
                     interface.counting,
-                    if scene.hardware.code_taps { " taps" } else { "" }
+                    if scene.hardware.code_taps { " taps" } else { "" },
+                    match interface.cells.count {
+                        1 => String::new(),
+                        _ => format!(" {:?}", interface.cells),
+                    }
                 ),
             })));
         }
@@ -447,7 +460,12 @@ impl Interface {
         }
     }
 
-    /// Samples per clock and detector, S.
+    /// Inputs with samples of their own: one for each detector, or for each of its cells.
+    pub fn inputs(&self) -> usize {
+        self.reference_codes.len() * self.cells.count as usize
+    }
+
+    /// Samples per clock and input, S.
     pub fn lanes(&self) -> u32 {
         self.timing.clock.samples_per_chip
     }

@@ -20,6 +20,7 @@
 //! ```
 
 pub mod block_ram;
+pub mod cells;
 pub mod histogram;
 pub mod interface;
 pub mod layout;

@@ -42,7 +42,7 @@ pub enum Role {
     Laser,
     /// First chip of the reference code's period.
     Epoch,
-    /// Sampled levels of the detectors.
+    /// Sampled levels of the inputs.
     Samples,
     /// The result on the stream.
     Data,
@@ -144,7 +144,7 @@ const PORTS: [Declaration; 31] = [
     row(Role::Reset, "i_rst", Use::Level { rest: false }, |_| Some(1)),
     row(Role::Laser, "o_laser", Use::Code, |of| Some(of.source_codes.len() as u32)),
     row(Role::Epoch, "o_epoch", Use::Code, |_| Some(1)),
-    row(Role::Samples, "i_samples", Use::Samples, |of| Some(of.lanes() * detectors(of))),
+    row(Role::Samples, "i_samples", Use::Samples, |of| Some(of.lanes() * of.inputs() as u32)),
     row(Role::Data, "m_axis_tdata", Use::Payload, |of| Some(of.tdata_bits)),
     row(Role::Valid, "m_axis_tvalid", Use::Result, |_| Some(1)),
     row(Role::Ready, "m_axis_tready", Use::Level { rest: true }, |_| Some(1)),

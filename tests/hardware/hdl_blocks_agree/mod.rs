@@ -11,6 +11,7 @@ use crate::hdl_support::block_testbench::run_in_verilator;
 use crate::hdl_support::stimulus::Noise;
 use comparing::*;
 use counting::*;
+use goldtof::scene::Polarity;
 use goldtof::sensor::interface::CountSegments;
 use sequence::*;
 use streaming::*;
@@ -40,6 +41,12 @@ fn every_block_does_in_rust_hdl_and_in_verilator_what_it_is_for() {
     cases.extend(set_code_sources(noise));
     cases.extend([
         edge_detector(noise),
+        cell_combiner(noise, 3, 0, Polarity::High),
+        cell_combiner(noise, 5, 1, Polarity::Low),
+        cell_combiner(noise, 5, 5, Polarity::High),
+        cell_combiner(noise, 4, 2, Polarity::Low),
+        cell_combiner(noise, 7, 3, Polarity::High),
+        cell_combiner(noise, 15, 8, Polarity::High),
         quad_counter(noise),
         accumulator(noise),
         updown_correlator(noise),

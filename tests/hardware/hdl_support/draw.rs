@@ -6,7 +6,7 @@ use goldtof::sensor::Sensor;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::{Family, code, scene};
+use super::{Family, code, give_cells, scene};
 
 /// How far a drawn scene may go.
 #[derive(Debug, Clone, Copy)]
@@ -120,6 +120,10 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
     }
     if rng.random_bool(0.3) {
         scene.hardware.polarity = Polarity::Low;
+    }
+    if rng.random_bool(0.2) {
+        let cells = rng.random_range(2..=9);
+        give_cells(&mut scene, cells, rng.random_range(0..=cells));
     }
     scene
 }

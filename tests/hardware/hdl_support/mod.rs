@@ -15,8 +15,9 @@ use std::sync::{Arc, Mutex};
 use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
-    CounterTiming, Detector, EstimatorKind, Hardware, LEAST_CHIPS_OF_ROWS, LaserResponse,
-    OtherLight, Polarity, Readout, Scan, Scene, Source, SourceClock, SourceIndex, Target,
+    CellOutputs, Combination, CounterTiming, Detector, EstimatorKind, Hardware,
+    LEAST_CHIPS_OF_ROWS, LaserResponse, OtherLight, Polarity, Readout, Scan, Scene, Source,
+    SourceClock, SourceIndex, Target,
 };
 use goldtof::sensor::Sensor;
 
@@ -282,7 +283,23 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
     if case % 6 == 5 {
         read_by_rows_if_possible(&mut scene);
     }
+    // As many as a record of 128 bits has room for.
+    let most = (128 / (lanes * scene.detectors.len() as u64)).min(20);
+    if case % 4 == 1 && most > 1 {
+        let cells = 2 + noise.below(most - 1) as u32;
+        give_cells(&mut scene, cells, noise.below(u64::from(cells) + 1) as u32);
+    }
     scene
+}
+
+/// Gives every detector so many cells with an input each, of which so many have to fire; of 0 an odd
+/// number.
+pub fn give_cells(scene: &mut Scene, cells: u32, coincidence: u32) {
+    for spad in &mut scene.detectors {
+        (spad.cells, spad.cell_outputs) = (cells, CellOutputs::Separate);
+        spad.coincidence = coincidence.max(1);
+        spad.combination = if coincidence == 0 { Combination::Xor } else { Combination::Or };
+    }
 }
 
 /// Reads several detectors out by rows, one step at a time, in windows of any number.

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use goldtof::reference::predictor::Skip;
 use goldtof::scan::Step;
-use goldtof::scene::Polarity;
+use goldtof::scene::{Combination, Polarity};
 use goldtof::sensor::interface::Interface;
 
 /// Inputs at one rising clock edge.
@@ -13,7 +13,7 @@ use goldtof::sensor::interface::Interface;
 pub struct Inputs {
     pub reset: bool,
     pub ready: bool,
-    /// Detector d's samples from bit d S on.
+    /// Input i's samples from bit i S on.
     pub samples: u128,
 }
 
@@ -226,12 +226,20 @@ fn signed_hits(
     k: u64,
 ) -> (i64, i64) {
     let code = &interface.reference_codes[detector];
-    let lanes = i128::from(interface.lanes());
+    let (lanes, cells) = (i128::from(interface.lanes()), i128::from(interface.cells.count));
     let level = |lane: i128| {
         // Sample `lane` of cycle n; lane -1 is the last of the word before.
         let edge = (n + 1) as usize - usize::from(lane < 0);
-        let bit = detector as i128 * lanes + lane.rem_euclid(lanes);
-        (inputs[edge].samples >> bit & 1 == 1) == (interface.polarity == Polarity::High)
+        let first = detector as i128 * cells * lanes + lane.rem_euclid(lanes);
+        let is_high = |cell: &i128| {
+            let sample = inputs[edge].samples >> (first + cell * lanes) & 1 == 1;
+            sample == (interface.polarity == Polarity::High)
+        };
+        let high = (0..cells).filter(is_high).count() as u32;
+        match interface.cells.combination {
+            Combination::Or => high >= interface.cells.coincidence,
+            Combination::Xor => high % 2 == 1,
+        }
     };
     let (mut up, mut down) = (0, 0);
     for l in (0..lanes).filter(|&l| level(l) && !level(l - 1)) {

@@ -32,7 +32,7 @@ impl Noise {
     }
 }
 
-/// `cycles` inputs of `lanes` samples, all detectors together, that begin with
+/// `cycles` inputs of `lanes` samples, all inputs together, that begin with
 /// a reset and have one more in the middle.
 pub fn inputs(lanes: u32, cycles: usize, seed: u64) -> Vec<Inputs> {
     let mut noise = Noise::new(seed);

@@ -1,6 +1,8 @@
 //! Hits of sample words: a high sample after a low one, also across words.
 
 use crate::scan::{Sample, Sampling};
+use crate::sensor::cells::{CellChange, Cells};
+use crate::sensor::interface::Interface;
 
 /// One detector's last sample, which tells whether a word that begins high begins with a
 /// hit.
@@ -27,6 +29,44 @@ impl LastSample {
         while rising != 0 {
             hits.push(first + u64::from(rising.trailing_zeros()));
             rising &= rising - 1;
+        }
+    }
+}
+
+/// The last samples of one detector's cells, which have an input each.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LastCells {
+    cells: Cells,
+    sampling: Sampling,
+    /// Bit c: that of cell c is high.
+    high: u64,
+}
+
+impl LastCells {
+    /// Before the first word.
+    pub(super) fn before_all(interface: &Interface) -> LastCells {
+        LastCells { cells: interface.cells, sampling: interface.timing.sampling(), high: 0 }
+    }
+
+    /// Adds what the cells' words of `clock` change, and the hits that come of it.
+    pub(super) fn changes(
+        &mut self,
+        clock: u64,
+        words: impl Iterator<Item = u64> + Clone,
+        changes: &mut Vec<CellChange>,
+        hits: &mut Vec<Sample>,
+    ) {
+        let samples = self.sampling.samples(&(clock..clock + 1));
+        for sample in (samples.start.0..samples.end.0).map(Sample) {
+            let lane = self.sampling.lane_of(sample);
+            let bits = words.clone().enumerate();
+            let after = bits.fold(0, |high, (cell, word)| high | (word >> lane & 1) << cell);
+            let before = std::mem::replace(&mut self.high, after);
+            if after != before {
+                let change = CellChange { sample, before, after };
+                hits.extend(change.is_hit(&self.cells).then_some(sample));
+                changes.push(change);
+            }
         }
     }
 }

@@ -16,13 +16,14 @@ pub enum BatchError {
     NoRegisters,
     /// Sample words that are not a whole number of clocks.
     #[error(
-        "there are {found} sample words, and each clock has {detectors}, one for each detector"
+        "there are {found} sample words, and each clock has {words}, one for each detector, or for each of its \
+         cells that have an input of their own"
     )]
     PartOfAClock {
         /// Words that were given.
         found: usize,
         /// Words of a clock.
-        detectors: usize,
+        words: usize,
     },
     /// Inputs of different length.
     #[error("{input} has {found} clocks, and i_samples has {clocks}")]
@@ -36,14 +37,14 @@ pub enum BatchError {
     },
     /// A sample word with more than the samples of a chip.
     #[error(
-        "clock {clock}: the sample word of detector {detector} is {word:#x}, and a chip has {samples} \
+        "clock {clock}: the sample word of input {input} is {word:#x}, and a chip has {samples} \
          samples, bit 0 the earliest: bits from {samples} on must be 0"
     )]
     WordTooWide {
         /// Clock since the model was made.
         clock: u64,
-        /// Number of the detector.
-        detector: usize,
+        /// Number of the input: that of the detector, if none has several.
+        input: usize,
         /// The word.
         word: u64,
         /// Samples of a chip.

@@ -1,7 +1,7 @@
 //! The reference model, clocked in batches, whose state stays between them.
 
 use super::BatchError;
-use super::edges::LastSample;
+use super::edges::{LastCells, LastSample};
 use crate::reference::exercise::Exercised;
 use crate::reference::host_ports::HostInputs;
 use crate::reference::predictor::{Reference, StepResult, Surroundings};
@@ -14,8 +14,8 @@ use crate::sensor::port::Role;
 /// The inputs of a batch of clocks.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a, W> {
-    /// `i_samples`: a word for each detector, clock by clock; bit 0 is the earliest
-    /// sample, and bits beyond a chip's samples are 0.
+    /// `i_samples`: a word for each detector, or for each of its cells if they have an input each,
+    /// clock by clock; bit 0 is the earliest sample, and bits beyond a chip's samples are 0.
     pub samples: &'a [W],
     /// `i_rst` of each clock, high if it is not 0; empty if it is low at all of them.
     pub reset: &'a [u8],
@@ -36,6 +36,8 @@ pub struct Model {
     hits: Vec<Vec<Sample>>,
     /// For each detector.
     last_samples: Vec<LastSample>,
+    /// In place of these, if cells have an input each.
+    last_cells: Vec<LastCells>,
     /// A word of samples without a pulse.
     rest: u64,
     /// The next clock.
@@ -59,6 +61,10 @@ impl Model {
             surroundings: Surroundings::default(),
             hits: vec![Vec::new(); detectors],
             last_samples: vec![LastSample::before_all(interface.lanes()); detectors],
+            last_cells: match interface.cells.count {
+                1 => Vec::new(),
+                _ => vec![LastCells::before_all(&interface); detectors],
+            },
             rest: interface.polarity.rest(interface.lanes()),
             clock: 0,
             reset_since: Some(0),
@@ -125,11 +131,11 @@ impl Model {
     /// # Errors
     /// When the inputs are not those of this sensor.
     pub fn check<W: Copy + Into<u64>>(&self, inputs: &Inputs<W>) -> Result<usize, BatchError> {
-        let detectors = self.last_samples.len();
-        if !inputs.samples.len().is_multiple_of(detectors) {
-            return Err(BatchError::PartOfAClock { found: inputs.samples.len(), detectors });
+        let words = self.interface().inputs();
+        if !inputs.samples.len().is_multiple_of(words) {
+            return Err(BatchError::PartOfAClock { found: inputs.samples.len(), words });
         }
-        let clocks = inputs.samples.len() / detectors;
+        let clocks = inputs.samples.len() / words;
         if !inputs.host.is_empty() && self.interface().registers.is_none() {
             return Err(BatchError::NoRegisters);
         }
@@ -148,8 +154,8 @@ impl Model {
         match inputs.samples.iter().position(is_too_wide) {
             None => Ok(clocks),
             Some(at) => Err(BatchError::WordTooWide {
-                clock: self.clock + (at / detectors) as u64,
-                detector: at % detectors,
+                clock: self.clock + (at / words) as u64,
+                input: at % words,
                 word: inputs.samples[at].into(),
                 samples,
             }),
@@ -216,16 +222,32 @@ impl Model {
         self.hits.iter_mut().for_each(Vec::clear);
         let first = self.surroundings.clocks.start;
         let detectors = self.last_samples.len();
+        let rest = self.rest;
+        if !self.last_cells.is_empty() {
+            let cells = self.interface().cells.count as usize;
+            let changes = &mut self.surroundings.cells;
+            changes.resize(detectors, Vec::new());
+            changes.iter_mut().for_each(Vec::clear);
+            for (clock, words) in (first..).zip(samples.chunks_exact(detectors * cells)) {
+                let told = changes.iter_mut().zip(&mut self.hits);
+                let of_detectors = words.chunks_exact(cells).zip(&mut self.last_cells).zip(told);
+                for ((words, last), (changes, hits)) in of_detectors {
+                    let words = words.iter().map(|&word| word.into() ^ rest);
+                    last.changes(clock, words, changes, hits);
+                }
+            }
+            return;
+        }
         if let ([last], [hits]) = (&mut self.last_samples[..], &mut self.hits[..]) {
             for (clock, &word) in (first..).zip(samples) {
-                last.hits(clock, word.into() ^ self.rest, hits);
+                last.hits(clock, word.into() ^ rest, hits);
             }
             return;
         }
         for (clock, words) in (first..).zip(samples.chunks_exact(detectors)) {
             let detectors = self.last_samples.iter_mut().zip(&mut self.hits);
             for (&word, (last, hits)) in words.iter().zip(detectors) {
-                last.hits(clock, word.into() ^ self.rest, hits);
+                last.hits(clock, word.into() ^ rest, hits);
             }
         }
     }

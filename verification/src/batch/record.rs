@@ -26,9 +26,9 @@ pub(super) struct RecordReader {
     reset_at: u32,
     ready_at: u32,
     samples_at: u32,
-    /// Bits of one detector's samples.
+    /// Bits of one input's samples.
     samples: u32,
-    detectors: u32,
+    inputs: u32,
     /// Ports that a host drives: where they are, and their bits.
     host: Vec<(Role, u32, u32)>,
     outputs: Vec<Piece>,
@@ -79,7 +79,7 @@ impl RecordReader {
             ready_at: place_of(Role::Ready),
             samples_at: place_of(Role::Samples),
             samples: interface.lanes(),
-            detectors: interface.reference_codes.len() as u32,
+            inputs: interface.inputs() as u32,
             host: needed(interface)
                 .filter(|port| port.role.usage() == Use::Host)
                 .map(|port| (port.role, place_of(port.role), port.width))
@@ -94,8 +94,8 @@ impl RecordReader {
     pub fn read(&self, record: &[u64], clocks: &mut Clocks) {
         clocks.reset.push(bits(record, self.reset_at, 1) as u8);
         clocks.ready.push(bits(record, self.ready_at, 1) as u8);
-        for detector in 0..self.detectors {
-            let at = self.samples_at + detector * self.samples;
+        for input in 0..self.inputs {
+            let at = self.samples_at + input * self.samples;
             clocks.samples.push(bits(record, at, self.samples));
         }
         if !self.host.is_empty() {

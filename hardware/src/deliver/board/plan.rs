@@ -150,6 +150,7 @@ impl Plan {
         board: &'static Board,
         choices: &[PinChoice],
     ) -> Result<Plan, BoardError> {
+        check_cells(sensor, board)?;
         let gear = gear_of(sensor, board)?;
         let asked_chip_period_ps = sensor.clock().chip_period_ps;
         check_speed(asked_chip_period_ps, gear, board)?;
@@ -191,6 +192,18 @@ impl Plan {
             return scene;
         }
         scene.with_chip_period(&format!("{achieved_ps} ps"))
+    }
+}
+
+/// Whether each detector has one input.
+fn check_cells(sensor: &Sensor, board: &'static Board) -> Result<(), BoardError> {
+    match sensor.interface().cells.count {
+        1 => Ok(()),
+        cells => Err(BoardError(format!(
+            "detector.cell_outputs is \"separate\", and {} has pins for detectors with one output, not for \
+             {cells}; leave out the key, and combine the cells before the pins",
+            board.title
+        ))),
     }
 }
 

@@ -72,11 +72,22 @@ module prove_counts (
     always @(posedge i_clk) dumped <= i_rst ? 0 : {dumped, dump};
     wire [`SEGMENTS-1:0] dumps = dumps_since[`SEGMENTS-1:0];
 
-    genvar d, q;
+    genvar d, q, s;
     generate
         for (d = 0; d < `DETECTORS; d = d + 1) begin : detector
+            // As many cells as it takes have a pulse.
+            wire [`SAMPLES-1:0] level;
+            for (s = 0; s < `SAMPLES; s = s + 1) begin : sample
+                reg [6:0] pulses;
+                integer c;
+                always @* begin
+                    pulses = 0;
+                    for (c = 0; c < `CELLS; c = c + 1)
+                        pulses = pulses + (i_samples[(d*`CELLS+c)*`SAMPLES+s] ^ `INVERTED);
+                end
+                assign level[s] = `ODD_CELLS ? pulses[0] : pulses >= `COINCIDENCE;
+            end
             // Samples of a pulse after one without.
-            wire [`SAMPLES-1:0] level = i_samples[d*`SAMPLES +: `SAMPLES] ^ {`SAMPLES{`INVERTED}};
             reg last_level;
             reg [`SAMPLES-1:0] hits;
             always @(posedge i_clk) begin

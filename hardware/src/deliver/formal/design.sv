@@ -42,7 +42,7 @@
 
 `define INPUTS_BUT_RESET \
     input wire i_clk, \
-    input wire [`DETECTORS*`SAMPLES-1:0] i_samples, \
+    input wire [`DETECTORS*`CELLS*`SAMPLES-1:0] i_samples, \
     input wire m_axis_tready \
     `HOST_INPUTS
 

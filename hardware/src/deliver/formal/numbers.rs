@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::code::{Code, Generator, Lfsr};
 use crate::deliver::design::Design;
 use crate::rtl::blocks::SequenceCounter;
-use crate::scene::Polarity;
+use crate::scene::{Combination, Polarity};
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::{Correlator, Counting, Interface};
 use crate::sensor::peak::PeakPlan;
@@ -67,6 +67,8 @@ fn of_ports(interface: &Interface, define: &mut dyn FnMut(&str, String)) {
     for (name, value) in [
         ("SOURCES", interface.source_codes.len() as u32),
         ("DETECTORS", interface.reference_codes.len() as u32),
+        ("CELLS", interface.cells.count),
+        ("COINCIDENCE", interface.cells.coincidence),
         ("SAMPLES", interface.lanes()),
         ("DATA_BITS", interface.tdata_bits),
         ("COUNT_BITS", interface.count_bits()),
@@ -78,6 +80,7 @@ fn of_ports(interface: &Interface, define: &mut dyn FnMut(&str, String)) {
     }
     for (name, value) in [
         ("INVERTED", interface.polarity == Polarity::Low),
+        ("ODD_CELLS", interface.cells.combination == Combination::Xor),
         ("SATURATES", interface.saturates()),
         ("SENDS_TOTAL", total.is_some()),
         ("FINDS_PEAK", interface.peak().is_some()),

@@ -102,6 +102,8 @@ fn of_registers(sensor: &Sensor, plan: &RegisterPlan) -> String {
         ("REGISTERS", format!("{{\n{}}}", registers.collect::<String>())),
         ("REFERENCES", format!("[{}]", references.collect::<Vec<_>>().join(", "))),
         ("SAMPLES", samples.to_string()),
+        ("CELLS", interface.cells.count.to_string()),
+        ("COINCIDENCE", interface.cells.coincidence.to_string()),
         ("PARALLEL", parallel.to_string()),
         ("CODE_CHIPS", plan.period_chips.to_string()),
         ("COUNT_BITS", interface.count_bits().to_string()),

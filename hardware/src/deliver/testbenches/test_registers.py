@@ -20,6 +20,8 @@ REGISTERS = @REGISTERS@
 # The number of each detector's reference among the lasers.
 REFERENCES = @REFERENCES@
 SAMPLES = @SAMPLES@  # of a chip
+CELLS = @CELLS@  # of a detector, with samples each
+PULSE = sum(1 << SAMPLES * cell for cell in range(@COINCIDENCE@))  # of as many cells as a hit takes
 PARALLEL = @PARALLEL@  # phase steps at once
 CODE_CHIPS = @CODE_CHIPS@
 COUNT_BITS = @COUNT_BITS@
@@ -36,7 +38,7 @@ async def answer_lasers(dut, idle, periods):
         await RisingEdge(dut.i_clk)
         lasers, epoch = int(dut.o_laser.value), int(dut.o_epoch.value)
         levels = [lasers >> reference & 1 for reference in REFERENCES]
-        words = sum(level << SAMPLES * number for number, level in enumerate(levels))
+        words = sum(level * PULSE << SAMPLES * CELLS * number for number, level in enumerate(levels))
         dut.i_samples.value = idle ^ words
         if epoch:
             periods.append(shown)

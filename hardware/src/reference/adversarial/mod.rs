@@ -6,6 +6,7 @@
 //! to cover point ([`CoverPoint::recipe`]), each time from a reset; and when there is nothing
 //! left to aim at it goes on by chance.
 
+mod cells;
 mod chance;
 mod hits;
 mod means;
@@ -19,18 +20,20 @@ use std::ops::Range;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use self::cells::spread;
 use self::hits::{Pattern, Words};
 pub use self::means::Means;
 use super::coverage::{CoverPoint, registers};
 use super::group_maker::GroupMaker;
 use super::host::Host;
 use super::host_ports::HostInputs;
-use super::level::Level;
+use super::levels::Levels;
 use super::planned::{Hits, Lead, Length, PlannedGroup, Reach, Receiver};
 use super::predictor::{Position, Reference, ReferenceError, Skip, Surroundings};
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::photons::Pulse;
 use crate::scan::{Group, Sample};
+use crate::sensor::cells::CellChange;
 use crate::sensor::interface::Interface;
 
 /// Longest run that is chosen when the user asks for no number of clocks.
@@ -61,12 +64,12 @@ pub struct Adversarial {
     reach: Reach,
     /// Its own reference model, predicted as far as is decided.
     scout: Reference,
-    levels: Vec<Level>,
+    levels: Levels,
     /// Resets, stalls and skips that have been decided, in order.
     resets: VecDeque<Range<u64>>,
     stalls: VecDeque<Range<u64>>,
     skips: VecDeque<Skip>,
-    /// For each detector the pulses that have been decided, in order of their
+    /// For each input the pulses that have been decided, in order of their
     /// first sample.
     pulses: Vec<VecDeque<Pulse>>,
     /// First clock that is not decided yet.
@@ -130,7 +133,6 @@ impl Adversarial {
         means: Means,
     ) -> Result<Adversarial, ReferenceError> {
         let scout = Reference::new(interface.clone())?;
-        let detectors = interface.reference_codes.len();
         let points = scout.cover_table().points().len();
         let mut adversary = Adversarial {
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
@@ -138,11 +140,11 @@ impl Adversarial {
             means,
             reach: Reach::of(interface, means.skips, means.most_clocks_of_recipe),
             scout,
-            levels: vec![Level::new(interface.lanes()); detectors],
+            levels: Levels::of(interface),
             resets: VecDeque::new(),
             stalls: VecDeque::new(),
             skips: VecDeque::new(),
-            pulses: vec![VecDeque::new(); detectors],
+            pulses: vec![VecDeque::new(); interface.inputs()],
             decided: 0,
             stalls_until: 0,
             plans: VecDeque::new(),
@@ -163,14 +165,14 @@ impl Adversarial {
             drives: VecDeque::new(),
         };
         adversary.resets.push_back(0..RESET_CLOCKS);
-        adversary.decide_until(RESET_CLOCKS, &[]);
+        adversary.decide_until(RESET_CLOCKS, vec![Vec::new(); interface.reference_codes.len()]);
         Ok(adversary)
     }
 
     /// Clocks after which it has reached all that it can, or the most that a run takes
     /// that was asked for no number.
     pub fn clocks_to_cover(mut self, most: u64) -> u64 {
-        let mut scratch = Drive::new(self.pulses.len());
+        let mut scratch = Drive::of(&self.interface);
         let mut clock = 0;
         while self.aims.over_at.is_none() && self.decided < most {
             let end = (clock + MOST_CLOCKS_AT_ONCE).min(most);
@@ -388,7 +390,7 @@ impl Adversarial {
         let chips = group.done..(group.done + MOST_CLOCKS_AT_ONCE).min(group.chips);
         let is_end = chips.end == group.chips;
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
-        let mut pulses = vec![Vec::new(); self.pulses.len()];
+        let mut pulses = vec![Vec::new(); self.interface.reference_codes.len()];
         let (lanes, parallel) =
             (u64::from(self.interface.lanes()), u64::from(self.interface.parallel()));
         for (detector, pulses) in DetectorIndex::all().zip(pulses.iter_mut()) {
@@ -414,7 +416,7 @@ impl Adversarial {
         if !is_end {
             self.under_way = Some(group);
         }
-        self.decide_until(end, &pulses);
+        self.decide_until(end, pulses);
     }
 
     /// Words outside of scans, up to a clock.
@@ -424,7 +426,7 @@ impl Adversarial {
         let is_aimed_next = self.plans.front().is_some_and(|plan| plan.hits.needs_low());
         while self.decided < until {
             let end = (self.decided + MOST_CLOCKS_AT_ONCE).min(until);
-            let mut pulses = vec![Vec::new(); self.pulses.len()];
+            let mut pulses = vec![Vec::new(); self.interface.reference_codes.len()];
             for (detector, pulses) in DetectorIndex::all().zip(pulses.iter_mut()) {
                 let words = Words::new(&self.scout, detector, self.decided, 0..end - self.decided);
                 match lead {
@@ -439,17 +441,23 @@ impl Adversarial {
                     Lead::LastSample => {}
                 }
             }
-            self.decide_until(end, &pulses);
+            self.decide_until(end, pulses);
         }
     }
 
-    /// Takes in pulses up to a clock, and predicts what they do.
-    fn decide_until(&mut self, end: u64, pulses: &[Vec<Pulse>]) {
+    /// Takes in pulses of each detector up to a clock, and predicts what they do.
+    fn decide_until(&mut self, end: u64, mut pulses: Vec<Vec<Pulse>>) {
         let clocks = self.decided..end;
-        let mut hits = vec![Vec::new(); self.levels.len()];
-        for (level, (pulses, hits)) in self.levels.iter_mut().zip(pulses.iter().zip(&mut hits)) {
-            level.paint(clocks.clone(), pulses, |_, _| (), hits);
+        let cells = self.interface.cells;
+        if cells.count > 1 {
+            let samples = self.interface.timing.sampling().samples(&clocks);
+            let of_cells =
+                |level: Vec<Pulse>| spread(&level, samples.clone(), &cells, &mut self.rng);
+            pulses = pulses.into_iter().flat_map(of_cells).collect();
         }
+        let mut hits = vec![Vec::new(); self.interface.reference_codes.len()];
+        let mut changes = Vec::new();
+        self.levels.paint(clocks, &pulses, |_, _, _| (), &mut hits, &mut changes);
         for (kept, pulses) in self.pulses.iter_mut().zip(pulses) {
             kept.extend(pulses);
         }
@@ -459,7 +467,7 @@ impl Adversarial {
                 true => self.decided + 1,
                 false => end,
             };
-            self.predict_until(until, &hits);
+            self.predict_until(until, &hits, &changes);
         }
     }
 
@@ -478,8 +486,9 @@ impl Adversarial {
     }
 
     /// Predicts what is decided up to a clock.
-    fn predict_until(&mut self, end: u64, hits: &[Vec<Sample>]) {
+    fn predict_until(&mut self, end: u64, hits: &[Vec<Sample>], changes: &[Vec<CellChange>]) {
         let clocks = self.decided..end;
+        let samples = self.interface.timing.sampling().samples(&clocks);
         let first_skip = self.skips.partition_point(|skip| skip.clock < clocks.start);
         let skips = self.skips.range(first_skip..);
         let drives = self.drives.iter().rev();
@@ -492,12 +501,19 @@ impl Adversarial {
                 .take_while(|(clock, _)| clocks.contains(clock))
                 .map(|&(clock, inputs)| (clock..clock + 1, inputs))
                 .collect(),
+            cells: changes.iter().map(|changes| within_samples(changes, &samples)).collect(),
         };
         let mut expected = vec![0; (end - clocks.start) as usize * self.scout.words()];
         self.scout.predict(&surroundings, hits, &mut expected);
         self.scout.take_finished();
         self.decided = end;
     }
+}
+
+/// Those of some changes, in order, that are at these samples.
+fn within_samples(changes: &[CellChange], samples: &Range<Sample>) -> Vec<CellChange> {
+    let before = |sample: Sample| changes.partition_point(|change| change.sample < sample);
+    changes[before(samples.start)..before(samples.end)].to_vec()
 }
 
 /// Those of `ranges`, one behind the other, that have one of `clocks`.

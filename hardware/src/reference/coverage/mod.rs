@@ -10,6 +10,7 @@
 
 mod bins;
 mod carries;
+mod cells;
 mod hits;
 mod peaks;
 pub(super) mod registers;
@@ -25,6 +26,7 @@ use std::sync::Arc;
 
 pub use self::bins::BinPoint;
 pub use self::carries::CarryPoint;
+pub use self::cells::CellPoint;
 pub use self::hits::HitPoint;
 pub use self::peaks::PeakPoint;
 pub use self::registers::{First, RegisterKind, RegisterPoint, Start, TrackPoint};
@@ -98,6 +100,8 @@ macro_rules! families {
 families! {
     /// Single hits.
     Hits(HitPoint) = "hits",
+    /// Pulses of the cells of a detector.
+    Cells(CellPoint) = "cells",
     /// Carries and borrows of counters.
     Carries(CarryPoint) = "carries",
     /// Counts at their limits.
@@ -203,6 +207,9 @@ impl CoverTable {
             Counting::Correlator(correlator) => {
                 for detector in detectors {
                     table.add_of(detector, hits::points(interface, detector));
+                    if interface.cells.count > 1 {
+                        table.add_of(detector, cells::points(&interface.cells));
+                    }
                     table.add_of(detector, carries::points(interface, correlator));
                     table.add_of(detector, saturation::points(interface, correlator));
                     if correlator.peak.is_some() {

@@ -1,7 +1,9 @@
 //! What the counters have gone through: which hits, which carries.
 
+use super::cells::CellsSeen;
 use super::{CarryPoint, CoverPoint, CoverTable, HitPoint};
 use crate::scene::DetectorIndex;
+use crate::sensor::cells::{CellChange, Cells};
 use crate::sensor::interface::Interface;
 
 /// The counters of all detectors, as far as cover points need them.
@@ -9,6 +11,7 @@ use crate::sensor::interface::Interface;
 pub(in crate::reference) struct Running {
     parallel: usize,
     lanes: u32,
+    cells: Cells,
     /// Bits below each border between segments, the top of the counter included.
     borders: Vec<u32>,
     lowest: u32,
@@ -58,6 +61,8 @@ struct Hits {
     full: [bool; 2],
     first_sample: bool,
     last_sample: bool,
+    /// What its cells have done in the present step.
+    cells: CellsSeen,
 }
 
 impl Running {
@@ -72,6 +77,7 @@ impl Running {
         Running {
             parallel: interface.parallel() as usize,
             lanes: interface.lanes(),
+            cells: interface.cells,
             lowest: borders.first().copied().unwrap_or(i64::BITS - 1),
             borders,
             steps: vec![Counter::default(); detectors * interface.parallel() as usize],
@@ -130,6 +136,16 @@ impl Running {
         self.detectors[detector].total += hits;
     }
 
+    /// What a detector's cells do in the present step.
+    pub(in crate::reference) fn cells<'c>(
+        &mut self,
+        detector: DetectorIndex,
+        changes: impl Iterator<Item = &'c CellChange>,
+    ) {
+        let seen = &mut self.detectors[detector].cells;
+        changes.for_each(|change| seen.add(&self.cells, change));
+    }
+
     /// Hits on the first and on the last sample of a step.
     pub(in crate::reference) fn border(
         &mut self,
@@ -168,6 +184,9 @@ impl Running {
             if std::mem::take(&mut seen.last_sample) {
                 let first = false;
                 add(CoverPoint::of(detector, HitPoint::StepBorder { first }));
+            }
+            for point in std::mem::take(&mut seen.cells).points() {
+                add(CoverPoint::of(detector, point));
             }
             for &bit in &self.borders {
                 let low = |number: u64| number & ((1 << bit) - 1);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::Reference;
+use super::{Reference, Surroundings};
 use crate::reference::coverage::CountedHit;
 use crate::scan::{Group, Sample, Sampling};
 use crate::scene::DetectorIndex;
@@ -89,7 +89,7 @@ impl Reference {
     /// Counts the hits of a stretch of clocks, group by group, and ends the
     /// groups whose last word is among them. The word of cycle n is presented
     /// one clock after the chip of cycle n shows on `o_laser`.
-    pub(super) fn count(&mut self, clocks: Range<u64>, hits: &[Vec<Sample>]) {
+    pub(super) fn count(&mut self, clocks: Range<u64>, block: &Surroundings, hits: &[Vec<Sample>]) {
         let sampling = self.interface.timing.sampling();
         let first_word = self.released + 1;
         let mut counted = clocks.start.max(first_word);
@@ -104,6 +104,12 @@ impl Reference {
                     let first = hits.partition_point(|&s| s < samples.start);
                     let end = first + hits[first..].partition_point(|&s| s < samples.end);
                     self.count_detector(detector, &hits[first..end]);
+                }
+                for (detector, changes) in DetectorIndex::all().zip(&block.cells) {
+                    let first = changes.partition_point(|change| change.sample < samples.start);
+                    let counted = changes[first..].iter();
+                    let counted = counted.take_while(|change| change.sample < samples.end);
+                    self.running.cells(detector, counted);
                 }
             }
             if group_end > clocks.end {

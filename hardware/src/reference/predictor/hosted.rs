@@ -197,7 +197,7 @@ impl Reference {
         if hosted.phase == Phase::On {
             hosted.has_ended = false;
             self.hosted = Some(hosted);
-            self.count(clocks.clone(), hits);
+            self.count(clocks.clone(), block, hits);
             hosted = self.hosted.take().expect("it was put there");
         }
         self.stream.predict(clocks.clone(), &block.stalls, expected);

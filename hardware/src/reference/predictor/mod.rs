@@ -25,6 +25,7 @@ use super::resets::{PortState, ResetWatch, Upon};
 use super::stream::{Ready, ResultStream};
 use crate::scan::{Chip, Group, Sample};
 use crate::scene::{DetectorIndex, SourceIndex};
+use crate::sensor::cells::CellChange;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 use crate::sensor::port::Role;
@@ -44,6 +45,9 @@ pub struct Surroundings {
     pub skips: Vec<Skip>,
     /// What a host drives in the block.
     pub host: HostClocks,
+    /// For each detector what its cells do in the block, if they have an input each: for cover points
+    /// alone, beside the hits that follow from it.
+    pub cells: Vec<Vec<CellChange>>,
 }
 
 impl Surroundings {
@@ -418,7 +422,7 @@ impl Reference {
             expected.or_code(pattern, clocks.clone(), clocks.start - self.released);
         }
         self.mark_codes(clocks.end - self.released);
-        self.count(clocks.clone(), hits);
+        self.count(clocks.clone(), block, hits);
         if let Some(histogram) = &mut self.histogram {
             return histogram.predict(clocks, &block.stalls, expected, &mut self.stream.axis);
         }

@@ -80,7 +80,11 @@ impl Logic for HistogramTop {
     fn run_channels(&mut self) {
         let lanes = self.histogram.row_bins as usize;
         for d in 0..self.channel.len() {
-            self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
+            self.channel[d].i_samples.next = if self.io.combiner.is_empty() {
+                self.io.i_samples.val().slice(lanes * d, lanes)
+            } else {
+                self.io.combiner[d].o_level.val()
+            };
             connect! {
                 self.channel[d] from self.control: i_run, i_row, i_half, i_read_row, i_go,
                     i_come_first, i_come_half, i_held_first, i_held_half, i_added_first,

@@ -11,6 +11,7 @@
 mod accumulator;
 mod bin_adder;
 mod bin_bank;
+mod cell_combiner;
 mod chip_table;
 mod code_ports;
 mod code_source;
@@ -50,6 +51,7 @@ mod word_total;
 pub use accumulator::Accumulator;
 pub use bin_adder::BinAdder;
 pub use bin_bank::BinBank;
+pub use cell_combiner::CellCombiner;
 pub use chip_table::ChipTableGenerator;
 pub use code_ports::CodePorts;
 pub use code_source::{CodeSource, Interleaver};

@@ -4,9 +4,9 @@
 
 use std::sync::Arc;
 
-use super::CodeSource;
 use super::code_source::seed_of;
 use super::register_file::RegisterPorts;
+use super::{CellCombiner, CodeSource};
 use crate::code::Code;
 use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
@@ -52,7 +52,7 @@ pub struct SensorShell {
     pub o_laser: Output<Word>,
     /// o_laser shows the first chip of the reference's code
     pub o_epoch: Output<bool>,
-    /// {samples_about(detectors, interface.lanes(), interface.polarity)}
+    /// {samples_about(&interface)}
     #[under("Detector")]
     #[width(width(&interface, "i_samples"))]
     pub i_samples: Input<Word>,
@@ -98,6 +98,10 @@ pub struct SensorShell {
     #[when(is_set)]
     #[is(RegisterPorts::new())]
     pub registers: Optional<RegisterPorts>,
+    /// Levels of the detectors, where their cells have an input each.
+    #[each(_detector in 0..if interface.cells.count > 1 { detectors } else { 0 })]
+    #[is(CellCombiner::new(interface.lanes() as usize, interface.cells, interface.polarity))]
+    pub(super) combiner: Vec<CellCombiner>,
     #[width(codes.of_sources.len())]
     pub(super) laser: Register<Word>,
     pub(super) epoch: Register<bool>,
@@ -118,7 +122,8 @@ pub struct SensorShell {
 
 #[kernel]
 impl SensorShell {
-    /// The generators run, and their chips go to the lasers, unless a host sets when they do.
+    /// The generators run, and their chips go to the lasers, unless a host sets when they do; and cells make
+    /// detectors' levels.
     pub(super) fn transmit(&mut self) {
         for g in 0..self.transmit.len() {
             self.transmit[g].i_advance.next = true;
@@ -131,6 +136,10 @@ impl SensorShell {
             self.epoch.next = self.transmit[0].o_epoch.val();
         }
         connect! { self: laser, epoch }
+        let bits = self.interface.lanes() as usize * self.interface.cells.count as usize;
+        for d in 0..self.combiner.len() {
+            self.combiner[d].i_samples.next = self.i_samples.val().slice(bits * d, bits);
+        }
     }
 }
 
@@ -198,12 +207,17 @@ fn data_about(interface: &Interface) -> String {
     }
 }
 
-fn samples_about(detectors: usize, lanes: u32, polarity: Polarity) -> String {
-    let about = match detectors {
-        1 => "SPAD level, bit 0 earliest".to_owned(),
-        _ => format!("SPAD levels, {lanes} samples per detector, bit 0 earliest"),
+fn samples_about(interface: &Interface) -> String {
+    let lanes = interface.lanes();
+    let about = match (interface.reference_codes.len(), interface.cells.count) {
+        (1, 1) => "SPAD level, bit 0 earliest".to_owned(),
+        (_, 1) => format!("SPAD levels, {lanes} samples per detector, bit 0 earliest"),
+        (detectors, cells) => format!(
+            "SPAD levels, {lanes} samples per cell, bit 0 earliest; {cells} cells{}",
+            if detectors == 1 { "" } else { " per detector" }
+        ),
     };
-    match polarity {
+    match interface.polarity {
         Polarity::High => about,
         Polarity::Low => about + ", low during a pulse",
     }

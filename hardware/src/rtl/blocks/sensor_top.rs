@@ -253,7 +253,11 @@ impl Logic for SensorTop {
     fn run_channels(&mut self) {
         let lanes = self.lanes;
         for d in 0..self.channel.len() {
-            self.channel[d].i_samples.next = self.io.i_samples.val().slice(lanes * d, lanes);
+            self.channel[d].i_samples.next = if self.io.combiner.is_empty() {
+                self.io.i_samples.val().slice(lanes * d, lanes)
+            } else {
+                self.io.combiner[d].o_level.val()
+            };
             if self.is_set {
                 connect! {
                     self.channel[d] from self.sequencer[0]: i_run, i_pre_last_chip, i_last_chip,
@@ -306,7 +310,11 @@ impl Logic for SensorTop {
         let lanes = self.lanes;
         for a in 0..self.array.len() {
             for d in 0..self.detectors {
-                self.array[a].i_samples[d].next = self.io.i_samples.val().slice(lanes * d, lanes);
+                self.array[a].i_samples[d].next = if self.io.combiner.is_empty() {
+                    self.io.i_samples.val().slice(lanes * d, lanes)
+                } else {
+                    self.io.combiner[d].o_level.val()
+                };
             }
             connect! {
                 self.array[a] from self.controller: i_run, i_pre_last_chip, i_last_chip, i_counted

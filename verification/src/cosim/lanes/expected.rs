@@ -96,9 +96,7 @@ impl Follower {
         let surroundings = Surroundings {
             clocks: clocks.clone(),
             resets: std::iter::once(0..RESET_CLOCKS).collect(),
-            stalls: Vec::new(),
-            skips: Vec::new(),
-            host: Vec::new(),
+            ..Surroundings::default()
         };
         self.reference.predict_changes(&surroundings, hits, &mut self.changes);
         self.clock = clocks.end;

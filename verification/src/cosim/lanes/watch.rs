@@ -108,9 +108,7 @@ impl<'a> Watch<'a> {
             let surroundings = Surroundings {
                 clocks: clock..end,
                 resets: std::iter::once(0..RESET_CLOCKS).collect(),
-                stalls: Vec::new(),
-                skips: Vec::new(),
-                host: Vec::new(),
+                ..Surroundings::default()
             };
             reference.predict_changes(&surroundings, &hits, &mut Changes::default());
             clock = end;
