@@ -359,6 +359,8 @@ fn the_emitted_testbench_finds_every_fault_of_the_other_sensors() {
     assert_eq!(missed_by_the_testbench(scene, WINDOW_IN_STEP), 0);
     assert_eq!(missed_by_the_testbench("tests/scenes/peak.toml", PEAK), 0);
     assert_eq!(missed_by_the_testbench("tests/scenes/totals.toml", TOTALS), 0);
+    assert_eq!(missed_by_the_testbench("scenes/macropixel.toml", MACROPIXEL), 0);
+    assert_eq!(missed_by_the_testbench("tests/scenes/odd-cells.toml", ODD_CELLS), 0);
 }
 
 #[test]
@@ -404,6 +406,12 @@ fn every_fault_in_following_a_target_is_found() {
 #[test]
 fn every_fault_in_rows_of_detectors_is_found() {
     all_are_found("tests/scenes/rows.toml", ROWS);
+}
+
+#[test]
+fn every_fault_in_combining_cells_is_found() {
+    all_are_found("scenes/macropixel.toml", MACROPIXEL);
+    all_are_found("tests/scenes/odd-cells.toml", ODD_CELLS);
 }
 
 #[test]

@@ -224,6 +224,21 @@ fn each_proof_refuses_a_fault() {
     each_is_refused(&standard("quick"), FAULTS_OF_SINGLE_STEPS);
 }
 
+/// Cells with an input each: any pulses of any of them.
+#[test]
+fn counts_of_cells_are_proven_and_faults_in_combining_them_refused() {
+    let faults: &[Fault] = &[
+        ("counts", "cell_combiner", "= word_7 | word_8", "= word_7"),
+        ("counts", "cell_combiner", "= i_samples[15:12]", "= 4'd0"),
+    ];
+    assert_refused(&standard("macropixel"), &["counts"], &[], faults);
+    let faults: &[Fault] = &[
+        ("counts", "cell_combiner", "pulses[3:2] ^ pulses[5:4]", "pulses[3:2]"),
+        ("counts", "sensor_top", "i_samples[6*g +: 6]", "i_samples[0 +: 6]"),
+    ];
+    assert_refused(&of_file("odd-cells"), &["counts"], &[], faults);
+}
+
 #[test]
 fn a_fault_of_large_counts_shows_without_counting_to_them() {
     for fault in FAULTS_OF_LARGE_COUNTS {

@@ -461,3 +461,51 @@ pub const ONE_MEMORY: &[Fault] = &[
     ("bin_bank.v", "i_hit | i_first", "i_hit"),
     ("bin_bank.v", "~i_come_hit & ~i_come_first", "~i_come_hit"),
 ];
+
+/// Faults in how the cells of scenes/macropixel.toml are combined.
+pub const MACROPIXEL: &[Fault] = &[
+    // One pulse, or three, are enough; or none but all four.
+    ("cell_combiner.v", "= word_7 | word_8", "= word_0 | word_1 | word_2 | word_3"),
+    ("cell_combiner.v", "= word_7 | word_8", "= word_8 | (word_7 & (word_3 ^ word_4))"),
+    ("cell_combiner.v", "= word_7 | word_8", "= word_8"),
+    ("cell_combiner.v", "= word_7 | word_8", "= word_7"),
+    // A gate of another kind, a carry that is lost.
+    ("cell_combiner.v", "= word_5 ^ word_6", "= word_5 & word_6"),
+    ("cell_combiner.v", "word_0 ^ word_1 ^ word_2", "word_0 ^ word_1"),
+    ("cell_combiner.v", "(word_0 & word_1) | (word_2", "(word_2"),
+    ("cell_combiner.v", "= word_3 & word_4", "= word_3 & word_0"),
+    // A cell that is not connected, one in the place of another, one that always has a pulse.
+    ("cell_combiner.v", "= i_samples[15:12]", "= 4'd0"),
+    ("cell_combiner.v", "= i_samples[7:4]", "= i_samples[3:0]"),
+    ("cell_combiner.v", "= i_samples[3:0]", "= 4'd15"),
+    // Samples in another order: of one cell, a clock apart in another, cells and samples mixed up.
+    (
+        "cell_combiner.v",
+        "= i_samples[11:8]",
+        "= {i_samples[8], i_samples[9], i_samples[10], i_samples[11]}",
+    ),
+    ("cell_combiner.v", "= i_samples[11:8]", "= {i_samples[10:8], i_samples[11]}"),
+    (
+        "cell_combiner.v",
+        "= i_samples[3:0]",
+        "= {i_samples[12], i_samples[8], i_samples[4], i_samples[0]}",
+    ),
+];
+
+/// Faults in how the cells of tests/scenes/odd-cells.toml are.
+pub const ODD_CELLS: &[Fault] = &[
+    (
+        "cell_combiner.v",
+        "pulses[1:0] ^ pulses[3:2] ^ pulses[5:4]",
+        "pulses[1:0] | pulses[3:2] | pulses[5:4]",
+    ),
+    ("cell_combiner.v", "pulses[3:2] ^ pulses[5:4]", "pulses[3:2]"),
+    ("cell_combiner.v", "= ~i_samples", "= i_samples"),
+    ("cell_combiner.v", "= ~level", "= level"),
+    ("sensor_top.v", "i_samples[6*g +: 6]", "i_samples[0 +: 6]"),
+    (
+        "sensor_top.v",
+        "combiner_level[2*g +: 2]),\n            .i_run",
+        "combiner_level[2*(1-g) +: 2]),\n            .i_run",
+    ),
+];

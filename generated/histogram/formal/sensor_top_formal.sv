@@ -13,6 +13,8 @@
 `define TOP sensor_top
 `define SOURCES 1
 `define DETECTORS 1
+`define CELLS 1
+`define COINCIDENCE 1
 `define SAMPLES 8
 `define DATA_BITS 64
 `define COUNT_BITS 3
@@ -20,6 +22,7 @@
 `define TOTAL_EXACT_BITS 1
 `define PEAK_STEP_BITS 1
 `define INVERTED 1'b0
+`define ODD_CELLS 1'b0
 `define SATURATES 1'b0
 `define SENDS_TOTAL 1'b0
 `define FINDS_PEAK 1'b0
@@ -107,7 +110,7 @@ endmodule
 
 `define INPUTS_BUT_RESET \
     input wire i_clk, \
-    input wire [`DETECTORS*`SAMPLES-1:0] i_samples, \
+    input wire [`DETECTORS*`CELLS*`SAMPLES-1:0] i_samples, \
     input wire m_axis_tready \
     `HOST_INPUTS
 

@@ -12,6 +12,8 @@
 `define TOP sensor_top
 `define SOURCES 1
 `define DETECTORS 1
+`define CELLS 1
+`define COINCIDENCE 1
 `define SAMPLES 8
 `define DATA_BITS 16
 `define COUNT_BITS 15
@@ -19,6 +21,7 @@
 `define TOTAL_EXACT_BITS 1
 `define PEAK_STEP_BITS 1
 `define INVERTED 1'b0
+`define ODD_CELLS 1'b0
 `define SATURATES 1'b0
 `define SENDS_TOTAL 1'b0
 `define FINDS_PEAK 1'b0
@@ -147,7 +150,7 @@ endmodule
 
 `define INPUTS_BUT_RESET \
     input wire i_clk, \
-    input wire [`DETECTORS*`SAMPLES-1:0] i_samples, \
+    input wire [`DETECTORS*`CELLS*`SAMPLES-1:0] i_samples, \
     input wire m_axis_tready \
     `HOST_INPUTS
 
@@ -560,11 +563,22 @@ module prove_counts (
     always @(posedge i_clk) dumped <= i_rst ? 0 : {dumped, dump};
     wire [`SEGMENTS-1:0] dumps = dumps_since[`SEGMENTS-1:0];
 
-    genvar d, q;
+    genvar d, q, s;
     generate
         for (d = 0; d < `DETECTORS; d = d + 1) begin : detector
+            // As many cells as it takes have a pulse.
+            wire [`SAMPLES-1:0] level;
+            for (s = 0; s < `SAMPLES; s = s + 1) begin : sample
+                reg [6:0] pulses;
+                integer c;
+                always @* begin
+                    pulses = 0;
+                    for (c = 0; c < `CELLS; c = c + 1)
+                        pulses = pulses + (i_samples[(d*`CELLS+c)*`SAMPLES+s] ^ `INVERTED);
+                end
+                assign level[s] = `ODD_CELLS ? pulses[0] : pulses >= `COINCIDENCE;
+            end
             // Samples of a pulse after one without.
-            wire [`SAMPLES-1:0] level = i_samples[d*`SAMPLES +: `SAMPLES] ^ {`SAMPLES{`INVERTED}};
             reg last_level;
             reg [`SAMPLES-1:0] hits;
             always @(posedge i_clk) begin

@@ -57,7 +57,7 @@ pub fn simulate(
 }
 
 fn testbench(interface: &Interface, cycles: usize) -> String {
-    let samples = interface.lanes() as usize * interface.reference_codes.len();
+    let samples = interface.lanes() as usize * interface.inputs();
     let sources = interface.source_codes.len();
     let data = interface.tdata_bits;
     let (mut connection, saturated) = if interface.saturates() {

@@ -1,0 +1,48 @@
+// edge_detector: one hit per rising edge of the SPAD's level
+//
+// Of two neighbouring samples at most one is a rising edge, and it is the earlier one exactly
+// when that sample is high: two bits say all about a pair.
+//
+// The last sample of a word is kept outside scans too, so that a pulse that began before a scan
+// is no hit of it.
+//
+// Latency  1 clock
+// Made by  goldtof emit macropixel.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module edge_detector (
+    input  wire       i_clk,
+    input  wire       i_rst,
+
+    input  wire [3:0] i_samples, // level of the SPAD, bit 0 earliest
+    input  wire       i_run,     // the word belongs to a scan
+
+    output reg  [1:0] o_hits,    // pairs of samples with a high one after a low one
+    output reg  [1:0] o_early    // the hit is the earlier sample of its pair
+);
+
+    reg        last_sample_r; // of the word before
+    wire [3:0] rising;
+    wire [1:0] pairs;
+    wire [1:0] earlier;
+
+    assign rising = i_samples & ~{i_samples[2:0], last_sample_r} & {4{i_run}};
+    assign pairs = {rising[2] | rising[3], rising[0] | rising[1]};
+    assign earlier = {i_samples[2], i_samples[0]};
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            last_sample_r <= 1'b0;
+            o_hits <= 2'd0;
+            o_early <= 2'd0;
+        end else begin
+            last_sample_r <= i_samples[3];
+            o_hits <= pairs;
+            o_early <= earlier;
+        end
+    end
+
+endmodule
+
+`default_nettype wire

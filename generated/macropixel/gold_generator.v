@@ -1,0 +1,58 @@
+// gold_generator: Gold code, the XOR of two linear-feedback shift registers
+//
+// Bit 0 of a register is its present chip, bit i the chip i clocks later; the feedback enters
+// at the top. The epoch needs u only, because both registers have the same period, and is
+// recognised one chip early, so that it comes from a register.
+//
+// Period   31 chips
+// Latency  0 clocks from register to o_chip
+// Made by  goldtof emit macropixel.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module gold_generator (
+    input  wire i_clk,
+    input  wire i_rst,
+
+    input  wire i_advance, // go on to the next chip
+
+    output wire o_chip,    // present chip
+    output reg  o_epoch    // the present chip is the one that reset gives
+);
+
+    // u: an LFSR of the polynomial 5,2,0 (exponents)
+    localparam [4:0] U_TAPS = 5'h09;
+    localparam [4:0] U_LOAD = 5'h1f; // the first 5 chips, the earliest in bit 0
+    localparam [4:0] U_LAST = 5'h1e; // 30 shifts on, one chip before the first comes again
+
+    // v: an LFSR of the polynomial 5,4,3,2,0 (exponents)
+    localparam [4:0] V_TAPS = 5'h0f;
+    localparam [4:0] V_LOAD = 5'h1f; // the first 5 chips, the earliest in bit 0
+
+    reg  [4:0] u_r;
+    reg  [4:0] v_r;
+
+    assign o_chip = u_r[0] ^ v_r[0];
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            u_r <= U_LOAD;
+            o_epoch <= 1'b1;
+            v_r <= V_LOAD;
+        end else if (i_advance) begin
+            o_epoch <= u_r == U_LAST;
+            u_r <= {^(u_r & U_TAPS), u_r[4:1]};
+            v_r <= {^(v_r & V_TAPS), v_r[4:1]};
+        end
+    end
+
+`ifndef SYNTHESIS
+    lfsr_check #(
+        .WIDTH(5), .TAPS(U_TAPS), .SHIFTS(64'd30),
+        .FIRST(U_LOAD), .LAST(U_LAST)
+    ) u_last_check ();
+`endif
+
+endmodule
+
+`default_nettype wire

@@ -1,0 +1,55 @@
+// lane_delay: the reference of each sample, from the chip that the delay gives it
+//
+// Lanes below the delay take the previous chip, the others the present one. The mask of delayed
+// lanes is a thermometer, so that no lane needs a comparator. When it is full, the next step
+// delays by one chip more.
+//
+// Latency  1 clock from i_chips to o_window
+// Made by  goldtof emit macropixel.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module lane_delay (
+    input  wire       i_clk,
+    input  wire       i_rst,
+
+    input  wire [1:0] i_chips,         // reference chips, the present one in bit 0
+    input  wire       i_pre_last_chip, // the present chip is the last but one of a phase step
+    input  wire       i_last_chip,     // last chip of a phase step
+
+    output reg        o_wrap,          // last chip of a step; the next delays by a chip more
+    output reg  [3:0] o_window         // reference of each sample, bit 0 earliest
+);
+
+    localparam [2:0] DELAYED_LOAD = 3'h0; // after reset and at a scan's start
+
+    reg  [2:0] delayed_r;      // lanes that take the previous chip
+    wire [2:0] longer;         // those of the next step
+    wire [3:0] present;        // chip of each sample
+    wire [3:0] previous;       // chip of each sample that is delayed
+    wire [3:0] takes_previous;
+
+    assign longer = {delayed_r[1:0], 1'b1};
+    assign present = {4{i_chips[0]}};
+    assign previous = {i_chips[0], {3{i_chips[1]}}};
+    assign takes_previous = {1'b0, delayed_r};
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            delayed_r <= DELAYED_LOAD;
+            o_wrap <= 1'b0;
+            o_window <= 4'd0;
+        end else begin
+            o_window <= (takes_previous & previous) | (~takes_previous & present);
+            o_wrap <= i_pre_last_chip & delayed_r[2];
+            if (o_wrap) begin
+                delayed_r <= 3'd0;
+            end else if (i_last_chip) begin
+                delayed_r <= longer;
+            end
+        end
+    end
+
+endmodule
+
+`default_nettype wire

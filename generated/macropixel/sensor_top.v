@@ -1,0 +1,109 @@
+// sensor_top: DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in
+//
+// One clock cycle is one chip of 4 samples. The sample word of a chip is expected on i_samples
+// one cycle after o_laser shows the chip. In reset all 6 outputs are 0.
+//
+// Registers have no values at power-up: before the first scan i_rst has to be high at one
+// rising edge of i_clk at least. Without that the outputs mean nothing.
+//
+// Scan     124 phase steps from step 0, 2500 chips each
+// Counts   14 bits, signed; no stimulus can overflow them
+// Latency  m_axis_tvalid 5 clocks after the one at which a step's last word is on i_samples
+// Rate     one chip per clock
+// Made by  goldtof emit macropixel.toml (goldtof 0.1.0)
+
+`default_nettype none
+
+module sensor_top (
+    input  wire        i_clk,         // one cycle per chip
+    input  wire        i_rst,         // synchronous, active high; pulse it after power-up
+
+    // Lasers
+    output reg         o_laser,       // chip of each source, bit m for source m
+    output reg         o_epoch,       // o_laser shows the first chip of the reference's code
+
+    // Detector
+    input  wire [15:0] i_samples,     // SPAD levels, 4 samples per cell, bit 0 earliest; 4 cells
+
+    // Results, AXI4-Stream
+    output wire [15:0] m_axis_tdata,  // count of a phase step, signed
+    output wire        m_axis_tvalid, // a result waits
+    input  wire        m_axis_tready, // the receiver takes it
+    output wire        m_axis_tlast,  // it is the scan's last
+
+    // Flags, high until reset
+    output wire        o_overrun      // a result was lost since reset
+);
+
+    wire [3:0]  combiner_level;
+    wire        transmit_chip;
+    wire        transmit_epoch;
+    wire        controller_run;
+    wire        controller_pre_last_chip;
+    wire        controller_last_chip;
+    wire        controller_dump;
+    wire        controller_counted;
+    wire        controller_scan_counted;
+    wire [13:0] channel_count;
+
+    cell_combiner combiner (
+        .i_samples (i_samples),
+        .o_level   (combiner_level)
+    );
+
+    gold_generator transmit (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_advance (1'b1),
+        .o_chip    (transmit_chip),
+        .o_epoch   (transmit_epoch)
+    );
+
+    scan_controller controller (
+        .i_clk           (i_clk),
+        .i_rst           (i_rst),
+        .o_run           (controller_run),
+        .o_pre_last_chip (controller_pre_last_chip),
+        .o_last_chip     (controller_last_chip),
+        .o_dump          (controller_dump),
+        .o_counted       (controller_counted),
+        .o_scan_counted  (controller_scan_counted)
+    );
+
+    detector_channel channel (
+        .i_clk           (i_clk),
+        .i_rst           (i_rst),
+        .i_samples       (combiner_level),
+        .i_run           (controller_run),
+        .i_pre_last_chip (controller_pre_last_chip),
+        .i_last_chip     (controller_last_chip),
+        .i_dump          (controller_dump),
+        .o_count         (channel_count)
+    );
+
+    result_stream results (
+        .i_clk     (i_clk),
+        .i_rst     (i_rst),
+        .i_count   (channel_count),
+        .i_counted (controller_counted),
+        .i_last    (controller_scan_counted),
+        .i_ready   (m_axis_tready),
+        .o_data    (m_axis_tdata),
+        .o_valid   (m_axis_tvalid),
+        .o_last    (m_axis_tlast),
+        .o_overrun (o_overrun)
+    );
+
+    always @(posedge i_clk) begin
+        if (i_rst) begin
+            o_laser <= 1'b0;
+            o_epoch <= 1'b0;
+        end else begin
+            o_laser <= transmit_chip;
+            o_epoch <= transmit_epoch;
+        end
+    end
+
+endmodule
+
+`default_nettype wire
