@@ -121,6 +121,8 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
     if rng.random_bool(0.3) {
         scene.hardware.polarity = Polarity::Low;
     }
+    // Drawn apart, so that nothing else is drawn otherwise.
+    let rng = &mut rng.clone();
     if rng.random_bool(0.2) {
         let cells = rng.random_range(2..=9);
         give_cells(&mut scene, cells, rng.random_range(0..=cells));
@@ -149,6 +151,7 @@ fn draw_hosted(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
         hardware.track_threshold = SHARES[rng.random_range(0..SHARES.len())];
         hardware.track_patience = rng.random_range(1..=15);
         scene.detectors.truncate(1);
+        give_cells(&mut scene, 1, 1);
     }
     scene
 }

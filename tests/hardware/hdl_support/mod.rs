@@ -296,7 +296,8 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
 /// number.
 pub fn give_cells(scene: &mut Scene, cells: u32, coincidence: u32) {
     for spad in &mut scene.detectors {
-        (spad.cells, spad.cell_outputs) = (cells, CellOutputs::Separate);
+        spad.cells = cells;
+        spad.cell_outputs = if cells > 1 { CellOutputs::Separate } else { CellOutputs::Combined };
         spad.coincidence = coincidence.max(1);
         spad.combination = if coincidence == 0 { Combination::Xor } else { Combination::Or };
     }

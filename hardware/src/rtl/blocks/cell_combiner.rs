@@ -4,7 +4,8 @@
 //! nothing else; between these, pulses are counted by full adders, each of which takes three words of one
 //! weight and gives one of that weight and one of twice as much, until there is one of each.
 //!
-//! Cost (ECP5, docs/pixels.md): left out with all that is in it where cells are combined before the FPGA.
+//! Cost (ECP5, 8 samples, docs/resources.md): 2 LUTs for an OR of 4 cells, 22 for two of 4, 186 for two of 16; left out
+//! where cells are combined before the FPGA.
 
 use crate::rtl::front::prelude::*;
 use crate::scene::{Combination, Polarity};
