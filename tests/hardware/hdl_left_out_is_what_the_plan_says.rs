@@ -43,11 +43,9 @@ fn traces(emission: &Emission) -> Vec<(&'static str, bool)> {
         traces.push(("further_adders", adders > 1 || channel.contains(": gen_adder")));
         return traces;
     }
-    let mut ports = emission.ports.iter();
-    let samples = ports.find(|port| port.name == "i_samples").expect("every sensor takes samples");
     traces.extend([
         ("scan_realignment", text_of("scan_controller.v").contains("o_start")),
-        ("lane_choice", samples.width as usize > emission.parameters.detectors),
+        ("lane_choice", has_module("lane_delay")),
         ("parallel_correlators", emission.parameters.parallel > 1),
     ]);
     traces

@@ -15,6 +15,7 @@ pub fn parts(sensor: &Sensor) -> Vec<Part> {
     let mut parts: Vec<Part> = SourceIndex::of(&sensor.scene().sources)
         .flat_map(|source| generator_parts(sensor, source.0))
         .collect();
+    parts.extend(cell_combiner(&interface.cells));
     match &interface.counting {
         Counting::Correlator(correlator) => parts.extend(
             [
@@ -37,7 +38,6 @@ pub fn parts(sensor: &Sensor) -> Vec<Part> {
         ),
         Counting::Histogram(histogram) => parts.extend(histogram_parts(sensor, histogram)),
     }
-    parts.extend(cell_combiner(&interface.cells));
     parts
 }
 

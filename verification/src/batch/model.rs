@@ -283,6 +283,38 @@ mod tests {
         assert_eq!(run(&low, &opposites), (outputs, totals));
     }
 
+    /// Two of four cells: the same as one SPAD whose samples are high where those of two or more are.
+    #[test]
+    fn cells_with_an_input_each_count_as_the_level_that_they_make() {
+        let scene = scene::load(Path::new("../scenes/macropixel.toml")).unwrap();
+        let pixel = Sensor::new(&scene);
+        let single = pixel.with(|scene| {
+            let spad = &mut scene.detectors[0];
+            (spad.cells, spad.coincidence) = (1, 1);
+            spad.cell_outputs = scene::CellOutputs::Combined;
+        });
+        let words = |n: u64| (n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 31) as u8 & 0xf;
+        let samples: Vec<u8> = (0..24_000).map(words).collect();
+        let two_or_more = |cells: &[u8]| {
+            let high = |sample: u32| cells.iter().filter(|&word| word >> sample & 1 == 1).count();
+            (0..4).fold(0, |word, sample| word | u8::from(high(sample) >= 2) << sample)
+        };
+        let levels: Vec<u8> = samples.chunks(4).map(two_or_more).collect();
+        let run = |sensor: &Sensor, samples: &[u8]| {
+            let mut model = Model::new(sensor).unwrap();
+            let mut reset = vec![0; 6_000];
+            reset[..2].fill(1);
+            let mut outputs = Vec::new();
+            model
+                .clock(&Inputs { samples, reset: &reset, ready: &[], host: &[] }, &mut outputs)
+                .unwrap();
+            (outputs, model.take_results().map(|result| result.total).collect::<Vec<_>>())
+        };
+        let (outputs, totals) = run(&pixel, &samples);
+        assert!(totals.len() > 1 && totals[0] > 1000, "{totals:?}");
+        assert_eq!(run(&single, &levels), (outputs, totals));
+    }
+
     #[test]
     fn a_batch_that_is_refused_changes_nothing() {
         let scene = scene::load(Path::new("../scenes/quick.toml")).unwrap();
