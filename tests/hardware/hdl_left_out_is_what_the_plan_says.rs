@@ -45,7 +45,7 @@ fn traces(emission: &Emission) -> Vec<(&'static str, bool)> {
     }
     traces.extend([
         ("scan_realignment", text_of("scan_controller.v").contains("o_start")),
-        ("lane_choice", has_module("lane_delay")),
+        ("lane_choice", emission.parameters.samples_per_chip > 1),
         ("parallel_correlators", emission.parameters.parallel > 1),
     ]);
     traces
