@@ -363,3 +363,18 @@ fn the_arty_project_has_commands_of_vivado_and_files_that_are_there() {
         assert!(board.join(source).is_file(), "{source}");
     }
 }
+
+/// Lanes, and boards, whose pins are for detectors with one output.
+#[test]
+fn cells_with_an_input_each_are_refused_where_they_have_no_place() {
+    let scene = "scenes/macropixel.toml";
+    for (arguments, told) in [
+        (&["cosim", scene, "--engine", "lanes"][..], "a detector whose cells have an input each"),
+        (&["cosim", scene, "--board", "ulx3s-85f"], "detectors with one output, not for 4"),
+    ] {
+        let output = crate::hdl_support::goldtof(arguments);
+        assert!(!output.status.success(), "{arguments:?}");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.contains(told), "{said}");
+    }
+}
