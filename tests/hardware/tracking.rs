@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 
-use goldtof::cosim::TOP;
 use goldtof::cosim::build::build;
 use goldtof::cosim::lockstep::Lockstep;
-use goldtof::cosim::source::sources_of;
+use goldtof::cosim::source::{Verilog, sources_of};
 use goldtof::cosim::verilated::Verilated;
 use goldtof::cosim::window::Window;
+use goldtof::cosim::{CosimOptions, StimulusKind, TOP, Verdict, cosimulate};
 use goldtof::deliver;
 use goldtof::photons::Pulse;
 use goldtof::reference::host_ports::HostInputs;
@@ -217,4 +217,18 @@ fn a_target_that_is_taken_away_is_told_by_the_verilog() {
     assert!(told - dark_from <= 2 * pitch, "{told} {dark_from} {pitch}");
     let given_up = target.seen.iter().find(|(clock, place, _)| *clock > told && place.is_none());
     assert!(given_up.is_some(), "{:?}", target.seen);
+}
+
+/// Of a code without settings of its own the next scan is under way when the peak of the one before shows: that is no
+/// target, even if the host has turned tracking on in between.
+#[test]
+fn a_peak_of_the_scan_before_is_no_target() {
+    let code = "source.code={ family = \"m-sequence\", degree = 5 }".parse().expect("a setting");
+    let sensor = Sensor::load_with("tests/scenes/tracking-short.toml", &[code])
+        .unwrap_or_else(|errors| panic!("{errors}"));
+    let files = deliver::emit(&sensor, "a test").expect("the scene is fine").files;
+    let verilog = Verilog { cache: models(), ..Verilog::emitted(&sensor, &files).expect("it is") };
+    let options = CosimOptions { stimulus: StimulusKind::Adversarial, ..Default::default() };
+    let report = cosimulate(&sensor, &verilog, &options, |_, _| ()).expect("it runs").report;
+    assert_eq!(report.verdict, Verdict::Match, "{report:#?}");
 }

@@ -19,8 +19,9 @@ pub(super) struct HostedTrack {
     first_step: u64,
     /// Counts of the present scan so far.
     pub(super) counts: Vec<i64>,
-    /// The present scan's last count is there, or on its way.
-    has_ended: bool,
+    /// The clock at which the present scan's last count is there, once that is known: a peak before it is of
+    /// another scan.
+    counted_at: Option<u64>,
     waits: Waits,
     /// Cover points that the next scan proves.
     points: Vec<TrackPoint>,
@@ -45,7 +46,7 @@ impl HostedTrack {
             is_window: false,
             first_step: 0,
             counts: Vec::new(),
-            has_ended: false,
+            counted_at: None,
             waits: Waits::No,
             points: Vec::new(),
         }
@@ -80,7 +81,7 @@ impl HostedTrack {
     pub(super) fn begins(&mut self) {
         self.is_window = self.follows;
         self.counts.clear();
-        self.has_ended = false;
+        self.counted_at = None;
     }
 
     /// What was decided before the scan that begins now.
@@ -109,7 +110,7 @@ impl HostedTrack {
     /// A scan's last count is there at a clock.
     pub(super) fn window_ends(&mut self, clock: u64, registers: &mut Registers) {
         let counts = std::mem::take(&mut self.counts);
-        self.has_ended = true;
+        self.counted_at = Some(clock);
         if !self.is_window || self.waits != Waits::Yes {
             return;
         }
@@ -141,7 +142,8 @@ impl HostedTrack {
         (step, count): (u64, i64),
         registers: &mut Registers,
     ) {
-        if self.is_window || self.waits != Waits::Yes || !self.has_ended {
+        let is_own = self.counted_at.is_some_and(|counted_at| clock > counted_at);
+        if self.is_window || self.waits != Waits::Yes || !is_own {
             return;
         }
         let done = clock + u64::from(CLOCKS_FROM_PEAK);
