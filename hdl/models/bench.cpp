@@ -5,16 +5,17 @@
 //
 //   SEED         of all that is random
 //   SENDS READS  length of the host's bits, in bits of BAUD, when it sends and reads
-//   CHIPS        of the whole run; in the bench the most of them: it ends when all was said and offered, and
-//                the line is silent
+//   CHIPS        of the run, and until all was said; in the bench the most of them: it ends when all was said and
+//                offered, and the line is silent
 //   FIRST        with the board's own core: the sample that is the first one of photons.bin
 //
-// Reads   host.txt     "byte HH", "bits N" (idle for so many bits), "low N" (a break), "flags N" (o_overrun,
-//                      o_saturated), "light N" (0: the detectors are dark, 1: light at random, 2: a hit of each sample
+// Reads   host.txt     "byte HH", "bits N" (idle for so many bits), "until N" (up to bit N of the run), "low N" (a break),
+//                      "flags N" (o_overrun, o_saturated), "light N" (0: the detectors are dark, 1: light at random, 2: a hit of each sample
 //                      every three chips), "slow N" (1: registers take their time), "unlock N" (the PLL loses its
-//                      lock for so many bits), one a line
-//         results.txt  a line for each result: clocks to wait, data (hexadecimal, words of 32 bits, the
-//                      lowest first), last
+//                      lock for so many bits), "answer HHHHHHHH N" (idle until the answer to the request with these
+//                      four bytes, the first one lowest, has been heard, for N bits at most), one a line
+//         results.txt  a line for each result: resets that have to be over, clocks to wait, data (hexadecimal, words
+//                      of 32 bits, the lowest first), last
 // Writes  line.bin     bytes of the line
 //         axi.txt      transfers: "R" or "W", address, data, response
 //         report.txt   "key value" a line: what follows from the run; "reset" with the bytes, results taken and
@@ -22,8 +23,9 @@
 //
 // Ends with status 1 and a line "fault WHAT" in report.txt where a rule is broken: of AXI4-Lite (what is offered stands until it is
 // taken; nothing is offered in reset), of the reset, or when samples, lasers or the LED are not what they
-// have to be. LED_ON and HELD are levels; CORE_BENCH says that the core is core_bench.sv.
+// have to be. LED_ON and HELD are levels; CORE_BENCH says that the core is core_bench.sv, whose results have TDATA_BITS.
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <fstream>
@@ -79,6 +81,23 @@ struct Script : Line {
     int level = 1, flags = 0, light = 1;
     bool slow = false, done = false;
 
+    // An answer repeats its request in bytes 4 to 7, and ends with its CRC.
+    static constexpr int ANSWER_BYTES = 16, IDENTITY_BYTES = 44, HEAD_BYTES = 8;
+    uint64_t heard = 0;  // the last eight bytes, the first one lowest
+    uint32_t answered = 0, awaited = 0;
+    double answered_until = 0;
+    bool awaits = false;
+
+    void hears() {
+        heard = heard >> 8 | uint64_t(byte) << 56;
+        const uint8_t sync = heard, kind = heard >> 8;
+        if (sync != 0xa5 || (kind != 'A' && kind != 'I')) return;
+        answered = heard >> 32;
+        // And some bits of rest.
+        answered_until = last + 10.3 * ((kind == 'A' ? ANSWER_BYTES : IDENTITY_BYTES) - HEAD_BYTES) + 2;
+        if (awaits && answered == awaited) until = answered_until;
+    }
+
     void takes(double bit, bool is_high) override {
         // The line is anything until the first reset, which is over by chip 64, and some clocks of the line later.
         if (chip_now < 64) settled = bit + 4;
@@ -100,15 +119,16 @@ struct Script : Line {
         }
         if (slot >= 1 && slot <= 8) byte |= unsigned(is_high) << (slot - 1);
         if (slot == 9) {
-            if (is_high) {
-                out.put(char(byte));
-                bytes++;
-            } else {
-                broken++;
-            }
             busy = false;
             if (first == 0) first = bit;
             last = bit;
+            if (is_high) {
+                out.put(char(byte));
+                bytes++;
+                hears();
+            } else {
+                broken++;
+            }
         }
         slot++;
     }
@@ -130,8 +150,15 @@ struct Script : Line {
     // The next line of what there is to say.
     bool say(double bit) {
         std::string word;
+        awaits = false;
         if (!(in >> word)) return false;
         double number;
+        if (word == "answer") {
+            in >> std::hex >> awaited >> std::dec >> number;
+            awaits = answered != awaited;
+            levels.push_back({1, awaits ? number : std::max(answered_until - bit, 0.0)});
+            return true;
+        }
         if (word == "byte") {
             unsigned value;
             in >> std::hex >> value >> std::dec;
@@ -141,6 +168,7 @@ struct Script : Line {
             return true;
         }
         in >> number;
+        if (word == "until") levels.push_back({1, std::max(number - bit, 0.0)});
         if (word == "bits" || word == "low") levels.push_back({word == "bits", number * sent_bit});
         if (word == "flags") flags = int(number);
         if (word == "light") {
@@ -156,13 +184,14 @@ struct Script : Line {
 // The board, and all that is round it.
 Script* script;
 Board* board;
-uint32_t level_now = 0;  // of the detectors at the last step
+uint32_t level_now = 0;  // of the pins at the last step
 int64_t step_now = 0;
 bool locked = false;
 
 #ifdef CORE_BENCH
 constexpr int64_t MOST_LAG = 16 * SAMPLES_PER_CHIP;
-constexpr int MOST_LASER_LAG = 16;
+constexpr uint64_t MOST_LASER_LAG = 16;
+constexpr size_t WORDS = (TDATA_BITS + 31) / 32;
 // Edges behind a reset after which gears and registers have what came behind it.
 constexpr uint64_t SETTLED = 40;
 
@@ -171,14 +200,15 @@ constexpr uint64_t SETTLED = 40;
 struct Core {
     std::ifstream file{"results.txt"};
     bool has_next = false, offered = false;
-    unsigned wait = 0, waited = 0;
+    unsigned behind = 0, wait = 0, waited = 0;
     std::vector<uint32_t> words;
     bool last = false;
     uint64_t stalled = 0;
 
-    std::vector<uint32_t> history = std::vector<uint32_t>(4 * MOST_LAG);
-    std::vector<bool> may_lag = std::vector<bool>(MOST_LAG, true);
-    std::deque<uint32_t> chips;
+    uint32_t history[2 * MOST_LAG] = {};  // levels at the pins
+    std::vector<int64_t> lags;            // those that are still possible
+    uint32_t chips[MOST_LASER_LAG] = {};
+    uint64_t chips_made = 0;
     uint32_t may_lag_lasers = (1u << MOST_LASER_LAG) - 1;
     double resumes_at = 0;
     uint64_t anew = 0, taken = 0, transfers = 0;
@@ -192,14 +222,18 @@ struct Core {
     uint32_t lasers_before = 0;
     bool lasers_steady = true;
 
-    Core() { read(); }
+    Core() {
+        // All samples of a chip have to have come.
+        for (int64_t lag = SAMPLES_PER_CHIP - 1; lag < MOST_LAG; ++lag) lags.push_back(lag);
+        read();
+    }
 
     void read() {
         std::string line;
         has_next = bool(std::getline(file, line));
         if (!has_next) return;
         std::istringstream fields{line};
-        fields >> wait >> std::hex;
+        fields >> behind >> wait >> std::hex;
         words.clear();
         for (uint32_t number; fields >> number;) words.push_back(number);
         last = words.back() != 0;
@@ -214,35 +248,36 @@ struct Core {
     }
 
     void check_samples(const svBitVecVal* samples) {
-        bool any = false;
-        for (int64_t lag = 0; lag < MOST_LAG; ++lag) {
-            if (!may_lag[lag]) continue;
-            for (int k = 0; k < DETECTORS * SAMPLES_PER_CHIP && may_lag[lag]; ++k) {
-                int64_t at = step_now - lag + k % SAMPLES_PER_CHIP;
-                bool at_pin = history[uint64_t(at) % history.size()] >> (k / SAMPLES_PER_CHIP) & 1;
-                bool at_core = samples[k / 32] >> (k % 32) & 1;
-                may_lag[lag] = at <= step_now && at_pin == at_core;
+        const auto differ = [&](int64_t lag) {
+            for (int k = 0; k < DETECTORS * SAMPLES_PER_CHIP; ++k) {
+                const int sample = k % SAMPLES_PER_CHIP;
+                // The last pin, which has the longest delay, is the first to be seen.
+                const int pin = k / SAMPLES_PER_CHIP * PINS + (PINS - 1 - sample % PINS);
+                const uint64_t at = uint64_t(step_now - lag + sample) % (2 * MOST_LAG);
+                if ((history[at] >> pin & 1) != (samples[k / 32] >> (k % 32) & 1)) return true;
             }
-            any = any || may_lag[lag];
-        }
-        if (!any) fault("the samples at the core are not those at the pins, in their order and one constant time later");
+            return false;
+        };
+        lags.erase(std::remove_if(lags.begin(), lags.end(), differ), lags.end());
+        if (lags.empty())
+            fault("the samples at the core are not those at the pins, in their order and one constant time later");
         for (int d = 0; d < DETECTORS; ++d) {
-            for (int s = 0; s < SAMPLES_PER_CHIP; ++s) {
-                int k = d * SAMPLES_PER_CHIP + s;
-                bool high = (samples[k / 32] >> (k % 32) & 1) != REST;
-                if (high && !(before >> d & 1)) hits[k]++;
-                before = (before & ~(1u << d)) | uint32_t(high) << d;
+            bool high = before >> d & 1;
+            for (int k = d * SAMPLES_PER_CHIP; k < (d + 1) * SAMPLES_PER_CHIP; ++k) {
+                const bool was_high = high;
+                high = (samples[k / 32] >> (k % 32) & 1) != REST;
+                hits[k] += high && !was_high;
             }
+            before = (before & ~(1u << d)) | uint32_t(high) << d;
         }
     }
 
     void check_pins(const Vsimulated_board& top) {
-        bool any = false;
-        for (int lag = 0; lag < MOST_LASER_LAG; ++lag) {
-            if (lag >= int(chips.size()) || chips[lag] != lasers_before) may_lag_lasers &= ~(1u << lag);
-            any = any || (may_lag_lasers >> lag & 1);
+        for (uint32_t rest = may_lag_lasers; rest != 0; rest &= rest - 1) {
+            const uint64_t lag = __builtin_ctz(rest);
+            if (chips[(chips_made - lag) % MOST_LASER_LAG] != lasers_before) may_lag_lasers &= ~(1u << lag);
         }
-        if (!any) fault("the lasers' pins are not the core's chips, one constant number of chips later");
+        if (may_lag_lasers == 0) fault("the lasers' pins are not the core's chips, one constant number of chips later");
         if (!lasers_steady) fault("a laser's pin changes within a chip");
         if (flags_since > SETTLED && bool(top.o_led) != ((flags & 1) != 0 ? !LED_ON : bool(LED_ON)))
             fault("the LED does not tell whether a result has been lost");
@@ -273,8 +308,7 @@ struct Core {
         flags = reset ? 0 : script->flags;
         uint32_t chips_now = reset ? 0 : random_number();
         for (int m = LASERS; m < 32; ++m) chips_now &= ~(1u << m);
-        chips.push_front(chips_now);
-        if (chips.size() > MOST_LASER_LAG) chips.pop_back();
+        chips[++chips_made % MOST_LASER_LAG] = chips_now;
         *lasers = chips_now;
 
         if (!reset && offered) {
@@ -288,13 +322,12 @@ struct Core {
         if (reset) offered = false;
         // A host that was in the middle of a byte when the reset came has to see the line idle.
         if (reset) resumes_at = chip_now + 12 * chips_of_bit;
-        if (!offered && has_next && chip_now >= resumes_at && waited++ >= wait) offered = true;
+        if (!offered && has_next && anew > behind && chip_now >= resumes_at && waited++ >= wait) offered = true;
         *tvalid = offered;
         *tlast = offered ? last : random_number() & 1;
-        for (size_t k = 0; k < 16; ++k)
-            tdata[k] = offered ? (k < words.size() ? words[k] : 0) : random_number();
+        for (size_t k = 0; k < WORDS; ++k) tdata[k] = offered ? words[k] : random_number();
+        tdata[WORDS - 1] &= ~0u >> (32 * WORDS - TDATA_BITS);
     }
-
 };
 
 Core* core;
@@ -394,14 +427,16 @@ struct Slave {
             rvalid = true;
         }
         // What is not offered is noise.
+        const uint32_t noise = random_number();
         if (!rvalid) {
-            rdata = random_number();
-            rresp = random_number() & 3;
+            rdata = noise;
+            rresp = noise >> 16 & 3;
         }
-        if (!bvalid) bresp = random_number() & 3;
-        awready = !have_aw && chip_now >= ready_at && random_number() % 3 == 0;
-        wready = !have_w && chip_now >= ready_at && random_number() % 3 == 0;
-        arready = !have_ar && chip_now >= ready_at && random_number() % 3 == 0;
+        if (!bvalid) bresp = noise >> 18 & 3;
+        const bool takes = chip_now >= ready_at;
+        awready = !have_aw && takes && (noise >> 20 & 3) == 0;
+        wready = !have_w && takes && (noise >> 22 & 3) == 0;
+        arready = !have_ar && takes && (noise >> 24 & 3) == 0;
     }
 };
 
@@ -479,9 +514,11 @@ int main(int argc, char** argv) {
         const int64_t chip = step_now / SAMPLES_PER_CHIP % 3;
         if (host.light == 0 || host.light == 2)
             level_now = (host.light == 2 && chip != 2 && is_even == (chip == 0)) == bool(REST) ? 0u : ~0u;
-        for (int d = 0; d < DETECTORS && host.light == 1; ++d)
-            if (random_number() % 3 == 0) level_now ^= 1u << d;
-        core->history[uint64_t(step_now) % core->history.size()] = level_now;
+        // Each pin by itself changes with every fourth sample.
+        static_assert(DETECTORS * PINS <= 16, "two random bits for each");
+        const uint32_t random = host.light == 1 ? random_number() : 0;
+        level_now ^= random & random >> 16;
+        core->history[uint64_t(step_now) % (2 * MOST_LAG)] = level_now;
         core->edge_in_step = false;
 #else
         level_now = photons.levels(step_now - first);
@@ -493,24 +530,18 @@ int main(int argc, char** argv) {
 #ifdef CORE_BENCH
         core->at_pins(board->top());
         if (locked && core->edges == 0 && chip_now - locked_at > 64) fault("the core stays in reset, or without a clock");
-        const bool more = core->has_next;
-#else
-        const bool more = false;
-#endif
-#ifdef CORE_BENCH
         if (chip_now >= double(chips)) fault("the line does not fall silent");
-        if (bit - quiet > 400) break;
+        const bool more = core->has_next || host.busy;
 #else
-        if (chip_now >= double(chips)) break;
+        const bool more = chip_now < double(chips);
 #endif
-        if (more || host.busy || !host.done) quiet = bit;
+        if (more || !host.done) quiet = bit;
+        if (bit - quiet > 400) break;
     }
     report << "chip_fs " << std::llround(1e15 * SAMPLES_PER_CHIP / board->sample_hz()) << "\nchips " << uint64_t(chip_now) << "\nbytes " << host.bytes << "\nbroken " << host.broken
               << "\nbusy_bits " << host.last - host.first << "\n";
 #ifdef CORE_BENCH
-    int64_t lag = 0;
-    while (lag < MOST_LAG && !core->may_lag[lag]) ++lag;
-    report << "stalled " << core->stalled << "\nfirst " << core->second_edge - lag << "\n";
+    report << "stalled " << core->stalled << "\nfirst " << core->second_edge - core->lags.front() << "\n";
     report_hits();
 #endif
     return 0;

@@ -47,20 +47,20 @@ module sensor_top (
 
     // Inputs as they are before the edge; outputs behind it.
     import "DPI-C" function void core_edge(
-        input bit reset, input bit [511:0] samples, input bit tready,
-        output bit [31:0] lasers, output bit [511:0] tdata, output bit tvalid, output bit tlast,
+        input bit reset, input bit [`CORE_SAMPLES-1:0] samples, input bit tready,
+        output bit [31:0] lasers, output bit [`CORE_TDATA_BITS-1:0] tdata, output bit tvalid, output bit tlast,
         output bit overrun, output bit saturated);
 
-    bit [31:0]  lasers;
-    bit [511:0] tdata;
-    bit         tvalid, tlast, overrun, saturated;
+    bit [31:0]                 lasers;
+    bit [`CORE_TDATA_BITS-1:0] tdata;
+    bit                        tvalid, tlast, overrun, saturated;
 
     assign o_epoch = 1'b0;
 
     always @(posedge i_clk) begin
-        core_edge(i_rst, 512'(i_samples), m_axis_tready, lasers, tdata, tvalid, tlast, overrun, saturated);
+        core_edge(i_rst, i_samples, m_axis_tready, lasers, tdata, tvalid, tlast, overrun, saturated);
         o_laser       <= lasers[`CORE_LASERS-1:0];
-        m_axis_tdata  <= tdata[`CORE_TDATA_BITS-1:0];
+        m_axis_tdata  <= tdata;
         m_axis_tvalid <= tvalid;
         m_axis_tlast  <= tlast;
         o_overrun     <= overrun;

@@ -17,10 +17,13 @@
 #include "Vsimulated_board.h"
 #include "verilated.h"
 
-// The scene's and the board's numbers come from the Makefile: OSCILLATOR_HZ, BAUD, DETECTORS,
-// SAMPLES_PER_CHIP, FAST_CLOCKS (in a chip), and REST, the level of a detector without a pulse.
+// The scene's and the board's numbers come from the Makefile: OSCILLATOR_HZ, BAUD, DETECTORS, PINS (of a
+// detector), SAMPLES_PER_CHIP, FAST_CLOCKS (in a chip), and REST, the level of a detector without a pulse.
 
 namespace {
+
+// Of all detectors, a detector's side by side.
+constexpr uint32_t ALL_PINS = (1ull << (DETECTORS * PINS)) - 1;
 
 [[noreturn]] void fail(const std::string& what) {
     std::fprintf(stderr, "simulated_board: %s\n", what.c_str());
@@ -37,7 +40,7 @@ public:
         read();
     }
 
-    // Levels of the detectors at sample `now` of the scan's; each is asked for once, in order.
+    // Levels of the pins at sample `now` of the scan's; each is asked for once, in order.
     uint32_t levels(int64_t now) {
         while (has_next_ && int64_t(next_.first) <= now) {
             if (next_.detector >= DETECTORS) fail("the pulses are of another scene");
@@ -47,7 +50,7 @@ public:
         }
         uint32_t high = 0;
         for (int d = 0; d < DETECTORS; ++d)
-            if (int64_t(until_[d]) > now) high |= 1u << d;
+            if (int64_t(until_[d]) > now) high |= ((1u << PINS) - 1) << (d * PINS);
         return REST ? ~high : high;
     }
 
@@ -86,7 +89,7 @@ public:
         top_.reset(new Vsimulated_board(context_.get()));
         top_->i_fast_clk = top_->i_line_clk = top_->i_step = top_->i_locked = 0;
         top_->i_rx = 1;
-        top_->i_detector = REST ? ALL_DETECTORS : 0u;
+        top_->i_detector = REST ? ALL_PINS : 0u;
         top_->eval();
         uint32_t line_multiplier = top_->o_line_divider == 0 ? 1 : top_->o_line_multiplier;
         uint32_t line_divider = top_->o_line_divider == 0 ? 1 : top_->o_line_divider;
@@ -106,11 +109,11 @@ public:
 
     void lock(bool locked) { top_->i_locked = locked; }
 
-    // One sample, with the detectors at these levels and the host at the line.
+    // One sample, with the detectors' pins at these levels and the host at the line.
     void step(uint32_t levels, Line* host) {
         // The line's clock between the samples.
         while (next_line_ < double(step_)) line_edge(host);
-        top_->i_detector = levels & ALL_DETECTORS;
+        top_->i_detector = levels & ALL_PINS;
         top_->i_step = step_ & 1;
         if (step_ % STEPS_OF_HALF == 0) top_->i_fast_clk = !top_->i_fast_clk;
         top_->eval();
@@ -118,7 +121,6 @@ public:
     }
 
 private:
-    static constexpr uint32_t ALL_DETECTORS = (1ull << DETECTORS) - 1;
     static constexpr uint64_t STEPS_OF_HALF = SAMPLES_PER_CHIP / (2 * FAST_CLOCKS);
     static_assert(STEPS_OF_HALF * 2 * FAST_CLOCKS == SAMPLES_PER_CHIP, "whole samples in a half period");
 

@@ -16,7 +16,7 @@ module simulated_board (
     input  wire                                                      i_locked,   // PLL
     input  wire                                                      i_rx,
     output wire                                                      o_tx,
-    input  wire [`BOARD_DETECTORS-1:0]                               i_detector,
+    input  wire [`BOARD_DETECTORS*`BOARD_PINS_PER_DETECTOR-1:0]      i_detector,
     output wire [`BOARD_LASERS-1:0]                                  o_laser,
     output wire                                                      o_led,
     output wire                                                      o_held,     // 0 of a board that holds nothing
@@ -36,21 +36,11 @@ module simulated_board (
 `endif
 );
 
-    wire [`BOARD_DETECTORS*`BOARD_PINS_PER_DETECTOR-1:0] pins;
-
-    genvar d;
-    generate
-        for (d = 0; d < `BOARD_DETECTORS; d = d + 1) begin : gen_pins
-            assign pins[d*`BOARD_PINS_PER_DETECTOR +: `BOARD_PINS_PER_DETECTOR] =
-                {`BOARD_PINS_PER_DETECTOR{i_detector[d]}};
-        end
-    endgenerate
-
     board_top board (
         .i_oscillator (i_line_clk),
         .i_rx         (i_rx),
         .o_tx         (o_tx),
-        .i_detector   (pins),
+        .i_detector   (i_detector),
         .o_laser      (o_laser),
 `ifdef BOARD_HELD
         .o_held       (o_held),

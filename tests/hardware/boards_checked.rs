@@ -71,14 +71,15 @@ const BOARDS: [Checked; 11] = [
     // A core that waits for the line.
     ("tests/scenes/histogram.toml", "tang-nano-20k", &["scan.integration=2.48 ms"]),
     (QUICK, "tang-nano-20k", &["hardware.total_counts=true"]),
-    (QUICK, "tang-nano-20k", &["hardware.accumulate=3", "scan.integration=20108 ns"]),
+    (QUICK, "tang-nano-20k", &["hardware.accumulate=2", "scan.integration=40216 ns"]),
     // A core whose reset takes longer than four bits of the line.
     (QUICK, "colorlight-i5", &["clock.samples_per_chip=4", "clock.chip_period=20 ns"]),
     (QUICK, "ulx3s-85f", &["hardware.counter_width=8"]),
+    // Two detectors of two samples.
     (
-        QUICK,
+        "tests/scenes/registers.toml",
         "icebreaker",
-        &["clock.samples_per_chip=2", "clock.chip_period=21 ns", "hardware.registers=axi4-lite"],
+        &["clock.samples_per_chip=2", "clock.chip_period=21 ns", "hardware.sample_counts=true"],
     ),
     (
         QUICK,
@@ -86,7 +87,7 @@ const BOARDS: [Checked; 11] = [
         &[
             "clock.samples_per_chip=2",
             "clock.chip_period=21 ns",
-            "hardware.accumulate=3",
+            "hardware.accumulate=4",
             "scan.integration=52.08 us",
         ],
     ),
@@ -94,7 +95,7 @@ const BOARDS: [Checked; 11] = [
     (
         QUICK,
         "arty-a7",
-        &["clock.samples_per_chip=4", "hardware.accumulate=3", "scan.integration=20.08 us"],
+        &["clock.samples_per_chip=4", "hardware.accumulate=5", "scan.integration=20.08 us"],
     ),
 ];
 
@@ -195,6 +196,7 @@ fn faults_round_the_core_are_found() {
             ("board_sampler.v", "PINS + PINS - 1 - p] = word[1]", "PINS + p] = word[1]"),
             ("bridge_memory.v", ".ADB7(b[7])", ".ADB7(b[8])"),
             ("board_laser.v", ".D1   (i_chip)", ".D1   (1'b0)"),
+            ("board_sampler.v", "assign level = i_pins[0]", "assign level = i_pins[PINS-1]"),
         ],
     );
     faults_are_found(ICE40, &[("board_sampler.v", "{at_fall, at_rise}", "{at_rise, at_fall}")]);

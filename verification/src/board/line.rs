@@ -4,13 +4,13 @@ use std::fmt;
 
 use goldtof_wire::{
     ANSWER_BYTES, BLOCK_BYTES, Decoder, Event, Frame, IDENTITY_FRAME_BYTES,
-    MOST_RESULTS_OF_A_FRAME, RESULTS_HEADER_BYTES, SYNC, encode, rest_bits,
+    MOST_RESULTS_OF_A_FRAME, SYNC, encode,
 };
 
 use super::BoardRun;
 use super::cover::Cover;
 use super::model::{Facts, Outcome};
-use super::script::{Era, Expected, Moment, Offer, Script};
+use super::script::{Era, Expected, HITS_OF_BLOCK, Moment, Offer, Script};
 
 /// A result that has to come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -172,9 +172,8 @@ impl Facts {
 
     /// Share of the time that a full line carries bytes.
     fn least_share(&self) -> f64 {
-        let most = MOST_RESULTS_OF_A_FRAME as usize;
-        let bits = 10.0 * (RESULTS_HEADER_BYTES + self.layout.payload_bytes(most) + 4) as f64;
-        0.985 * bits / (bits + rest_bits(MOST_RESULTS_OF_A_FRAME, self.clocks_per_bit))
+        let most = MOST_RESULTS_OF_A_FRAME;
+        0.985 * 10.0 * self.frame_bytes(most) as f64 / self.bits_of_results(most)
     }
 
     /// Results that have to come of what the core offers.
@@ -341,8 +340,7 @@ impl Facts {
 
     /// Bytes of the longest frame.
     fn most_bytes(&self) -> usize {
-        let results = self.layout.payload_bytes(MOST_RESULTS_OF_A_FRAME as usize);
-        (RESULTS_HEADER_BYTES + results + 4).max(IDENTITY_FRAME_BYTES)
+        self.frame_bytes(MOST_RESULTS_OF_A_FRAME).max(IDENTITY_FRAME_BYTES)
     }
 
     /// Answers of the host's requests from one reset to the next.
@@ -418,14 +416,20 @@ impl Facts {
                 }
                 Moment::InLight => differences.push(counted),
                 Moment::BehindIt => {
-                    differences.push((all[place] - random[place]).wrapping_sub(counted));
+                    let came = all[place] - random[place];
+                    let left_out = came.checked_sub(counted).ok_or_else(|| {
+                        format!("{counted} hits of sample {place} are counted, of {came} that came to the core")
+                    })?;
+                    differences.push(left_out);
                 }
             }
         }
         let (least, most) = (differences.iter().min(), differences.iter().max());
+        // Every sample has a hit in every third chip. Counting has rested with each block that was read in this light.
+        let blocks = if moment == Moment::InLight { first + 1 } else { before.len() };
+        let rests = blocks.div_ceil(HITS_OF_BLOCK) as u64;
         match (least, most) {
-            // Every sample has a hit in every third chip.
-            (Some(&least), Some(&most)) if least == 0 || most - least > 1 => Err(format!(
+            (Some(&least), Some(&most)) if least == 0 || most - least > rests => Err(format!(
                 "of samples with as many hits each {least} to {most} hits are counted, or left out: \
                  while a host reads, counting has to rest, and of all of them"
             )),
@@ -520,10 +524,10 @@ impl Results<'_> {
                 return Err(format!(
                     "result {} is {bits:#x} at place {place}{}, and was to be {:#x} at place {}{}",
                     self.at,
-                    if last { ", the last one," } else { "" },
+                    if last { " and the last one" } else { "" },
                     due.bits,
                     due.place,
-                    if due.last { ", the last one" } else { "" },
+                    if due.last { " and the last one" } else { "" },
                 ));
             }
             if let Some(&(first, comes)) = self.scans.iter().find(|(first, _)| *first == self.at) {

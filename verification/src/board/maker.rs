@@ -1,29 +1,42 @@
 //! Makes a script: what the host says, what the core offers, and what has to come of both.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use goldtof_wire::{
-    Answer, BLOCK_BYTES, Frame, MOST_RESULTS_OF_A_FRAME, REQUEST_BYTES, REQUEST_HITS,
-    REQUEST_IDENTITY, REQUEST_READ, REQUEST_TEXT, REQUEST_WRITE, Request, encode, rest_bits,
+    ANSWER_BYTES, Answer, BLOCK_BYTES, Frame, IDENTITY_FRAME_BYTES, MOST_RESULTS_OF_A_FRAME,
+    REQUEST_BYTES, REQUEST_HITS, REQUEST_IDENTITY, REQUEST_READ, REQUEST_TEXT, REQUEST_WRITE,
+    Request, encode,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::model::Facts;
 use super::script::{Era, Expected, Offer, Script};
+use crate::wire::Sums;
 
 /// Bits of silence that end a torn request, and some more.
-pub(super) const SILENCE: u32 = 300;
+pub(super) const SILENCE: u32 = 280;
 /// Addresses from here on are answered with an error, and keep nothing.
 const REFUSED: u16 = 0x800;
+/// And from here on with the one that says that there is no register.
+const UNKNOWN: u16 = 0xc00;
+/// Bytes from there on.
+const SPAN: u16 = 0x400;
 
 /// What a script is made with.
 pub(super) struct Maker<'a> {
-    facts: &'a Facts,
+    pub facts: &'a Facts,
     pub rng: Xoshiro256PlusPlus,
     pub script: Script,
     /// What the host has written.
     words: BTreeMap<u16, u32>,
+    /// The tag of the last request.
+    tag: u8,
+    /// Requests of any kind so far.
+    turn: usize,
+    /// Resets that have to be over before what is offered next.
+    pub behind: usize,
 }
 
 impl<'a> Maker<'a> {
@@ -31,7 +44,8 @@ impl<'a> Maker<'a> {
         let eras = vec![Era::default()];
         let script = Script { rates: (1.0, 1.0), eras, ..Script::default() };
         let rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let mut maker = Maker { facts, rng, script, words: BTreeMap::new() };
+        let words = BTreeMap::new();
+        let mut maker = Maker { facts, rng, script, words, tag: seed as u8, turn: 0, behind: 0 };
         // The first request shall not fall into the board's reset.
         maker.pause(SILENCE);
         maker
@@ -44,49 +58,75 @@ impl<'a> Maker<'a> {
 
     pub(super) fn pause(&mut self, bits: u32) {
         self.command(&format!("bits {bits}"));
-        self.script.bits += f64::from(bits);
+        self.took(bits.into());
+    }
+
+    fn took(&mut self, bits: f64) {
+        self.script.bits += bits;
+        self.script.most_bits += bits;
+    }
+
+    /// Up to this bit of the run.
+    pub(super) fn pause_until(&mut self, bit: f64) {
+        self.command(&format!("until {bit:.0}"));
+        self.script.bits = self.script.bits.max(bit);
+        self.script.most_bits = self.script.most_bits.max(bit);
     }
 
     pub(super) fn say(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.command(&format!("byte {byte:02x}"));
         }
-        self.script.bits += 10.0 * bytes.len() as f64;
+        self.took(10.0 * bytes.len() as f64);
     }
 
-    /// Until a frame of so many results and the answer behind it are through.
-    pub(super) fn pause_for_answer(&mut self, results: usize) {
+    /// Until the answer to a request has come, which may have to let a frame of so many results pass.
+    pub(super) fn await_answer(&mut self, request: Request, results: u64) {
+        let facts = self.facts;
         // Sums come at once, and fill their frames.
-        let results = if self.facts.sums.is_some() { 255 } else { results };
-        let frame = 14 + self.facts.layout.payload_bytes(results);
+        let results = if facts.sums.is_some() { MOST_RESULTS_OF_A_FRAME } else { results };
+        let is_transfer = matches!(request.kind, REQUEST_READ | REQUEST_WRITE);
         // A register may take 300 bits.
-        let late = if self.facts.has_registers { 320 } else { 0 };
-        self.pause((10.4 * (frame + 44) as f64) as u32 + 60 + late);
+        let (answer, late) = match is_transfer && facts.has_registers {
+            true => (ANSWER_BYTES, 320.0),
+            false => (IDENTITY_FRAME_BYTES, 0.0),
+        };
+        let bytes = facts.frame_bytes(results) + answer;
+        let most = 10.4 * bytes as f64 + 60.0 + late;
+        let [_, kind, tag, low, high, ..] = encode::request(request, 0);
+        let repeated = u32::from_le_bytes([kind, tag, low, high]);
+        self.command(&format!("answer {repeated:08x} {most:.0}"));
+        self.script.bits += 10.0 * answer as f64 + 100.0;
+        self.script.most_bits += most;
     }
 
+    /// A request, and what it would write. No two in a row have one tag, so that their answers differ.
     pub(super) fn request(&mut self, kind: u8, address: u16) -> (Request, u32) {
-        (Request { kind, tag: self.rng.random(), address }, self.rng.random())
+        self.tag = self.tag.wrapping_add(101);
+        (Request { kind, tag: self.tag, address }, self.rng.random())
     }
 
-    /// A request of any kind.
+    /// A request of each kind in turn, and of registers of each kind.
     pub(super) fn any_request(&mut self) -> (Request, u32) {
-        let kinds = [
+        const KINDS: [u8; 6] = [
             REQUEST_IDENTITY,
             REQUEST_READ,
+            REQUEST_WRITE,
             REQUEST_READ,
-            REQUEST_WRITE,
-            REQUEST_WRITE,
             REQUEST_TEXT,
+            REQUEST_WRITE,
         ];
-        let kind = kinds[self.rng.random_range(0..kinds.len())];
+        const FIRSTS: [u16; 4] = [0, SPAN, REFUSED, UNKNOWN];
+        let (kind, first) = (KINDS[self.turn % 6], FIRSTS[self.turn / 6 % 4]);
+        self.turn += 1;
         let address = match kind {
             REQUEST_TEXT => BLOCK_BYTES as u16 * self.rng.random_range(0..self.blocks()),
             // Now and then an address that was written to before.
-            REQUEST_READ if !self.words.is_empty() && self.rng.random() => {
+            REQUEST_READ if first < REFUSED && !self.words.is_empty() && self.rng.random() => {
                 let number = self.rng.random_range(0..self.words.len());
                 self.words.keys().nth(number).copied().unwrap_or_default()
             }
-            _ => 4 * self.rng.random_range(0..0x400),
+            _ => first + 4 * self.rng.random_range(0..SPAN / 4),
         };
         self.request(kind, address)
     }
@@ -96,10 +136,11 @@ impl<'a> Maker<'a> {
         self.facts.text.len().div_ceil(BLOCK_BYTES).max(1) as u16
     }
 
-    /// Asks, and expects the answer.
-    pub(super) fn ask(&mut self, (request, data): (Request, u32)) {
+    /// Asks, and expects the answer, which may have to let a frame of so many results pass.
+    pub(super) fn ask(&mut self, (request, data): (Request, u32), results: u64) {
         self.say(&encode::request(request, data));
         self.expect(request, data);
+        self.await_answer(request, results);
     }
 
     /// A request that the next reset may cut, whatever it is doing, and that leaves nothing behind.
@@ -135,7 +176,7 @@ impl<'a> Maker<'a> {
         let facts = self.facts;
         let address = request.address;
         let status = match address {
-            0xc00.. => 3,
+            UNKNOWN.. => 3,
             REFUSED.. => 2,
             _ => 0,
         };
@@ -198,43 +239,64 @@ impl<'a> Maker<'a> {
             };
             tdata[words - 1] &= u32::MAX >> unused;
             let wait = wait(&mut self.rng, number);
-            self.script.offers.push(Offer { wait, tdata, last: number + 1 == scan });
+            let last = number + 1 == scan;
+            self.script.offers.push(Offer { behind: self.behind, wait, tdata, last });
         }
     }
 
-    /// Results of a scan: the scene's where scans are added up, else any number up to `most`.
-    pub(super) fn scan(&mut self, most: usize) -> usize {
-        match &self.facts.sums {
-            Some(sums) => sums.results as usize,
-            None => self.rng.random_range(1..=most),
-        }
+    /// Results one by one, so slowly that most have a frame of their own.
+    pub(super) fn offer_singly(&mut self, results: usize) {
+        let gap = 10.4 * self.facts.frame_bytes(1) as f64 * self.facts.chips_per_bit;
+        self.offer_in_scans(results, 0.9 * gap..1.2 * gap);
     }
 
-    /// Spreads some hundred results, or sums, over the bits of the script.
+    /// Spreads some hundred results over the bits of the script.
     pub(super) fn offer_over_script(&mut self, results: usize) {
-        let facts = self.facts;
-        let scans = facts.sums.map_or(1, |sums| sums.scans as usize);
-        let frame = facts.results_of_scan as usize * scans;
-        let count = match facts.sums {
-            Some(_) => results.max(2 * frame),
-            // The line takes twice as many.
-            None => results.min(
-                (self.script.bits / (2.5 * facts.layout.result_bits() as f64 + 50.0)) as usize,
-            ),
-        };
-        let gap = self.script.bits * facts.chips_per_bit / count as f64;
-        while self.script.offers.len() < count {
-            let scan = self.scan(60);
-            self.offer(scan, |rng, _| rng.random_range(0.0..=1.9 * gap) as u64);
+        // The line takes twice as many.
+        let most = self.script.bits / (2.5 * self.facts.layout.result_bits() as f64 + 50.0);
+        let results = results.min(most as usize);
+        let gap = self.script.bits * self.facts.chips_per_bit / results as f64;
+        self.offer_in_scans(results, 0.0..1.9 * gap);
+    }
+
+    fn offer_in_scans(&mut self, results: usize, chips: Range<f64>) {
+        while self.script.offers.len() < results {
+            let scan = self.rng.random_range(1..=60);
+            self.offer(scan, |rng, _| rng.random_range(chips.clone()) as u64);
+        }
+    }
+
+    /// Scans of a sum, the last one no faster than the line takes it, but for some results that follow one another
+    /// without a pause.
+    pub(super) fn offer_sum(&mut self, sums: &Sums) {
+        let most = 2.6 * self.facts.chips_of_results(sums.results) / sums.results as f64;
+        for scan in 1..=sums.scans {
+            let most = if scan == sums.scans { most as u64 } else { 3 };
+            self.offer(sums.results as usize, |rng, number| match number % 64 {
+                0..8 => 0,
+                _ => rng.random_range(0..=most),
+            });
+        }
+    }
+
+    /// Scans of sums over the bits of the script that never come faster than the line takes them, whichever scan is
+    /// the last one of a sum.
+    pub(super) fn offer_scans_of_sums(&mut self, sums: &Sums) {
+        // Where the FIFO takes a whole sum, its scans may come faster.
+        let is_held = 2 * sums.results < 1 << self.facts.fifo_address_bits;
+        let at_once = if is_held { f64::from(sums.scans) } else { 1.0 };
+        let scan_chips = 2.0 * self.facts.chips_of_results(sums.results) / at_once;
+        let scans = self.script.bits * self.facts.chips_per_bit / scan_chips;
+        let most = 2.0 * scan_chips / sums.results as f64;
+        for _ in 0..=scans as u64 {
+            self.offer(sums.results as usize, |rng, _| rng.random_range(0.0..=most) as u64);
         }
     }
 
     /// Chips that a result takes on a line that is full.
     pub(super) fn chips_per_result(&self) -> f64 {
         let most = MOST_RESULTS_OF_A_FRAME;
-        let frame = 14 + self.facts.layout.payload_bytes(most as usize);
-        let bits = 10.0 * frame as f64 + rest_bits(most, self.facts.clocks_per_bit);
-        bits / most as f64 * self.facts.chips_per_bit
+        self.facts.chips_of_results(most) / most as f64
     }
 }
 
@@ -243,7 +305,7 @@ impl Maker<'_> {
     pub(super) fn made(mut self) -> Script {
         let waits: f64 = self.script.offers.iter().map(|offer| offer.wait as f64).sum();
         let line = self.script.offers.len() as f64 * 20.0 * self.facts.layout.result_bits() as f64;
-        let bits = 2.0 * self.script.bits + line + 10_000.0;
+        let bits = 2.0 * self.script.most_bits + line + 10_000.0;
         self.script.chips = (2.0 * waits + bits * self.facts.chips_per_bit) as u64;
         self.script
     }
@@ -254,6 +316,6 @@ impl Maker<'_> {
         let answer = Answer { request, status: 0, data: value };
         self.era().answers.push(Expected::Frame(Frame::Answer(answer)));
         self.script.points.push("registers of the board's own core".to_owned());
-        self.pause_for_answer(255);
+        self.await_answer(request, MOST_RESULTS_OF_A_FRAME);
     }
 }

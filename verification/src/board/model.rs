@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::{Command, Stdio};
 
-use goldtof_wire::{Identity, Layout};
+use goldtof_wire::{CRC_BYTES, Identity, Layout, Pace, RESULTS_HEADER_BYTES, Scans};
 
 use super::script::{Offer, Script};
 use crate::cosim::build::{self, BoardUnit, Built};
@@ -104,6 +104,24 @@ impl Facts {
         !self.packing.waits && self.sums.is_none()
     }
 
+    /// Bytes of a frame of so many results.
+    pub(super) fn frame_bytes(&self, results: u64) -> usize {
+        RESULTS_HEADER_BYTES + self.layout.payload_bytes(results as usize) + CRC_BYTES
+    }
+
+    /// Bits of results on a line that is full of them.
+    pub(super) fn bits_of_results(&self, results: u64) -> f64 {
+        // Of a scan that takes a second.
+        let scans = Scans { layout: self.layout, results, period_s: 1.0 };
+        // The rate is that of the line.
+        scans.line_bits(Pace { baud: 0, clocks_per_bit: self.clocks_per_bit })
+    }
+
+    /// The same in chips.
+    pub(super) fn chips_of_results(&self, results: u64) -> f64 {
+        self.bits_of_results(results) * self.chips_per_bit
+    }
+
     /// Samples of all detectors whose hits the board counts.
     pub(super) fn places_of_hits(&self) -> usize {
         let Identity { counts_samples, detectors, samples_per_chip, .. } = self.identity;
@@ -151,7 +169,10 @@ pub(super) fn build(
         (sources, Vec::new())
     };
     let mut flags = project.bench.numbers.clone();
-    flags.extend(is_bench.then(|| "-DCORE_BENCH".to_owned()));
+    if is_bench {
+        let tdata_bits = sensor.interface().tdata_bits;
+        flags.extend(["-DCORE_BENCH".to_owned(), format!("-DTDATA_BITS={tdata_bits}")]);
+    }
     let header = project.files.iter().find(|file| file.name == HEADER);
     let unit = BoardUnit {
         top: TOP,
@@ -305,7 +326,7 @@ fn offered(offers: &[Offer]) -> String {
     for offer in offers {
         let words =
             offer.tdata.iter().fold(String::new(), |text, word| text + &format!(" {word:x}"));
-        let _ = writeln!(text, "{}{words} {}", offer.wait, u8::from(offer.last));
+        let _ = writeln!(text, "{} {}{words} {}", offer.behind, offer.wait, u8::from(offer.last));
     }
     text
 }

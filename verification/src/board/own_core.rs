@@ -1,6 +1,6 @@
 //! Light on the board's own core, and what has to come of it.
 
-use goldtof_wire::{REQUEST_IDENTITY, REQUEST_WRITE, encode};
+use goldtof_wire::{MOST_RESULTS_OF_A_FRAME, REQUEST_IDENTITY, REQUEST_WRITE, encode};
 use rand::RngExt as _;
 
 use super::maker::Maker;
@@ -24,13 +24,12 @@ pub(super) fn whole(sensor: &Sensor, facts: &Facts, seed: u64) -> Result<Script,
     let interface = sensor.interface();
     let lanes = u64::from(interface.lanes());
     let detectors = interface.reference_codes.len();
-    // Two scans, or as much of one as there is time for: a few results at least.
-    let scans = u64::from(interface.accumulate) + 1;
-    let least = match interface.accumulate {
-        0 | 1 => 4 * interface.scan_clocks() / interface.groups(),
-        summed => u64::from(summed) * interface.scan_clocks() + interface.scan_clocks() / 8,
-    };
-    let clocks = (scans * interface.scan_clocks()).min(1_500_000.max(least));
+    // A scan, or those of a sum, and how the next one begins; or as much of one as there is time for: a few results at
+    // least.
+    let scan = interface.scan_clocks();
+    let whole = u64::from(interface.accumulate.max(1)) * scan + scan / 8;
+    let least = if facts.sums.is_some() { whole } else { 4 * scan / interface.groups() };
+    let clocks = whole.min(1_000_000.max(least));
     let mut pulses: Vec<Vec<Pulse>> = vec![Vec::new(); detectors];
     for pulses in &mut pulses {
         let mut at = maker.rng.random_range(0..lanes);
@@ -60,8 +59,7 @@ pub(super) fn whole(sensor: &Sensor, facts: &Facts, seed: u64) -> Result<Script,
             let value = resets.into_iter().fold(0, |all, bits| all | bits);
             maker.read_register(register.address as u16, value);
         }
-        let until = clocks as f64 / facts.chips_per_bit * 1.01;
-        maker.pause((until - maker.script.bits).max(0.0) as u32 + 100);
+        maker.pause_until(clocks as f64 / facts.chips_per_bit * 1.01 + 100.0);
         for register in plan.map(&interface.timing, &interface.source_codes) {
             let is_setting = register.fields.iter().all(|field| field.access == Access::ReadWrite);
             let [field] = &register.fields[..] else { continue };
@@ -73,19 +71,17 @@ pub(super) fn whole(sensor: &Sensor, facts: &Facts, seed: u64) -> Result<Script,
             request.address = register.address as u16;
             maker.say(&encode::request(request, value));
             maker.era().answers.push(Expected::Written(request, 0));
-            maker.pause_for_answer(255);
+            maker.await_answer(request, MOST_RESULTS_OF_A_FRAME);
             maker.read_register(register.address as u16, value);
         }
     }
     let asked = maker.request(REQUEST_IDENTITY, 0);
-    maker.ask(asked);
-    maker.pause_for_answer(255);
+    maker.ask(asked, MOST_RESULTS_OF_A_FRAME);
     // The last results are on their way: a few, or a whole scan that came at once.
     let at_once = facts.sums.is_some() || facts.packing.waits;
-    let results = if at_once { facts.results_of_scan + 255 } else { 255 };
-    let drain = maker.chips_per_result() / facts.chips_per_bit * results as f64;
-    let bits = maker.script.bits.max(clocks as f64 / facts.chips_per_bit) + drain + 2000.0;
-    maker.script.chips = (bits * facts.chips_per_bit) as u64;
+    let late = if at_once { facts.results_of_scan } else { 0 };
+    let drain = facts.chips_of_results(late + MOST_RESULTS_OF_A_FRAME);
+    maker.script.chips = clocks + (drain + 1000.0 * facts.chips_per_bit) as u64;
     Ok(maker.script)
 }
 
@@ -128,7 +124,7 @@ fn sent(sensor: &Sensor, pulses: &[Vec<Pulse>], clocks: u64) -> Result<Vec<Offer
             if valid.low_word(record) == 1 {
                 let words = data.read(record).into_iter();
                 let tdata = words.flat_map(|word| [word as u32, (word >> 32) as u32]).collect();
-                offers.push(Offer { wait: 0, tdata, last: last.low_word(record) == 1 });
+                offers.push(Offer { behind: 0, wait: 0, tdata, last: last.low_word(record) == 1 });
             }
         }
     }

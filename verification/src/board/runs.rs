@@ -1,16 +1,18 @@
 //! What is done to a board: results at every rate, requests whole and torn, resets, light.
 
 use goldtof_wire::{
-    BLOCK_BYTES, REQUEST_BYTES, REQUEST_HITS, REQUEST_IDENTITY, REQUEST_READ, REQUEST_WRITE, encode,
+    MOST_RESULTS_OF_A_FRAME, REQUEST_BYTES, REQUEST_HITS, REQUEST_IDENTITY, REQUEST_READ,
+    REQUEST_WRITE, encode,
 };
 use rand::RngExt as _;
 
 use super::maker::{Maker, SILENCE};
 use super::model::Facts;
 use super::own_core::whole;
-use super::script::{Expected, Moment, Script};
+use super::script::{Expected, HITS_OF_BLOCK, Moment, Script};
 use crate::cosim::error::CosimError;
 use crate::sensor::Sensor;
+use crate::wire::Sums;
 
 /// A run of the board.
 pub(super) struct Run {
@@ -21,24 +23,19 @@ pub(super) struct Run {
 }
 
 /// All of them, those of the board's own core last.
-pub(super) const RUNS: [Run; 8] = [
+pub(super) const RUNS: [Run; 7] = [
     Run {
         name: "requests, whole and torn, of a host that sends 2 % faster and reads slower",
         is_meant: |_| true,
-        script: |_, facts, seed| Ok(requests(facts, seed, (0.98, 1.02), &[0, 1])),
+        script: |_, facts, seed| Ok(torn_requests(facts, seed)),
     },
     Run {
         name: "requests, whole and broken, of a host that sends 2 % slower and reads faster",
         is_meant: |_| true,
-        script: |_, facts, seed| Ok(requests(facts, seed.wrapping_add(1), (1.02, 0.98), &[2])),
+        script: |_, facts, seed| Ok(broken_requests(facts, seed)),
     },
     Run {
-        name: "results at 94 % of the line's rate",
-        is_meant: |facts| facts.sums.is_none(),
-        script: |_, facts, seed| Ok(sustained(facts, seed)),
-    },
-    Run {
-        name: "results faster than the line",
+        name: "results as fast as the line, and faster",
         is_meant: Facts::loses,
         script: |_, facts, seed| Ok(too_fast(facts, seed)),
     },
@@ -60,20 +57,75 @@ pub(super) const RUNS: [Run; 8] = [
     Run { name: "the board's own core", is_meant: |_| true, script: whole },
 ];
 
-/// Requests of every kind, whole and torn in these ways (0: cut, 1: a wrong bit, 2: a byte without its stop bit), each of
-/// the torn ones before one that is answered; results between them, and the core's flags.
-fn requests(facts: &Facts, seed: u64, rates: (f64, f64), ways: &[usize]) -> Script {
+/// What a host does in a round.
+enum Round {
+    /// A request is cut before a byte.
+    Cut(usize),
+    /// A bit of a byte is wrong.
+    WrongBit(usize),
+    /// The byte before this one has no stop bit.
+    Broken(usize),
+    /// A kind that there is not.
+    Unknown(u8),
+    /// A request with a pause in it.
+    Paused,
+    /// A request, and another one while it is answered.
+    Together,
+    /// A request.
+    Whole,
+}
+
+/// Kinds that differ in a bit from one that there is.
+fn unknown_kinds(kind: u8) -> impl Iterator<Item = Round> {
+    (0..8).map(move |bit| Round::Unknown(kind ^ 1 << bit))
+}
+
+fn torn_requests(facts: &Facts, seed: u64) -> Script {
     let mut maker = Maker::new(facts, seed);
-    maker.script.rates = rates;
-    let mut torn: Vec<(usize, usize)> = Vec::new();
-    for &way in ways {
-        torn.extend((usize::from(way != 1)..REQUEST_BYTES).map(|byte| (way, byte)));
+    maker.script.rates = (0.98, 1.02);
+    let mut rounds: Vec<Round> = (1..REQUEST_BYTES).map(Round::Cut).collect();
+    rounds.extend((0..REQUEST_BYTES).map(Round::WrongBit));
+    rounds.extend(unknown_kinds(REQUEST_READ));
+    ask_in_rounds(&mut maker, rounds);
+    match &facts.sums {
+        // As many frames as make the sequence number go round.
+        None => maker.offer_singly(320),
+        Some(sums) => offer_sums(&mut maker, sums),
     }
-    // And whole ones among them.
-    torn.extend([(3, 0); 30]);
-    // Kinds a bit away from those of registers.
-    torn.extend((0..16).map(|bit| (4, bit)));
-    let (count, mut flags) = (torn.len(), vec![0, 1, 3, 2, 0].into_iter());
+    maker.made()
+}
+
+fn broken_requests(facts: &Facts, seed: u64) -> Script {
+    let mut maker = Maker::new(facts, seed.wrapping_add(1));
+    maker.script.rates = (1.02, 0.98);
+    let mut rounds: Vec<Round> = (1..REQUEST_BYTES).map(Round::Broken).collect();
+    rounds.extend(unknown_kinds(REQUEST_WRITE));
+    ask_in_rounds(&mut maker, rounds);
+    match &facts.sums {
+        None => maker.offer_over_script(500),
+        Some(sums) => offer_sums(&mut maker, sums),
+    }
+    maker.made()
+}
+
+/// As many sums as there are bits for, two at least if they are short.
+fn offer_sums(maker: &mut Maker, sums: &Sums) {
+    let bits = maker.facts.bits_of_results(sums.results);
+    let least = if bits < 30_000.0 { 2 } else { 1 };
+    let count = (maker.script.bits / (1.3 * bits)) as usize;
+    (0..count.clamp(least, 8)).for_each(|_| maker.offer_sum(sums));
+}
+
+/// These rounds and some with whole requests, in any order, and the core's flags one after another. Behind each torn
+/// request there is one that is answered.
+fn ask_in_rounds(maker: &mut Maker, mut rounds: Vec<Round>) {
+    const RESULTS: u64 = 8;
+    rounds.extend((0..12).map(|number| match number % 3 {
+        0 => Round::Paused,
+        1 => Round::Together,
+        _ => Round::Whole,
+    }));
+    let (count, mut flags) = (rounds.len(), vec![0, 1, 3, 2, 0].into_iter());
     for number in 0..count {
         if number % (count / 5) == 0
             && let Some(next) = flags.next()
@@ -81,144 +133,128 @@ fn requests(facts: &Facts, seed: u64, rates: (f64, f64), ways: &[usize]) -> Scri
             maker.command(&format!("flags {next}"));
             maker.script.flags.push(next);
         }
-        let (way, byte) = torn.swap_remove(maker.rng.random_range(0..torn.len()));
+        let round = rounds.swap_remove(maker.rng.random_range(0..rounds.len()));
         let asked = maker.any_request();
         let mut bytes = encode::request(asked.0, asked.1);
-        match way {
-            0 => {
+        let point = match round {
+            Round::Cut(byte) => {
                 maker.say(&bytes[..byte]);
-                maker.script.points.push(format!("a request that is torn before byte {byte}"));
+                format!("a request that is torn before byte {byte}")
             }
-            1 => {
+            Round::WrongBit(byte) => {
                 bytes[byte] ^= 1 << maker.rng.random_range(0..8_u32);
                 maker.say(&bytes);
-                maker.script.points.push(format!("a request with a wrong bit in byte {byte}"));
+                format!("a request with a wrong bit in byte {byte}")
             }
-            2 => {
+            Round::Broken(byte) => {
                 maker.say(&bytes[..byte]);
                 maker.command("low 12");
                 maker.pause(3);
                 // The rest is of no request, or of another one that is whole.
-                match byte % 2 {
-                    0 => maker.say(&bytes[byte..]),
+                if byte % 2 == 0 {
+                    maker.say(&bytes[byte..]);
+                } else {
                     // What follows the break may look like a byte.
-                    _ => {
-                        maker.pause(12);
-                        let whole = maker.any_request();
-                        maker.ask(whole);
-                        maker.pause_for_answer(8);
-                    }
+                    maker.pause(12);
+                    let whole = maker.any_request();
+                    maker.ask(whole, RESULTS);
                 }
-                maker.script.points.push(format!("a byte without its stop bit before byte {byte}"));
+                format!("a byte without its stop bit before byte {byte}")
             }
-            4 => {
-                let kind = [REQUEST_READ, REQUEST_WRITE][byte / 8] ^ 1 << (byte % 8);
+            Round::Unknown(kind) => {
                 let other = maker.request(kind, 0x104);
-                maker.ask(other);
+                maker.ask(other, RESULTS);
                 maker.script.points.push("a request of an unknown kind".to_owned());
+                continue;
             }
-            _ => match maker.rng.random_range(0..5) {
-                2 => {
-                    maker.ask(asked);
-                    // The device does not listen until the answer has been sent, which takes longer.
-                    let other = maker.any_request();
-                    maker.say(&encode::request(other.0, other.1));
-                    maker.script.points.push("a request while one is answered".to_owned());
-                }
-                0 => {
-                    let pause = maker.rng.random_range(1..REQUEST_BYTES);
-                    maker.say(&bytes[..pause]);
-                    maker.pause(200);
-                    maker.say(&bytes[pause..]);
-                    maker.expect(asked.0, asked.1);
-                    maker.script.points.push("a pause within a request".to_owned());
-                }
-                _ => maker.ask(asked),
-            },
-        }
-        if way < 3 {
-            maker.pause(SILENCE);
-            let asked = maker.any_request();
-            maker.ask(asked);
-        }
-        maker.pause_for_answer(8);
-    }
-    maker.offer_over_script(500);
-    maker.made()
-}
-
-/// Results that come evenly, a little less fast than the line takes them, and requests among them.
-fn sustained(facts: &Facts, seed: u64) -> Script {
-    let mut maker = Maker::new(facts, seed);
-    let spacing = maker.chips_per_result() / 0.94;
-    let mut sent = 0.0_f64;
-    let results = 2500;
-    let mut offered = 0;
-    while offered < results {
-        let scan = maker.rng.random_range(1000..2000);
-        maker.offer(scan, |_, _| {
-            let before = sent;
-            sent += spacing;
-            // A result has a clock of its own.
-            (sent.floor() - before.floor() - 1.0).max(0.0) as u64
-        });
-        offered += scan;
-    }
-    // Few requests: an answer takes as long as twenty results.
-    for _ in 0..3 {
+            Round::Paused => {
+                let pause = maker.rng.random_range(1..REQUEST_BYTES);
+                maker.say(&bytes[..pause]);
+                maker.pause(200);
+                maker.say(&bytes[pause..]);
+                maker.expect(asked.0, asked.1);
+                maker.await_answer(asked.0, RESULTS);
+                maker.script.points.push("a pause within a request".to_owned());
+                continue;
+            }
+            Round::Together => {
+                maker.say(&bytes);
+                maker.expect(asked.0, asked.1);
+                // The device does not listen until the answer has been sent, which takes longer.
+                let other = maker.any_request();
+                maker.say(&encode::request(other.0, other.1));
+                maker.await_answer(asked.0, RESULTS);
+                maker.script.points.push("a request while one is answered".to_owned());
+                continue;
+            }
+            Round::Whole => {
+                maker.ask(asked, RESULTS);
+                continue;
+            }
+        };
+        maker.script.points.push(point);
+        maker.pause(SILENCE);
         let asked = maker.any_request();
-        maker.ask(asked);
-        maker.pause_for_answer(300);
-        maker.pause(4000);
+        maker.ask(asked, RESULTS);
     }
-    maker.made()
 }
 
-/// Bursts and scans that the line is too slow for: lost scan by scan, and told.
+/// As many results as there is room for, and then no faster than the line; bursts and scans that the line is too slow
+/// for, which are lost scan by scan, and told.
 fn too_fast(facts: &Facts, seed: u64) -> Script {
+    // Two losses of so many results go round the number of those that are lost.
+    const HALF_ROUND: usize = 40_000;
     let mut maker = Maker::new(facts, seed);
     let depth = 1_usize << facts.fifo_address_bits;
     let chips = maker.chips_per_result();
-    // As many as there is room for, at once; and time for them.
-    let first = depth - 32;
-    maker.offer(first, |rng, number| u64::from(number > 0 && rng.random_range(0..8) == 0));
-    maker.script.may_lose_behind = Some(first);
+    // Until so much of the FIFO has left.
+    let drained = |share: f64| (share * chips * depth as f64) as u64;
+    let at_once = depth - 48;
+    maker.offer(at_once, |rng, number| u64::from(number > 0 && rng.random_range(0..8) == 0));
+    let mut due = 0.0_f64;
+    let in_time = MOST_RESULTS_OF_A_FRAME as usize;
+    maker.offer(in_time, |_, _| {
+        let before = due;
+        due += chips / 0.97;
+        // A result has a clock of its own.
+        (due.floor() - before.floor() - 1.0).max(0.0) as u64
+    });
+    maker.script.may_lose_behind = Some(at_once + in_time);
     // It goes full; scans are taken again from where it is less than half full.
-    maker.pause((20.0 * depth as f64 * facts.layout.result_bits() as f64 / 8.0) as u32);
     maker.offer(depth, |_, _| 0);
-    for (drained, comes) in [(0.3, false), (0.3, true)] {
+    for comes in [false, true] {
         maker.script.scans.push((maker.script.offers.len(), comes));
-        let wait = drained * chips * depth as f64;
-        maker.offer(20, |_, number| if number == 0 { wait as u64 } else { 0 });
+        maker.offer(20, |_, number| if number == 0 { drained(0.33) } else { 0 });
     }
     // And a scan that is cut is lost to its end, however much room there is by then.
-    maker.offer(depth + 100, |_, number| {
-        if number < depth { 0 } else { (0.008 * chips * depth as f64) as u64 }
+    maker.offer(depth + HALF_ROUND + 100, |_, number| match number < depth + HALF_ROUND {
+        true => 0,
+        false => drained(0.007),
     });
-    for number in 0..12 {
-        let scan = match number % 4 {
+    for number in 0..4 {
+        let scan = match number {
             0 => maker.rng.random_range(1..depth / 2 - 16),
             1 => maker.rng.random_range(1..40),
-            2 => maker.rng.random_range(depth / 4..2 * depth),
-            // Two of them are more than the number of lost results has bits.
-            _ if number % 8 == 3 => 40_000 + depth,
-            _ => depth / 2 - 17,
+            2 => depth / 2 - 17,
+            _ => depth + HALF_ROUND,
         };
-        let pause = maker.rng.random_range(0.0..0.9) * chips * scan.min(2 * depth) as f64;
-        // Those that go the number round would take as many chips as all else.
-        let is_burst = scan > 2 * depth || maker.rng.random_range(0..3) > 0;
+        let pause = maker.rng.random_range(0.0..0.4) * scan.min(depth) as f64 / depth as f64;
+        let is_burst = scan > depth || maker.rng.random();
         maker.offer(scan, |rng, number| match number {
-            0 => pause as u64,
+            0 => drained(pause),
             _ if is_burst => 0,
             _ => rng.random_range(0.0..chips) as u64,
         });
-        let asked = maker.request(REQUEST_IDENTITY, 0);
-        maker.ask(asked);
-        maker.pause_for_answer(255);
     }
-    // A loss is told with the result that comes next: the last scan comes late, and leaves time.
-    let late = 1.5 * chips * depth as f64;
-    maker.offer(20, |_, number| if number == 0 { late as u64 } else { 0 });
+    // A loss is told with the result that comes next: the last scan comes late enough to be taken.
+    maker.script.scans.push((maker.script.offers.len(), true));
+    maker.offer(20, |_, number| if number == 0 { drained(0.66) } else { 0 });
+    // Few requests: an answer takes as long as twenty results.
+    maker.pause((20.0 * depth as f64 * facts.layout.result_bits() as f64 / 8.0) as u32);
+    for _ in 0..4 {
+        let asked = maker.request(REQUEST_IDENTITY, 0);
+        maker.ask(asked, MOST_RESULTS_OF_A_FRAME);
+    }
     maker.made()
 }
 
@@ -227,8 +263,8 @@ fn waiting(facts: &Facts, seed: u64) -> Script {
     let mut maker = Maker::new(facts, seed);
     maker.script.keeps_line_full = true;
     let mut offered = 0;
-    while offered < 3 << facts.fifo_address_bits {
-        let scan = maker.rng.random_range(1500..3000);
+    while offered < (3 << facts.fifo_address_bits) / 2 {
+        let scan = maker.rng.random_range(600..1200);
         maker.offer(scan, |_, _| 0);
         offered += scan;
     }
@@ -237,6 +273,7 @@ fn waiting(facts: &Facts, seed: u64) -> Script {
 
 /// Resets in the middle of whatever goes on, behind which everything begins anew.
 fn resets(facts: &Facts, seed: u64) -> Script {
+    const RESULTS: u64 = 60;
     let mut maker = Maker::new(facts, seed);
     for round in 0..16 {
         // Registers take longer than most of the pauses.
@@ -271,24 +308,21 @@ fn resets(facts: &Facts, seed: u64) -> Script {
         maker.command("slow 0");
         maker.pause(100 + lasts as u32);
         let asked = maker.any_request();
-        maker.ask(asked);
-        maker.pause_for_answer(60);
+        maker.ask(asked, RESULTS);
     }
     for _ in 0..4 {
         let asked = maker.any_request();
-        maker.ask(asked);
-        maker.pause_for_answer(60);
+        maker.ask(asked, RESULTS);
     }
-    maker.offer_over_script(400);
-    // A sum behind the last reset, which has cut the scan before: no faster than the line, but for some results that
-    // follow one another without a pause.
-    let most = 2 * maker.chips_per_result() as u64;
-    for _ in 0..facts.sums.map_or(0, |sums| sums.scans + 1) {
-        let scan = maker.scan(1);
-        maker.offer(
-            scan,
-            |rng, number| if number % 64 < 8 { 0 } else { rng.random_range(0..=most) },
-        );
+    match &facts.sums {
+        None => maker.offer_over_script(400),
+        Some(sums) => {
+            maker.offer_scans_of_sums(sums);
+            // Behind the last reset a scan that is too short, with which every sum begins anew.
+            maker.behind = maker.script.eras.len() - 1;
+            maker.offer(1, |_, _| 0);
+            maker.offer_sum(sums);
+        }
     }
     maker.made()
 }
@@ -297,19 +331,18 @@ fn resets(facts: &Facts, seed: u64) -> Script {
 fn hits(facts: &Facts, seed: u64) -> Script {
     let mut maker = Maker::new(facts, seed);
     maker.script.host = format!("light 0\n{}", maker.script.host);
-    let words = facts.places_of_hits();
     let steps = [
-        (Moment::Before, words, "light 1", 1500),
-        (Moment::BehindLight, words, "light 2", 100),
-        (Moment::InLight, 1, "light 0", 100),
-        (Moment::BehindIt, 1, "light 0", 0),
+        (Moment::Before, "light 1", 1500),
+        (Moment::BehindLight, "light 2", 100),
+        (Moment::InLight, "light 0", 100),
+        (Moment::BehindIt, "light 0", 0),
     ];
-    for (moment, words, command, bits) in steps {
-        for first in (0..words).step_by(BLOCK_BYTES / 4) {
+    for (moment, command, bits) in steps {
+        for first in (0..facts.places_of_hits()).step_by(HITS_OF_BLOCK) {
             let (request, data) = maker.request(REQUEST_HITS, 4 * first as u16);
             maker.say(&encode::request(request, data));
             maker.era().answers.push(Expected::Hits(request, first, moment));
-            maker.pause_for_answer(1);
+            maker.await_answer(request, 1);
         }
         maker.command(command);
         maker.pause(bits);

@@ -1,10 +1,12 @@
 //! What is done to a board in a run, and what has to come of it.
 
-use goldtof_wire::{Frame, Request};
+use goldtof_wire::{BLOCK_BYTES, Frame, Request};
 
 /// A result as the core offers it.
 #[derive(Debug, Clone)]
 pub(super) struct Offer {
+    /// Resets that have to be over.
+    pub behind: usize,
     /// Clocks before it is offered.
     pub wait: u64,
     /// The stream's word, its lowest 32 bits first.
@@ -45,6 +47,9 @@ pub(super) enum Expected {
     Hits(Request, usize, Moment),
 }
 
+/// Hits by sample in an answer.
+pub(super) const HITS_OF_BLOCK: usize = BLOCK_BYTES / 4;
+
 /// When hits by sample are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Moment {
@@ -80,7 +85,7 @@ pub(super) struct Script {
     pub photons: Option<Vec<PinPulse>>,
     /// Length of the host's bits when it sends and reads.
     pub rates: (f64, f64),
-    /// Chips of a run of the board's own core; the most of any other.
+    /// The fewest chips of a run of the board's own core; the most of any other.
     pub chips: u64,
     /// The sample that is the first of the light.
     pub first: i64,
@@ -96,8 +101,9 @@ pub(super) struct Script {
     pub keeps_line_full: bool,
     /// Situations that the host makes.
     pub points: Vec<String>,
-    /// Bits of the script so far.
+    /// Bits that it takes so far, or nearly so; and those that it takes at most.
     pub bits: f64,
+    pub most_bits: f64,
 }
 
 impl Script {

@@ -218,7 +218,10 @@ pub(crate) struct BoardUnit<'a> {
 
 /// Builds a board, or finds it built.
 pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, CosimError> {
-    let tools = Tools::find(cache)?;
+    let plain = Tools::find(cache)?;
+    let mut tools = plain.clone();
+    // It runs for millions of clocks: half of their time for half a second of the compiler's.
+    tools.compiler_flags.push("-O3".to_owned());
     let mut parts = vec![tools.versions.as_str(), unit.top, unit.testbench, unit.header.1];
     parts.push(env!("CARGO_PKG_VERSION"));
     parts.extend(VERILATOR_FLAGS);
@@ -246,7 +249,7 @@ pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, Cosim
         // Behind the model's own units.
         write(&folder.join("bench.cpp"), unit.testbench)?;
         let flags: Vec<&OsStr> = unit.flags.iter().map(OsStr::new).collect();
-        link(&tools, folder, &flags, Some(&runtime(&tools, cache)?))
+        link(&tools, folder, &flags, Some(&runtime(&plain, cache)?))
             .map_err(|error| rejection(error, unit.sources))
     })?;
     let path = cache.join(name).join(PROGRAM);

@@ -40,13 +40,12 @@ pub fn set_cache_dir(path: PathBuf) {
 /// # Errors
 /// When the user has no home.
 pub fn cache_dir() -> Result<PathBuf, CosimError> {
-    if let Some(chosen) = CHOSEN.get() {
-        return Ok(chosen.clone());
-    }
-    let told = std::env::var_os("GOLDTOF_CACHE_DIR").filter(|told| !told.is_empty());
-    told.map(PathBuf::from)
-        .or_else(|| Some(user_cache_dir()?.join("goldtof")))
-        .ok_or(CosimError::NoCache)
+    let told = || std::env::var_os("GOLDTOF_CACHE_DIR").filter(|told| !told.is_empty());
+    let chosen = CHOSEN.get().cloned().or_else(|| told().map(PathBuf::from));
+    let folder =
+        chosen.or_else(|| Some(user_cache_dir()?.join("goldtof"))).ok_or(CosimError::NoCache)?;
+    // The compiler runs in folders of its own.
+    std::path::absolute(&folder).map_err(CosimError::cache(&folder))
 }
 
 /// The user's folder for caches, as the XDG Base Directory Specification has it: paths that

@@ -382,6 +382,7 @@ impl Project<'_> {
             ("OSCILLATOR_HZ", plan.board.oscillator_hz),
             ("BAUD", u64::from(plan.board.baud)),
             ("DETECTORS", scene.detectors.len() as u64),
+            ("PINS", u64::from(plan.gear.pins)),
             ("SAMPLES_PER_CHIP", u64::from(plan.gear.samples)),
             ("FAST_CLOCKS", u64::from(plan.gear.fast_clocks)),
             ("REST", u64::from(scene.hardware.polarity == Polarity::Low)),
