@@ -14,8 +14,8 @@
 //                      every three chips), "slow N" (1: registers take their time), "unlock N" (the PLL loses its
 //                      lock for so many bits), "answer HHHHHHHH N" (idle until the answer to the request with these
 //                      four bytes, the first one lowest, has been heard, for N bits at most), one a line
-//         results.txt  a line for each result: resets that have to be over, clocks to wait, data (hexadecimal, words
-//                      of 32 bits, the lowest first), last
+//         results.txt  a line for each result: clocks to wait, data (hexadecimal, words of 32 bits, the
+//                      lowest first), last
 // Writes  line.bin     bytes of the line
 //         axi.txt      transfers: "R" or "W", address, data, response
 //         report.txt   "key value" a line: what follows from the run; "reset" with the bytes, results taken and
@@ -200,7 +200,7 @@ constexpr uint64_t SETTLED = 40;
 struct Core {
     std::ifstream file{"results.txt"};
     bool has_next = false, offered = false;
-    unsigned behind = 0, wait = 0, waited = 0;
+    unsigned wait = 0, waited = 0;
     std::vector<uint32_t> words;
     bool last = false;
     uint64_t stalled = 0;
@@ -233,7 +233,7 @@ struct Core {
         has_next = bool(std::getline(file, line));
         if (!has_next) return;
         std::istringstream fields{line};
-        fields >> behind >> wait >> std::hex;
+        fields >> wait >> std::hex;
         words.clear();
         for (uint32_t number; fields >> number;) words.push_back(number);
         last = words.back() != 0;
@@ -322,7 +322,7 @@ struct Core {
         if (reset) offered = false;
         // A host that was in the middle of a byte when the reset came has to see the line idle.
         if (reset) resumes_at = chip_now + 12 * chips_of_bit;
-        if (!offered && has_next && anew > behind && chip_now >= resumes_at && waited++ >= wait) offered = true;
+        if (!offered && has_next && chip_now >= resumes_at && waited++ >= wait) offered = true;
         *tvalid = offered;
         *tlast = offered ? last : random_number() & 1;
         for (size_t k = 0; k < WORDS; ++k) tdata[k] = offered ? words[k] : random_number();

@@ -197,6 +197,7 @@ fn faults_round_the_core_are_found() {
             ("bridge_memory.v", ".ADB7(b[7])", ".ADB7(b[8])"),
             ("board_laser.v", ".D1   (i_chip)", ".D1   (1'b0)"),
             ("board_sampler.v", "assign level = i_pins[0]", "assign level = i_pins[PINS-1]"),
+            ("board_sampler.v", ".DEL_VALUE (`BOARD_DELAY_TAPS)", ".DEL_VALUE (0)"),
         ],
     );
     faults_are_found(ICE40, &[("board_sampler.v", "{at_fall, at_rise}", "{at_rise, at_fall}")]);

@@ -35,8 +35,6 @@ pub(super) struct Maker<'a> {
     tag: u8,
     /// Requests of any kind so far.
     turn: usize,
-    /// Resets that have to be over before what is offered next.
-    pub behind: usize,
 }
 
 impl<'a> Maker<'a> {
@@ -45,7 +43,7 @@ impl<'a> Maker<'a> {
         let script = Script { rates: (1.0, 1.0), eras, ..Script::default() };
         let rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let words = BTreeMap::new();
-        let mut maker = Maker { facts, rng, script, words, tag: seed as u8, turn: 0, behind: 0 };
+        let mut maker = Maker { facts, rng, script, words, tag: seed as u8, turn: 0 };
         // The first request shall not fall into the board's reset.
         maker.pause(SILENCE);
         maker
@@ -240,7 +238,7 @@ impl<'a> Maker<'a> {
             tdata[words - 1] &= u32::MAX >> unused;
             let wait = wait(&mut self.rng, number);
             let last = number + 1 == scan;
-            self.script.offers.push(Offer { behind: self.behind, wait, tdata, last });
+            self.script.offers.push(Offer { wait, tdata, last });
         }
     }
 
@@ -279,16 +277,16 @@ impl<'a> Maker<'a> {
         }
     }
 
-    /// Scans of sums over the bits of the script that never come faster than the line takes them, whichever scan is
-    /// the last one of a sum.
+    /// Scans of sums over the bits of the script, and those of a sum behind them, that never come faster than the line
+    /// takes them, whichever scan is the last one of a sum.
     pub(super) fn offer_scans_of_sums(&mut self, sums: &Sums) {
         // Where the FIFO takes a whole sum, its scans may come faster.
         let is_held = 2 * sums.results < 1 << self.facts.fifo_address_bits;
         let at_once = if is_held { f64::from(sums.scans) } else { 1.0 };
-        let scan_chips = 2.0 * self.facts.chips_of_results(sums.results) / at_once;
-        let scans = self.script.bits * self.facts.chips_per_bit / scan_chips;
+        let scan_chips = 1.3 * self.facts.chips_of_results(sums.results) / at_once;
+        let over_script = self.script.bits * self.facts.chips_per_bit / scan_chips;
         let most = 2.0 * scan_chips / sums.results as f64;
-        for _ in 0..=scans as u64 {
+        for _ in 0..=over_script as u64 + u64::from(sums.scans) {
             self.offer(sums.results as usize, |rng, _| rng.random_range(0.0..=most) as u64);
         }
     }

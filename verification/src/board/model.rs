@@ -326,7 +326,7 @@ fn offered(offers: &[Offer]) -> String {
     for offer in offers {
         let words =
             offer.tdata.iter().fold(String::new(), |text, word| text + &format!(" {word:x}"));
-        let _ = writeln!(text, "{} {}{words} {}", offer.behind, offer.wait, u8::from(offer.last));
+        let _ = writeln!(text, "{}{words} {}", offer.wait, u8::from(offer.last));
     }
     text
 }

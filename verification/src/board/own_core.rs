@@ -124,7 +124,7 @@ fn sent(sensor: &Sensor, pulses: &[Vec<Pulse>], clocks: u64) -> Result<Vec<Offer
             if valid.low_word(record) == 1 {
                 let words = data.read(record).into_iter();
                 let tdata = words.flat_map(|word| [word as u32, (word >> 32) as u32]).collect();
-                offers.push(Offer { behind: 0, wait: 0, tdata, last: last.low_word(record) == 1 });
+                offers.push(Offer { wait: 0, tdata, last: last.low_word(record) == 1 });
             }
         }
     }

@@ -316,13 +316,7 @@ fn resets(facts: &Facts, seed: u64) -> Script {
     }
     match &facts.sums {
         None => maker.offer_over_script(400),
-        Some(sums) => {
-            maker.offer_scans_of_sums(sums);
-            // Behind the last reset a scan that is too short, with which every sum begins anew.
-            maker.behind = maker.script.eras.len() - 1;
-            maker.offer(1, |_, _| 0);
-            maker.offer_sum(sums);
-        }
+        Some(sums) => maker.offer_scans_of_sums(sums),
     }
     maker.made()
 }

@@ -5,8 +5,6 @@ use goldtof_wire::{BLOCK_BYTES, Frame, Request};
 /// A result as the core offers it.
 #[derive(Debug, Clone)]
 pub(super) struct Offer {
-    /// Resets that have to be over.
-    pub behind: usize,
     /// Clocks before it is offered.
     pub wait: u64,
     /// The stream's word, its lowest 32 bits first.
