@@ -79,7 +79,12 @@ const BOARDS: [Checked; 11] = [
     (
         "tests/scenes/registers.toml",
         "icebreaker",
-        &["clock.samples_per_chip=2", "clock.chip_period=21 ns", "hardware.sample_counts=true"],
+        &[
+            "clock.samples_per_chip=2",
+            "clock.chip_period=21 ns",
+            "scan.integration=50 us",
+            "hardware.sample_counts=true",
+        ],
     ),
     (
         QUICK,
