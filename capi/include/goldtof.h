@@ -121,9 +121,12 @@ struct goldtof_model *goldtof_model_new(const struct goldtof_scene *scene,
 // Ends a model.
 void goldtof_model_free(struct goldtof_model *model);
 
+// Number of detectors; 0 if the handle is bad.
+uint32_t goldtof_model_detectors(const struct goldtof_model *model);
+
 // Number of sample words of a clock: one for each detector, or for each of its cells if these have an
 // input each; 0 if the handle is bad.
-uint32_t goldtof_model_detectors(const struct goldtof_model *model);
+uint32_t goldtof_model_inputs(const struct goldtof_model *model);
 
 // Words of 64 bits of a clock's record of outputs; 0 if the handle is bad.
 uint32_t goldtof_model_words(const struct goldtof_model *model);
@@ -136,8 +139,8 @@ goldtof_status goldtof_model_port(const struct goldtof_model *model,
                                   uint32_t index,
                                   struct goldtof_port *port);
 
-// Clocks the model through a batch; its state stays for the next one. `samples` has a
-// word for each detector, clock by clock, bit 0 the earliest sample. `reset` and `ready`
+// Clocks the model through a batch; its state stays for the next one. `samples` has
+// goldtof_model_inputs() words for each clock, bit 0 the earliest sample. `reset` and `ready`
 // have a byte for each clock, 0 for low; null stands for low and for high at all clocks.
 // `outputs` gets goldtof_model_words() words for each clock: what the ports show after
 // its rising edge. If an input is wrong, nothing has changed.

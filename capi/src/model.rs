@@ -94,10 +94,21 @@ pub unsafe extern "C" fn goldtof_model_free(model: *mut ModelHandle) {
     unsafe { free(model) }
 }
 
+/// Number of detectors; 0 if the handle is bad.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn goldtof_model_detectors(model: *const ModelHandle) -> u32 {
+    // SAFETY: the caller's word.
+    let number = call(|| {
+        let model = unsafe { locked(model, "model") }?;
+        Ok(model.model.interface().reference_codes.len() as u32)
+    });
+    number.unwrap_or(0)
+}
+
 /// Number of sample words of a clock: one for each detector, or for each of its cells if these have an
 /// input each; 0 if the handle is bad.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn goldtof_model_detectors(model: *const ModelHandle) -> u32 {
+pub unsafe extern "C" fn goldtof_model_inputs(model: *const ModelHandle) -> u32 {
     // SAFETY: the caller's word.
     let number = call(|| {
         let model = unsafe { locked(model, "model") }?;
@@ -181,8 +192,8 @@ pub struct Host {
     pub read_ready: u8,
 }
 
-/// Clocks the model through a batch; its state stays for the next one. `samples` has a
-/// word for each detector, clock by clock, bit 0 the earliest sample. `reset` and `ready`
+/// Clocks the model through a batch; its state stays for the next one. `samples` has
+/// goldtof_model_inputs() words for each clock, bit 0 the earliest sample. `reset` and `ready`
 /// have a byte for each clock, 0 for low; null stands for low and for high at all clocks.
 /// `outputs` gets goldtof_model_words() words for each clock: what the ports show after
 /// its rising edge. If an input is wrong, nothing has changed.

@@ -1,6 +1,6 @@
 // cell_combiner: level of a detector, from those of its 4 cells
 //
-// A sample of it shows a pulse where those of 2 cells do, or of more.
+// A sample of it shows a pulse where at least 2 cells' samples do.
 //
 // Latency  none
 // Made by  goldtof emit macropixel.toml (goldtof 0.1.0)
@@ -13,8 +13,7 @@ module cell_combiner (
     output wire [3:0]  o_level    // level of the detector, bit 0 earliest
 );
 
-    // pulses of cells; then of each adder an odd number of these, and two or more
-    wire [3:0] word_0;
+    wire [3:0] word_0; // pulses of cells; then sum and carry of each adder
     wire [3:0] word_1;
     wire [3:0] word_2;
     wire [3:0] word_3;

@@ -145,6 +145,20 @@ def test_a_host_sets_a_scan_and_a_setting_that_is_not_taken_is_found(tmp_path, s
     assert "FAIL=" in said and "FAIL=0" not in said and "Mismatch" in said, said
 
 
+@pytest.mark.parametrize("host", [[], ["--set", "hardware.registers=axi4-lite"]])
+def test_cells_have_pulses_together_and_each_of_them_has_some(tmp_path, host):
+    folder = emitted(ROOT / "scenes/macropixel.toml", tmp_path / "rtl", *host)
+    said = made(folder)
+    assert "FAIL=0" in said and "match: " in said, said
+    faulty = tmp_path / "rtl/cell_combiner.v"
+    text, right = faulty.read_text(), "= i_samples[15:12]"
+    (folder / "results.xml").unlink()
+    assert text.count(right) == 1
+    faulty.write_text(text.replace(right, "= 4'd0"))
+    said = made(folder)
+    assert "FAIL=0" not in said and "should be" in said, said
+
+
 def test_own_verilog_is_held_to_the_latency_that_it_shows(tmp_path):
     folder = emitted(QUICK, tmp_path / "rtl")
     own = ["RTL=" + " ".join(map(str, OWN)), "DESIGN=range_top",

@@ -177,7 +177,7 @@ pub fn replay<R: Read>(
 ) -> Result<Replay, ReplayError> {
     let scene = sensor.scene();
     assert_eq!(options.photons.len(), scene.detectors.len(), "a channel for each detector");
-    if sensor.interface().cells.count > 1 {
+    if sensor.interface().input_cells.count > 1 {
         return Err(ReplayError::Channels(
             "a recording has a channel for each detector, and none for its cells: leave out \
              cell_outputs = \"separate\""

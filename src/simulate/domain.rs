@@ -94,6 +94,7 @@ pub fn warnings(
         warnings.extend(view.merged_pulses());
         warnings.extend(view.missed_pulses());
         warnings.extend(view.uneven_samples());
+        warnings.extend(view.short_overlaps());
     }
     if tier <= Tier::Events {
         warnings.extend(view.saturated_counts());
@@ -177,6 +178,19 @@ impl View<'_> {
             "the sampled hardware's samples are not equally far apart; the counter in continuous \
              time takes none, and what they cost is left out"
                 .to_owned()
+        })
+    }
+
+    /// Of pulses that overlap for less than a sample period some do so between samples.
+    fn short_overlaps(&self) -> Option<String> {
+        let spad = &self.sensor.scene().detectors[self.detector];
+        (spad.coincidence > 1).then(|| {
+            format!(
+                "pulses of {} cells that overlap for less than the sample period of {} ns count \
+                 here; the sampled hardware misses those between two samples",
+                spad.coincidence,
+                self.sensor.clock().sample_period_ps() / 1e3,
+            )
         })
     }
 

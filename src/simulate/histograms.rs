@@ -160,7 +160,7 @@ pub(super) fn sampled(
     let width = wanted.sensor.scene().hardware.counter_width;
     let most = width.filter(|&width| width < u64::BITS).map_or(u64::MAX, |width| (1 << width) - 1);
     let from = begun_by([model], numbers.start);
-    let cells = wanted.sensor.interface().cells;
+    let cells = wanted.sensor.interface().input_cells;
     let inputs = model.inputs();
     let streams = inputs.iter().map(|input| PulseStream::new(input, wanted.seed, from));
     let mut streams: Vec<PulseStream> = streams.collect();

@@ -34,7 +34,7 @@ impl Body for PulsesReport {
 
 /// Writes the pulses of so many scans, which `cosim` and `run` with this seed take, too: for each
 /// its first sample, from that of the first word behind reset on (8 bytes), its samples (4 bytes) and its
-/// detector (4 bytes), little-endian, in the order of their first samples.
+/// input (4 bytes; a detector, or a cell of it that has one), little-endian, in the order of their first samples.
 ///
 /// # Errors
 /// When `out` takes no more.

@@ -464,7 +464,7 @@ pub const ONE_MEMORY: &[Fault] = &[
 
 /// Faults in how the cells of scenes/macropixel.toml are combined.
 pub const MACROPIXEL: &[Fault] = &[
-    // One pulse, or three, are enough; or none but all four.
+    // One pulse is enough, or three or all four are needed; all four are not enough.
     ("cell_combiner.v", "= word_7 | word_8", "= word_0 | word_1 | word_2 | word_3"),
     ("cell_combiner.v", "= word_7 | word_8", "= word_8 | (word_7 & (word_3 ^ word_4))"),
     ("cell_combiner.v", "= word_7 | word_8", "= word_8"),

@@ -15,7 +15,7 @@ pub fn parts(sensor: &Sensor) -> Vec<Part> {
     let mut parts: Vec<Part> = SourceIndex::of(&sensor.scene().sources)
         .flat_map(|source| generator_parts(sensor, source.0))
         .collect();
-    parts.extend(cell_combiner(&interface.cells));
+    parts.extend(cell_combiner(&interface.input_cells));
     match &interface.counting {
         Counting::Correlator(correlator) => parts.extend(
             [
@@ -206,9 +206,10 @@ fn cell_combiner(cells: &Cells) -> Option<Part> {
         (Combination::Xor, _) => "an XOR".to_owned(),
         (Combination::Or, 1) => "an OR".to_owned(),
         (Combination::Or, all) if all == cells.count => "an AND".to_owned(),
-        (Combination::Or, least) => format!("adders, and whether they count {least} or more,"),
+        (Combination::Or, least) => format!("adders and a comparison (at least {least})"),
     };
-    let about = format!("{logic} of the samples of {} cells with an input each", cells.count);
+    let about =
+        format!("{logic} of the samples of {} cells, which have an input each", cells.count);
     (cells.count > 1).then(|| kept("cell_combiner", about))
 }
 

@@ -22,7 +22,7 @@ pub struct Levels {
 impl Levels {
     /// Levels that are low so far.
     pub fn of(interface: &Interface) -> Levels {
-        let cells = interface.cells;
+        let cells = interface.input_cells;
         let detectors = if cells.count > 1 { interface.reference_codes.len() } else { 0 };
         Levels {
             cells,

@@ -115,7 +115,7 @@ tables! {
              where their number is odd, as behind a tree of XOR gates (\"xor\")";
         cell_outputs => cell_outputs: CellOutputs = choice(CellOutputs::CHOICES), Or("\"combined\""), "\"separate\"";
             "whether the FPGA gets the combined level (\"combined\"), or each cell's (\"separate\") and combines \
-             their samples; separate ones are those of every detector of a scene, which are alike in it";
+             their samples; all detectors of a scene then have the same cells, combination and coincidence";
         coincidence => coincidence: u32 = integer(1, 64), Or("1"), "2";
             "how many cells' pulses have to overlap; 1 is an OR"
             "as for `cells`";
@@ -410,7 +410,7 @@ pub(super) fn check_cell_outputs(sections: &[Section], scene: &Scene) {
             );
         } else if spad.cells == 1 {
             report("cells = 1 has one output; write cells = 2 or more, or leave out this key");
-        } else if spad.cell_crosstalk.is_some() {
+        } else if spad.cell_crosstalk.is_some_and(|talk| talk.probability > 0.0) {
             report(
                 "photons of separate outputs are simulated cell by cell, without cell_crosstalk; leave \
                  out one of the two",

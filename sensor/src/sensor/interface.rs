@@ -30,7 +30,7 @@ pub struct Interface {
     pub reference_codes: Vec<Arc<Code>>,
     /// SPADs of each detector that have an input each, K: lanes i S .. (i + 1) S of `i_samples` belong
     /// to input i.
-    pub cells: Cells,
+    pub input_cells: Cells,
     /// Bits of `m_axis_tdata`: a signed count, sign-extended to whole bytes, and above
     /// it the total count, zero-extended to whole bytes, if it is sent; or a row of a histogram.
     pub tdata_bits: u32,
@@ -304,7 +304,7 @@ impl Interface {
                 .iter()
                 .map(|detector| codes(&scene.sources[detector.reference]))
                 .collect(),
-            cells: match scene.detectors.first() {
+            input_cells: match scene.detectors.first() {
                 Some(spad) if spad.cell_outputs == CellOutputs::Separate => Cells::of(spad),
                 _ => Cells::ONE,
             },
@@ -333,9 +333,9 @@ impl Interface {
                     interface.polarity,
                     interface.counting,
                     if scene.hardware.code_taps { " taps" } else { "" },
-                    match interface.cells.count {
+                    match interface.input_cells.count {
                         1 => String::new(),
-                        _ => format!(" {:?}", interface.cells),
+                        _ => format!(" {:?}", interface.input_cells),
                     }
                 ),
             })));
@@ -462,7 +462,7 @@ impl Interface {
 
     /// Inputs with samples of their own: one for each detector, or for each of its cells.
     pub fn inputs(&self) -> usize {
-        self.reference_codes.len() * self.cells.count as usize
+        self.reference_codes.len() * self.input_cells.count as usize
     }
 
     /// Samples per clock and input, S.

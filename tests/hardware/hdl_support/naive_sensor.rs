@@ -226,7 +226,7 @@ fn signed_hits(
     k: u64,
 ) -> (i64, i64) {
     let code = &interface.reference_codes[detector];
-    let (lanes, cells) = (i128::from(interface.lanes()), i128::from(interface.cells.count));
+    let (lanes, cells) = (i128::from(interface.lanes()), i128::from(interface.input_cells.count));
     let level = |lane: i128| {
         // Sample `lane` of cycle n; lane -1 is the last of the word before.
         let edge = (n + 1) as usize - usize::from(lane < 0);
@@ -236,8 +236,8 @@ fn signed_hits(
             sample == (interface.polarity == Polarity::High)
         };
         let high = (0..cells).filter(is_high).count() as u32;
-        match interface.cells.combination {
-            Combination::Or => high >= interface.cells.coincidence,
+        match interface.input_cells.combination {
+            Combination::Or => high >= interface.input_cells.coincidence,
             Combination::Xor => high % 2 == 1,
         }
     };

@@ -45,7 +45,7 @@ pub(super) struct LastCells {
 impl LastCells {
     /// Before the first word.
     pub(super) fn before_all(interface: &Interface) -> LastCells {
-        LastCells { cells: interface.cells, sampling: interface.timing.sampling(), high: 0 }
+        LastCells { cells: interface.input_cells, sampling: interface.timing.sampling(), high: 0 }
     }
 
     /// Adds what the cells' words of `clock` change, and the hits that come of it.

@@ -61,7 +61,7 @@ impl Model {
             surroundings: Surroundings::default(),
             hits: vec![Vec::new(); detectors],
             last_samples: vec![LastSample::before_all(interface.lanes()); detectors],
-            last_cells: match interface.cells.count {
+            last_cells: match interface.input_cells.count {
                 1 => Vec::new(),
                 _ => vec![LastCells::before_all(&interface); detectors],
             },
@@ -224,7 +224,7 @@ impl Model {
         let detectors = self.last_samples.len();
         let rest = self.rest;
         if !self.last_cells.is_empty() {
-            let cells = self.interface().cells.count as usize;
+            let cells = self.interface().input_cells.count as usize;
             let changes = &mut self.surroundings.cells;
             changes.resize(detectors, Vec::new());
             changes.iter_mut().for_each(Vec::clear);

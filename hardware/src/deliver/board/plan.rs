@@ -197,7 +197,7 @@ impl Plan {
 
 /// Whether each detector has one input.
 fn check_cells(sensor: &Sensor, board: &'static Board) -> Result<(), BoardError> {
-    match sensor.interface().cells.count {
+    match sensor.interface().input_cells.count {
         1 => Ok(()),
         cells => Err(BoardError(format!(
             "detector.cell_outputs is \"separate\", and {} has pins for detectors with one output, not for \

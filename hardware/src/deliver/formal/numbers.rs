@@ -67,8 +67,8 @@ fn of_ports(interface: &Interface, define: &mut dyn FnMut(&str, String)) {
     for (name, value) in [
         ("SOURCES", interface.source_codes.len() as u32),
         ("DETECTORS", interface.reference_codes.len() as u32),
-        ("CELLS", interface.cells.count),
-        ("COINCIDENCE", interface.cells.coincidence),
+        ("CELLS", interface.input_cells.count),
+        ("COINCIDENCE", interface.input_cells.coincidence),
         ("SAMPLES", interface.lanes()),
         ("DATA_BITS", interface.tdata_bits),
         ("COUNT_BITS", interface.count_bits()),
@@ -80,7 +80,7 @@ fn of_ports(interface: &Interface, define: &mut dyn FnMut(&str, String)) {
     }
     for (name, value) in [
         ("INVERTED", interface.polarity == Polarity::Low),
-        ("ODD_CELLS", interface.cells.combination == Combination::Xor),
+        ("ODD_CELLS", interface.input_cells.combination == Combination::Xor),
         ("SATURATES", interface.saturates()),
         ("SENDS_TOTAL", total.is_some()),
         ("FINDS_PEAK", interface.peak().is_some()),

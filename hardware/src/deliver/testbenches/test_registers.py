@@ -21,7 +21,7 @@ REGISTERS = @REGISTERS@
 REFERENCES = @REFERENCES@
 SAMPLES = @SAMPLES@  # of a chip
 CELLS = @CELLS@  # of a detector, with samples each
-PULSE = sum(1 << SAMPLES * cell for cell in range(@COINCIDENCE@))  # of as many cells as a hit takes
+COINCIDENCE = @COINCIDENCE@  # cells that a hit takes
 PARALLEL = @PARALLEL@  # phase steps at once
 CODE_CHIPS = @CODE_CHIPS@
 COUNT_BITS = @COUNT_BITS@
@@ -30,15 +30,21 @@ CHIPS, GROUPS, FIRST = @CHIPS@, @GROUPS@, @FIRST@
 SINGLE, BUSY = 1 << 1, 1 << 2
 
 
+def pulse(first):
+    """A pulse of as many cells as a hit takes, from one of them on."""
+    return sum(1 << SAMPLES * ((first + cell) % CELLS) for cell in range(COINCIDENCE))
+
+
 async def answer_lasers(dut, idle, periods):
     """A pulse to each chip of a detector's laser that is 1, a chip late; notes what the lasers of all detectors
     show, code period by code period."""
-    shown = []
+    shown, clock = [], 0
     while True:
         await RisingEdge(dut.i_clk)
+        clock += 1
         lasers, epoch = int(dut.o_laser.value), int(dut.o_epoch.value)
         levels = [lasers >> reference & 1 for reference in REFERENCES]
-        words = sum(level * PULSE << SAMPLES * CELLS * number for number, level in enumerate(levels))
+        words = sum(level * pulse(clock) << SAMPLES * CELLS * number for number, level in enumerate(levels))
         dut.i_samples.value = idle ^ words
         if epoch:
             periods.append(shown)

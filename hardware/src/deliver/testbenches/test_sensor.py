@@ -41,15 +41,18 @@ def idle_samples(scene, width):
     return (1 << width) - 1 if scene["hardware.polarity"] == "low" else 0
 
 
-async def drive_samples(dut, draw, idle):
-    """Pulses of one sample to some, at random, in one word of three."""
-    width = len(dut.i_samples)
+async def drive_samples(dut, draw, idle, samples):
+    """Pulses of one sample to some, at random, in one word of three, at one input or at several at once:
+    cells of which a hit takes several have them together."""
+    inputs = len(dut.i_samples) // samples
     while True:
         await RisingEdge(dut.i_clk)
         pulses = 0
         if draw.random() < 0.3:
-            pulses = (draw.getrandbits(3) | 1) << draw.randrange(width)
-        dut.i_samples.value = idle ^ (pulses & ((1 << width) - 1))
+            pulse = (draw.getrandbits(3) | 1) << draw.randrange(samples)
+            for place in draw.sample(range(inputs), draw.randint(1, inputs)):
+                pulses |= (pulse & ((1 << samples) - 1)) << samples * place
+        dut.i_samples.value = idle ^ pulses
 
 
 async def stall_receiver(dut, draw):
@@ -74,7 +77,8 @@ async def every_port_is_what_the_model_says(dut):
     await ClockCycles(dut.i_clk, 4)
     dut.i_rst.value = 0
     draw = random.Random(SEED)
-    cocotb.start_soon(drive_samples(dut, draw, idle))
+    samples = scene["clock.samples_per_chip"]
+    cocotb.start_soon(drive_samples(dut, draw, idle, samples))
     cocotb.start_soon(stall_receiver(dut, draw))
     await ClockCycles(dut.i_clk, CLOCKS)
     await scoreboard.check()

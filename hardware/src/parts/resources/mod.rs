@@ -129,7 +129,7 @@ impl Size {
 /// What the hardware of `sensor` takes in its target; `None` where nothing like it was
 /// measured.
 pub fn resources(sensor: &Sensor) -> Option<Resources> {
-    if sensor.interface().cells.count > 1 {
+    if sensor.interface().input_cells.count > 1 {
         return None;
     }
     let target = sensor.scene().hardware.target;

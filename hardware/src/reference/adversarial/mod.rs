@@ -448,7 +448,7 @@ impl Adversarial {
     /// Takes in pulses of each detector up to a clock, and predicts what they do.
     fn decide_until(&mut self, end: u64, mut pulses: Vec<Vec<Pulse>>) {
         let clocks = self.decided..end;
-        let cells = self.interface.cells;
+        let cells = self.interface.input_cells;
         if cells.count > 1 {
             let samples = self.interface.timing.sampling().samples(&clocks);
             let of_cells =

@@ -207,8 +207,8 @@ impl CoverTable {
             Counting::Correlator(correlator) => {
                 for detector in detectors {
                     table.add_of(detector, hits::points(interface, detector));
-                    if interface.cells.count > 1 {
-                        table.add_of(detector, cells::points(&interface.cells));
+                    if interface.input_cells.count > 1 {
+                        table.add_of(detector, cells::points(&interface.input_cells));
                     }
                     table.add_of(detector, carries::points(interface, correlator));
                     table.add_of(detector, saturation::points(interface, correlator));

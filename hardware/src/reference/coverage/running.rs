@@ -77,7 +77,7 @@ impl Running {
         Running {
             parallel: interface.parallel() as usize,
             lanes: interface.lanes(),
-            cells: interface.cells,
+            cells: interface.input_cells,
             lowest: borders.first().copied().unwrap_or(i64::BITS - 1),
             borders,
             steps: vec![Counter::default(); detectors * interface.parallel() as usize],

@@ -44,7 +44,7 @@ pub struct CellCombiner {
     /// high during a pulse
     #[width(lanes * count)]
     pulses: Local<Word>,
-    /// pulses of cells; then of each adder an odd number of these, and two or more
+    /// pulses of cells; then sum and carry of each adder
     #[each(_word in 0..adders.words)]
     #[width(lanes)]
     word: Vec<Local<Word>>,
@@ -56,10 +56,10 @@ pub struct CellCombiner {
 /// What is said of the level.
 fn about_level(cells: &Cells) -> String {
     match (cells.combination, cells.coincidence) {
-        (Combination::Xor, _) => "those of an odd number of cells do".to_owned(),
-        (Combination::Or, 1) => "that of any cell does".to_owned(),
-        (Combination::Or, all) if all == cells.count => "those of all cells do".to_owned(),
-        (Combination::Or, least) => format!("those of {least} cells do, or of more"),
+        (Combination::Xor, _) => "an odd number of cells' samples do".to_owned(),
+        (Combination::Or, 1) => "any cell's sample does".to_owned(),
+        (Combination::Or, all) if all == cells.count => "all cells' samples do".to_owned(),
+        (Combination::Or, least) => format!("at least {least} cells' samples do"),
     }
 }
 

@@ -99,8 +99,8 @@ pub struct SensorShell {
     #[is(RegisterPorts::new())]
     pub registers: Optional<RegisterPorts>,
     /// Levels of the detectors, where their cells have an input each.
-    #[each(_detector in 0..if interface.cells.count > 1 { detectors } else { 0 })]
-    #[is(CellCombiner::new(interface.lanes() as usize, interface.cells, interface.polarity))]
+    #[each(_detector in 0..if interface.input_cells.count > 1 { detectors } else { 0 })]
+    #[is(CellCombiner::new(interface.lanes() as usize, interface.input_cells, interface.polarity))]
     pub(super) combiner: Vec<CellCombiner>,
     #[width(codes.of_sources.len())]
     pub(super) laser: Register<Word>,
@@ -136,7 +136,7 @@ impl SensorShell {
             self.epoch.next = self.transmit[0].o_epoch.val();
         }
         connect! { self: laser, epoch }
-        let bits = self.interface.lanes() as usize * self.interface.cells.count as usize;
+        let bits = self.interface.lanes() as usize * self.interface.input_cells.count as usize;
         for d in 0..self.combiner.len() {
             self.combiner[d].i_samples.next = self.i_samples.val().slice(bits * d, bits);
         }
@@ -209,7 +209,7 @@ fn data_about(interface: &Interface) -> String {
 
 fn samples_about(interface: &Interface) -> String {
     let lanes = interface.lanes();
-    let about = match (interface.reference_codes.len(), interface.cells.count) {
+    let about = match (interface.reference_codes.len(), interface.input_cells.count) {
         (1, 1) => "SPAD level, bit 0 earliest".to_owned(),
         (_, 1) => format!("SPAD levels, {lanes} samples per detector, bit 0 earliest"),
         (detectors, cells) => format!(

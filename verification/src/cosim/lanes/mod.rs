@@ -118,7 +118,7 @@ impl Prepared {
         cache: &Path,
     ) -> Result<Prepared, Refusal> {
         refuse_memories(interface)?;
-        if interface.cells.count > 1 {
+        if interface.input_cells.count > 1 {
             return Err(Refusal::unfit(
                 "a detector whose cells have an input each (cell_outputs = \"separate\") has a level when \
                  a lane starts that one pulse does not tell",
