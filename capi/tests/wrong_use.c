@@ -61,7 +61,7 @@ int main(void) {
     refused("samples", goldtof_model_clock(model, 2, NULL, NULL, NULL, outputs) == invalid, "samples");
     refused("outputs", goldtof_model_clock(model, 2, samples, NULL, NULL, NULL) == invalid, "outputs");
     refused("wide", goldtof_model_clock(model, 2, samples, NULL, NULL, outputs) == invalid,
-            "clock 1: the sample word of detector 0 is 0x100");
+            "clock 1: the sample word of input 0 is 0x100");
     if (outputs[0] != 7 || outputs[1] != 7) failures++;
 
     refused("batch", !goldtof_scoreboard_new(scene, -1, -1, 1, 0), "at least 1 clock");

@@ -77,7 +77,7 @@ def test_several_detectors_have_columns():
 
 def test_inputs_that_are_not_meant_are_refused(quick):
     model = goldtof.ReferenceModel(quick)
-    with pytest.raises(ValueError, match="clock 1: the sample word of detector 0 is 0x100"):
+    with pytest.raises(ValueError, match="clock 1: the sample word of input 0 is 0x100"):
         model.clock(np.array([0, 256], np.uint16))
     with pytest.raises(ValueError, match="float64"):
         model.clock(np.zeros(3))
