@@ -265,12 +265,13 @@ impl<'a> Maker<'a> {
     }
 
     /// Scans of a sum, the last one no faster than the line takes it, but for some results that follow one another
-    /// without a pause.
-    pub(super) fn offer_sum(&mut self, sums: &Sums) {
+    /// without a pause, and its first ones: so many come at once.
+    pub(super) fn offer_sum(&mut self, sums: &Sums, at_once: usize) {
         let most = 2.6 * self.facts.chips_of_results(sums.results) / sums.results as f64;
         for scan in 1..=sums.scans {
-            let most = if scan == sums.scans { most as u64 } else { 3 };
+            let (most, at_once) = if scan == sums.scans { (most as u64, at_once) } else { (3, 0) };
             self.offer(sums.results as usize, |rng, number| match number % 64 {
+                _ if number < at_once => 0,
                 0..8 => 0,
                 _ => rng.random_range(0..=most),
             });

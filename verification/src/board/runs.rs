@@ -90,7 +90,7 @@ fn torn_requests(facts: &Facts, seed: u64) -> Script {
     match &facts.sums {
         // As many frames as make the sequence number go round.
         None => maker.offer_singly(320),
-        Some(sums) => offer_sums(&mut maker, sums),
+        Some(sums) => offer_sums(&mut maker, sums, 0),
     }
     maker.made()
 }
@@ -103,17 +103,19 @@ fn broken_requests(facts: &Facts, seed: u64) -> Script {
     ask_in_rounds(&mut maker, rounds);
     match &facts.sums {
         None => maker.offer_over_script(500),
-        Some(sums) => offer_sums(&mut maker, sums),
+        // Whole frames wait while the first one is sent; some of the sum before may wait, too.
+        Some(sums) => offer_sums(&mut maker, sums, 1 << (facts.fifo_address_bits - 1)),
     }
     maker.made()
 }
 
-/// As many sums as there are bits for, two at least if they are short.
-fn offer_sums(maker: &mut Maker, sums: &Sums) {
+/// As many sums as there are bits for, two at least if they are short. Of the last one so many results come `at_once`.
+fn offer_sums(maker: &mut Maker, sums: &Sums, at_once: usize) {
     let bits = maker.facts.bits_of_results(sums.results);
     let least = if bits < 30_000.0 { 2 } else { 1 };
     let count = (maker.script.bits / (1.3 * bits)) as usize;
-    (0..count.clamp(least, 8)).for_each(|_| maker.offer_sum(sums));
+    let count = count.clamp(least, 8);
+    (1..=count).for_each(|sum| maker.offer_sum(sums, if sum == count { at_once } else { 0 }));
 }
 
 /// These rounds and some with whole requests, in any order, and the core's flags one after another. Behind each torn
