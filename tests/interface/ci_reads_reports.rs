@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use roxmltree::{Document, Node};
 use serde_json::Value;
@@ -211,4 +212,21 @@ fn the_cache_is_where_it_is_told_to_be_and_is_found_again() {
     let first = run();
     assert!(first.iter().any(|name| name.to_string_lossy().starts_with("model-")));
     assert_eq!(run(), first);
+}
+
+/// Named from where one stands it holds as many models as any other: the second one is compiled with what is kept of the
+/// first.
+#[test]
+fn a_cache_may_be_named_from_where_one_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/quick.toml");
+    for samples in ["clock.samples_per_chip=4", "clock.samples_per_chip=2"] {
+        let words = ["cosim", scene, "--set", samples, "--clocks", "5000", "--cache", "kept"];
+        let done = Command::new(env!("CARGO_BIN_EXE_goldtof"))
+            .args(words)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!(done.status.code(), Some(0), "{done:?}");
+    }
 }
