@@ -2,10 +2,10 @@
 
 use super::{Part, kept, labelled, left_out};
 use crate::code::{Code, Generator};
-use crate::scene::{Combination, SourceIndex};
+use crate::scene::SourceIndex;
 use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
-use crate::sensor::cells::Cells;
+use crate::sensor::cells::{Cells, Gates};
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::{Correlator, Counting, Interface};
 use crate::sensor::rows::RowPlan;
@@ -202,11 +202,11 @@ fn edge_detector(sensor: &Sensor) -> Part {
 
 /// What combines cells that have an input each.
 fn cell_combiner(cells: &Cells) -> Option<Part> {
-    let logic = match (cells.combination, cells.coincidence) {
-        (Combination::Xor, _) => "an XOR".to_owned(),
-        (Combination::Or, 1) => "an OR".to_owned(),
-        (Combination::Or, all) if all == cells.count => "an AND".to_owned(),
-        (Combination::Or, least) => format!("adders and a comparison (at least {least})"),
+    let logic = match cells.gates() {
+        Gates::Xor => "an XOR".to_owned(),
+        Gates::Or => "an OR".to_owned(),
+        Gates::And => "an AND".to_owned(),
+        Gates::AtLeast(least) => format!("adders and a comparison (at least {least})"),
     };
     let about =
         format!("{logic} of the samples of {} cells, which have an input each", cells.count);

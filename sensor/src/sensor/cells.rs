@@ -1,5 +1,7 @@
 //! The SPADs of a detector, and what their pulses make of its level.
 
+use std::ops::Range;
+
 use crate::scan::Sample;
 use crate::scene::{Combination, Detector};
 
@@ -14,6 +16,19 @@ pub struct Cells {
     pub coincidence: u32,
 }
 
+/// What gives the level of a sample from those of some cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gates {
+    /// High where an odd number of them is.
+    Xor,
+    /// High where any of them is.
+    Or,
+    /// High where all of them are.
+    And,
+    /// High where so many of them are, more than one and fewer than all.
+    AtLeast(u32),
+}
+
 impl Cells {
     /// A single SPAD.
     pub const ONE: Cells = Cells { count: 1, combination: Combination::Or, coincidence: 1 };
@@ -22,6 +37,16 @@ impl Cells {
     pub fn of(detector: &Detector) -> Cells {
         let Detector { cells: count, combination, coincidence, .. } = *detector;
         Cells { count, combination, coincidence }
+    }
+
+    /// What gives their level.
+    pub fn gates(&self) -> Gates {
+        match (self.combination, self.coincidence) {
+            (Combination::Xor, _) => Gates::Xor,
+            (Combination::Or, 1) => Gates::Or,
+            (Combination::Or, all) if all == self.count => Gates::And,
+            (Combination::Or, least) => Gates::AtLeast(least),
+        }
     }
 
     /// The level while so many of their pulses are high.
@@ -45,6 +70,12 @@ pub struct CellChange {
 }
 
 impl CellChange {
+    /// Those of some changes, in order, that are at these samples.
+    pub fn within<'c>(changes: &'c [CellChange], samples: &Range<Sample>) -> &'c [CellChange] {
+        let before = |sample: Sample| changes.partition_point(|change| change.sample < sample);
+        &changes[before(samples.start)..before(samples.end)]
+    }
+
     /// Whether the level rises: a hit.
     pub fn is_hit(&self, cells: &Cells) -> bool {
         !cells.level(self.before.count_ones()) && cells.level(self.after.count_ones())

@@ -501,19 +501,16 @@ impl Adversarial {
                 .take_while(|(clock, _)| clocks.contains(clock))
                 .map(|&(clock, inputs)| (clock..clock + 1, inputs))
                 .collect(),
-            cells: changes.iter().map(|changes| within_samples(changes, &samples)).collect(),
+            cells: changes
+                .iter()
+                .map(|changes| CellChange::within(changes, &samples).to_vec())
+                .collect(),
         };
         let mut expected = vec![0; (end - clocks.start) as usize * self.scout.words()];
         self.scout.predict(&surroundings, hits, &mut expected);
         self.scout.take_finished();
         self.decided = end;
     }
-}
-
-/// Those of some changes, in order, that are at these samples.
-fn within_samples(changes: &[CellChange], samples: &Range<Sample>) -> Vec<CellChange> {
-    let before = |sample: Sample| changes.partition_point(|change| change.sample < sample);
-    changes[before(samples.start)..before(samples.end)].to_vec()
 }
 
 /// Those of `ranges`, one behind the other, that have one of `clocks`.

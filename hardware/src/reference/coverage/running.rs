@@ -137,13 +137,9 @@ impl Running {
     }
 
     /// What a detector's cells do in the present step.
-    pub(in crate::reference) fn cells<'c>(
-        &mut self,
-        detector: DetectorIndex,
-        changes: impl Iterator<Item = &'c CellChange>,
-    ) {
+    pub(in crate::reference) fn cells(&mut self, detector: DetectorIndex, changes: &[CellChange]) {
         let seen = &mut self.detectors[detector].cells;
-        changes.for_each(|change| seen.add(&self.cells, change));
+        changes.iter().for_each(|change| seen.add(&self.cells, change));
     }
 
     /// Hits on the first and on the last sample of a step.

@@ -6,6 +6,7 @@ use super::{Reference, Surroundings};
 use crate::reference::coverage::CountedHit;
 use crate::scan::{Group, Sample, Sampling};
 use crate::scene::DetectorIndex;
+use crate::sensor::cells::CellChange;
 
 /// The signs with which one group's correlators count hits, for one detector.
 #[derive(Debug, Clone, Copy)]
@@ -106,10 +107,7 @@ impl Reference {
                     self.count_detector(detector, &hits[first..end]);
                 }
                 for (detector, changes) in DetectorIndex::all().zip(&block.cells) {
-                    let first = changes.partition_point(|change| change.sample < samples.start);
-                    let counted = changes[first..].iter();
-                    let counted = counted.take_while(|change| change.sample < samples.end);
-                    self.running.cells(detector, counted);
+                    self.running.cells(detector, CellChange::within(changes, &samples));
                 }
             }
             if group_end > clocks.end {

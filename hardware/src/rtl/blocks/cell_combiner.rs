@@ -8,8 +8,8 @@
 //! where cells are combined before the FPGA.
 
 use crate::rtl::front::prelude::*;
-use crate::scene::{Combination, Polarity};
-use crate::sensor::cells::Cells;
+use crate::scene::Polarity;
+use crate::sensor::cells::{Cells, Gates};
 
 #[block(cell_combiner)]
 /// level of a detector, from those of its {count} cells
@@ -26,14 +26,12 @@ pub struct CellCombiner {
     inverts: bool,
     #[set(cells.count as usize)]
     count: usize,
-    #[set(cells.combination == Combination::Xor)]
+    #[set(cells.gates() == Gates::Xor)]
     is_xor: bool,
-    #[set(!is_xor && cells.coincidence == 1)]
+    #[set(cells.gates() == Gates::Or)]
     is_or: bool,
-    #[set(!is_xor && cells.coincidence == cells.count)]
-    is_and: bool,
-    /// How pulses are counted, where neither of these is asked for.
-    #[set(if is_xor || is_or || is_and { Adders::default() } else { Adders::of(count, cells.coincidence) })]
+    /// How pulses are counted, where some of them are asked for.
+    #[set(match cells.gates() { Gates::AtLeast(least) => Adders::of(count, least), _ => Adders::default() })]
     adders: Adders,
     /// level of each cell, bit 0 earliest, cell 0 lowest
     #[width(lanes * count)]
@@ -55,11 +53,11 @@ pub struct CellCombiner {
 
 /// What is said of the level.
 fn about_level(cells: &Cells) -> String {
-    match (cells.combination, cells.coincidence) {
-        (Combination::Xor, _) => "an odd number of cells' samples do".to_owned(),
-        (Combination::Or, 1) => "any cell's sample does".to_owned(),
-        (Combination::Or, all) if all == cells.count => "all cells' samples do".to_owned(),
-        (Combination::Or, least) => format!("at least {least} cells' samples do"),
+    match cells.gates() {
+        Gates::Xor => "an odd number of cells' samples do".to_owned(),
+        Gates::Or => "any cell's sample does".to_owned(),
+        Gates::And => "all cells' samples do".to_owned(),
+        Gates::AtLeast(least) => format!("at least {least} cells' samples do"),
     }
 }
 
