@@ -1,6 +1,8 @@
 //! Hardware that keeps histograms: Verilog and reference model agree under hostile inputs
 //! and photons, what the Verilog sends is what the definition says.
 
+use std::fs;
+
 use goldtof::cosim::source::{SourceFile, Verilog, sources_of};
 use goldtof::cosim::{CosimOptions, Cosimulation, StimulusKind, TOP, Verdict, cosimulate};
 use goldtof::deliver::emit;
@@ -17,7 +19,7 @@ use goldtof::simulate::Tier;
 use goldtof::simulate::scans::histograms;
 use rayon::prelude::*;
 
-use crate::hdl_support::{models, run};
+use crate::hdl_support::{goldtof, models, run};
 
 const SEED: u64 = 3;
 /// A model of Lattice's block RAM.
@@ -336,4 +338,27 @@ fn every_phase_steps_count_follows_from_the_histogram_that_the_verilog_sent() {
             assert_eq!([bins], simulated(&sensor, detector, Tier::Sampled, 1)[..], "{name}");
         }
     });
+}
+
+/// Each half of sixteen samples has an adder, so that one signal is made in two places.
+#[test]
+fn an_event_driven_simulator_comes_to_rest_with_an_adder_for_half_the_samples() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let rtl = folder.path().join("rtl");
+    let out = rtl.to_str().expect("text");
+    let sets = ["clock.samples_per_chip=16", "source.code.degree=5", "scan.integration=2480 ns"];
+    let sets = sets.iter().flat_map(|set| ["--set", *set]);
+    let words = ["emit", "scenes/histogram.toml", "--out", out, "--quiet"];
+    let emitted = goldtof(&words.into_iter().chain(sets).collect::<Vec<_>>());
+    assert!(emitted.status.success(), "{}", String::from_utf8_lossy(&emitted.stderr));
+    // As many clocks as take moments.
+    let bench = rtl.join("sensor_top_tb.v");
+    let text = fs::read_to_string(&bench).expect("it is there");
+    let shorter = text.replace("localparam CLOCKS = 100000;", "localparam CLOCKS = 2000;");
+    assert_ne!(text, shorter);
+    fs::write(&bench, shorter).expect("it can be written");
+    let list = ["-g2005", "-s", "sensor_top_tb", "-o", "bench.vvp", "-f", "sensor_top_tb.f"];
+    run(&rtl, "iverilog", &list);
+    let said = run(&rtl, "timeout", &["60", "vvp", "-n", "bench.vvp"]);
+    assert!(said.contains("PASS"), "{said}");
 }

@@ -180,7 +180,11 @@ pub fn folded(lines: Vec<Line>) -> Vec<Line> {
             .all(|slope| slope.as_deref().is_some_and(is_of_places) && *slope == slopes[0]);
         match (slopes[0].as_deref(), operands[0].width()) {
             (Some(slope), Some(width))
-                if *op == BinaryOp::Or && is_even && operands.len() >= LEAST_OPERANDS =>
+                if *op == BinaryOp::Or
+                    && is_even
+                    && operands.len() >= LEAST_OPERANDS
+                    // Blocks that each build up a part of one signal would wake each other for ever.
+                    && matches!(target, Term::Name(_)) =>
             {
                 Line::Fold {
                     target: target.clone(),

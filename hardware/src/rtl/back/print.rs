@@ -447,11 +447,9 @@ fn push_assignment(out: &mut String, line: &Line, indent: usize) {
         Line::Fold { target, op, index, trips, operand, zero } => {
             let inner = indent + 4;
             let target = expression(target);
-            // Parts of a signal have blocks of their own.
-            let name = target.trim_end_matches(']').replace(['[', ':'], "_");
             let _ = writeln!(
                 out,
-                "{:indent$}always @* begin : make_{name}\n{:inner$}integer {index};\n{:inner$}{target} = \
+                "{:indent$}always @* begin : make_{target}\n{:inner$}integer {index};\n{:inner$}{target} = \
                  {};\n{:inner$}{} begin",
                 "",
                 "",

@@ -169,9 +169,7 @@ impl Sheet {
     /// What a loop builds up is a variable.
     fn declare_folds(&mut self) {
         for line in &self.assigns {
-            let Line::Fold { target: Term::Name(target) | Term::Part { name: target, .. }, .. } =
-                line
-            else {
+            let Line::Fold { target: Term::Name(target), .. } = line else {
                 continue;
             };
             for one in self.declarations.iter_mut().filter(|one| one.name == *target) {
