@@ -389,7 +389,7 @@ fn added_cells_are_expected_to_count_as_so_many_detectors() {
         let counter = StepCounter::new(&model);
         let counts = (0..repeated(3_000, 30_000)).map(|repetition| {
             let mut counts = [StepCount::ZERO];
-            counter.count(11, 0..1, repetition..repetition + 1, &mut counts);
+            counter.count(11, repetition..repetition + 1, 0..1, &mut counts);
             counts[0]
         });
         let counts: Vec<StepCount> = counts.collect();
