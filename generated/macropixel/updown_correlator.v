@@ -22,7 +22,7 @@ module updown_correlator (
 
     reg  [1:0] hit_r;           // pairs with a hit
     reg  [1:0] down_r;          // pairs whose hit counts down
-    reg  [2:0] sum_r;           // signed count of samples 0 to 3
+    reg  [2:0] sum_r;           // signed count of two pairs
     wire [1:0] early_reference; // reference of each pair's earlier sample
     wire [1:0] late_reference;  // reference of each pair's later sample
 

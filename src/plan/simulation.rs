@@ -149,9 +149,10 @@ fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
 /// SPADs behind one input.
 fn cells(detector: &Detector, part: String) -> Part {
     let combined = match (detector.combination, detector.coincidence) {
-        (Combination::Xor, _) => "high while an odd number of their pulses is".to_owned(),
-        (Combination::Or, 1) => "high while any of their pulses is".to_owned(),
-        (Combination::Or, most) => format!("high while {most} of their pulses overlap"),
+        (Combination::Adder, _) => "the hits of all of them added up".to_owned(),
+        (Combination::Xor, _) => "the level high while an odd number of their pulses is".to_owned(),
+        (Combination::Or, 1) => "the level high while any of their pulses is".to_owned(),
+        (Combination::Or, most) => format!("the level high while {most} of their pulses overlap"),
     };
     let talk = match detector.cell_crosstalk {
         Some(talk) if talk.probability > 0.0 => {
@@ -160,15 +161,18 @@ fn cells(detector: &Detector, part: String) -> Part {
         _ => String::new(),
     };
     let inputs = match detector.cell_outputs {
-        CellOutputs::Combined => "behind one input, which is",
-        CellOutputs::Separate => "with an input each; combined, the level is",
+        CellOutputs::Combined => "behind one input",
+        CellOutputs::Separate => "with an input each",
     };
     kept(
         part,
         format!(
-            "{} SPADs {inputs} {combined}{talk}; no expectation, no bound and no \
-             fit: simulated photon by photon",
-            detector.cells
+            "{} SPADs {inputs}, {combined}{talk}{}",
+            detector.cells,
+            match detector.combination {
+                Combination::Adder => "",
+                _ => "; no expectation, no bound and no fit: simulated photon by photon",
+            }
         ),
     )
 }

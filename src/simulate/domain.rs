@@ -86,7 +86,7 @@ pub fn warnings(
     predicted: &[Predicted],
 ) -> Vec<String> {
     let model = DetectorModel::new(sensor, detector);
-    let light = Light::of(&model);
+    let light = Light::of(&model).of_cell(&model);
     let view =
         View { sensor, detector, model: &model, brightest_per_chip: light.brightest_per_chip() };
     let mut warnings = Vec::new();
@@ -140,7 +140,7 @@ impl View<'_> {
     /// samples: if they are less than pulse width and sample period apart.
     fn merged_pulses(&self) -> Option<String> {
         let spad = &self.sensor.scene().detectors[self.detector];
-        let share = merged_share(self.model, &Light::of(self.model));
+        let share = merged_share(self.model, &Light::of(self.model).of_cell(self.model));
         (share > SHARE).then(|| {
             format!(
                 "pulses of {} ns, {} ns of dead time and a sample every {:.3} ns leave no low sample \

@@ -176,7 +176,7 @@ pub(super) fn sampled(
         changes.clear();
         levels.advance(&pulses, until, &mut changes);
         let mut bins = vec![0_u64; period as usize];
-        for hit in changes.iter().filter(|change| change.is_hit(&cells)) {
+        for hit in changes.iter().filter(|change| change.hits(&cells) > 0) {
             let bin = &mut bins[(hit.sample.0 % period) as usize];
             *bin = (*bin + 1).min(most);
         }

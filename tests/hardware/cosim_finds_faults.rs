@@ -374,6 +374,7 @@ fn the_emitted_testbench_finds_every_fault_of_the_other_sensors() {
     assert_eq!(missed_by_the_testbench("tests/scenes/totals.toml", TOTALS), 0);
     assert_eq!(missed_by_the_testbench("scenes/macropixel.toml", MACROPIXEL), 0);
     assert_eq!(missed_by_the_testbench("tests/scenes/odd-cells.toml", ODD_CELLS), 0);
+    assert_eq!(missed_by_the_testbench("tests/scenes/adder.toml", ADDER), 0);
 }
 
 #[test]
@@ -425,6 +426,7 @@ fn every_fault_in_rows_of_detectors_is_found() {
 fn every_fault_in_combining_cells_is_found() {
     all_are_found("scenes/macropixel.toml", MACROPIXEL);
     all_are_found("tests/scenes/odd-cells.toml", ODD_CELLS);
+    all_are_found("tests/scenes/adder.toml", ADDER);
 }
 
 #[test]

@@ -237,6 +237,17 @@ fn counts_of_cells_are_proven_and_faults_in_combining_them_refused() {
         ("counts", "sensor_top", "i_samples[6*g +: 6]", "i_samples[0 +: 6]"),
     ];
     assert_refused(&of_file("odd-cells"), &["counts"], &[], faults);
+    let faults: &[Fault] = &[
+        (
+            "counts",
+            "updown_correlator",
+            "quad_sum[3:0] + quad_sum[7:4]",
+            "quad_sum[3:0] | quad_sum[7:4]",
+        ),
+        ("counts", "edge_detector", "last_samples_r[2]", "last_samples_r[1]"),
+        ("counts", "hit_counter", "{2'd0, hit_r[5:4]}", "{3'd0, hit_r[4]}"),
+    ];
+    assert_refused(&of_file("adder"), &["counts"], &[], faults);
 }
 
 #[test]

@@ -492,6 +492,40 @@ pub const MACROPIXEL: &[Fault] = &[
     ),
 ];
 
+/// Faults in how the hits of the cells of tests/scenes/adder.toml are added up.
+pub const ADDER: &[Fault] = &[
+    // Edges of a cell at the border of words: of another cell, of none, swapped.
+    (
+        "edge_detector.v",
+        "{i_samples[10:8], last_samples_r[2]",
+        "{i_samples[10:8], last_samples_r[1]",
+    ),
+    ("edge_detector.v", "{i_samples[10:8], last_samples_r[2]", "{i_samples[10:8], i_samples[7]"),
+    ("edge_detector.v", "{i_samples[11], i_samples[7]", "{i_samples[7], i_samples[11]"),
+    (
+        "edge_detector.v",
+        "assign earlier[g] = i_samples[2*g]",
+        "assign earlier[g] = i_samples[2*(g % 2)]",
+    ),
+    // Cells that count once where they are hit together, or not at all, or twice.
+    ("updown_correlator.v", "quad_sum[3:0] + quad_sum[7:4]", "quad_sum[3:0] | quad_sum[7:4]"),
+    ("updown_correlator.v", "{2'd0, hit_r[5:4]}", "{3'd0, hit_r[4]}"),
+    ("updown_correlator.v", "{2'd0, hit_r[5:4]}", "{hit_r[4], 1'd0, hit_r[5:4]}"),
+    ("updown_correlator.v", "= hit_r[3:0]", "= {hit_r[3:1], hit_r[0] & ~hit_r[2]}"),
+    // A sign of another sample, and a carry that is lost.
+    ("updown_correlator.v", "{i_reference[3], i_reference[1]", "{i_reference[1], i_reference[3]"),
+    ("updown_correlator.v", "{2'd0, down_r[5:4]}", "{2'd0, down_r[4], down_r[5]}"),
+    (
+        "updown_correlator.v",
+        "quad_sum[3:0] + quad_sum[7:4]",
+        "{quad_sum[3] ^ quad_sum[7], quad_sum[2:0] + quad_sum[6:4]}",
+    ),
+    // The same of the total.
+    ("hit_counter.v", "{2'd0, hit_r[5:4]}", "{3'd0, hit_r[4]}"),
+    ("hit_counter.v", "quad_sum[3:0] + quad_sum[7:4]", "quad_sum[3:0] | quad_sum[7:4]"),
+    ("sensor_top.v", "i_samples[12*g +: 12]", "i_samples[0 +: 12]"),
+];
+
 /// Faults in how the cells of tests/scenes/odd-cells.toml are.
 pub const ODD_CELLS: &[Fault] = &[
     (

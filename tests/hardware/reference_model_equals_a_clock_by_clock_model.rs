@@ -206,13 +206,15 @@ fn the_two_agree_on_every_port_at_every_clock_under_adversarial_inputs() {
     ];
     let mut interfaces: Vec<Interface> = scenes.iter().map(Interface::of).collect();
     // Cells with an input each.
-    interfaces.extend([(0, 2, 1), (14, 4, 2), (0, 3, 3), (0, 5, 0)].map(
-        |(scene, cells, coincidence)| {
-            let mut scene = scenes[scene].clone();
-            give_cells(&mut scene, cells, coincidence);
-            Interface::of(&scene)
-        },
-    ));
+    interfaces.extend(
+        [(0, 2, 1), (14, 4, 2), (0, 3, 3), (0, 5, 0), (0, 5, 6), (2, 7, 8), (13, 3, 4)].map(
+            |(scene, cells, coincidence)| {
+                let mut scene = scenes[scene].clone();
+                give_cells(&mut scene, cells, coincidence);
+                Interface::of(&scene)
+            },
+        ),
+    );
     // Counts as wide as hours of integration need: results of more than a word.
     interfaces.push(with_wide_counts(Interface::of(&scenes[7])));
     for (i, interface) in interfaces.iter().enumerate() {

@@ -4,11 +4,11 @@
 use goldtof::estimate::histogram::{Uncorrected, dead_time};
 use goldtof::photons::fast::{OutsideDomain, StepCounter};
 use goldtof::photons::{CellLevels, DetectorModel, Level, PulseStream, StepCount};
-use goldtof::response::{MeanResponse, MeanResponseError};
-use goldtof::scan::{Group, Sample};
+use goldtof::response::{CountingTier, MeanResponse, MeanResponseError, SecondMoments};
+use goldtof::scan::{Group, Sample, Step};
 use goldtof::scene::{self, CellOutputs, Combination, Crosstalk, Detector, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
-use goldtof::sensor::cells::Cells;
+use goldtof::sensor::cells::{CellChange, Cells};
 use optics_support::{
     Moments, assert_within_standard_errors, code, ideal_scene, naive, repeated, table_i_scene,
 };
@@ -45,9 +45,12 @@ fn totals(scene: &Scene, seed: u64, steps: u64) -> Moments {
 #[test]
 fn constant_light_gives_the_rates_of_independent_renewal_processes() {
     for (cells, rate) in [(4, 1e4), (4, 20e6), (4, 200e6), (16, 200e6), (16, 1e9), (2, 50e6)] {
-        for (combination, coincidence) in
-            [(Combination::Or, 1), (Combination::Or, 2), (Combination::Xor, 1)]
-        {
+        for (combination, coincidence) in [
+            (Combination::Or, 1),
+            (Combination::Or, 2),
+            (Combination::Xor, 1),
+            (Combination::Adder, 1),
+        ] {
             let scene = constant_light(rate, |spad| {
                 (spad.cells, spad.combination) = (cells, combination);
                 spad.coincidence = coincidence;
@@ -56,7 +59,7 @@ fn constant_light_gives_the_rates_of_independent_renewal_processes() {
             let (all, high) = (of_cell * f64::from(cells), of_cell * 7e-9);
             let others = cells - 1;
             let expected = match (combination, coincidence) {
-                (Combination::Xor, _) => all,
+                (Combination::Xor | Combination::Adder, _) => all,
                 (Combination::Or, 1) => all * (1.0 - high).powi(others as i32),
                 (Combination::Or, _) => {
                     all * f64::from(others) * high * (1.0 - high).powi(others as i32 - 1)
@@ -117,7 +120,7 @@ fn modulated_light_is_counted_as_by_a_simulator_of_all_edges() {
         spad.cell_dark_count_rates_cps[1] = 2e6;
         let width = spad.pulse_width_ps / 8e3;
         let is_high = |high: usize| match combination {
-            Combination::Or => high >= coincidence as usize,
+            Combination::Or | Combination::Adder => high >= coincidence as usize,
             Combination::Xor => high % 2 == 1,
         };
         let steps = repeated(400, 20_000);
@@ -195,7 +198,8 @@ fn sampled_hits(model: &DetectorModel, law: &Cells, repetition: u64, samples: u6
     assert_eq!(pulses.len(), law.count as usize);
     let mut changes = Vec::new();
     CellLevels::new(law.count).advance(&pulses, Sample(samples), &mut changes);
-    changes.iter().filter(|change| change.is_hit(law)).map(|change| change.sample.0).collect()
+    let of_change = |change: &CellChange| vec![change.sample.0; change.hits(law) as usize];
+    changes.iter().flat_map(of_change).collect()
 }
 
 /// The chance that the level of independent cells is low at one sample and high at the next: of each cell
@@ -236,6 +240,7 @@ fn samples_of_separate_outputs_rise_as_those_of_independent_cells() {
             (Combination::Or, 2),
             (Combination::Or, cells),
             (Combination::Xor, 1),
+            (Combination::Adder, 1),
         ] {
             let scene = constant_light(rate, |spad| {
                 (spad.cells, spad.cell_outputs) = (cells, CellOutputs::Separate);
@@ -248,9 +253,14 @@ fn samples_of_separate_outputs_rise_as_those_of_independent_cells() {
             let is_high = |high: i32| match combination {
                 Combination::Or => high >= coincidence as i32,
                 Combination::Xor => high % 2 == 1,
+                Combination::Adder => high > 0,
             };
             let (both, alone) = (of_cell * (width_ps - 1e3) * 1e-12, of_cell * 1e-9);
-            let expected = chance_of_rise(cells as i32, both, alone, is_high);
+            let expected = match combination {
+                // Every cell's edges: as many as it has detections.
+                Combination::Adder => f64::from(cells) * alone,
+                _ => chance_of_rise(cells as i32, both, alone, is_high),
+            };
             // Pulses of the step before are not known in it.
             let (from, samples) = (8, 8_000);
             let counted = (0..repeated(60, 3_000)).map(|repetition| {
@@ -277,6 +287,8 @@ fn samples_of_separate_outputs_are_those_of_a_simulator_that_looks_at_each_cell(
         (4, 160e6, Combination::Or, 2),
         (4, 160e6, Combination::Xor, 1),
         (16, 1e9, Combination::Or, 3),
+        (4, 160e6, Combination::Adder, 1),
+        (16, 1e9, Combination::Adder, 1),
     ]
     .into_iter()
     .enumerate()
@@ -301,7 +313,8 @@ fn samples_of_separate_outputs_are_those_of_a_simulator_that_looks_at_each_cell(
             ours.push(row);
             let mut row = vec![0.0; period];
             let mut pulses = vec![0; samples as usize];
-            for registered in naive_cells(&scene, &mut rng, chips as f64) {
+            let cells = naive_cells(&scene, &mut rng, chips as f64);
+            for (cell, registered) in cells.into_iter().enumerate() {
                 let mut next = 0;
                 let mut until = f64::NEG_INFINITY;
                 for (sample, pulses) in pulses.iter_mut().enumerate() {
@@ -310,18 +323,21 @@ fn samples_of_separate_outputs_are_those_of_a_simulator_that_looks_at_each_cell(
                         until = registered[next] + 3.3 / 8.0;
                         next += 1;
                     }
-                    *pulses += u32::from(instant < until);
+                    *pulses |= u32::from(instant < until) << cell;
                 }
             }
             let is_high = |pulses: u32| match combination {
-                Combination::Or => pulses >= coincidence,
-                Combination::Xor => pulses % 2 == 1,
+                Combination::Or | Combination::Adder => pulses.count_ones() >= coincidence,
+                Combination::Xor => pulses.count_ones() % 2 == 1,
             };
-            let mut was_high = false;
+            let mut before = 0;
             for (sample, &pulses) in pulses.iter().enumerate() {
-                let now = is_high(pulses);
-                row[sample % period] += f64::from(u8::from(now && !was_high));
-                was_high = now;
+                let hits = match combination {
+                    Combination::Adder => (pulses & !before).count_ones(),
+                    _ => u32::from(is_high(pulses) && !is_high(before)),
+                };
+                row[sample % period] += f64::from(hits);
+                before = pulses;
             }
             theirs.push(row);
         }
@@ -335,6 +351,78 @@ fn samples_of_separate_outputs_are_those_of_a_simulator_that_looks_at_each_cell(
         }
         let z = Moments::of(squares);
         assert_within_standard_errors((z.mean - 1.0) / (2.0 / z.count).sqrt(), 4.5, &told);
+    }
+}
+
+/// Means and variances of counts that cells add up, with dead time, afterpulses and jitter, and the hits of
+/// each sample of the code period: as photons give them, and as many times as large as those of one
+/// cell, which is a detector with as large a share of the light.
+#[test]
+fn added_cells_are_expected_to_count_as_so_many_detectors() {
+    let (chips, period) = (7 * 40, 7 * 8);
+    for (cells, rate) in [(4, 1e6), (4, 160e6), (16, 1e9)] {
+        let told = format!("{cells} cells, {rate:e}");
+        let mut scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), rate, chips);
+        scene.detectors[0].pulse_width_ps = 5e3;
+        let mut one = scene.clone();
+        one.detectors[0].cells = cells;
+        one.detectors[0] = one.detectors[0].cell(0);
+        let spad = &mut scene.detectors[0];
+        (spad.cells, spad.cell_outputs) = (cells, CellOutputs::Separate);
+        spad.combination = Combination::Adder;
+        let (model, of_cell) = (model(&scene), model(&one));
+
+        let moments = |model: &DetectorModel| {
+            let response = MeanResponse::of_tier(model, CountingTier::Events).unwrap();
+            SecondMoments::new(&response).unwrap().of_step(Step(0))
+        };
+        let (expected, times) = (moments(&model), moments(&of_cell).in_times(cells.into()));
+        for (all, one) in [
+            (expected.signed_mean, times.signed_mean),
+            (expected.total_mean, times.total_mean),
+            (expected.signed_variance, times.signed_variance),
+            (expected.total_variance, times.total_variance),
+            (expected.covariance, times.covariance),
+        ] {
+            assert!((all - one).abs() < 1e-9 * expected.total_mean, "{told}: {all} {one}");
+        }
+        let counter = StepCounter::new(&model);
+        let counts = (0..repeated(3_000, 30_000)).map(|repetition| {
+            let mut counts = [StepCount::ZERO];
+            counter.count(11, repetition..repetition + 1, 0..1, &mut counts);
+            counts[0]
+        });
+        let counts: Vec<StepCount> = counts.collect();
+        let signed = Moments::of(counts.iter().map(|count| count.signed as f64));
+        let total = Moments::of(counts.iter().map(|count| count.total as f64));
+        let all = total.mean;
+        for (found, mean, variance) in [
+            (signed, expected.signed_mean, expected.signed_variance),
+            (total, expected.total_mean, expected.total_variance),
+        ] {
+            assert_within_standard_errors(found.z(mean), 4.0, &told);
+            // Of few counts the fourth moment is larger than that of normal numbers.
+            let error = (2.0 / found.count + 1.0 / (found.count * all)).sqrt();
+            assert_within_standard_errors((found.variance / variance).ln() / error, 4.0, &told);
+        }
+
+        let sampled = MeanResponse::new(&model).unwrap().hits_per_sample();
+        let law = Cells::of(&scene.detectors[0]);
+        let mut rows = Vec::new();
+        for repetition in 0..repeated(300, 10_000) {
+            let mut row = vec![0.0; period];
+            for hit in sampled_hits(&model, &law, repetition, chips * 8) {
+                row[hit as usize % period] += 1.0;
+            }
+            rows.push(row);
+        }
+        for (column, expected) in sampled.iter().enumerate() {
+            let found = Moments::of(rows.iter().map(|row| row[column]));
+            if found.mean * found.count > 20.0 {
+                let z = found.z(expected * 40.0);
+                assert_within_standard_errors(z, 4.5, &format!("{told}: sample {column}"));
+            }
+        }
     }
 }
 
@@ -404,6 +492,14 @@ fn what_rests_on_one_spad_refuses_cells_by_name() {
     assert_eq!(MeanResponse::new(&model).map(|_| ()), Err(MeanResponseError::Cells));
     assert_eq!(StepCounter::new(&model).outside_domain(), Some(OutsideDomain::Cells));
     assert_eq!(dead_time(&Sensor::new(&scene), SPAD).map(|_| ()), Err(Uncorrected::Cells));
+    // Cells that are added up have expectations if they are alike.
+    let spad = &mut scene.detectors[0];
+    (spad.cell_outputs, spad.combination) = (CellOutputs::Separate, Combination::Adder);
+    let hot = DetectorModel::new(&Sensor::new(&scene), SPAD);
+    assert!(MeanResponse::new(&hot).is_ok());
+    scene.detectors[0].cell_dark_count_rates_cps = vec![1e3, 1e3, 2e6, 1e3];
+    let hot = DetectorModel::new(&Sensor::new(&scene), SPAD);
+    assert_eq!(MeanResponse::new(&hot).err(), Some(MeanResponseError::UnlikeCells));
 }
 
 #[test]
@@ -416,6 +512,11 @@ fn what_does_not_hold_together_is_told_in_the_scene() {
         ("cells = 4\ncombination = \"xor\"\ncoincidence = 2", "an odd number of pulses"),
         ("cells = 4\ncombination = \"and\"", "not known"),
         ("cell_outputs = \"separate\"", "cells = 1 has one output"),
+        ("cells = 4\ncombination = \"adder\"", "write cell_outputs = \"separate\""),
+        (
+            "cells = 4\ncombination = \"adder\"\ncell_outputs = \"separate\"\ncoincidence = 2",
+            "\"adder\" counts every pulse",
+        ),
         (
             "cells = 2\ncell_outputs = \"separate\"\ncell_crosstalk = { probability = 0.1 }",
             "without cell_crosstalk",

@@ -6,6 +6,7 @@ use crate::photons::{DetectorModel, StepCount};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
+use crate::sensor::cells::Cells;
 
 /// A phase step's signed count, and the total one where there is any, as the scene's hardware
 /// can have counted them.
@@ -19,11 +20,15 @@ pub fn possible_count(
 ) -> Result<StepCount, String> {
     let chips = i128::from(scene.scan.integration_chips);
     // A rising edge takes two samples, and the first may stand alone.
-    let most = (chips * i128::from(scene.samples_per_chip) / 2 + 1).max(chips);
+    let of_level = (chips * i128::from(scene.samples_per_chip) / 2 + 1).max(chips);
+    // All detectors of a scene whose cells are added up have as many.
+    let cells = scene.detectors.first().map_or(1, |spad| Cells::of(spad).edges());
+    let most = of_level * i128::from(cells);
     if signed.abs() > most {
         return Err(format!(
-            "count is {signed}; {chips} chips of {} samples hold at most {most} detections",
-            scene.samples_per_chip
+            "count is {signed}; {chips} chips of {} samples hold at most {most} detections{}",
+            scene.samples_per_chip,
+            if cells > 1 { format!(" of {cells} cells") } else { String::new() }
         ));
     }
     let Some(total) = total else {
@@ -109,6 +114,18 @@ mod tests {
 
     use super::*;
     use crate::scene;
+
+    #[test]
+    fn added_cells_count_as_often_as_there_are_some() {
+        let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenes/adder.toml");
+        let mut scene = scene::load(&file).expect("the scene is sound");
+        // 125 chips of 4 samples hold 250 rising edges and one more, of each of three cells.
+        assert!(possible_count(&scene, -753, Some(753)).is_ok());
+        let told = possible_count(&scene, 754, None).unwrap_err();
+        assert!(told.contains("at most 753 detections of 3 cells"), "{told}");
+        scene.detectors.iter_mut().for_each(|spad| spad.combination = scene::Combination::Or);
+        assert!(possible_count(&scene, 252, None).is_err());
+    }
 
     #[test]
     fn light_without_its_code_is_nothing_to_estimate_from() {

@@ -23,6 +23,7 @@
 `define PEAK_STEP_BITS 1
 `define INVERTED 1'b0
 `define ODD_CELLS 1'b0
+`define ADDED_CELLS 1'b0
 `define SATURATES 1'b0
 `define SENDS_TOTAL 1'b0
 `define FINDS_PEAK 1'b0

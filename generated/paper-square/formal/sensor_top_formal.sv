@@ -22,6 +22,7 @@
 `define PEAK_STEP_BITS 1
 `define INVERTED 1'b0
 `define ODD_CELLS 1'b0
+`define ADDED_CELLS 1'b0
 `define SATURATES 1'b0
 `define SENDS_TOTAL 1'b0
 `define FINDS_PEAK 1'b0
@@ -30,6 +31,7 @@
 `define LAST_STEPS 1
 `define RESULTS 1
 `define EXACT_BITS 17
+`define WORD_BITS 4
 `define SIGNED_BITS 24
 `define SEGMENTS 1
 `define SETTLING_CLOCKS 1
@@ -498,14 +500,14 @@ module spec_count #(
 ) (
     input wire i_clk,
     input wire i_rst,
-    input wire signed [5:0] word,
+    input wire signed [`WORD_BITS-1:0] word,
     input wire dump,
     input wire [BITS-1:0] base_seen, // of the design, at first
     output reg signed [BITS-1:0] exact,
     output wire is_settled
 );
-    reg [6*DELAY-1:0] words;
-    wire signed [5:0] added = words[6*DELAY-1 -: 6];
+    reg [`WORD_BITS*DELAY-1:0] words;
+    wire signed [`WORD_BITS-1:0] added = words[`WORD_BITS*DELAY-1 -: `WORD_BITS];
     reg has_begun;
     initial has_begun = 1'b0;
     reg signed [BITS-1:0] sum_since, total, base_since;
@@ -550,6 +552,8 @@ module prove_counts (
 );
     `DESIGN
     localparam WINDOW = `SAMPLES + `PARALLEL - 1;
+    // Levels of a detector whose edges count.
+    localparam LEVELS = `ADDED_CELLS ? `CELLS : 1;
     wire [`DETECTORS*`PARALLEL*`COUNT_BITS-1:0] counts;
     wire [`DETECTORS*`PARALLEL-1:0] clamped;
     wire [`DETECTORS*`TOTAL_BITS-1:0] totals;
@@ -566,32 +570,42 @@ module prove_counts (
     genvar d, q, s;
     generate
         for (d = 0; d < `DETECTORS; d = d + 1) begin : detector
-            // As many cells as it takes have a pulse.
-            wire [`SAMPLES-1:0] level;
-            for (s = 0; s < `SAMPLES; s = s + 1) begin : sample
-                reg [6:0] pulses;
-                integer c;
-                always @* begin
-                    pulses = 0;
-                    for (c = 0; c < `CELLS; c = c + 1)
-                        pulses = pulses + (i_samples[(d*`CELLS+c)*`SAMPLES+s] ^ `INVERTED);
+            wire [LEVELS*`SAMPLES-1:0] level;
+            if (`ADDED_CELLS) begin : of_cells
+                assign level = i_samples[d*`CELLS*`SAMPLES +: `CELLS*`SAMPLES]
+                    ^ {`CELLS*`SAMPLES{`INVERTED}};
+            end else begin : of_detector
+                // As many cells as it takes have a pulse.
+                for (s = 0; s < `SAMPLES; s = s + 1) begin : sample
+                    reg [6:0] pulses;
+                    integer c;
+                    always @* begin
+                        pulses = 0;
+                        for (c = 0; c < `CELLS; c = c + 1)
+                            pulses = pulses + (i_samples[(d*`CELLS+c)*`SAMPLES+s] ^ `INVERTED);
+                    end
+                    assign level[s] = `ODD_CELLS ? pulses[0] : pulses >= `COINCIDENCE;
                 end
-                assign level[s] = `ODD_CELLS ? pulses[0] : pulses >= `COINCIDENCE;
             end
             // Samples of a pulse after one without.
-            reg last_level;
-            reg [`SAMPLES-1:0] hits;
-            always @(posedge i_clk) begin
-                last_level <= i_rst ? 0 : level[`SAMPLES-1];
-                hits <= i_rst ? 0 : level & ~{level, last_level} & {`SAMPLES{run}};
+            wire [LEVELS*`SAMPLES-1:0] hits;
+            for (s = 0; s < LEVELS; s = s + 1) begin : edges
+                wire [`SAMPLES-1:0] now = level[s*`SAMPLES +: `SAMPLES];
+                reg last_level;
+                reg [`SAMPLES-1:0] rising;
+                always @(posedge i_clk) begin
+                    last_level <= i_rst ? 0 : now[`SAMPLES-1];
+                    rising <= i_rst ? 0 : now & ~{now, last_level} & {`SAMPLES{run}};
+                end
+                assign hits[s*`SAMPLES +: `SAMPLES] = rising;
             end
             wire above_total;
             if (`SENDS_TOTAL) begin : all_hits
-                reg signed [5:0] word;
+                reg signed [`WORD_BITS-1:0] word;
                 integer l;
                 always @* begin
                     word = 0;
-                    for (l = 0; l < `SAMPLES; l = l + 1) word = word + hits[l];
+                    for (l = 0; l < LEVELS*`SAMPLES; l = l + 1) word = word + hits[l];
                 end
                 wire [`TOTAL_EXACT_BITS-1:0] exact;
                 wire is_settled;
@@ -614,13 +628,13 @@ module prove_counts (
             for (q = 0; q < `PARALLEL; q = q + 1) begin : step
                 localparam BANK = q / `BANK_STEPS;
                 localparam PLACE = d * `PARALLEL + q;
-                reg signed [5:0] word;
+                reg signed [`WORD_BITS-1:0] word;
                 integer l;
                 always @* begin
                     word = 0;
-                    for (l = 0; l < `SAMPLES; l = l + 1)
+                    for (l = 0; l < LEVELS*`SAMPLES; l = l + 1)
                         if (hits[l])
-                            word = word + (windows[d*WINDOW+`PARALLEL-1-q+l] ? 6'sd1 : -6'sd1);
+                            word = windows[d*WINDOW+`PARALLEL-1-q+l%`SAMPLES] ? word + 1 : word - 1;
                 end
                 wire signed [`EXACT_BITS-1:0] exact;
                 wire is_settled;

@@ -202,7 +202,7 @@ fn edge_detector(sensor: &Sensor) -> Part {
 
 /// What combines cells that have an input each.
 fn cell_combiner(cells: &Cells) -> Option<Part> {
-    let logic = match cells.gates() {
+    let logic = match cells.gates()? {
         Gates::Xor => "an XOR".to_owned(),
         Gates::Or => "an OR".to_owned(),
         Gates::And => "an AND".to_owned(),
@@ -210,7 +210,7 @@ fn cell_combiner(cells: &Cells) -> Option<Part> {
     };
     let about =
         format!("{logic} of the samples of {} cells, which have an input each", cells.count);
-    (cells.count > 1).then(|| kept("cell_combiner", about))
+    Some(kept("cell_combiner", about))
 }
 
 fn updown_correlator(sensor: &Sensor, correlator: &Correlator) -> Part {
@@ -220,7 +220,7 @@ fn updown_correlator(sensor: &Sensor, correlator: &Correlator) -> Part {
             "{} bits hold any count of {} chips with at most {} edges each",
             correlator.exact_count_bits,
             sensor.timing().scan.integration_chips,
-            (sensor.clock().samples_per_chip / 2).max(1)
+            correlator.pairs
         ),
     )
 }

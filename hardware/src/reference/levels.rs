@@ -36,7 +36,7 @@ impl Levels {
     ///
     /// `pulses` are those of each input whose first sample lies in the block, in order.
     /// `paint(input, i, bits)` is to OR lane bits into the input's word of the block's i-th clock.
-    /// Each detector's hits replace `hits`, and `changes` those of its cells, if they have an input each.
+    /// Each detector's hits replace `hits`, one sample for each of several at once, and `changes` those of its cells, if they have an input each.
     pub fn paint(
         &mut self,
         block: Range<u64>,
@@ -60,8 +60,10 @@ impl Levels {
             self.of_cells.iter_mut().zip(pulses).zip(hits.iter_mut().zip(changes))
         {
             levels.advance(pulses, until, changes);
-            let is_hit = |change: &&CellChange| change.is_hit(&self.cells);
-            hits.extend(changes.iter().filter(is_hit).map(|change| change.sample));
+            let of_change = |change: &CellChange| {
+                std::iter::repeat_n(change.sample, change.hits(&self.cells) as usize)
+            };
+            hits.extend(changes.iter().flat_map(of_change));
         }
     }
 }

@@ -72,6 +72,11 @@ pub struct Pixel {
 }
 
 impl Pixel {
+    /// Whether all cells have the same light and dark counts.
+    pub fn is_even(&self) -> bool {
+        self.cells.windows(2).all(|two| two[0].constant_per_chip == two[1].constant_per_chip)
+    }
+
     /// The cells of a detector; none of one that is a single SPAD.
     pub fn of(sensor: &Sensor, detector: DetectorIndex, number: u64) -> Option<Arc<Pixel>> {
         let spad = &sensor.scene().detectors[detector];
@@ -300,6 +305,12 @@ impl DetectorModel {
             Some(pixel) if pixel.has_outputs => &pixel.cells,
             _ => std::slice::from_ref(self),
         }
+    }
+
+    /// Cells whose hits are added up, each a detector of its own with as large a share of the light; 1 of
+    /// any other detector.
+    pub fn added_cells(&self) -> u32 {
+        self.pixel.as_ref().map_or(1, |pixel| pixel.law.edges())
     }
 
     pub fn key(&self, seed: u64, repetition: u64, group: Group) -> StreamKey {

@@ -148,7 +148,9 @@ impl<'m> Line<'m> {
     fn pulse(&mut self, time: ChipTime, cell: usize) {
         self.pass(time);
         let until = time.after(self.pixel.pulse_width_chips);
-        if self.high_until[cell].replace(until).is_none() {
+        if self.pixel.law.edges() > 1 {
+            self.pulses.push_back((time, until));
+        } else if self.high_until[cell].replace(until).is_none() {
             self.high += 1;
             self.change(time);
         }

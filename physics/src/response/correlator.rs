@@ -120,7 +120,7 @@ impl Correlator {
             let hits = before.windows(2).map(|edge| edge[1] - edge[0]).collect();
             Phase { before, hits: twice(hits), falling: falling.unwrap_or_default() }
         });
-        Correlator {
+        let of_cell = Correlator {
             reference: Reference::new(&model.reference.chips, period_chips),
             samples_per_chip,
             period_chips,
@@ -129,7 +129,19 @@ impl Correlator {
             phases: phases.collect(),
             window,
             of_all: OnceLock::new(),
+        };
+        of_cell.times(f64::from(model.added_cells()))
+    }
+
+    /// All counts so many times as large.
+    fn times(mut self, times: f64) -> Correlator {
+        let scale = |table: &mut Vec<f64>| table.iter_mut().for_each(|value| *value *= times);
+        for phase in &mut self.phases {
+            [&mut phase.before, &mut phase.hits, &mut phase.falling].into_iter().for_each(scale);
         }
+        scale(&mut self.window);
+        self.hits_per_period *= times;
+        self
     }
 
     /// The tables less those of the same counter under other light, by `times`. All that is

@@ -59,10 +59,16 @@ pub enum MeanResponseError {
     Crosstalk,
     /// Several cells make one level.
     #[error(
-        "the detector has several cells; the mean response is solved for a single one: simulate it \
-         photon by photon"
+        "the detector has several cells; the mean response is solved for a single one, and for cells \
+         whose hits are added up (combination = \"adder\"): simulate it photon by photon"
     )]
     Cells,
+    /// Cells whose hits are added up have different dark counts.
+    #[error(
+        "the detector's cells differ (cell_dark_count_rates); the mean response is solved for cells \
+         that are alike: give dark_count_rate, or simulate it photon by photon"
+    )]
+    UnlikeCells,
     /// There are no counts with such moments.
     #[error(
         "the counts' means or covariances are no finite numbers below 2^53; the tiers events and \
@@ -194,8 +200,12 @@ pub(super) fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     if model.crosstalk.is_some() {
         return Err(MeanResponseError::Crosstalk);
     }
-    if model.pixel.is_some() {
-        return Err(MeanResponseError::Cells);
+    if let Some(pixel) = &model.pixel {
+        match model.added_cells() {
+            1 => return Err(MeanResponseError::Cells),
+            _ if !pixel.is_even() => return Err(MeanResponseError::UnlikeCells),
+            _ => {}
+        }
     }
     if let Some(afterpulsing) = model.afterpulsing
         && afterpulsing.time_constant_chips < 2.0 * FINEST_CELL_CHIPS

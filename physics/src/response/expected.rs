@@ -22,6 +22,7 @@ const STEPS_FOR_FFT: u64 = 200;
 #[derive(Debug, Clone)]
 pub struct MeanResponse<'m> {
     pub(super) model: &'m DetectorModel,
+    /// Of one cell, where hits of cells are added up.
     pub(super) light: Light,
     pub(super) timing: EdgeTiming,
     pub(super) grid: Arc<Grid>,
@@ -53,6 +54,9 @@ impl<'m> MeanResponse<'m> {
         tier: CountingTier,
     ) -> Result<MeanResponse<'m>, MeanResponseError> {
         light.check()?;
+        // Cells whose hits are added up are as many detectors that know nothing of each other: what one is
+        // expected to count is worked out, and its means and covariances are as many times as large.
+        let light = light.of_cell(model);
         let (moved_chips, limit_chips) = model.movement_in_scan();
         if moved_chips > limit_chips {
             return Err(MeanResponseError::Moving {

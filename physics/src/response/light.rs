@@ -46,6 +46,16 @@ impl Light {
         }
     }
 
+    /// What one of a detector's cells has of its light, where hits of cells are added up; of any other
+    /// detector all.
+    #[must_use]
+    pub fn of_cell(mut self, model: &DetectorModel) -> Light {
+        let share = 1.0 / f64::from(model.added_cells());
+        self.constant_per_chip *= share;
+        self.paths.iter_mut().for_each(|path| path.rate_per_chip *= share);
+        self
+    }
+
     /// Whether every rate and delay is a number that light can have.
     pub(super) fn check(&self) -> Result<(), MeanResponseError> {
         let is_rate = |rate: f64| rate.is_finite() && rate >= 0.0;

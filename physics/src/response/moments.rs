@@ -277,7 +277,8 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     fn beyond(&self, weights: &[f64], across: &[f64], end: usize) -> f64 {
         self.reach.map_or(0.0, |reach| {
             let before = self.pairs.before(weights, end, reach);
-            before.zip(across).map(|(weight, across)| weight * across).sum()
+            let of_cell: f64 = before.zip(across).map(|(weight, across)| weight * across).sum();
+            self.cells() * of_cell
         })
     }
 
@@ -472,16 +473,23 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
             None => before[end] - before[first],
             Some(past) => before[period] - before[first] + before[past],
         };
-        periods * before[period] + partial
+        self.cells() * (periods * before[period] + partial)
     }
 
-    /// How many times a step counts each cell of the code period.
+    /// Cells of which each counts as one does for which pairs are solved.
+    fn cells(&self) -> f64 {
+        f64::from(self.response.model.added_cells())
+    }
+
+    /// How many times a step counts each cell of the code period, of all of a detector's cells.
     fn times_counted(&self, step: Step) -> impl Iterator<Item = f64> + '_ {
         let grid = &self.pairs.grid;
         let (periods, first, rest) = self.chips_of(step);
+        let cells = self.cells();
         (0..grid.period_chips).flat_map(move |chip| {
             let is_in_rest = (chip + grid.period_chips - first) % grid.period_chips < rest;
-            std::iter::repeat_n(periods + f64::from(is_in_rest), grid.cells.len())
+            let times = cells * (periods + f64::from(is_in_rest));
+            std::iter::repeat_n(times, grid.cells.len())
         })
     }
 

@@ -210,7 +210,8 @@ pub fn check_merging(sensor: &Sensor, detector: DetectorIndex) -> Result<(), Mea
         return Ok(());
     }
     let model = DetectorModel::new(sensor, detector);
-    Sampling::of(&model, &Light::of(&model), CountingTier::Sampled).map(|_| ())
+    let light = Light::of(&model).of_cell(&model);
+    Sampling::of(&model, &light, CountingTier::Sampled).map(|_| ())
 }
 
 /// Bound on the share of detections whose pulse merges with the one before, in the

@@ -4,7 +4,7 @@ use super::budget;
 use super::declare::*;
 use super::{JitterTail, Scene, sampler, std_of_sum, waveform};
 use crate::scan::{Clock, Sampler};
-use crate::scene::{DetectorIndex, SourceIndex};
+use crate::scene::{Architecture, DetectorIndex, SourceIndex};
 
 /// Largest jitter: detections of twenty of them are put in order.
 const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
@@ -107,12 +107,13 @@ tables! {
              scene, which photons are simulated for and nothing is expected of";
         cells => cells: u32 = integer(1, 64), Or("1"), "4";
             "SPADs behind the detector's input (a macropixel), each with its share of the light and \
-             with dead time, afterpulses and pulses of its own; photons are simulated for several and \
-             nothing is expected of them"
+             with dead time, afterpulses and pulses of its own; photons are simulated for several, and \
+             expectations are of those that are added up (`combination`)"
             "the next arrival is looked for among all of them";
         combination => combination: Combination = choice(Combination::CHOICES), Or("\"or\""), "\"xor\"";
             "when cells' pulses make the level high: where `coincidence` of them overlap (\"or\"), or \
-             where their number is odd, as behind a tree of XOR gates (\"xor\")";
+             where their number is odd, as behind a tree of XOR gates (\"xor\"); or each cell has a level, \
+             whose edges all count (\"adder\")";
         cell_outputs => cell_outputs: CellOutputs = choice(CellOutputs::CHOICES), Or("\"combined\""), "\"separate\"";
             "whether the FPGA gets the combined level (\"combined\"), or each cell's (\"separate\") and combines \
              their samples; all detectors of a scene then have the same cells, combination and coincidence";
@@ -249,6 +250,8 @@ choices! {
         Or = "or",
         /// It is high while an odd number of pulses is.
         Xor = "xor",
+        /// Each has its own level, and the hits of all of them are added up.
+        Adder = "adder",
     }
 }
 
@@ -367,10 +370,19 @@ fn check_cells(
     if coincidence > cells {
         let message = format!("no {coincidence} pulses overlap of cells = {cells}; write fewer");
         section.report("coincidence", &message);
-    } else if coincidence > 1 && combination == Combination::Xor {
+    } else if coincidence > 1 && combination != Combination::Or {
+        let takes = match combination {
+            Combination::Adder => "\"adder\" counts every pulse",
+            _ => "\"xor\" takes an odd number of pulses",
+        };
+        let message = format!("combination = {takes}; leave one of the two out");
+        section.report("coincidence", &message);
+    }
+    if combination == Combination::Adder && keys.cell_outputs == CellOutputs::Combined {
         section.report(
-            "coincidence",
-            "combination = \"xor\" takes an odd number of pulses; leave one of the two out",
+            "combination",
+            "\"adder\" adds up the edges of cells that have an input each; write cell_outputs = \
+             \"separate\", or take \"or\" or \"xor\"",
         );
     }
     let given = dark_count_rates_cps.len();
@@ -414,6 +426,14 @@ pub(super) fn check_cell_outputs(sections: &[Section], scene: &Scene) {
             report(
                 "photons of separate outputs are simulated cell by cell, without cell_crosstalk; leave \
                  out one of the two",
+            );
+        } else if spad.combination == Combination::Adder
+            && scene.hardware.architecture == Architecture::Histogram
+        {
+            section.report(
+                "combination",
+                "a bin of a histogram takes one hit at a time, and \"adder\" has several; take \"or\" or \
+                 \"xor\", or count up and down (hardware.architecture = \"updown\")",
             );
         }
     }

@@ -39,20 +39,26 @@ impl Cells {
         Cells { count, combination, coincidence }
     }
 
-    /// What gives their level.
-    pub fn gates(&self) -> Gates {
+    /// What gives their level; none where each has its own.
+    pub fn gates(&self) -> Option<Gates> {
         match (self.combination, self.coincidence) {
-            (Combination::Xor, _) => Gates::Xor,
-            (Combination::Or, 1) => Gates::Or,
-            (Combination::Or, all) if all == self.count => Gates::And,
-            (Combination::Or, least) => Gates::AtLeast(least),
+            _ if self.count == self.edges() => None,
+            (Combination::Xor, _) => Some(Gates::Xor),
+            (Combination::Or, all) if all == self.count => Some(Gates::And),
+            (Combination::Or, least) if least > 1 => Some(Gates::AtLeast(least)),
+            _ => Some(Gates::Or),
         }
+    }
+
+    /// Levels whose rising edges are counted: the one that all cells make together, or each cell's.
+    pub fn edges(&self) -> u32 {
+        if self.combination == Combination::Adder { self.count } else { 1 }
     }
 
     /// The level while so many of their pulses are high.
     pub fn level(&self, high: u32) -> bool {
         match self.combination {
-            Combination::Or => high >= self.coincidence,
+            Combination::Or | Combination::Adder => high >= self.coincidence,
             Combination::Xor => high % 2 == 1,
         }
     }
@@ -76,8 +82,20 @@ impl CellChange {
         &changes[before(samples.start)..before(samples.end)]
     }
 
-    /// Whether the level rises: a hit.
-    pub fn is_hit(&self, cells: &Cells) -> bool {
-        !cells.level(self.before.count_ones()) && cells.level(self.after.count_ones())
+    /// Hits at the sample: of the level that rises, or of each cell that does.
+    pub fn hits(&self, cells: &Cells) -> u32 {
+        match cells.combination {
+            Combination::Adder => self.begun().count_ones(),
+            Combination::Or | Combination::Xor => {
+                let [before, after] =
+                    [self.before, self.after].map(|high| cells.level(high.count_ones()));
+                u32::from(!before && after)
+            }
+        }
+    }
+
+    /// Cells whose pulse begins.
+    pub fn begun(&self) -> u64 {
+        self.after & !self.before
     }
 }

@@ -59,8 +59,11 @@ pub enum Counting {
 /// Correlators: signed counts, and what follows from these.
 #[derive(Debug, Clone, Copy)]
 pub struct Correlator {
-    /// Bits of a signed count that no stimulus can overflow:
-    /// |count| <= D max(1, S / 2), because a rising edge needs a low sample.
+    /// Pairs of samples in the word of a detector, or of all its cells where each one's edges count.
+    /// At most one of two neighbours is a hit, because a rising edge needs a low sample.
+    pub pairs: u32,
+    /// Bits of a signed count that no stimulus can overflow: of as many hits as there are pairs in all
+    /// chips.
     pub exact_count_bits: u32,
     /// Bits of the signed count in a result; less than `exact_count_bits` means
     /// that it saturates.
@@ -94,12 +97,14 @@ pub struct CountSegments {
 impl CountSegments {
     /// One segment if `longest` bits hold the count, else as many as are needed
     /// with the lower ones of one length.
-    fn of(bits: u32, longest: u32) -> CountSegments {
+    ///
+    /// The lowest takes the sum of a word, of `addend_bits`.
+    fn of(bits: u32, longest: u32, addend_bits: u32) -> CountSegments {
         let count = match bits > longest {
             true => bits.div_ceil(LONGEST_SEGMENT),
             false => 1,
         };
-        let lower_bits = bits.div_ceil(count);
+        let lower_bits = bits.div_ceil(count).max(addend_bits);
         CountSegments { count, lower_bits, top_bits: bits - lower_bits * (count - 1) }
     }
 
@@ -185,14 +190,17 @@ pub fn longest_carry_chain(target: Target) -> u32 {
 
 impl Correlator {
     /// The correlators of a scene.
-    fn of(scene: &Scene, timing: &Timing) -> Correlator {
+    fn of(scene: &Scene, timing: &Timing, cells: &Cells) -> Correlator {
         let chips = scene.scan.integration_chips;
-        let most_hits = u128::from(chips) * u128::from((scene.samples_per_chip / 2).max(1));
-        let exact_count_bits = signed_bits(most_hits);
+        let pairs = cells.edges() * scene.samples_per_chip.div_ceil(2);
+        let exact_count_bits = signed_bits(u128::from(chips) * u128::from(pairs));
         let narrower = scene.hardware.counter_width.unwrap_or(exact_count_bits);
         let count_bits = narrower.min(exact_count_bits);
         let bank_steps = bank_steps(scene);
+        let segments_of =
+            |longest| CountSegments::of(exact_count_bits, longest, signed_bits(pairs.into()));
         let mut correlator = Correlator {
+            pairs,
             exact_count_bits,
             count_bits,
             total: scene
@@ -200,24 +208,20 @@ impl Correlator {
                 .then(|| TotalCount::of(count_bits, exact_count_bits, chips)),
             bank_steps,
             banks: timing.parallel.div_ceil(bank_steps),
-            count_segments: CountSegments::of(
-                exact_count_bits,
-                longest_carry_chain(scene.hardware.target),
-            ),
+            count_segments: segments_of(longest_carry_chain(scene.hardware.target)),
             peak: None,
             rows: None,
         };
         if scene.hardware.readout == Readout::Rows {
-            correlator.count_segments = CountSegments::of(exact_count_bits, exact_count_bits);
-            correlator.rows =
-                Some(RowPlan::of(scene.detectors.len() as u64, chips, scene.samples_per_chip));
+            correlator.count_segments = segments_of(exact_count_bits);
+            correlator.rows = Some(RowPlan::of(scene.detectors.len() as u64, chips, pairs));
         }
         if scene.hardware.peak_detector {
             let counts = peak::Counts {
                 bits: count_bits,
                 saturate: correlator.saturates(),
                 clocks_of_counting: correlator.clocks_of_counting(),
-                latency_clocks: correlator.clocks_to_counted(scene.samples_per_chip),
+                latency_clocks: correlator.clocks_to_counted(),
             };
             let counted = match scene.hardware.registers {
                 Registers::None => *timing,
@@ -237,9 +241,8 @@ impl Correlator {
     /// Clocks from a step's last one until the lowest segment of the total
     /// holds its hits: hits, lane pairs, one adder level per halving of the
     /// pairs, total. The segments of the count follow, and the result.
-    pub fn clocks_to_dump(lanes: u32) -> u32 {
-        let pairs = lanes.div_ceil(2);
-        let adder_levels = pairs.next_power_of_two().trailing_zeros();
+    pub fn clocks_to_dump(&self) -> u32 {
+        let adder_levels = self.pairs.next_power_of_two().trailing_zeros();
         let (hits, lane_pairs, total) = (1, 1, 1);
         hits + lane_pairs + adder_levels + total
     }
@@ -263,9 +266,9 @@ impl Correlator {
         }
     }
 
-    /// Clocks from a group's last sample word, of so many samples, until its counts are there.
-    pub fn clocks_to_counted(&self, lanes: u32) -> u32 {
-        Self::clocks_to_dump(lanes) + self.clocks_of_counting()
+    /// Clocks from a group's last sample word until its counts are there.
+    pub fn clocks_to_counted(&self) -> u32 {
+        self.clocks_to_dump() + self.clocks_of_counting()
     }
 
     /// Bits of `m_axis_tdata` that hold the signed count, sign-extended.
@@ -284,10 +287,14 @@ impl Interface {
     pub fn of(scene: &Scene) -> Interface {
         let timing = scene.timing();
         let codes = |source: &Source| source.code.clone();
+        let input_cells = match scene.detectors.first() {
+            Some(spad) if spad.cell_outputs == CellOutputs::Separate => Cells::of(spad),
+            _ => Cells::ONE,
+        };
         let (counting, tdata_bits, result_latency_clocks) = match scene.hardware.architecture {
             Architecture::UpDown => {
-                let correlator = Correlator::of(scene, &timing);
-                let latency = correlator.clocks_to_counted(scene.samples_per_chip);
+                let correlator = Correlator::of(scene, &timing, &input_cells);
+                let latency = correlator.clocks_to_counted();
                 (Counting::Correlator(correlator), correlator.tdata_bits(), latency)
             }
             Architecture::Histogram => {
@@ -304,10 +311,7 @@ impl Interface {
                 .iter()
                 .map(|detector| codes(&scene.sources[detector.reference]))
                 .collect(),
-            input_cells: match scene.detectors.first() {
-                Some(spad) if spad.cell_outputs == CellOutputs::Separate => Cells::of(spad),
-                _ => Cells::ONE,
-            },
+            input_cells,
             timing,
             tdata_bits,
             result_latency_clocks,
@@ -455,7 +459,7 @@ impl Interface {
     /// Clocks that a hit takes to the total, or to its bin.
     pub fn clocks_of_hit(&self) -> u32 {
         match self.counting {
-            Counting::Correlator(_) => Correlator::clocks_to_dump(self.lanes()),
+            Counting::Correlator(correlator) => correlator.clocks_to_dump(),
             Counting::Histogram(_) => CLOCKS_TO_BIN,
         }
     }

@@ -31,19 +31,18 @@ impl RowPlan {
     /// counter's growth, its sum with the count, and the memory of results.
     pub const CLOCKS_OF_COUNTING: u32 = 5;
 
-    /// The windows of a step of `chips` chips of so many samples: as short as the row allows. A
-    /// step that is shorter is one window.
-    pub fn of(detectors: u64, chips: u64, samples_per_chip: u32) -> RowPlan {
+    /// The windows of a step of `chips` chips with so many hits at most each: as short as the row allows.
+    /// A step that is shorter is one window.
+    pub fn of(detectors: u64, chips: u64, hits_per_chip: u32) -> RowPlan {
         let window_chips = detectors.max(LEAST_CHIPS_OF_ROWS);
         let windows = (chips / window_chips).max(1);
         let first_chips = chips - (windows - 1) * window_chips;
-        let hits_per_chip = u128::from((samples_per_chip / 2).max(1));
         RowPlan {
             detectors,
             windows,
             window_chips,
             first_chips,
-            piece_bits: signed_bits(u128::from(first_chips) * hits_per_chip),
+            piece_bits: signed_bits(u128::from(first_chips) * u128::from(hits_per_chip)),
         }
     }
 
@@ -74,14 +73,14 @@ mod tests {
     fn windows_make_up_a_step() {
         for detectors in [2, 7, 8, 64, 100] {
             for chips in [8, 64, 100, 128, 1000, 13_100] {
-                for samples in [1, 2, 8, 16] {
-                    let plan = RowPlan::of(detectors, chips, samples);
+                for hits_per_chip in [1, 4, 8, 64] {
+                    let plan = RowPlan::of(detectors, chips, hits_per_chip);
                     let whole = (plan.windows - 1) * plan.window_chips;
                     assert_eq!(plan.first_chips + whole, chips);
                     assert!(plan.window_chips >= detectors);
                     assert!(plan.windows == 1 || plan.first_chips >= plan.window_chips);
                     let most = plan.first_chips.max(plan.window_chips.min(chips))
-                        * u64::from((samples / 2).max(1));
+                        * u64::from(hits_per_chip);
                     assert!(most < 1 << (plan.piece_bits - 1), "{plan:?}");
                     assert!(plan.detectors <= 1 << plan.address_bits());
                     let shorter = plan.shortened(chips / 2);

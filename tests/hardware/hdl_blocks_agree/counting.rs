@@ -15,29 +15,35 @@ use crate::hdl_support::stimulus::Noise;
 
 /// A high sample after a low one is a hit of its pair; its place is that of the
 /// pair's earlier sample if that is high.
-pub fn edge_detector(noise: &mut Noise) -> Case {
-    let inputs = noise
-        .words(CLOCKS, |noise| vec![u128::from(noise.below(256)), u128::from(noise.below(8) != 0)]);
-    let mut before = false;
+///
+/// Of several cells each has edges of its own.
+pub fn edge_detector(noise: &mut Noise, lanes: usize, cells: usize) -> Case {
+    let inputs = noise.words(CLOCKS, |noise| {
+        vec![u128::from(noise.below(1 << (lanes * cells))), u128::from(noise.below(8) != 0)]
+    });
+    let mut before = vec![false; cells];
+    let pairs = lanes.div_ceil(2);
+    let outputs = |hits, early| if lanes > 1 { vec![hits, early] } else { vec![hits] };
     let expected = inputs.iter().enumerate().map(|(clock, input)| {
         if clock < Case::RESET_CLOCKS {
-            return Some(vec![0, 0]);
+            return Some(outputs(0, 0));
         }
         let (mut hits, mut early) = (0, 0);
-        for sample in 0..8 {
-            let high = bit(input[0], sample);
-            if high && !before && input[1] == 1 {
-                hits |= 1 << (sample / 2);
+        for (cell, before) in before.iter_mut().enumerate() {
+            for sample in 0..lanes {
+                let high = bit(input[0], lanes * cell + sample);
+                let pair = pairs * cell + sample / 2;
+                hits |= u128::from(high && !*before && input[1] == 1) << pair;
+                early |= u128::from(high && sample % 2 == 0) << pair;
+                *before = high;
             }
-            early |= u128::from(high && sample % 2 == 0) << (sample / 2);
-            before = high;
         }
-        Some(vec![hits, early])
+        Some(outputs(hits, early))
     });
     let expected = expected.collect();
     Case::new(
-        EdgeDetector::new(8, Polarity::High),
-        (&["i_samples", "i_run"], &["o_hits", "o_early"]),
+        EdgeDetector::new(lanes, cells, Polarity::High),
+        (&["i_samples", "i_run"], if lanes > 1 { &["o_hits", "o_early"] } else { &["o_hits"] }),
         inputs,
         expected,
     )
@@ -182,7 +188,7 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
         vec![wrapped(count, segments.bits())]
     });
     Case::new(
-        UpdownCorrelator::new(8, Some(segments)),
+        UpdownCorrelator::new(8, 4, Some(segments)),
         (&["i_hits", "i_early", "i_reference", "i_dump"], &["o_count"]),
         inputs,
         expected,
@@ -192,9 +198,8 @@ pub fn updown_correlator(noise: &mut Noise) -> Case {
 /// Hits of phase steps of random lengths, whatever their sign, in as many bits as
 /// are sent: a word is in the total a clock after its hits, and a clock later for
 /// each halving of its pairs.
-pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits: u32) -> Case {
-    let pairs = lanes.div_ceil(2);
-    let to_total = 2 + pairs.ilog2() as usize;
+pub fn hit_counter(noise: &mut Noise, pairs: u32, segments: CountSegments, bits: u32) -> Case {
+    let to_total = 2 + pairs.next_power_of_two().ilog2() as usize;
     let exact_bits = segments.bits() - 1;
     let plan = TotalCount { exact_bits, bits, first_bit: 8 };
     let dumps = Dumps::at_random(noise, segments);
@@ -221,7 +226,7 @@ pub fn hit_counter(noise: &mut Noise, lanes: u32, segments: CountSegments, bits:
     });
     let outputs: &[&str] = if saturates { &["o_total", "o_clamped"] } else { &["o_total"] };
     Case::new(
-        HitCounter::new(lanes as usize, plan, segments),
+        HitCounter::new(pairs as usize, plan, segments),
         (&["i_hits", "i_dump"], outputs),
         inputs,
         expected,

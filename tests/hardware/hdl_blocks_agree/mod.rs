@@ -40,7 +40,9 @@ fn every_block_does_in_rust_hdl_and_in_verilator_what_it_is_for() {
     let mut cases = code_sources(noise);
     cases.extend(set_code_sources(noise));
     cases.extend([
-        edge_detector(noise),
+        edge_detector(noise, 8, 1),
+        edge_detector(noise, 4, 3),
+        edge_detector(noise, 1, 5),
         cell_combiner(noise, 3, 0, Polarity::High),
         cell_combiner(noise, 5, 1, Polarity::Low),
         cell_combiner(noise, 5, 5, Polarity::High),
@@ -73,11 +75,16 @@ fn every_block_does_in_rust_hdl_and_in_verilator_what_it_is_for() {
     let three = CountSegments { count: 3, lower_bits: 4, top_bits: 3 };
     cases.extend([
         hit_counter(noise, 1, one(8), 7),
-        hit_counter(noise, 2, one(8), 4),
-        hit_counter(noise, 4, one(9), 8),
-        hit_counter(noise, 8, three, 10),
-        hit_counter(noise, 8, three, 7),
-        hit_counter(noise, 16, one(11), 10),
+        hit_counter(noise, 1, one(8), 4),
+        hit_counter(noise, 2, one(9), 8),
+        hit_counter(noise, 4, three, 10),
+        hit_counter(noise, 4, three, 7),
+        hit_counter(noise, 8, one(11), 10),
+        // Cells whose hits are added up.
+        hit_counter(noise, 3, one(9), 8),
+        hit_counter(noise, 5, one(11), 10),
+        hit_counter(noise, 18, one(12), 11),
+        hit_counter(noise, 40, one(12), 7),
     ]);
     let verilog = run_in_verilator(&cases);
     for (case, verilog) in cases.iter().zip(&verilog) {

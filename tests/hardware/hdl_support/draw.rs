@@ -125,7 +125,7 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
     let rng = &mut rng.clone();
     if rng.random_bool(0.2) {
         let cells = rng.random_range(2..=9);
-        give_cells(&mut scene, cells, rng.random_range(0..=cells));
+        give_cells(&mut scene, cells, rng.random_range(0..=cells + 1));
     }
     scene
 }

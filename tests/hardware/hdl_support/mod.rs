@@ -289,19 +289,26 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
     let most = (128 / (lanes * scene.detectors.len() as u64)).min(20);
     if case % 4 == 1 && most > 1 {
         let cells = 2 + noise.below(most - 1) as u32;
-        give_cells(&mut scene, cells, noise.below(u64::from(cells) + 1) as u32);
+        give_cells(&mut scene, cells, noise.below(u64::from(cells) + 2) as u32);
     }
     scene
 }
 
 /// Gives every detector so many cells with an input each, of which so many have to fire; of 0 an odd
-/// number.
+/// number. With more than there are all count, if a counter can take that.
 pub fn give_cells(scene: &mut Scene, cells: u32, coincidence: u32) {
+    let takes_all = scene.hardware.architecture == goldtof::scene::Architecture::UpDown;
+    let combination = match coincidence {
+        0 => Combination::Xor,
+        _ if coincidence > cells && takes_all => Combination::Adder,
+        _ => Combination::Or,
+    };
+    let most = if combination == Combination::Or { cells } else { 1 };
     for spad in &mut scene.detectors {
         spad.cells = cells;
         spad.cell_outputs = if cells > 1 { CellOutputs::Separate } else { CellOutputs::Combined };
-        spad.coincidence = coincidence.max(1);
-        spad.combination = if coincidence == 0 { Combination::Xor } else { Combination::Or };
+        spad.coincidence = coincidence.clamp(1, most);
+        spad.combination = combination;
     }
 }
 

@@ -2,6 +2,7 @@
 //! the ports have to show.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use goldtof::reference::predictor::Skip;
 use goldtof::scan::Step;
@@ -227,7 +228,8 @@ fn signed_hits(
 ) -> (i64, i64) {
     let code = &interface.reference_codes[detector];
     let (lanes, cells) = (i128::from(interface.lanes()), i128::from(interface.input_cells.count));
-    let level = |lane: i128| {
+    let is_adder = interface.input_cells.combination == Combination::Adder;
+    let level = |of: Range<i128>, lane: i128| {
         // Sample `lane` of cycle n; lane -1 is the last of the word before.
         let edge = (n + 1) as usize - usize::from(lane < 0);
         let first = detector as i128 * cells * lanes + lane.rem_euclid(lanes);
@@ -235,14 +237,21 @@ fn signed_hits(
             let sample = inputs[edge].samples >> (first + cell * lanes) & 1 == 1;
             sample == (interface.polarity == Polarity::High)
         };
-        let high = (0..cells).filter(is_high).count() as u32;
+        let high = of.filter(is_high).count() as u32;
         match interface.input_cells.combination {
-            Combination::Or => high >= interface.input_cells.coincidence,
+            Combination::Or | Combination::Adder => high >= interface.input_cells.coincidence,
             Combination::Xor => high % 2 == 1,
         }
     };
     let (mut up, mut down) = (0, 0);
-    for l in (0..lanes).filter(|&l| level(l) && !level(l - 1)) {
+    // Levels with edges of their own.
+    let levels = if is_adder { cells } else { 1 };
+    let cells_of = |level: i128| if is_adder { level..level + 1 } else { 0..cells };
+    let hits = (0..levels).map(cells_of).flat_map(|of| {
+        let rises = move |l: &i128| level(of.clone(), *l) && !level(of.clone(), l - 1);
+        (0..lanes).filter(rises)
+    });
+    for l in hits {
         let chip = (i128::from(n) * lanes + l - i128::from(k)).div_euclid(lanes);
         match code.chips[chip.rem_euclid(i128::from(code.len())) as usize] {
             1 => up += 1,

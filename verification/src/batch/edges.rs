@@ -64,7 +64,7 @@ impl LastCells {
             let before = std::mem::replace(&mut self.high, after);
             if after != before {
                 let change = CellChange { sample, before, after };
-                hits.extend(change.is_hit(&self.cells).then_some(sample));
+                hits.extend(std::iter::repeat_n(sample, change.hits(&self.cells) as usize));
                 changes.push(change);
             }
         }

@@ -81,6 +81,7 @@ fn of_ports(interface: &Interface, define: &mut dyn FnMut(&str, String)) {
     for (name, value) in [
         ("INVERTED", interface.polarity == Polarity::Low),
         ("ODD_CELLS", interface.input_cells.combination == Combination::Xor),
+        ("ADDED_CELLS", interface.input_cells.combination == Combination::Adder),
         ("SATURATES", interface.saturates()),
         ("SENDS_TOTAL", total.is_some()),
         ("FINDS_PEAK", interface.peak().is_some()),
@@ -117,20 +118,19 @@ fn of_correlators(
             correlator.queued(interface.reference_codes.len() as u32 * interface.parallel()),
         ),
         ("EXACT_BITS", correlator.exact_count_bits),
+        // A word's signed count.
+        ("WORD_BITS", correlator.pairs.ilog2() + 2),
         ("SIGNED_BITS", correlator.signed_data_bits()),
         ("SEGMENTS", correlator.count_segments.count),
         ("SETTLING_CLOCKS", correlator.count_segments.clocks()),
         ("BANKS", correlator.banks),
         ("BANK_STEPS", correlator.bank_steps),
-        (
-            "CLOCKS_TO_DUMP",
-            Correlator::clocks_to_dump(interface.lanes()) - correlator.dumps_early(),
-        ),
-        ("CLOCKS_TO_COUNTED", correlator.clocks_to_counted(interface.lanes())),
+        ("CLOCKS_TO_DUMP", correlator.clocks_to_dump() - correlator.dumps_early()),
+        ("CLOCKS_TO_COUNTED", correlator.clocks_to_counted()),
         ("COUNTING_CLOCKS", correlator.clocks_of_counting()),
-        ("SCAN_CLOCKS", scan_clocks(interface, correlator)),
+        ("SCAN_CLOCKS", scan_clocks(correlator)),
         // From a hit in its register to the total: lane pairs and adder levels.
-        ("ADDER_CLOCKS", Correlator::clocks_to_dump(interface.lanes()) - 2),
+        ("ADDER_CLOCKS", correlator.clocks_to_dump() - 2),
         ("FIRST_SAMPLE", delay.first),
         ("KEPT_CHIPS", delay.kept_chips()),
     ] {
@@ -177,8 +177,8 @@ fn constant(counter: Option<&SequenceCounter>, value: u128) -> String {
 
 /// Clocks of the induction of `scan`: as many as an end takes on its way to the stream, and what
 /// recognises it before.
-pub(super) fn scan_clocks(interface: &Interface, correlator: &Correlator) -> u32 {
-    correlator.clocks_to_counted(interface.lanes()) + 4
+pub(super) fn scan_clocks(correlator: &Correlator) -> u32 {
+    correlator.clocks_to_counted() + 4
 }
 
 fn of_peak(peak: &PeakPlan, define: &mut dyn FnMut(&str, String)) {

@@ -188,7 +188,7 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
 }
 
 fn scan(interface: &Interface, correlator: &Correlator) -> Proof {
-    let mut proof = Proof::new("scan", Engine::Steps(scan_clocks(interface, correlator)));
+    let mut proof = Proof::new("scan", Engine::Steps(scan_clocks(correlator)));
     let chips = interface.timing.scan.integration_chips;
     let results = correlator.queued(interface.reference_codes.len() as u32 * interface.parallel());
     for (is_there, signal, place) in [

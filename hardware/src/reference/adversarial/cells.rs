@@ -7,6 +7,7 @@ use rand::{Rng, RngExt};
 
 use super::hits::length;
 use crate::photons::Pulse;
+use crate::reference::planned::Hits;
 use crate::scan::Sample;
 use crate::sensor::cells::Cells;
 
@@ -54,6 +55,42 @@ pub(super) fn spread(
             }
         }
         at = end;
+    }
+    pulses
+}
+
+/// Pulses of each cell where all their edges count. What aims at single hits has each pulse at one cell,
+/// and pulses at the same sample at as many; what wants many has them at all cells. Otherwise some cells
+/// have them, at the same samples or each at its own.
+pub(super) fn share(
+    level: &[Pulse],
+    samples: Range<Sample>,
+    cells: u32,
+    hits: Hits,
+    rng: &mut impl Rng,
+) -> Vec<Vec<Pulse>> {
+    let mut pulses: Vec<Vec<Pulse>> = vec![Vec::new(); cells as usize];
+    let is_random = hits == Hits::Random;
+    if is_random && rng.random() {
+        let end = level.iter().map(|pulse| pulse.end).max().unwrap_or(samples.end).min(samples.end);
+        for pulses in &mut pulses {
+            let late = rng.random_range(0..16);
+            let of_cell = level
+                .iter()
+                .map(|pulse| Pulse { first: pulse.first + late, end: end.min(pulse.end + late) });
+            pulses.extend(of_cell.filter(|pulse| pulse.first < pulse.end));
+        }
+        return pulses;
+    }
+    for same in level.chunk_by(|a, b| a.first == b.first) {
+        let number = match is_random {
+            true => *[1, rng.random_range(1..=cells), cells].choose(rng).unwrap_or(&1),
+            false if hits.is_single() => same.len() as u32,
+            false => cells,
+        };
+        let chosen = some(number, cells, rng);
+        let of_chosen = pulses.iter_mut().enumerate().filter(|(cell, _)| chosen >> cell & 1 == 1);
+        of_chosen.for_each(|(_, pulses)| pulses.push(same[0]));
     }
     pulses
 }

@@ -218,10 +218,11 @@ impl<'a> Words<'a> {
         Some(())
     }
 
-    /// Samples whose hits make a count in one step and less in every other.
+    /// Samples whose hits make a count in one step and less in every other: as many at once as cells have.
     fn count(&self, step: u64, count: i64) -> Option<Vec<Sample>> {
         let up = count > 0;
         let parallel = u64::from(self.reference.interface().parallel());
+        let at_once = self.reference.interface().input_cells.edges() as usize;
         // Other steps that would have the same count.
         let mut alike: Vec<u64> = (0..parallel).filter(|&other| other != step).collect();
         let mut chosen = Vec::new();
@@ -245,7 +246,8 @@ impl<'a> Words<'a> {
                 continue;
             }
             alike.retain(|other| !differs(other));
-            chosen.push(sample);
+            let left = count.unsigned_abs() as usize - chosen.len();
+            chosen.extend(std::iter::repeat_n(sample, left.min(at_once)));
             next = sample + 2;
         }
         (alike.is_empty() && chosen.len() as u64 == count.unsigned_abs()).then_some(chosen)
@@ -254,6 +256,7 @@ impl<'a> Words<'a> {
     /// Samples of so many hits that no step's count comes near its limit.
     fn total(&self, hits: u64) -> Option<Vec<Sample>> {
         let interface = self.reference.interface();
+        let at_once = interface.input_cells.edges();
         let most = (1i64 << (interface.count_bits() - 1)) - 2;
         let mut counts = vec![0i64; interface.parallel() as usize];
         let mut chosen = Vec::new();
@@ -268,8 +271,11 @@ impl<'a> Words<'a> {
             }
             let signs = self.signs.at(sample);
             let sign = |step| if signs.count_up(step) { 1 } else { -1 };
-            let stays = |(step, count): (u64, &i64)| (count + sign(step)).abs() <= most;
-            if (0..).zip(&counts).all(stays) {
+            for _ in 0..at_once {
+                let stays = |(step, count): (u64, &i64)| (count + sign(step)).abs() <= most;
+                if chosen.len() as u64 == hits || !(0..).zip(&counts).all(stays) {
+                    break;
+                }
                 (0..).zip(&mut counts).for_each(|(step, count)| *count += sign(step));
                 chosen.push(sample);
                 next = sample + 2;

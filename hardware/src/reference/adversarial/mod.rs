@@ -20,7 +20,7 @@ use std::ops::Range;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use self::cells::spread;
+use self::cells::{share, spread};
 use self::hits::{Pattern, Words};
 pub use self::means::Means;
 use super::coverage::{CoverPoint, registers};
@@ -165,7 +165,8 @@ impl Adversarial {
             drives: VecDeque::new(),
         };
         adversary.resets.push_back(0..RESET_CLOCKS);
-        adversary.decide_until(RESET_CLOCKS, vec![Vec::new(); interface.reference_codes.len()]);
+        let silent = vec![Vec::new(); interface.reference_codes.len()];
+        adversary.decide_until(RESET_CLOCKS, silent, Hits::None);
         Ok(adversary)
     }
 
@@ -413,10 +414,11 @@ impl Adversarial {
         }
         let end = group.origin + chips.end;
         group.done = chips.end;
+        let hits = group.plan.hits;
         if !is_end {
             self.under_way = Some(group);
         }
-        self.decide_until(end, pulses);
+        self.decide_until(end, pulses, hits);
     }
 
     /// Words outside of scans, up to a clock.
@@ -441,18 +443,24 @@ impl Adversarial {
                     Lead::LastSample => {}
                 }
             }
-            self.decide_until(end, pulses);
+            let hits = match lead {
+                Lead::Random => Hits::Random,
+                Lead::LastSample => Hits::Border { first: false },
+            };
+            self.decide_until(end, pulses, hits);
         }
     }
 
     /// Takes in pulses of each detector up to a clock, and predicts what they do.
-    fn decide_until(&mut self, end: u64, mut pulses: Vec<Vec<Pulse>>) {
+    fn decide_until(&mut self, end: u64, mut pulses: Vec<Vec<Pulse>>, hits: Hits) {
         let clocks = self.decided..end;
         let cells = self.interface.input_cells;
         if cells.count > 1 {
             let samples = self.interface.timing.sampling().samples(&clocks);
-            let of_cells =
-                |level: Vec<Pulse>| spread(&level, samples.clone(), &cells, &mut self.rng);
+            let of_cells = |level: Vec<Pulse>| match cells.edges() {
+                1 => spread(&level, samples.clone(), &cells, &mut self.rng),
+                count => share(&level, samples.clone(), count, hits, &mut self.rng),
+            };
             pulses = pulses.into_iter().flat_map(of_cells).collect();
         }
         let mut hits = vec![Vec::new(); self.interface.reference_codes.len()];
@@ -549,6 +557,11 @@ impl Hits {
     /// Whether the level has to be low before the group.
     fn needs_low(self) -> bool {
         self.detector().is_some() || matches!(self, Hits::Border { .. })
+    }
+
+    /// Whether so many are meant, and no more.
+    fn is_single(self) -> bool {
+        self.needs_low() || matches!(self, Hits::BeforeCut { .. })
     }
 
     /// Whether a group has them once, and not again and again.

@@ -89,7 +89,7 @@ fn beyond_limits(
     correlator: &Correlator,
 ) -> impl Iterator<Item = (u64, PlannedGroup)> {
     let whole = interface.timing.scan.integration_chips;
-    let most = whole.saturating_mul(u64::from(interface.lanes().div_ceil(2)));
+    let most = whole.saturating_mul(u64::from(correlator.pairs));
     let bits = move |from: u32| from..=most.ilog2().min(62);
     let detectors = || DetectorIndex::all().take(interface.reference_codes.len());
     let total = correlator.total.filter(|total| total.saturates());
@@ -119,9 +119,9 @@ fn all_over(
     correlator: &Correlator,
 ) -> impl Iterator<Item = (u64, PlannedGroup)> {
     let whole = interface.timing.scan.integration_chips;
-    let lanes = u64::from(interface.lanes());
-    // Of a code's chips half have the sign, and hits are at most on every other sample.
-    let chips_to_count = |counts: u64| counts.saturating_mul(4).div_ceil(lanes.max(2));
+    // Of a code's chips half have the sign.
+    let pairs = u64::from(correlator.pairs);
+    let chips_to_count = |counts: u64| counts.saturating_mul(2).div_ceil(pairs);
     let part_bits = correlator.count_segments.bits().saturating_sub(PARTS.ilog2());
     let stride = chips_to_count(1u64 << part_bits.min(62));
     // Groups of the same sign go on, or go back, to the next part.
@@ -194,7 +194,7 @@ fn close_totals(
         return Vec::new();
     };
     let whole = interface.timing.scan.integration_chips;
-    let most = whole.saturating_mul(u64::from(interface.lanes().div_ceil(2)));
+    let most = whole.saturating_mul(u64::from(correlator.pairs));
     let bits = total.bits..=most.ilog2().min(62);
     let hits = bits.flat_map(|bit| {
         let near = (0..ROUNDS).flat_map(move |_| (1u64 << bit) - 2..=(1u64 << bit) + 3);

@@ -78,8 +78,8 @@ impl PointFamily for CarryPoint {
     fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         Ok(match *self {
             CarryPoint::OfTotal { bit, .. } => {
-                let lanes = u64::from(maker.interface.lanes());
-                let chips = (1u64 << bit).div_ceil((lanes / 2).max(1)) * 2;
+                let pairs = maker.interface.correlator().map_or(1, |correlator| correlator.pairs);
+                let chips = (1u64 << bit).div_ceil(u64::from(pairs)) * 2;
                 let groups = chips.div_ceil(maker.interface.timing.scan.integration_chips) + 2;
                 maker.again(groups, Hits::EveryOther, Length::AtLeast(chips.div_ceil(2)))
             }

@@ -29,15 +29,27 @@ pub enum CellPoint {
     Ends,
     /// Some pulses begin as others end, and the level stays high.
     TakesOver,
+    /// So many cells have a hit at one sample, where each one's count.
+    Together {
+        /// The cells.
+        cells: u32,
+    },
+    /// A hit of a cell while another one's pulse goes on, where each one's count.
+    Beside,
 }
 
 /// Those of a detector with these cells.
 pub(super) fn points(cells: &Cells) -> Vec<Hindered<CellPoint>> {
+    let alone = (0..cells.count).map(|cell| CellPoint::Alone { cell });
+    if cells.edges() > 1 {
+        let together = (1..=cells.count).map(|cells| CellPoint::Together { cells });
+        let all = together.chain(alone).chain([CellPoint::Beside]);
+        return all.map(|point| (point, None)).collect();
+    }
     let (can_rise, stay_low): (Vec<u32>, Vec<u32>) =
         (1..=cells.count).partition(|&high| cells.level(high));
     let hits = can_rise.into_iter().map(|high| CellPoint::Hit { high });
     let no_hits = stay_low.into_iter().map(|high| CellPoint::NoHit { high });
-    let alone = (0..cells.count).map(|cell| CellPoint::Alone { cell });
     let is_odd = cells.combination == Combination::Xor;
     let ends = is_odd.then_some(CellPoint::Ends);
     // All pulses that there can be leave none to take over.
@@ -56,6 +68,8 @@ impl PointFamily for CellPoint {
             CellPoint::Alone { cell } => format!("a hit by cell {cell} alone"),
             CellPoint::Ends => "a hit as pulses end".to_owned(),
             CellPoint::TakesOver => "pulses that take over from others without a hit".to_owned(),
+            CellPoint::Together { cells } => format!("hits of {cells} cells at one sample"),
+            CellPoint::Beside => "a hit of a cell while another one's pulse goes on".to_owned(),
         }
     }
 
@@ -75,13 +89,21 @@ pub(super) struct CellsSeen {
     alone: u64,
     ends: bool,
     takes_over: bool,
+    /// Bit n: hits of n cells at once, where each one's count.
+    together: u128,
+    beside: bool,
 }
 
 impl CellsSeen {
     pub(super) fn add(&mut self, cells: &Cells, change: &CellChange) {
         let &CellChange { before, after, .. } = change;
-        let (begun, ended, high) = (after & !before, before & !after, after.count_ones());
-        if change.is_hit(cells) {
+        let (begun, ended, high) = (change.begun(), before & !after, after.count_ones());
+        let hits = change.hits(cells);
+        if cells.edges() > 1 {
+            self.together |= u128::from(hits > 0) << hits;
+            self.beside |= hits > 0 && before & after != 0;
+            self.alone |= if hits == 1 { begun } else { 0 };
+        } else if hits > 0 {
             self.hits |= 1 << high;
             self.ends |= begun == 0;
             if begun.count_ones() == 1 && ended == 0 {
@@ -101,7 +123,10 @@ impl CellsSeen {
         let alone = bits(self.alone.into()).map(|cell| CellPoint::Alone { cell });
         let ends = self.ends.then_some(CellPoint::Ends);
         let takes_over = self.takes_over.then_some(CellPoint::TakesOver);
-        hits.chain(no_hits).chain(alone).chain(ends).chain(takes_over)
+        let together = bits(self.together).map(|cells| CellPoint::Together { cells });
+        let beside = self.beside.then_some(CellPoint::Beside);
+        let of_level = hits.chain(no_hits).chain(alone).chain(ends).chain(takes_over);
+        of_level.chain(together).chain(beside)
     }
 }
 

@@ -50,7 +50,7 @@ pub(super) fn points(interface: &Interface, detector: DetectorIndex) -> Vec<Hind
             }
         }
     }
-    if interface.lanes() >= 4 && signs.are_both() {
+    if interface.correlator().is_some_and(|counts| counts.pairs > 1) && signs.are_both() {
         points.extend([false, true].map(|up| (HitPoint::FullWord { up }, None)));
     }
     points.push((HitPoint::FirstSample, None));

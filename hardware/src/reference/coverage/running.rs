@@ -10,7 +10,8 @@ use crate::sensor::interface::Interface;
 #[derive(Debug, Clone)]
 pub(in crate::reference) struct Running {
     parallel: usize,
-    lanes: u32,
+    /// Hits of a word that is full of them; a word with room for one is full of anything.
+    full: u32,
     cells: Cells,
     /// Bits below each border between segments, the top of the counter included.
     borders: Vec<u32>,
@@ -76,7 +77,7 @@ impl Running {
         let detectors = interface.reference_codes.len();
         Running {
             parallel: interface.parallel() as usize,
-            lanes: interface.lanes(),
+            full: interface.correlator().map_or(0, |counts| counts.pairs).max(2),
             cells: interface.input_cells,
             lowest: borders.first().copied().unwrap_or(i64::BITS - 1),
             borders,
@@ -101,8 +102,7 @@ impl Running {
     ) -> i64 {
         let counter = &mut self.steps[detector.0 * self.parallel + step];
         let seen = &mut self.detectors[detector];
-        // A word of fewer samples is full of anything.
-        let full = if step == 0 && self.lanes >= 4 { self.lanes / 2 } else { u32::MAX };
+        let full = if step == 0 { self.full } else { u32::MAX };
         let start = counter.total;
         let mut lanes = [0; 2];
         let mut word = Word::default();

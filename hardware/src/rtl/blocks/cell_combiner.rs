@@ -26,12 +26,12 @@ pub struct CellCombiner {
     inverts: bool,
     #[set(cells.count as usize)]
     count: usize,
-    #[set(cells.gates() == Gates::Xor)]
+    #[set(cells.gates() == Some(Gates::Xor))]
     is_xor: bool,
-    #[set(cells.gates() == Gates::Or)]
+    #[set(cells.gates() == Some(Gates::Or))]
     is_or: bool,
     /// How pulses are counted, where some of them are asked for.
-    #[set(match cells.gates() { Gates::AtLeast(least) => Adders::of(count, least), _ => Adders::default() })]
+    #[set(match cells.gates() { Some(Gates::AtLeast(least)) => Adders::of(count, least), _ => Adders::default() })]
     adders: Adders,
     /// level of each cell, bit 0 earliest, cell 0 lowest
     #[width(lanes * count)]
@@ -54,10 +54,10 @@ pub struct CellCombiner {
 /// What is said of the level.
 fn about_level(cells: &Cells) -> String {
     match cells.gates() {
-        Gates::Xor => "an odd number of cells' samples do".to_owned(),
-        Gates::Or => "any cell's sample does".to_owned(),
-        Gates::And => "all cells' samples do".to_owned(),
-        Gates::AtLeast(least) => format!("at least {least} cells' samples do"),
+        Some(Gates::Xor) => "an odd number of cells' samples do".to_owned(),
+        None | Some(Gates::Or) => "any cell's sample does".to_owned(),
+        Some(Gates::And) => "all cells' samples do".to_owned(),
+        Some(Gates::AtLeast(least)) => format!("at least {least} cells' samples do"),
     }
 }
 

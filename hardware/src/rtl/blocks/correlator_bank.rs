@@ -13,16 +13,17 @@ use crate::sensor::interface::CountSegments;
 /// Each step takes the reference a sample later than the step before it.
 pub struct CorrelatorBank {
     lanes: usize,
+    pairs: usize,
     segments: CountSegments,
     /// phase steps
     #[size(1..=usize::MAX)]
     steps: usize,
     /// pairs of samples with a hit
-    #[width(lanes.div_ceil(2))]
+    #[width(pairs)]
     pub i_hits: Input<Word>,
     /// the hit is the earlier sample of its pair
     #[when(lanes > 1)]
-    #[width(lanes.div_ceil(2))]
+    #[width(pairs)]
     pub i_early: Optional<Input<Word>>,
     /// reference of each sample; the last step's lowest
     #[width(lanes + steps - 1)]
@@ -35,7 +36,7 @@ pub struct CorrelatorBank {
     #[width(segments.bits())]
     pub o_count: Vec<Output<Word>>,
     #[each(_step in 0..steps)]
-    #[is(UpdownCorrelator::new(lanes, Some(segments)))]
+    #[is(UpdownCorrelator::new(lanes, pairs, Some(segments)))]
     correlator: Vec<UpdownCorrelator>,
 }
 

@@ -33,8 +33,11 @@ pub struct DetectorChannel {
     code: Arc<Code>,
     #[set(interface.lanes() as usize)]
     lanes: usize,
-    #[set(lanes.div_ceil(2))]
+    #[set(counts.pairs as usize)]
     pairs: usize,
+    /// Levels whose edges are counted.
+    #[set(interface.input_cells.edges() as usize)]
+    cells: usize,
     #[set(interface.parallel() as usize)]
     parallel: usize,
     #[set(counts.count_segments)]
@@ -79,8 +82,8 @@ pub struct DetectorChannel {
     clamps: usize,
     #[set(counts.total.is_some_and(|total| total.saturates()))]
     total_saturates: bool,
-    /// level of the SPAD, bit 0 earliest
-    #[width(lanes)]
+    /// {if cells > 1 { "level of each cell, bit 0 earliest, cell 0 lowest" } else { "level of the SPAD, bit 0 earliest" }}
+    #[width(lanes * cells)]
     pub i_samples: Input<Word>,
     /// the present chip belongs to a scan
     pub i_run: Input<bool>,
@@ -118,10 +121,10 @@ pub struct DetectorChannel {
     reference: CodeSource,
     #[is(PhaseStepper::new(geometry, start.0, looks_ahead, realigns, is_set))]
     stepper: PhaseStepper,
-    #[is(EdgeDetector::new(lanes, interface.polarity))]
+    #[is(EdgeDetector::new(lanes, cells, interface.polarity))]
     edges: EdgeDetector,
     #[when(banks == 0)]
-    #[is(UpdownCorrelator::new(lanes, Some(segments)))]
+    #[is(UpdownCorrelator::new(lanes, pairs, Some(segments)))]
     correlator: Optional<UpdownCorrelator>,
     /// hits for the second bank, and so on
     #[each(_bank in 0..delays)]
@@ -143,10 +146,10 @@ pub struct DetectorChannel {
     #[width(segments.count)]
     dump: Vec<Register<Word>>,
     #[each(_bank in 0..whole_banks)]
-    #[is(CorrelatorBank::new(lanes, segments, bank_steps))]
+    #[is(CorrelatorBank::new(lanes, pairs, segments, bank_steps))]
     bank: Vec<CorrelatorBank>,
     #[when(rest_steps > 0)]
-    #[is(CorrelatorBank::new(lanes, segments, rest_steps))]
+    #[is(CorrelatorBank::new(lanes, pairs, segments, rest_steps))]
     last_bank: Optional<CorrelatorBank>,
     /// {count_about(parallel, "exact")}
     #[each(_step in 0..parallel)]
@@ -156,7 +159,7 @@ pub struct DetectorChannel {
     #[is(CountClamp::new(counts.exact_count_bits as usize, counts.count_bits as usize))]
     clamp: Vec<CountClamp>,
     #[each(total in counts.total.iter())]
-    #[is(HitCounter::new(lanes, *total, segments))]
+    #[is(HitCounter::new(pairs, *total, segments))]
     total: Vec<HitCounter>,
 }
 

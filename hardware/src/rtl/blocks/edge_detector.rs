@@ -8,7 +8,7 @@ use crate::rtl::front::prelude::*;
 use crate::scene::Polarity;
 
 #[block(edge_detector)]
-/// one hit per rising edge of the SPAD's level
+/// one hit per rising edge of {if cells > 1 { "each cell's level" } else { "the SPAD's level" }}
 ///
 /// Of two neighbouring samples at most one is a rising edge, and it is the earlier one exactly when that
 /// sample is high: two bits say all about a pair.
@@ -19,17 +19,21 @@ use crate::scene::Polarity;
 /// - Latency: 1 clock
 pub struct EdgeDetector {
     lanes: usize,
+    /// Levels, each with edges of its own.
+    cells: usize,
+    #[set(lanes * cells)]
+    samples: usize,
     /// A pulse is low.
     polarity: Polarity,
     #[set(polarity == Polarity::Low)]
     inverts: bool,
-    #[set(lanes.div_ceil(2))]
+    #[set(cells * lanes.div_ceil(2))]
     pair_count: usize,
     /// Whether there is a pair, and not a single sample.
     #[set(lanes > 1)]
     has_pairs: bool,
-    /// level of the SPAD, bit 0 earliest
-    #[width(lanes)]
+    /// {if cells > 1 { "level of each cell, bit 0 earliest, cell 0 lowest" } else { "level of the SPAD, bit 0 earliest" }}
+    #[width(samples)]
     pub i_samples: Input<Word>,
     /// the word belongs to a scan
     pub i_run: Input<bool>,
@@ -42,11 +46,15 @@ pub struct EdgeDetector {
     pub o_early: Optional<Output<Word>>,
     /// the samples the other way up: high during a pulse
     #[when(inverts)]
-    #[width(lanes)]
+    #[width(samples)]
     inverted: Optional<Local<Word>>,
-    #[width(lanes)]
+    #[width(samples)]
     level: Local<Word>,
-    #[width(lanes)]
+    /// each sample's level one sample earlier
+    #[when(cells > 1)]
+    #[width(samples)]
+    earlier_level: Optional<Local<Word>>,
+    #[width(samples)]
     rising: Local<Word>,
     #[width(pair_count)]
     pairs: Local<Word>,
@@ -54,7 +62,12 @@ pub struct EdgeDetector {
     #[width(pair_count)]
     earlier: Optional<Local<Word>>,
     /// of the word before
-    last_sample: Register<bool>,
+    #[when(cells == 1)]
+    last_sample: Optional<Register<bool>>,
+    /// of the word before, of each cell
+    #[when(cells > 1)]
+    #[width(cells)]
+    last_samples: Optional<Register<Word>>,
     #[width(pair_count)]
     hits: Register<Word>,
     #[when(has_pairs)]
@@ -71,15 +84,19 @@ impl Logic for EdgeDetector {
         } else {
             self.level.next = self.i_samples.val();
         }
-        self.last_sample.next = self.level.val().get_bit(self.lanes - 1);
-        self.rising.next = self.level.val()
-            & !((self.level.val() << 1) | bit_cast(self.last_sample.val(), self.lanes))
-            & signed_cast(self.i_run.val());
+        if self.last_sample.is_present() {
+            self.last_sample.next = self.level.val().get_bit(self.lanes - 1);
+            self.rising.next = self.level.val()
+                & !((self.level.val() << 1) | bit_cast(self.last_sample.val(), self.lanes))
+                & signed_cast(self.i_run.val());
+        } else {
+            self.find_edges_of_cells();
+        }
         self.pairs.next = gather(self.pair_count, |pair| {
             if self.has_pairs {
                 self.rising.val().get_bit(2 * pair) | self.rising.val().get_bit(2 * pair + 1)
             } else {
-                self.rising.val().get_bit(0)
+                self.rising.val().get_bit(pair)
             }
         });
         self.hits.next = self.pairs.val();
@@ -89,5 +106,20 @@ impl Logic for EdgeDetector {
             self.early.next = self.earlier.val();
             self.o_early.next = self.early.val();
         }
+    }
+
+    fn find_edges_of_cells(&mut self) {
+        let lanes = self.lanes;
+        self.last_samples.next =
+            gather(self.cells, |cell| self.level.val().get_bit(lanes * cell + lanes - 1));
+        self.earlier_level.next = gather(self.samples, |sample| {
+            if sample % lanes == 0 {
+                self.last_samples.val().get_bit(sample / lanes)
+            } else {
+                self.level.val().get_bit(sample - 1)
+            }
+        });
+        self.rising.next =
+            self.level.val() & !self.earlier_level.val() & signed_cast(self.i_run.val());
     }
 }

@@ -16,16 +16,15 @@ use crate::sensor::interface::{CountSegments, TotalCount};
 #[when(sent.saturates())]
 /// A total of more bits than o_total has shows as all ones.
 ///
-/// - Latency: {WordTotal::latency_clocks(lanes, Some(segments))} clocks from i_hits to o_total
+/// - Latency: {WordTotal::latency_clocks(pairs, Some(segments))} clocks from i_hits to o_total
 pub struct HitCounter {
-    lanes: usize,
+    /// Of samples, of each of which one may be a hit.
+    pairs: usize,
     sent: TotalCount,
     /// of the signed count
     count_segments: CountSegments,
     #[set(count_segments.of_total(sent))]
     segments: CountSegments,
-    #[set(lanes.div_ceil(2))]
-    pairs: usize,
     #[set(sent.exact_bits as usize)]
     exact_bits: usize,
     #[set(sent.bits as usize)]
@@ -43,7 +42,7 @@ pub struct HitCounter {
     #[when(sent.saturates())]
     pub o_clamped: Optional<Output<bool>>,
     /// registers of the hits, and what they add up to
-    #[is(WordTotal::new(lanes, Some(segments), false))]
+    #[is(WordTotal::new(pairs, Some(segments), false))]
     words: WordTotal,
 }
 

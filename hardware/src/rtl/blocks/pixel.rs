@@ -19,11 +19,13 @@ use crate::scene::Polarity;
 /// one detector a clock while the next window is counted.
 pub struct Pixel {
     lanes: usize,
+    /// Levels whose edges are counted.
+    cells: usize,
     polarity: Polarity,
     /// Bits of the counter.
     bits: u32,
-    /// level of the SPAD, bit 0 earliest
-    #[width(lanes)]
+    /// {if cells > 1 { "level of each cell, bit 0 earliest, cell 0 lowest" } else { "level of the SPAD, bit 0 earliest" }}
+    #[width(lanes * cells)]
     pub i_samples: Input<Word>,
     /// the word belongs to a scan
     pub i_run: Input<bool>,
@@ -38,9 +40,9 @@ pub struct Pixel {
     /// this one's
     #[width(bits)]
     pub o_piece: Output<Word>,
-    #[is(EdgeDetector::new(lanes, polarity))]
+    #[is(EdgeDetector::new(lanes, cells, polarity))]
     edges: EdgeDetector,
-    #[is(UpdownCorrelator::new(lanes, None))]
+    #[is(UpdownCorrelator::new(lanes, cells * lanes.div_ceil(2), None))]
     correlator: UpdownCorrelator,
     /// hits up less hits down, modulo its width
     #[width(bits)]

@@ -24,6 +24,9 @@ pub struct PixelArray {
     plan: RowPlan,
     #[set(interface.lanes() as usize)]
     lanes: usize,
+    /// Levels of each detector whose edges are counted.
+    #[set(interface.input_cells.edges() as usize)]
+    cells: usize,
     #[set(distinct_codes(&interface.reference_codes[0], &interface.reference_codes))]
     codes: DistinctCodes,
     #[set(interface.realigns())]
@@ -37,7 +40,7 @@ pub struct PixelArray {
     references: Vec<(Arc<Code>, (ReferenceStart, u64))>,
     /// level of each detector, bit 0 earliest
     #[each(_detector in 0..plan.detectors)]
-    #[width(lanes)]
+    #[width(lanes * cells)]
     pub i_samples: Vec<Input<Word>>,
     /// the present chip belongs to a scan
     pub i_run: Input<bool>,
@@ -73,9 +76,9 @@ pub struct PixelArray {
     #[is(PhaseStepper::new(geometry, reference.1.0, true, realigns, false))]
     stepper: Vec<PhaseStepper>,
     #[each(_detector in 0..plan.detectors)]
-    #[is(Pixel::new(lanes, interface.polarity, plan.piece_bits))]
+    #[is(Pixel::new(lanes, cells, interface.polarity, plan.piece_bits))]
     pixel: Vec<Pixel>,
-    #[is(RowSums::new(plan, counts.count_bits, Correlator::clocks_to_dump(interface.lanes()) - 1))]
+    #[is(RowSums::new(plan, counts.count_bits, counts.clocks_to_dump() - 1))]
     sums: RowSums,
     #[is(RowStream::new(plan, counts.count_bits, counts.signed_data_bits()))]
     stream: RowStream,

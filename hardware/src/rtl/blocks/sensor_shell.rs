@@ -98,8 +98,8 @@ pub struct SensorShell {
     #[when(is_set)]
     #[is(RegisterPorts::new())]
     pub registers: Optional<RegisterPorts>,
-    /// Levels of the detectors, where their cells have an input each.
-    #[each(_detector in 0..if interface.input_cells.count > 1 { detectors } else { 0 })]
+    /// Levels of the detectors, where cells that have an input each make one together.
+    #[each(_detector in 0..if interface.input_cells.gates().is_some() { detectors } else { 0 })]
     #[is(CellCombiner::new(interface.lanes() as usize, interface.input_cells, interface.polarity))]
     pub(super) combiner: Vec<CellCombiner>,
     #[width(codes.of_sources.len())]

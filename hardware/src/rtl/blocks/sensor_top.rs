@@ -36,8 +36,9 @@ pub struct SensorTop {
     outputs: usize,
     #[set(interface.reference_codes.len())]
     detectors: usize,
-    #[set(interface.lanes() as usize)]
-    lanes: usize,
+    /// Of each detector.
+    #[set((interface.lanes() * interface.input_cells.edges()) as usize)]
+    samples: usize,
     #[set(interface.parallel() as usize)]
     parallel: usize,
     /// Whether a host sets the scan.
@@ -64,7 +65,7 @@ pub struct SensorTop {
         interface.timing.scan.integration_chips,
         interface.groups(),
         interface.realigns(),
-        Correlator::clocks_to_dump(interface.lanes()) - dumps_early,
+        counts.clocks_to_dump() - dumps_early,
         counts.count_segments.count,
         counts.clocks_of_counting() + dumps_early,
         detectors * parallel > 1 && dumps_early == 0,
@@ -73,7 +74,7 @@ pub struct SensorTop {
     #[each(plan in interface.registers.iter())]
     #[is(ScanSequencer::new(
         (**plan).clone(),
-        Correlator::clocks_to_dump(interface.lanes()),
+        counts.clocks_to_dump(),
         counts.count_segments.count,
         counts.clocks_of_counting(),
         detectors * parallel > 1,
@@ -251,10 +252,10 @@ impl Logic for SensorTop {
     }
 
     fn run_channels(&mut self) {
-        let lanes = self.lanes;
+        let samples = self.samples;
         for d in 0..self.channel.len() {
             self.channel[d].i_samples.next = if self.io.combiner.is_empty() {
-                self.io.i_samples.val().slice(lanes * d, lanes)
+                self.io.i_samples.val().slice(samples * d, samples)
             } else {
                 self.io.combiner[d].o_level.val()
             };
@@ -307,11 +308,11 @@ impl Logic for SensorTop {
 
     /// Detectors that share the sums of their counts.
     fn read_rows(&mut self) {
-        let lanes = self.lanes;
+        let samples = self.samples;
         for a in 0..self.array.len() {
             for d in 0..self.detectors {
                 self.array[a].i_samples[d].next = if self.io.combiner.is_empty() {
-                    self.io.i_samples.val().slice(lanes * d, lanes)
+                    self.io.i_samples.val().slice(samples * d, samples)
                 } else {
                     self.io.combiner[d].o_level.val()
                 };

@@ -15,18 +15,18 @@ use crate::sensor::interface::CountSegments;
 /// A hit adds 1 where the reference is 1, and subtracts 1 where it is 0 (eq. 11): the sum over a word is
 /// the number of hits less twice the number of those that count down.
 #[when(totals > 0)]
-/// - Latency: {WordTotal::latency_clocks(lanes, segments)} clocks from i_hits to o_count
+/// - Latency: {WordTotal::latency_clocks(pairs, segments)} clocks from i_hits to o_count
 #[when(totals == 0)]
-/// - Latency: {WordTotal::latency_clocks(lanes, segments)} clocks from i_hits to o_addend
+/// - Latency: {WordTotal::latency_clocks(pairs, segments)} clocks from i_hits to o_addend
 pub struct UpdownCorrelator {
     lanes: usize,
+    /// Of the samples of a word, or of the words of all cells whose edges count.
+    pairs: usize,
     /// Of the total; none where the signed counts of words are all that is asked.
     segments: Option<CountSegments>,
     /// How many there are.
     #[set(segments.map_or(0, |segments| segments.count))]
     totals: u32,
-    #[set(lanes.div_ceil(2))]
-    pairs: usize,
     /// Whether there is a pair, and not a single sample.
     #[set(lanes > 1)]
     has_pairs: bool,
@@ -53,7 +53,7 @@ pub struct UpdownCorrelator {
     #[width(pairs.ilog2() + 2)]
     pub o_addend: Optional<Output<Word>>,
     /// reference of each pair's earlier sample
-    #[when(has_pairs)]
+    #[when(has_pairs || pairs > 1)]
     #[width(pairs)]
     early_reference: Optional<Local<Word>>,
     /// reference of each pair's later sample
@@ -61,21 +61,26 @@ pub struct UpdownCorrelator {
     #[width(pairs)]
     late_reference: Optional<Local<Word>>,
     /// registers of the hits, and what they add up to
-    #[is(WordTotal::new(lanes, segments, true))]
+    #[is(WordTotal::new(pairs, segments, true))]
     words: WordTotal,
 }
 
 #[kernel]
 impl Logic for UpdownCorrelator {
     fn update(&mut self) {
-        if self.i_early.is_present() {
+        if self.early_reference.is_present() {
             self.early_reference.next =
-                gather(self.pairs, |pair| self.i_reference.val().get_bit(2 * pair));
-            self.late_reference.next =
-                gather(self.pairs, |pair| self.i_reference.val().get_bit(2 * pair + 1));
+                gather(self.pairs, |pair| self.i_reference.val().get_bit(2 * pair % self.lanes));
+        }
+        if self.i_early.is_present() {
+            self.late_reference.next = gather(self.pairs, |pair| {
+                self.i_reference.val().get_bit(2 * pair % self.lanes + 1)
+            });
             self.words.down.next = self.i_hits.val()
                 & !((self.i_early.val() & self.early_reference.val())
                     | (!self.i_early.val() & self.late_reference.val()));
+        } else if self.early_reference.is_present() {
+            self.words.down.next = self.i_hits.val() & !self.early_reference.val();
         } else {
             self.words.down.next = self.i_hits.val() & !self.i_reference.val();
         }
