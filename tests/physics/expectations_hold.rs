@@ -4,11 +4,13 @@
 use std::path::Path;
 
 use goldtof::Jobs as _;
-use goldtof::scene::{Architecture, Scene, load_with};
+use goldtof::estimate::report::Reporter;
+use goldtof::scene::{Architecture, DetectorIndex, Scene, load_with};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
 use goldtof::simulate::repeat::Simulation;
+use goldtof::simulate::scans::scans;
 use optics_support::{gold_5, repeated, table_i_scene};
 
 fn simulated(scene: &Scene, tier: Tier, scans: u64) -> Simulation {
@@ -307,4 +309,36 @@ fn nothing_is_expected_of_paths_that_are_not_told_apart() {
     assert_eq!(found.estimates.iter().find_map(|path| path.expected_std_m), None);
     let remarks: Vec<_> = found.estimates.into_iter().filter_map(|path| path.remark).collect();
     assert!(remarks.iter().any(|remark| remark.contains("tells all paths apart")), "{remarks:?}");
+}
+
+/// A simulation says which share of its scans `estimate` refuses, whose peak may be chance: as many as a
+/// report of each scan's counts does, none of bright light, and of light that hardly carries the code all
+/// but the share that chance has by definition, 1 in 50.
+#[test]
+fn the_share_that_estimate_refuses_is_said() {
+    const SCANS: u64 = 400;
+    let refused = |power: &str, estimator: &str| {
+        let settings =
+            [format!("source.mean_power={power}"), format!("estimate.estimator={estimator}")];
+        let settings = settings.map(|setting| setting.parse().expect("a setting"));
+        let scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
+        let told = of_first_path(&scene, Tier::Events, SCANS).refused_fraction.expect("of scans");
+        let sensor = Sensor::new(&scene);
+        let reporter = Reporter::new(&sensor, DetectorIndex(0)).without_theory();
+        let mut refused = 0;
+        let on_scan = |counts: &[_]| {
+            let chance = reporter.scan(counts).chance_fraction;
+            refused += u64::from(chance.is_some_and(|chance| chance >= 0.02));
+        };
+        scans(&sensor, DetectorIndex(0), Tier::Events, 5, SCANS, on_scan).expect("it is simulated");
+        assert_eq!(told, refused as f64 / SCANS as f64, "{power}, {estimator}");
+        told
+    };
+    assert_eq!(refused("20 pW", "fft"), 0.0);
+    // Of 400 scans 8 +- 2.8 are let pass, fewer where counts are small whole numbers.
+    assert!(refused("0.000001 pW", "fft") > 0.95);
+    for estimator in ["fft", "model"] {
+        let share = refused("0.3 pW", estimator);
+        assert!((0.03..0.97).contains(&share), "{estimator}: {share}");
+    }
 }

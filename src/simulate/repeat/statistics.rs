@@ -61,6 +61,7 @@ pub fn statistics(
                 .then(|| share_interval(missed_scans, tally.scans)),
             expected_missed_fraction: missed[place],
             correct_coarse_fraction: of_scans(tally.found[place]),
+            refused_fraction: of_scans(tally.refused),
             mean_distance_m: bias_m.map(|bias_m| fold_distance(true_distance_m + bias_m, range_m)),
             bias_m,
             std_m: moments.std,
