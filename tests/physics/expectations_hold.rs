@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use goldtof::Jobs as _;
+use goldtof::code::{CodeSpec, Family};
 use goldtof::estimate::report::Reporter;
 use goldtof::scene::{Architecture, DetectorIndex, Scene, load_with};
 use goldtof::sensor::Sensor;
@@ -341,4 +342,22 @@ fn the_share_that_estimate_refuses_is_said() {
         let share = refused("0.3 pW", estimator);
         assert!((0.03..0.97).contains(&share), "{estimator}: {share}");
     }
+}
+
+/// Light of a code of another length is none that a fit takes in: it is background to it, with a bias, and
+/// the bound of fits that know its delay and strength is none for it.
+#[test]
+fn fits_of_less_light_than_there_is_scatter_as_they_say() {
+    let mut scene = with_equal_path(&["estimate.estimator=model"], "5");
+    let mut other = scene.sources[0].clone();
+    other.name = "other".to_owned();
+    other.code = CodeSpec::new(Family::Square).build().expect("a code").into();
+    scene.sources.push(other);
+    scene.paths[1].source = goldtof::scene::SourceIndex(1);
+    let found = of_first_path(&scene, Tier::Counts, 600);
+    let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
+    // Standard error: 2.9 %. The bound is 1.36 times as large.
+    assert!((std_m / expected_m - 1.0).abs() < 0.12, "{found:?}");
+    assert_eq!(found.expectation_holds, Some(true), "{found:?}");
+    assert!(found.bound_m.unwrap() > 1.2 * std_m, "{found:?}");
 }

@@ -346,7 +346,7 @@ impl<'s> Reporter<'s> {
         let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
         let errors = ExpectedErrors { bias_m, std_m };
         let bound = self.theory(path).bound.as_ref();
-        Ok(bound.map_or(errors, |bound| bound.errors_of_fit(path, errors)))
+        Ok(bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len())))
     }
 }
 

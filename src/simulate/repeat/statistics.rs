@@ -125,7 +125,8 @@ fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<ExpectedOfP
         let path = ranging.paths[place];
         let errors = ExpectedErrors { bias_m, std_m };
         let bound = theory.bound.as_ref().ok();
-        let errors = bound.map_or(errors, |bound| bound.errors_of_fit(path, errors));
+        let errors =
+            bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len()));
         let Ranging { sensor, detector, counting, .. } = *ranging;
         let covered = coverage::check_fit(sensor, detector, path, counting, &fitted);
         expected[place] = covered.map(|()| errors).map_err(|reason| reason.to_string());
