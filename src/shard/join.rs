@@ -199,5 +199,6 @@ fn is_sound(tally: &Tally) -> bool {
         && of_paths.all(|(errors, &found)| found <= errors && errors <= tally.scans)
         && tally.alarms <= tally.fits
         && tally.fits <= tally.scans
+        && tally.refused <= tally.scans
         && tally.remarks <= tally.scans
 }

@@ -38,6 +38,10 @@ pub struct PathStatistics {
     pub expected_missed_fraction: Option<f64>,
     /// One less `missed_fraction`: how often the coarse stage is right.
     pub correct_coarse_fraction: Option<f64>,
+    /// Share of the detector's scans that `goldtof estimate` would refuse, since scans without any
+    /// light of its source have as large counts ([`crate::estimate::chance`]). They take part in all
+    /// else that stands here, as in what is expected. None without scans.
+    pub refused_fraction: Option<f64>,
     /// Mean estimate, folded into the unambiguous range; none without estimates, or
     /// where they are spread all over the range ([`crate::estimate::unwrap`]).
     pub mean_distance_m: Option<f64>,

@@ -4,11 +4,14 @@
 use std::path::Path;
 
 use goldtof::Jobs as _;
-use goldtof::scene::{Architecture, Scene, load_with};
+use goldtof::code::{CodeSpec, Family};
+use goldtof::estimate::report::Reporter;
+use goldtof::scene::{Architecture, DetectorIndex, Scene, load_with};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::path_statistics::PathStatistics;
 use goldtof::simulate::repeat::Simulation;
+use goldtof::simulate::scans::scans;
 use optics_support::{gold_5, repeated, table_i_scene};
 
 fn simulated(scene: &Scene, tier: Tier, scans: u64) -> Simulation {
@@ -307,4 +310,54 @@ fn nothing_is_expected_of_paths_that_are_not_told_apart() {
     assert_eq!(found.estimates.iter().find_map(|path| path.expected_std_m), None);
     let remarks: Vec<_> = found.estimates.into_iter().filter_map(|path| path.remark).collect();
     assert!(remarks.iter().any(|remark| remark.contains("tells all paths apart")), "{remarks:?}");
+}
+
+/// A simulation says which share of its scans `estimate` refuses, whose peak may be chance: as many as a
+/// report of each scan's counts does, none of bright light, and of light that hardly carries the code all
+/// but the share that chance has by definition, 1 in 50.
+#[test]
+fn the_share_that_estimate_refuses_is_said() {
+    const SCANS: u64 = 400;
+    let refused = |power: &str, estimator: &str| {
+        let settings =
+            [format!("source.mean_power={power}"), format!("estimate.estimator={estimator}")];
+        let settings = settings.map(|setting| setting.parse().expect("a setting"));
+        let scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
+        let told = of_first_path(&scene, Tier::Events, SCANS).refused_fraction.expect("of scans");
+        let sensor = Sensor::new(&scene);
+        let reporter = Reporter::new(&sensor, DetectorIndex(0)).without_theory();
+        let mut refused = 0;
+        let on_scan = |counts: &[_]| {
+            let chance = reporter.scan(counts).chance_fraction;
+            refused += u64::from(chance.is_some_and(|chance| chance >= 0.02));
+        };
+        scans(&sensor, DetectorIndex(0), Tier::Events, 5, SCANS, on_scan).expect("it is simulated");
+        assert_eq!(told, refused as f64 / SCANS as f64, "{power}, {estimator}");
+        told
+    };
+    assert_eq!(refused("20 pW", "fft"), 0.0);
+    // Of 400 scans 8 +- 2.8 are let pass, fewer where counts are small whole numbers.
+    assert!(refused("0.000001 pW", "fft") > 0.95);
+    for estimator in ["fft", "model"] {
+        let share = refused("0.3 pW", estimator);
+        assert!((0.03..0.97).contains(&share), "{estimator}: {share}");
+    }
+}
+
+/// Light of a code of another length is none that a fit takes in: it is background to it, with a bias, and
+/// the bound of fits that know its delay and strength is none for it.
+#[test]
+fn fits_of_less_light_than_there_is_scatter_as_they_say() {
+    let mut scene = with_equal_path(&["estimate.estimator=model"], "5");
+    let mut other = scene.sources[0].clone();
+    other.name = "other".to_owned();
+    other.code = CodeSpec::new(Family::Square).build().expect("a code").into();
+    scene.sources.push(other);
+    scene.paths[1].source = goldtof::scene::SourceIndex(1);
+    let found = of_first_path(&scene, Tier::Counts, 600);
+    let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
+    // Standard error: 2.9 %. The bound is 1.36 times as large.
+    assert!((std_m / expected_m - 1.0).abs() < 0.12, "{found:?}");
+    assert_eq!(found.expectation_holds, Some(true), "{found:?}");
+    assert!(found.bound_m.unwrap() > 1.2 * std_m, "{found:?}");
 }

@@ -91,8 +91,17 @@ impl PathBound {
 impl Bound {
     /// What a fit of path `path` is expected to be off by, that of the expected counts being `fitted`: its derivatives and
     /// second moments are those of light nearby, so that its standard deviation may be off by 1 %, but is not better
-    /// than the bound; and it knows of one slope of the counts only.
-    pub fn errors_of_fit(&self, path: PathIndex, fitted: ExpectedErrors) -> ExpectedErrors {
+    /// than the bound; and it knows of one slope of the counts only. A fit of fewer paths than reach the detector has
+    /// fewer unknowns than the bound, which is then none for it: it trades scatter for bias.
+    pub fn errors_of_fit(
+        &self,
+        path: PathIndex,
+        fitted: ExpectedErrors,
+        fitted_paths: usize,
+    ) -> ExpectedErrors {
+        if fitted_paths < self.paths.len() {
+            return fitted;
+        }
         self.paths.iter().find(|entry| entry.path == path).map_or(fitted, |entry| {
             entry.errors(ExpectedErrors { std_m: fitted.std_m.max(entry.slope_m), ..fitted })
         })

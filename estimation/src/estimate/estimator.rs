@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use super::chance::Darkness;
 use super::fit::{BinFitter, FitError, Fitter, ModelEstimate};
 use super::histogram::{NoHistogramEstimate, PhaseOfHistogram};
 use super::{
@@ -25,6 +26,7 @@ pub struct Estimator<'s> {
     pub offset_ps: f64,
     /// Whether any modulated light can give an estimate.
     modulated: Result<(), NoEstimate>,
+    darkness: OnceLock<Darkness<'s>>,
     fitter: OnceLock<Fitter<'s>>,
     phase_of_bins: OnceLock<PhaseOfHistogram<'s>>,
     fitter_of_bins: OnceLock<Result<BinFitter<'s>, FitError>>,
@@ -76,6 +78,7 @@ impl<'s> Estimator<'s> {
             tier,
             offset_ps: calibration_offset_ps(sensor, detector, tier),
             modulated: check_modulated(sensor, detector),
+            darkness: OnceLock::new(),
             fitter: OnceLock::new(),
             phase_of_bins: OnceLock::new(),
             fitter_of_bins: OnceLock::new(),
@@ -88,6 +91,24 @@ impl<'s> Estimator<'s> {
     /// Why no scan can give an estimate.
     pub fn check_modulated(&self) -> Result<(), NoEstimate> {
         self.modulated
+    }
+
+    /// Share of scans without any light of the own source that have as large counts; see
+    /// [`Darkness::chance`].
+    ///
+    /// # Panics
+    /// If a histogram has not one bin per sample of the code.
+    pub fn chance(&self, counted: Counted) -> Option<f64> {
+        let of_bins;
+        let counts = match counted {
+            Counted::Steps(counts) => counts,
+            Counted::Bins(histogram) => {
+                of_bins = self.phase_of_bins().step_counts(histogram);
+                &of_bins
+            }
+        };
+        let of_scene = || Darkness::of_scene(self.sensor, self.detector);
+        self.darkness.get_or_init(of_scene).as_bright_as(counts).chance(counts)
     }
 
     /// What fits counts of phase steps.

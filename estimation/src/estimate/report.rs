@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use serde::Serialize;
 
 use super::bound::bound_and_remark;
-use super::chance::{DOUBTFUL, Darkness, NO_PEAK};
+use super::chance::{DOUBTFUL, NO_PEAK};
 use super::coverage;
 use super::estimator::{Counted, Estimator, Found};
 use super::evidence::{Comparisons, Evidence, Expectation, ExpectedErrors};
@@ -127,7 +127,6 @@ pub struct FittedPathReport {
 #[derive(Debug)]
 pub struct Reporter<'s> {
     estimator: Estimator<'s>,
-    darkness: OnceLock<Darkness<'s>>,
     /// Of each path of the scene: theory of it, and what is expected of counts of phase steps and of
     /// bins.
     theories: Vec<OnceLock<Theory>>,
@@ -145,7 +144,6 @@ impl<'s> Reporter<'s> {
         let paths = sensor.scene().paths.len();
         Reporter {
             estimator: Estimator::new(sensor, detector, CountingTier::Sampled),
-            darkness: OnceLock::new(),
             theories: (0..paths).map(|_| OnceLock::new()).collect(),
             expectations: (0..paths).map(|_| Default::default()).collect(),
             is_compared: true,
@@ -236,17 +234,7 @@ impl<'s> Reporter<'s> {
 
     /// Whether a scan without the own light has counts as large: then there is no estimate.
     fn check_chance(&self, report: &mut EstimateReport, counted: Counted) -> Result<(), String> {
-        let of_bins;
-        let counts = match counted {
-            Counted::Steps(counts) => counts,
-            Counted::Bins(histogram) => {
-                of_bins = self.estimator.phase_of_bins().step_counts(histogram);
-                &of_bins
-            }
-        };
-        let Estimator { sensor, detector, .. } = self.estimator;
-        let of_scene = self.darkness.get_or_init(|| Darkness::of_scene(sensor, detector));
-        report.chance_fraction = of_scene.as_bright_as(counts).chance(counts);
+        report.chance_fraction = self.estimator.chance(counted);
         let Some(fraction) = report.chance_fraction.filter(|&fraction| fraction >= DOUBTFUL) else {
             return Ok(());
         };
@@ -358,7 +346,7 @@ impl<'s> Reporter<'s> {
         let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
         let errors = ExpectedErrors { bias_m, std_m };
         let bound = self.theory(path).bound.as_ref();
-        Ok(bound.map_or(errors, |bound| bound.errors_of_fit(path, errors)))
+        Ok(bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len())))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::estimate::chance::NO_PEAK;
 use crate::estimate::estimator::{Counted, Estimator, Found};
 use crate::estimate::fit::{ALARM_SIGMAS, ModelEstimate};
 use crate::estimate::{
@@ -40,6 +41,8 @@ pub struct Answer {
     /// Whether chi-square is too large; none without a fit, or where steps are
     /// not independent.
     pub alarm: Option<bool>,
+    /// Whether `goldtof estimate` would refuse the scan, since its peak may be chance.
+    pub is_refused: bool,
     /// What went wrong.
     pub remark: Option<String>,
 }
@@ -69,14 +72,21 @@ impl<'a> Ranging<'a> {
     pub fn answers(&self, counts: &[StepCount]) -> Vec<Answer> {
         counts
             .par_chunks_exact(self.sensor.timing().scan.steps as usize)
-            .map(|counts| self.answer(Counted::Steps(counts)))
+            .map(|counts| self.judged(Counted::Steps(counts)))
             .collect()
     }
 
     /// The answers of histograms.
     pub fn answers_of_histograms(&self, histograms: &[Histogram]) -> Vec<Answer> {
-        let answer = |histogram| self.answer(Counted::Bins(histogram));
+        let answer = |histogram| self.judged(Counted::Bins(histogram));
         histograms.par_iter().map(answer).collect()
+    }
+
+    /// What a scan or a histogram says, and whether that may be chance.
+    fn judged(&self, counted: Counted) -> Answer {
+        let is_refused = self.estimator.check_modulated().is_ok()
+            && self.estimator.chance(counted).is_some_and(|chance| chance >= NO_PEAK);
+        Answer { is_refused, ..self.answer(counted) }
     }
 
     /// Largest error of an estimate that has found its peak.
@@ -103,6 +113,7 @@ impl<'a> Ranging<'a> {
             distances_m: self.own_distances_m(fitted),
             is_untold: fitted.untold.is_some(),
             alarm: Some(fitted.alarm_sigmas() > ALARM_SIGMAS),
+            is_refused: false,
             remark: fitted.untold.as_ref().map(ToString::to_string),
         }
     }
@@ -120,6 +131,7 @@ impl<'a> Ranging<'a> {
             distances_m: vec![estimate.distance_m],
             is_untold: false,
             alarm: None,
+            is_refused: false,
             remark: estimate.coarse_only.map(|reason| reason.to_string()),
         }
     }

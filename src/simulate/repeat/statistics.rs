@@ -61,6 +61,7 @@ pub fn statistics(
                 .then(|| share_interval(missed_scans, tally.scans)),
             expected_missed_fraction: missed[place],
             correct_coarse_fraction: of_scans(tally.found[place]),
+            refused_fraction: of_scans(tally.refused),
             mean_distance_m: bias_m.map(|bias_m| fold_distance(true_distance_m + bias_m, range_m)),
             bias_m,
             std_m: moments.std,
@@ -124,7 +125,8 @@ fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<ExpectedOfP
         let path = ranging.paths[place];
         let errors = ExpectedErrors { bias_m, std_m };
         let bound = theory.bound.as_ref().ok();
-        let errors = bound.map_or(errors, |bound| bound.errors_of_fit(path, errors));
+        let errors =
+            bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len()));
         let Ranging { sensor, detector, counting, .. } = *ranging;
         let covered = coverage::check_fit(sensor, detector, path, counting, &fitted);
         expected[place] = covered.map(|()| errors).map_err(|reason| reason.to_string());

@@ -21,6 +21,8 @@ pub struct Tally {
     pub fits: u64,
     /// Those of them with an alarm.
     pub alarms: u64,
+    /// Scans whose peak may be chance.
+    pub refused: u64,
     /// The last remark of any scan.
     pub remark: Option<String>,
     /// How many scans had one.
@@ -37,6 +39,7 @@ impl Tally {
             detections: 0,
             fits: 0,
             alarms: 0,
+            refused: 0,
             remark: None,
             remarks: 0,
         }
@@ -47,6 +50,7 @@ impl Tally {
     pub fn add(&mut self, answers: Vec<Answer>, tolerance_m: f64) {
         for answer in answers {
             self.scans += 1;
+            self.refused += u64::from(answer.is_refused);
             for (place, error_m) in answer.found {
                 self.errors_m[place].push(error_m);
                 self.found[place] += u64::from(error_m.abs() <= tolerance_m);
@@ -74,6 +78,7 @@ impl Tally {
         self.detections += later.detections;
         self.fits += later.fits;
         self.alarms += later.alarms;
+        self.refused += later.refused;
         self.remark = later.remark.or(self.remark.take());
         self.remarks += later.remarks;
     }

@@ -50,6 +50,13 @@ impl PathStatistics {
             );
         }
         self.write_theory(draws, text);
+        if let Some(share) = self.refused_fraction.filter(|&share| share > 0.0) {
+            let _ = writeln!(
+                text,
+                "  `goldtof estimate` would refuse {} of the scans: their peak may be chance",
+                percent(Some(share))
+            );
+        }
         if let Some(share) = self.chi_square_alarm_fraction {
             let _ = writeln!(text, "  chi-square alarm in {:.1} % of the fits", share * 100.0);
         }

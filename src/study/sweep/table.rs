@@ -38,6 +38,7 @@ fn found(paths: &[(u64, &PathStatistics)]) -> Table {
         .column("missed_scans", |(_, path)| path.missed_scans)
         .column("missed_fraction", |(_, path)| path.missed_fraction)
         .column("expected_missed_fraction", |(_, path)| path.expected_missed_fraction)
+        .column("refused_fraction", |(_, path)| path.refused_fraction)
         .column("true_distance_m", |(_, path)| path.true_distance_m)
         .column("mean_distance_m", |(_, path)| path.mean_distance_m)
         .column("bias_m", |(_, path)| path.bias_m)
