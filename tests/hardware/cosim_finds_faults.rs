@@ -88,10 +88,11 @@ fn faulty_copy(work: &Path, rtl: &Path, fault: &Fault, number: usize) -> PathBuf
 }
 
 /// Several faults in one design, of which a file names the one that is there: the number of
-/// the fault from 1, or 0 for none.
+/// the fault from 1, or that of a copy of the first one's module, which is sound.
 struct Selectable {
     folder: PathBuf,
     selector: PathBuf,
+    sound: usize,
 }
 
 impl Selectable {
@@ -104,6 +105,7 @@ impl Selectable {
             folder: work.join(name),
             // Its name is part of the model.
             selector: Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("fault-of-{name}")),
+            sound: faults.len() + 1,
         };
         copy(rtl, &all.folder);
         let modules = modules(rtl);
@@ -130,6 +132,10 @@ impl Selectable {
                 let faulty = on_sound_modules(&edited(&sound, fault), &modules);
                 text += &named(index + 1, &faulty);
                 numbers.push(index + 1);
+            }
+            if file == faults[0].0 {
+                text += &named(all.sound, &on_sound_modules(&sound, &modules));
+                numbers.push(all.sound);
             }
             text += &chooser(name, &sound, &numbers, &all.selector);
             fs::write(all.folder.join(file), text).unwrap();
@@ -204,9 +210,15 @@ fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> Strin
          if ($fscanf(file, \"%d\", fault) != 1) $fatal;\n        $fclose(file);\n    end",
         selector.display()
     );
+    // The sound one stands for every fault of another module, too.
+    let elsewhere: Vec<String> = numbers[1..].iter().map(|n| format!("fault != {n}")).collect();
     for number in numbers {
         let clock = format!("i_clk & is_{number}");
-        let _ = writeln!(text, "    wire is_{number} = fault == {number};");
+        let is_there = match number {
+            0 => elsewhere.join(" && "),
+            _ => format!("fault == {number}"),
+        };
+        let _ = writeln!(text, "    wire is_{number} = {is_there};");
         let driven = |input: &str| match input {
             "i_clk" => format!(".{input}({clock})"),
             _ => format!(".{input}({input})"),
@@ -293,8 +305,8 @@ fn all_are_found(scene: &str, faults: &[Fault]) {
                 Err(reason) => missed.push(reason),
             }
         }
-        // What was found is the fault: without one the same model matches as far.
-        all.select(0);
+        // What was found is the fault: a copy without one, chosen as they are, matches as far.
+        all.select(all.sound);
         for (stimulus, clocks) in STIMULI.into_iter().zip(found_after) {
             if clocks > 0 {
                 let verdict = cosim(scene, &all.folder, stimulus, Some(clocks)).verdict;

@@ -514,7 +514,7 @@ pub const ADDER: &[Fault] = &[
     ("updown_correlator.v", "= hit_r[3:0]", "= {hit_r[3:1], hit_r[0] & ~hit_r[2]}"),
     // A sign of another sample, and a carry that is lost.
     ("updown_correlator.v", "{i_reference[3], i_reference[1]", "{i_reference[1], i_reference[3]"),
-    ("updown_correlator.v", "{2'd0, down_r[5:4]}", "{2'd0, down_r[4], down_r[5]}"),
+    ("updown_correlator.v", "{2'd0, down_r[5:4]}", "{2'd0, down_r[5], down_r[5]}"),
     (
         "updown_correlator.v",
         "quad_sum[3:0] + quad_sum[7:4]",
