@@ -148,6 +148,9 @@ fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
 
 /// SPADs behind one input.
 fn cells(detector: &Detector, part: String) -> Part {
+    let rates = &detector.cell_dark_count_rates_cps;
+    let is_expected = detector.combination == Combination::Adder
+        && rates.iter().all(|rate| Some(rate) == rates.first());
     let combined = match (detector.combination, detector.coincidence) {
         (Combination::Adder, _) => "the hits of all of them added up".to_owned(),
         (Combination::Xor, _) => "the level high while an odd number of their pulses is".to_owned(),
@@ -169,9 +172,9 @@ fn cells(detector: &Detector, part: String) -> Part {
         format!(
             "{} SPADs {inputs}, {combined}{talk}{}",
             detector.cells,
-            match detector.combination {
-                Combination::Adder => "",
-                _ => "; no expectation, no bound and no fit: simulated photon by photon",
+            match is_expected {
+                true => "",
+                false => "; no expectation, no bound and no fit: simulated photon by photon",
             }
         ),
     )

@@ -27,7 +27,7 @@ pub(super) fn check_scene(asked: &Asked) -> Result<(), Approximation> {
     outside_scan(asked).check()?;
     let model = DetectorModel::new(asked.sensor, asked.detector);
     short_steps(&model).check()?;
-    folds_over(&model, Light::of(&model).brightest_per_chip()).check()?;
+    folds_over(&model, Light::of(&model).of_cell(&model).brightest_per_chip()).check()?;
     match clamped(asked) {
         // Without a response the expectation fails for that reason.
         Err(_) | Ok(None) => Ok(()),
@@ -82,7 +82,8 @@ pub fn check_fit(
 /// steps. Measured for Table I's detector at 10 and 40 million detections per second, variances are 2.4 % off
 /// in steps of 6 memories, and 0.7 % of 20.
 pub fn short_steps(model: &DetectorModel) -> Approximation {
-    let memory = model.memory_under(Light::of(model).brightest_per_chip()).scale_chips();
+    let brightest = Light::of(model).of_cell(model).brightest_per_chip();
+    let memory = model.memory_under(brightest).scale_chips();
     Approximation {
         name: "that a phase step is long beside the detector's memory",
         measure: "share of a step that it remembers:",

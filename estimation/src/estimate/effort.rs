@@ -64,7 +64,7 @@ impl TheoryEffort {
     pub fn of(sensor: &Sensor, detector: DetectorIndex) -> Result<TheoryEffort, MeanResponseError> {
         let still = sensor.still_at(0.0);
         let model = DetectorModel::new(&still, detector);
-        let light = Light::of(&model);
+        let light = Light::of(&model).of_cell(&model);
         let of_detector = || sensor.scene().paths.iter().filter(|p| p.detector == detector);
         Ok(TheoryEffort {
             effort: Effort::of(&model, &light)?,

@@ -380,7 +380,7 @@ fn check_pulses(
     let widths: Vec<f64> = bins.iter().map(|bin| bin.width_ps).collect();
     dark.detectors[detector].sampler = Sampler::of_widths(&widths);
     let model = DetectorModel::new(&Sensor::new(&dark), detector);
-    let share = merged_share(&model, &Light::of(&model));
+    let share = merged_share(&model, &Light::of(&model).of_cell(&model));
     match share > MOST_MERGED {
         true => Err(DensityError::PulsesMerge { share }),
         false => Ok(()),

@@ -108,7 +108,7 @@ tables! {
         cells => cells: u32 = integer(1, 64), Or("1"), "4";
             "SPADs behind the detector's input (a macropixel), each with its share of the light and \
              with dead time, afterpulses and pulses of its own; photons are simulated for several, and \
-             expectations are of those that are added up (`combination`)"
+             expectations are of those that are added up (`combination`) and alike"
             "the next arrival is looked for among all of them";
         combination => combination: Combination = choice(Combination::CHOICES), Or("\"or\""), "\"xor\"";
             "when cells' pulses make the level high: where `coincidence` of them overlap (\"or\"), or \

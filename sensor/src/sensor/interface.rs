@@ -100,11 +100,12 @@ impl CountSegments {
     ///
     /// The lowest takes the sum of a word, of `addend_bits`.
     fn of(bits: u32, longest: u32, addend_bits: u32) -> CountSegments {
-        let count = match bits > longest {
-            true => bits.div_ceil(LONGEST_SEGMENT),
-            false => 1,
-        };
-        let lower_bits = bits.div_ceil(count).max(addend_bits);
+        if bits <= longest {
+            return CountSegments { count: 1, lower_bits: bits, top_bits: bits };
+        }
+        let lower_bits = bits.div_ceil(bits.div_ceil(LONGEST_SEGMENT)).max(addend_bits);
+        // The top one has a sign and a bit at least: wide sums make fewer segments.
+        let count = (bits - 2) / lower_bits + 1;
         CountSegments { count, lower_bits, top_bits: bits - lower_bits * (count - 1) }
     }
 
@@ -530,4 +531,24 @@ impl Interface {
 /// Bits of the bytes that hold `bits` bits: AXI4-Stream data come in bytes.
 fn whole_bytes(bits: u32) -> u32 {
     bits.div_ceil(8) * 8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::CountSegments;
+
+    /// A word of 64 cells of 64 samples has a sum of 13 bits, more than a segment of most counts.
+    #[test]
+    fn segments_make_up_the_count_and_the_lowest_takes_a_words_sum() {
+        for (bits, longest, addend_bits) in (2..=64_u32)
+            .flat_map(|bits| (1..=13.min(bits)).map(move |addend_bits| (bits, addend_bits)))
+            .flat_map(|(bits, addend)| [11, 24, 31].map(|longest| (bits, longest, addend)))
+        {
+            let made = CountSegments::of(bits, longest, addend_bits);
+            assert_eq!(made.lower_bits * (made.count - 1) + made.top_bits, bits);
+            let one = made.count == 1 && made.top_bits == bits;
+            let several = made.lower_bits >= addend_bits && made.top_bits >= 2;
+            assert!(one || several, "{bits} bits, {longest} at most, {addend_bits}: {made:?}");
+        }
+    }
 }

@@ -152,10 +152,10 @@ pub fn shared_light(sensor: &Sensor, detector: DetectorIndex) -> Option<String> 
 /// Detections of a step that its neighbour counts with the other sign, about: those within a
 /// phase step of the reference's edges.
 fn detections_between_steps(model: &DetectorModel) -> f64 {
-    let light = Light::of(model);
+    let light = Light::of(model).of_cell(model);
     let lit = light.paths.iter().map(|path| path.rate_per_chip * share_of_ones(&path.code));
     let primary = light.constant_per_chip + lit.sum::<f64>();
-    let detected = model.dead_time().detected(primary);
+    let detected = f64::from(model.added_cells()) * model.dead_time().detected(primary);
     let chips = &model.reference.chips;
     let next = chips.iter().cycle().skip(1);
     let edges = chips.iter().zip(next).filter(|(chip, next)| chip != next).count() as f64;
