@@ -28,11 +28,11 @@ pub(super) const CASES: &[Case] = cases! {
          dead time of 14 ns that each arrival begins anew, relative to them",
         "the same, without noise: nothing is averaged over the fold at lambda D = 1",
         |_| passive_recharge_expected();
-    Detectors quick "sixteen-cells-by-or-and-xor":
-        "deviations of the mean count of sixteen cells behind an OR, an XOR tree and a coincidence of \
-         two, 20, 200 and 1,000 Mcps, pulses of 7 ns, dead times of 14 ns",
+    Detectors quick "sixteen-cells-in-each-combination":
+        "deviations of the mean count of sixteen cells behind an OR, an XOR tree, a coincidence of two \
+         and an adder, 20, 200 and 1,000 Mcps, pulses of 7 ns, dead times of 14 ns",
         "cells are independent renewal processes of rate m and high for q = m w: 16 m (1 - q)^15 edges \
-         of an OR, 16 m of an XOR, 240 m q (1 - q)^14 where two overlap",
+         of an OR, 16 m of an XOR and of an adder, 240 m q (1 - q)^14 where two overlap",
         sixteen_cells;
     Detectors quick "crosstalk-of-probability-1-between-cells":
         "deviation of the mean count of two cells that fire one another at once, behind an OR and a \
@@ -225,6 +225,7 @@ fn sixteen_cells(seed: u64) -> Result<Measured, CaseError> {
         for (combination, coincidence, rate) in [
             (Combination::Or, 1, 16.0 * of_cell * (1.0 - high).powi(15)),
             (Combination::Xor, 1, 16.0 * of_cell),
+            (Combination::Adder, 1, 16.0 * of_cell),
             (Combination::Or, 2, 240.0 * of_cell * high * (1.0 - high).powi(14)),
         ] {
             let scene = constant_light(primary_cps, 31_000, |spad| {
