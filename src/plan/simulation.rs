@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use super::movement;
 use super::{Part, Saving};
 use crate::light::distance_m;
-use crate::response::check_merging;
+use crate::photons::DetectorModel;
+use crate::response::{check_merging, second_order_share};
 use crate::scan::Sampler;
 use crate::scene::{
     CellOutputs, Combination, Detector, DetectorIndex, EstimatorKind, JitterTail, LaserResponse,
@@ -194,12 +195,15 @@ fn crosstalk(sensor: &Sensor, detector: DetectorIndex, part: String) -> Part {
         ))
     });
     let heard = heard.collect::<Vec<_>>().join("; ");
-    kept(
-        part,
-        format!(
-            "fired by {heard}; no expectation, no bound and no fit: simulated photon by photon"
+    let law = match second_order_share(&DetectorModel::new(sensor, detector)) {
+        Ok(share) => format!(
+            "expected to first order in the probability, without the {:.2} % of the avalanches that caused \
+             ones cause",
+            100.0 * share
         ),
-    )
+        Err(reason) => format!("no expectation, no bound and no fit: {reason}"),
+    };
+    kept(part, format!("fired by {heard}; {law}"))
 }
 
 /// Pulses that merge or fall between samples, and whether that can be expected.

@@ -51,12 +51,26 @@ pub enum MeanResponseError {
          of recharge = \"passive\" is solved without afterpulsing: simulate it photon by photon"
     )]
     AfterpulsesProlong,
-    /// Other detectors fire it, which have detections of their own.
+    /// Avalanches that others cause at it cause too many in turn.
     #[error(
-        "crosstalk of other detectors fires it; the mean response is solved for detectors that hear \
-         none: simulate it photon by photon"
+        "{:.2} % of the detector's avalanches would be caused by avalanches that crosstalk has caused; the \
+         mean response has crosstalk to first order, which needs {:.2} % at most: simulate it photon by \
+         photon",
+        share * 100.0,
+        limit * 100.0
     )]
-    Crosstalk,
+    Crosstalk {
+        /// Their share.
+        share: f64,
+        /// The largest that is left out.
+        limit: f64,
+    },
+    /// A detector with cells hears others, or is heard.
+    #[error(
+        "crosstalk of other detectors fires it, and it or they have several cells; the mean response has \
+         crosstalk between single SPADs: simulate it photon by photon"
+    )]
+    CrosstalkOfCells,
     /// Several cells make one level.
     #[error(
         "the detector has several cells; the mean response is solved for a single one, and for cells \
@@ -196,9 +210,6 @@ pub(super) fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     let ps = |chips: f64| model.timing.clock.ps(chips);
     if model.is_paralyzable && model.afterpulsing.is_some() {
         return Err(MeanResponseError::AfterpulsesProlong);
-    }
-    if model.crosstalk.is_some() {
-        return Err(MeanResponseError::Crosstalk);
     }
     if let Some(pixel) = &model.pixel {
         match model.added_cells() {

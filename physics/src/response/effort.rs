@@ -8,6 +8,7 @@
 use super::MeanResponseError;
 use super::chain::states_needed;
 use super::grid::{Grid, Kinks, Samples, frame_chips};
+use super::heard;
 use super::light::Light;
 use super::moments::{ENDS, reach_across_ends};
 use super::sampling::Sampling;
@@ -105,9 +106,14 @@ impl Effort {
             .map_or(0.0, |reach| both.backwards_s((reach.before + reach.after) as f64));
         let ends = steps.min(ENDS as f64);
         let step_s = solution_s + across_s;
+        let mut heard_s = 0.0;
+        for other in model.crosstalk.iter().flat_map(|coupled| coupled.others()) {
+            heard_s += Size::of(other, &Light::of(other), Kinks::Later)?.forwards_s();
+        }
+        let delayed_s = correlator_s(model, &forwards);
         Ok(Effort {
-            response_s: forwards.forwards_s() + correlator_s(model, &forwards),
-            delayed_s: correlator_s(model, &forwards),
+            response_s: forwards.forwards_s() + heard_s + delayed_s,
+            delayed_s: delayed_s + if heard_s > 0.0 { forwards.forwards_s() } else { 0.0 },
             counts_s,
             count_s,
             moments_s: both.forwards_s() + solution_s + ends * across_s,
@@ -135,6 +141,7 @@ impl Size {
         };
         let chips = (grid.period_chips + grid.memory_chips) as f64;
         let paths = light.paths.len() as f64;
+        let heard = if model.crosstalk.is_some() { heard::LEVELS } else { 1.0 };
         Ok(Size {
             chips,
             period: grid.period_chips as f64,
@@ -142,7 +149,7 @@ impl Size {
             reach: grid.reach_chips as f64,
             states,
             paths,
-            brightnesses: 2_f64.powf(paths.min(40.0)).min(chips),
+            brightnesses: (heard * 2_f64.powf(paths.min(40.0))).min(chips),
         })
     }
 

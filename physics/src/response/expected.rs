@@ -4,14 +4,15 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::chain::{Chain, states_needed};
+use super::MeanResponseError;
+use super::avalanches::detections;
 use super::correlator::{Correlator, MeanCount, Source};
-use super::forward::{self, AllAndMerged};
+use super::forward::AllAndMerged;
 use super::grid::{Grid, Kinks, Samples, frame_chips};
+use super::heard::Heard;
 use super::light::Light;
 use super::sampling::{self, Sampling};
 use super::tier::{CountingTier, EdgeTiming};
-use super::{MAX_STATES, MeanResponseError, paralyzable, poisson, with_states};
 use crate::photons::DetectorModel;
 use crate::scan::Step;
 
@@ -24,6 +25,8 @@ pub struct MeanResponse<'m> {
     pub(super) model: &'m DetectorModel,
     /// Of one cell, where hits of cells are added up.
     pub(super) light: Light,
+    /// What fires it beside its light.
+    pub(super) heard: Option<Arc<Heard>>,
     pub(super) timing: EdgeTiming,
     pub(super) grid: Arc<Grid>,
     pub(super) sampling: Option<Sampling>,
@@ -73,21 +76,22 @@ impl<'m> MeanResponse<'m> {
             });
         }
         let sampling = Sampling::of(model, &light, tier)?;
-        MeanResponse::solved(model, light, timing, sampling, 0.0)
+        let heard = Heard::of(model, &light)?.map(Arc::new);
+        MeanResponse::solved(model, (light, heard), timing, sampling, 0.0)
     }
 
     fn solved(
         model: &'m DetectorModel,
-        light: Light,
+        (light, heard): (Light, Option<Arc<Heard>>),
         timing: EdgeTiming,
         sampling: Option<Sampling>,
         delay_chips: f64,
     ) -> Result<MeanResponse<'m>, MeanResponseError> {
-        let samples = Samples {
-            origin_chips: frame_chips(&light) + delay_chips + model.delay_chips,
-            sampling: sampling.clone(),
-        };
+        let frame_chips = frame_chips(&light) + delay_chips;
+        let samples =
+            Samples { origin_chips: frame_chips + model.delay_chips, sampling: sampling.clone() };
         let grid = Grid::new(model, &light, Kinks::Later, &samples)?;
+        let grid = Heard::at(heard.as_deref(), grid, frame_chips);
         let detections = detections(model, &grid)?;
         let source = Source {
             grid: &grid,
@@ -101,6 +105,7 @@ impl<'m> MeanResponse<'m> {
         Ok(MeanResponse {
             model,
             light,
+            heard,
             timing,
             sampling,
             grid: Arc::new(grid),
@@ -112,16 +117,16 @@ impl<'m> MeanResponse<'m> {
 
     /// The response to the same light, every path `delay_ps` later. The state
     /// equation need not be solved again, unless pulses merge: which of them do
-    /// depends on where samples are.
+    /// depends on where samples are; nor unless others fire it, whose light stays where it is.
     ///
     /// # Errors
     /// As for the response itself.
     pub fn delayed(&self, delay_ps: f64) -> Result<MeanResponse<'m>, MeanResponseError> {
         let delay_chips = self.delay_chips + self.model.timing.clock.chips(delay_ps);
-        if self.sampling.as_ref().is_some_and(Sampling::merges) {
+        if self.heard.is_some() || self.sampling.as_ref().is_some_and(Sampling::merges) {
             return MeanResponse::solved(
                 self.model,
-                self.light.clone(),
+                (self.light.clone(), self.heard.clone()),
                 self.timing,
                 self.sampling.clone(),
                 delay_chips,
@@ -141,6 +146,7 @@ impl<'m> MeanResponse<'m> {
             grid: Arc::clone(&self.grid),
             detections: Arc::clone(&self.detections),
             light: self.light.clone(),
+            heard: None,
             sampling: self.sampling.clone(),
             ..*self
         })
@@ -152,6 +158,7 @@ impl<'m> MeanResponse<'m> {
         MeanResponse {
             model,
             light: self.light.clone(),
+            heard: self.heard.clone(),
             timing: self.timing,
             grid: Arc::clone(&self.grid),
             sampling: self.sampling.clone(),
@@ -281,22 +288,4 @@ impl<'m> MeanResponse<'m> {
         let first = self.model.timing.first_chip(0, group).of_code(period);
         ((chips / period) as f64, first as usize, (chips % period) as usize)
     }
-}
-
-/// Mean detections of one code period.
-fn detections(model: &DetectorModel, grid: &Grid) -> Result<AllAndMerged, MeanResponseError> {
-    if model.dead_time_chips <= 0.0 {
-        return Ok(poisson::solve(grid).0);
-    }
-    if model.is_paralyzable {
-        return Ok(paralyzable::solve(grid));
-    }
-    let needed = states_needed(model.afterpulsing, model.dead_time_chips);
-    if needed > MAX_STATES {
-        return Err(MeanResponseError::TooManyAfterpulses { limit: MAX_STATES });
-    }
-    Ok(with_states!(needed, M => {
-        let chain = Chain::<M>::new(model.afterpulsing, model.dead_time_chips);
-        forward::solve(grid, &chain, None)
-    }))
 }

@@ -49,6 +49,15 @@ impl Detections {
     pub fn per_period(&self) -> f64 {
         self.cumulative[self.cumulative.len() - 1]
     }
+
+    /// Expected detections from the start of a code period to a time in chips.
+    pub fn until(&self, grid: &Grid, time: f64) -> f64 {
+        let (chip, cell, position) = grid.locate(time);
+        let period = grid.period_chips as i64;
+        let index = chip.rem_euclid(period) as usize * grid.cells.len() + cell;
+        let within = grid.cells[cell].width * integral_until(&self.rates[index], position);
+        chip.div_euclid(period) as f64 * self.per_period() + self.cumulative[index] + within
+    }
 }
 
 /// The integral over 0..1 of the cubic with values and slopes `[y0, y1, s0, s1]`.

@@ -37,6 +37,8 @@ pub struct Grid {
     pub rearming: Option<Rearming>,
     paths: Vec<GridPath>,
     constant_per_chip: f64,
+    /// What crosstalk adds to the rate, cell by cell of the period; empty without any.
+    pub heard_per_chip: Vec<f64>,
 }
 
 /// Where sample instants are, for pulses that may merge.
@@ -208,6 +210,7 @@ impl Grid {
             memory_chips,
             paths,
             constant_per_chip: light.constant_per_chip,
+            heard_per_chip: Vec::new(),
         })
     }
 
@@ -222,6 +225,11 @@ impl Grid {
                 let keyed = usize::from(cell.changed[path.keyed.delay]);
                 *rate += of_chip[keyed][usize::from(cell.changed[gate.delay])];
             }
+        }
+        if !self.heard_per_chip.is_empty() {
+            let chip = chip.rem_euclid(self.period_chips as i64) as usize;
+            let heard = &self.heard_per_chip[chip * self.cells.len()..];
+            rates.iter_mut().zip(heard).for_each(|(rate, heard)| *rate += heard);
         }
     }
 
@@ -312,8 +320,11 @@ fn locate(edges: &[f64], time: f64) -> (i64, usize) {
 
 fn common_period(model: &DetectorModel, light: &Light) -> Result<u64, MeanResponseError> {
     let mut period = model.reference.len();
-    for path in &light.paths {
-        let length = path.code.len();
+    let heard = model.crosstalk.iter().flat_map(|coupled| coupled.others());
+    let heard: Vec<u64> = heard
+        .flat_map(|other| Light::of(other).paths.into_iter().map(|path| path.code.len()))
+        .collect();
+    for length in light.paths.iter().map(|path| path.code.len()).chain(heard) {
         period = period / gcd(period, length) * length;
         if period > LONGEST_PERIOD_CHIPS {
             return Err(MeanResponseError::PeriodTooLong {

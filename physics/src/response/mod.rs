@@ -41,6 +41,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod avalanches;
 mod bins;
 mod chain;
 mod column;
@@ -52,6 +53,7 @@ mod expected;
 mod forward;
 mod grid;
 mod group_counts;
+mod heard;
 mod history;
 mod integrator;
 mod light;
@@ -71,6 +73,7 @@ pub use counts::CountSampler;
 pub use domain::MeanResponseError;
 pub use effort::Effort;
 pub use expected::MeanResponse;
+pub use heard::second_order_share;
 pub use light::{Light, LightPath};
 pub use moments::ROUNDING;
 pub use moments::{CountMoments, GroupMoments, SecondMoments};

@@ -158,7 +158,8 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     pub fn new(response: &'r MeanResponse<'m>) -> Result<SecondMoments<'r, 'm>, MeanResponseError> {
         let samples =
             Samples { origin_chips: origin_chips(response), sampling: response.sampling.clone() };
-        let pairs = DetectorPairs::new(response.model, &response.light, samples)?;
+        let heard = response.heard.as_deref();
+        let pairs = DetectorPairs::new(response.model, &response.light, heard, samples)?;
         let per_cell = pairs.hits.iter().zip(&pairs.excess_of_all);
         let per_cell = per_cell
             .zip(pairs.seen_of_period())

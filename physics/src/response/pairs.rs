@@ -3,6 +3,7 @@
 use super::chain::{Chain, states_needed};
 use super::forward::{self, AllAndMerged, Detections, ReadyStates};
 use super::grid::{Grid, Kinks, Samples};
+use super::heard::Heard;
 use super::light::Light;
 use super::poisson::{self, Waiting};
 use super::span::{Reach, Span};
@@ -39,9 +40,11 @@ impl DetectorPairs {
     pub fn new(
         model: &DetectorModel,
         light: &Light,
+        heard: Option<&Heard>,
         samples: Samples,
     ) -> Result<DetectorPairs, MeanResponseError> {
         let grid = Grid::new(model, light, Kinks::LaterAndEarlier, &samples)?;
+        let grid = Heard::at(heard, grid, samples.origin_chips - model.delay_chips);
         let (detections, states) = solve(model, &grid)?;
         let detections = detections.counted();
         let cumulative = &detections.cumulative;

@@ -104,7 +104,7 @@ tables! {
         crosstalk = table("detector.crosstalk"),
             Otherwise("none"), "{ probability = 0.02, delay = \"300 ps\" }";
             "avalanches that an avalanche causes at the detectors before and after this one in the \
-             scene, which photons are simulated for and nothing is expected of";
+             scene, expected to first order";
         cells => cells: u32 = integer(1, 64), Or("1"), "4";
             "SPADs behind the detector's input (a macropixel), each with its share of the light and \
              with dead time, afterpulses and pulses of its own; photons are simulated for several, and \
