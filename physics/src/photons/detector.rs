@@ -168,6 +168,12 @@ impl Coupled {
         }))
     }
 
+    /// Those whose avalanches fire the one itself, and how.
+    pub fn heard(&self) -> impl Iterator<Item = (&Link, &DetectorModel)> {
+        let here = self.links.iter().filter(|link| link.to == self.own);
+        here.filter_map(|link| Some((link, self.models[link.from].as_ref()?)))
+    }
+
     /// Other detectors.
     pub fn others(&self) -> impl Iterator<Item = &DetectorModel> {
         self.models.iter().flatten()
@@ -175,12 +181,10 @@ impl Coupled {
 
     /// Bound on the avalanches that others cause at the detector, per chip.
     pub fn most_per_chip(&self) -> f64 {
-        let here = self.links.iter().filter(|link| link.to == self.own);
-        let of = |link: &Link| {
-            let source = self.models[link.from].as_ref();
-            source.map_or(0.0, |source| link.probability * source.most_of_dead_time_per_chip())
+        let of = |(link, source): (&Link, &DetectorModel)| {
+            link.probability * source.most_of_dead_time_per_chip()
         };
-        here.map(of).sum()
+        self.heard().map(of).sum()
     }
 }
 

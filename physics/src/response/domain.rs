@@ -205,6 +205,13 @@ pub enum MeanResponseError {
     },
 }
 
+/// Whether a detector's light has the same delays throughout a scan.
+pub(super) fn check_stillness(model: &DetectorModel) -> Result<(), MeanResponseError> {
+    let (moved_chips, limit_chips) = model.movement_in_scan();
+    let [moved_ps, limit_ps] = [moved_chips, limit_chips].map(|chips| model.timing.clock.ps(chips));
+    if moved_ps > limit_ps { Err(MeanResponseError::Moving { moved_ps, limit_ps }) } else { Ok(()) }
+}
+
 /// Whether a detector is one whose mean response is solved, whatever its light.
 pub(super) fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
     let ps = |chips: f64| model.timing.clock.ps(chips);

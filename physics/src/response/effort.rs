@@ -107,7 +107,7 @@ impl Effort {
         let ends = steps.min(ENDS as f64);
         let step_s = solution_s + across_s;
         let mut heard_s = 0.0;
-        for other in model.crosstalk.iter().flat_map(|coupled| coupled.others()) {
+        for (_, other) in model.crosstalk.iter().flat_map(|coupled| coupled.heard()) {
             heard_s += Size::of(other, &Light::of(other), Kinks::Later)?.forwards_s();
         }
         let delayed_s = correlator_s(model, &forwards);

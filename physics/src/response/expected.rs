@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::MeanResponseError;
 use super::avalanches::detections;
 use super::correlator::{Correlator, MeanCount, Source};
+use super::domain::check_stillness;
 use super::forward::AllAndMerged;
 use super::grid::{Grid, Kinks, Samples, frame_chips};
 use super::heard::Heard;
@@ -60,13 +61,7 @@ impl<'m> MeanResponse<'m> {
         // Cells whose hits are added up are as many detectors that know nothing of each other: what one is
         // expected to count is worked out, and its means and covariances are as many times as large.
         let light = light.of_cell(model);
-        let (moved_chips, limit_chips) = model.movement_in_scan();
-        if moved_chips > limit_chips {
-            return Err(MeanResponseError::Moving {
-                moved_ps: model.timing.clock.ps(moved_chips),
-                limit_ps: model.timing.clock.ps(limit_chips),
-            });
-        }
+        check_stillness(model)?;
         let timing = EdgeTiming::of(model, tier);
         let lag = (timing.rising - timing.falling).abs();
         if lag + 2.0 * timing.transition >= 1.0 {

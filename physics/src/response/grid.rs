@@ -320,9 +320,9 @@ fn locate(edges: &[f64], time: f64) -> (i64, usize) {
 
 fn common_period(model: &DetectorModel, light: &Light) -> Result<u64, MeanResponseError> {
     let mut period = model.reference.len();
-    let heard = model.crosstalk.iter().flat_map(|coupled| coupled.others());
+    let heard = model.crosstalk.iter().flat_map(|coupled| coupled.heard());
     let heard: Vec<u64> = heard
-        .flat_map(|other| Light::of(other).paths.into_iter().map(|path| path.code.len()))
+        .flat_map(|(_, other)| Light::of(other).paths.into_iter().map(|path| path.code.len()))
         .collect();
     for length in light.paths.iter().map(|path| path.code.len()).chain(heard) {
         period = period / gcd(period, length) * length;

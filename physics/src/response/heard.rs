@@ -8,6 +8,7 @@
 
 use super::MeanResponseError;
 use super::avalanches::detections;
+use super::domain::check_stillness;
 use super::forward::Detections;
 use super::grid::{Grid, Kinks, Samples, frame_chips};
 use super::light::Light;
@@ -49,14 +50,14 @@ impl Heard {
     /// What a detector in this light hears; none if nothing fires it.
     pub fn of(model: &DetectorModel, light: &Light) -> Result<Option<Heard>, MeanResponseError> {
         let Some(coupled) = &model.crosstalk else { return Ok(None) };
-        if model.pixel.is_some() || coupled.others().any(|other| other.pixel.is_some()) {
+        if model.pixel.is_some() || coupled.heard().any(|(_, other)| other.pixel.is_some()) {
             return Err(MeanResponseError::CrosstalkOfCells);
         }
         let mut others = Vec::new();
         let mut caused_per_chip = 0.0;
         let own_per_chip = average(model, light);
-        for link in coupled.links.iter().filter(|link| link.to == coupled.own) {
-            let Some(other) = &coupled.models[link.from] else { continue };
+        for (link, other) in coupled.heard() {
+            check_stillness(other)?;
             let light = Light::of(other);
             let samples = Samples { origin_chips: 0.0, sampling: None };
             let grid = Grid::new(other, &light, Kinks::Later, &samples)?;
