@@ -77,7 +77,7 @@ fn modulated_light_is_counted_as_by_another_simulator() {
         let mut hits = vec![0.0; samples];
         let mut totals = Vec::new();
         for _ in 0..steps {
-            let times = naive::detections(&scene, &mut rng, 280.0, 40.0);
+            let times = naive::detections(&scene, 0, &mut rng, 280.0, 40.0);
             totals.push(times.len() as f64);
             for time in times {
                 hits[(time * 8.0).ceil() as usize % samples] += 1.0;
