@@ -6,7 +6,8 @@ use goldtof::scan::Group;
 use goldtof::scene::{DetectorIndex, Recharge, Scene};
 use goldtof::sensor::Sensor;
 use optics_support::compared::{
-    Comparisons, Tally, assert_chance, columns_of_times, plain_times, steps_of_photons,
+    Comparisons, Tally, assert_chance, columns_of_times, plain_times, recorded_times,
+    steps_of_photons,
 };
 use optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, ideal_scene, naive, table_i_scene,
@@ -120,9 +121,7 @@ fn agrees_with_a_naive_simulator(photons: f64) {
                 naive.take(&columns(&times));
             }
             for times in recorder.record(22, groups) {
-                let times = times.into_iter().map(|time| time.detection());
-                let times: Vec<f64> = times.map(|d| d.chip as f64 + d.fraction).collect();
-                fast.take(&columns(&times));
+                fast.take(&columns(&recorded_times(&times)));
             }
         }
         let mut compared = Comparisons::default();

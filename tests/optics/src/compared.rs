@@ -2,7 +2,8 @@
 //!
 //! What is generic, and what the product inlines, would be compiled in the tests, without optimisation.
 
-use goldtof_physics::photons::DetectorModel;
+use goldtof_physics::photons::fast::RegisteredTicks;
+use goldtof_physics::photons::{Detection, DetectorModel};
 use goldtof_sensor::math::{bisected, normal_cdf};
 use goldtof_sensor::scan::Group;
 
@@ -21,8 +22,16 @@ pub fn steps_of_photons(photons: f64, rate_cps: f64, code_chips: u64) -> (u64, u
 
 /// When a group's detections of the plain loop, or rising edges of several cells, are registered, in chips.
 pub fn plain_times(model: &DetectorModel, seed: u64, repetition: u64, group: Group) -> Vec<f64> {
-    let detections = model.step(seed, repetition, group);
-    detections.map(|detection| detection.chip as f64 + detection.fraction).collect()
+    model.step(seed, repetition, group).map(chips).collect()
+}
+
+/// The same of what the vector lanes record.
+pub fn recorded_times(recorded: &[RegisteredTicks]) -> Vec<f64> {
+    recorded.iter().map(|time| chips(time.detection())).collect()
+}
+
+fn chips(detection: Detection) -> f64 {
+    detection.chip as f64 + detection.fraction
 }
 
 /// A column for the place of each time in a period of so many chips, of so many columns to a chip, and for each
@@ -111,6 +120,9 @@ pub struct Comparisons {
 impl Comparisons {
     /// Compares the means of each column, and of those that count enough in a step for it the variances.
     pub fn add(&mut self, [a, b]: [&Tally; 2], name: &dyn Fn(usize) -> String) {
+        if a.steps.min(b.steps) == 0.0 {
+            return;
+        }
         for column in 0..a.sums.len() {
             let [a, b] = [a, b].map(|tally| tally.moments(column));
             if a.mean * a.count + b.mean * b.count < LEAST_COUNTS {
