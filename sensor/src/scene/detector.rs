@@ -251,6 +251,22 @@ choices! {
     }
 }
 
+impl Recharge {
+    /// The other one.
+    #[must_use]
+    pub fn other(self) -> Recharge {
+        match self {
+            Recharge::Active => Recharge::Passive,
+            Recharge::Passive => Recharge::Active,
+        }
+    }
+
+    /// Its name in scenes.
+    pub fn name(self) -> &'static str {
+        Recharge::CHOICES[self as usize]
+    }
+}
+
 choices! {
     /// What several cells' pulses make of the input's level.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
