@@ -2,7 +2,8 @@
 //!
 //! Prints nanoseconds of processor time per detection of both in the same run,
 //! least and median of some rounds, and the ratio of the least ones, for each
-//! instruction set of this processor and several rates, of counts and of pulses; then what a chip
+//! instruction set of this processor and several rates, of counts and of pulses; then what a detection
+//! costs where a detector has other laws, beside one with none of them; then what a chip
 //! costs over ranges of scene keys, with the largest step between neighbours; then how counting
 //! scales with the number of cores. Processor time, because a machine may be shared;
 //! only the scaling needs a quiet one.
@@ -19,7 +20,7 @@ use std::time::Instant;
 use goldtof::photons::fast::{InstructionSet, Recorder, StepCounter};
 use goldtof::photons::{DetectorModel, PulseStream, StepCount, count_step};
 use goldtof::scan::{Group, Sample, Step};
-use goldtof::scene::{self, DetectorIndex, Scene};
+use goldtof::scene::{self, Crosstalk, Detector, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use rustix::time::{ClockId, clock_gettime};
 
@@ -40,9 +41,63 @@ fn main() -> Result<(), Box<dyn Error>> {
         set_rate(&mut scene, rate);
         measure(&scene);
     }
+    laws()?;
     set_rate(&mut scene, 10e6);
     sweeps()?;
     scaling(&scene);
+    Ok(())
+}
+
+/// Settings of a detector, by what they make of it.
+const LAWS: [(&str, &[&str]); 13] = [
+    ("one SPAD", &[]),
+    ("passive recharge", &["recharge=passive"]),
+    ("OR of 4", &["cells=4"]),
+    ("OR of 16", &["cells=16"]),
+    ("2 of 4", &["cells=4", "coincidence=2"]),
+    ("2 of 16", &["cells=16", "coincidence=2"]),
+    ("XOR of 4", &["cells=4", "combination=xor"]),
+    ("XOR of 16", &["cells=16", "combination=xor"]),
+    ("adder of 4", &["cells=4", "cell_outputs=separate", "combination=adder"]),
+    ("adder of 16", &["cells=16", "cell_outputs=separate", "combination=adder"]),
+    ("OR of 4, crosstalk", &["cells=4", "cell_crosstalk={ probability = 0.1 }"]),
+    ("OR of 16, crosstalk", &["cells=16", "cell_crosstalk={ probability = 0.1 }"]),
+    (WITH_NEIGHBOUR, &[]),
+];
+const WITH_NEIGHBOUR: &str = "crosstalk of a second one";
+
+/// Prints what a detection costs with each law, and beside the first one, at as many detections a second.
+fn laws() -> Result<(), Box<dyn Error>> {
+    for rate in [1e6, 10e6] {
+        println!("law at {rate:.0e} detections/s     ns of processor time (median)   ratio");
+        let mut first = None;
+        for (name, settings) in LAWS {
+            let settings = settings.iter().map(|setting| format!("detector.{setting}").parse());
+            let settings: Vec<_> = settings.collect::<Result<_, _>>()?;
+            let mut scene = scene::load_with(Path::new("scenes/paper-single.toml"), &settings)?;
+            if name == WITH_NEIGHBOUR {
+                let crosstalk = Some(Crosstalk { probability: 0.1, delay_ps: 0.0 });
+                let other = scene.detectors[0].clone();
+                scene.detectors.push(Detector { name: "second".to_owned(), crosstalk, ..other });
+                let path = scene.paths[0].clone();
+                scene.paths.push(scene::Path { detector: DetectorIndex(1), ..path });
+            }
+            set_rate(&mut scene, rate);
+            let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+            let counter = StepCounter::new(&model);
+            let steps = (DETECTIONS / rate / sensor_s(&scene, 1)).min(scene.scan.steps as f64);
+            let mut counts = vec![StepCount::ZERO; steps as usize];
+            let times = (0..ROUNDS as u64).map(|seed| {
+                measured(&mut counts, |counts| {
+                    counter.count(seed, 0..1, 0..counts.len() as u64, counts);
+                })
+            });
+            let times = Times::of(&times.collect::<Vec<_>>(), |time| time.processor_ns);
+            let first = *first.get_or_insert(times.least);
+            let (least, median, ratio) = (times.least, times.median, times.least / first);
+            println!("{name:28} {least:18.2} ({median:.2}) {ratio:14.2}");
+        }
+    }
     Ok(())
 }
 
@@ -150,7 +205,8 @@ fn set_rate(scene: &mut Scene, rate: f64) {
         let found = total(&counts) / sensor_s(scene, counts.len());
         let spad = &scene.detectors[0];
         let ready = |rate: f64| rate / (1.0 - rate * spad.dead_time_ps * 1e-12);
-        scene.sources[0].mean_power_w *= ready(rate) / ready(found);
+        // Coincidences grow as the square of the light.
+        scene.sources[0].mean_power_w *= (ready(rate) / ready(found)).sqrt();
     }
 }
 

@@ -264,7 +264,15 @@ fn constant_rate(part: String, key: &str, rate_cps: f64) -> Part {
 fn dead_time(detector: &Detector, part: String) -> Part {
     match detector.dead_time_ps {
         0.0 => left_out(part, "dead_time = 0: the detector is always ready"),
-        time => kept(part, format!("blind for {} ns after an avalanche", in_nano(time))),
+        time => {
+            // To a femtosecond: a threshold's dead time has no end of digits.
+            let ns = (time * 1e3).round() / 1e6;
+            let after = match detector.is_paralyzable() {
+                true => "the last arrival, counted or not",
+                false => "an avalanche",
+            };
+            kept(part, format!("blind for {ns} ns after {after}"))
+        }
     }
 }
 

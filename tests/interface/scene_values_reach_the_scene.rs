@@ -74,6 +74,37 @@ fn the_pulse_is_half_the_dead_time_long_but_never_shorter_than_a_phase_step() {
     }
 }
 
+/// An output that falls to a half in each ln(2) time constants is at a quarter after two of them.
+#[test]
+fn a_threshold_and_a_time_constant_are_a_dead_time() {
+    const TIME_CONSTANT: &str = "recharge_time_constant = \"10 ns\"";
+    const THRESHOLD: &str = "comparator_threshold = 0.25";
+    const PASSIVE: &str = "recharge = \"passive\"";
+    let with = |keys: &[&str]| LEAST.replace("reference", &(keys.join("\n") + "\nreference"));
+    let of_comparator = scene(&with(&[PASSIVE, TIME_CONSTANT, THRESHOLD]));
+    let spad = &of_comparator.detectors[0];
+    let dead_time_ps = 2.0 * 10e3 * std::f64::consts::LN_2;
+    assert!((spad.dead_time_ps / dead_time_ps - 1.0).abs() < 1e-14, "{}", spad.dead_time_ps);
+    assert!((spad.pulse_width_ps / dead_time_ps - 0.5).abs() < 1e-14, "{}", spad.pulse_width_ps);
+    assert!(spad.is_paralyzable());
+    for (keys, told) in [
+        (vec![PASSIVE, TIME_CONSTANT], "recharge_time_constant: alone it gives no dead time"),
+        (vec![PASSIVE, THRESHOLD], "write recharge_time_constant, too, or dead_time"),
+        (vec![PASSIVE, TIME_CONSTANT, THRESHOLD, "dead_time = \"14 ns\""], "leave out it or both"),
+        (vec![TIME_CONSTANT, THRESHOLD], "write recharge = \"passive\""),
+        (vec![PASSIVE, TIME_CONSTANT, "comparator_threshold = 1"], "outside 0.0001 to 0.9999"),
+        (vec![PASSIVE, TIME_CONSTANT, "comparator_threshold = 0"], "outside 0.0001 to 0.9999"),
+        (
+            vec![PASSIVE, THRESHOLD, "recharge_time_constant = \"2 ms\""],
+            "outside \"1 fs\" to \"1 ms\"",
+        ),
+    ] {
+        let error = parse("x.toml", &with(&keys)).expect_err(told).to_string();
+        assert!(error.contains(told), "{told}: {error}");
+        assert_eq!(error.matches("x.toml:").count(), 1, "{error}");
+    }
+}
+
 #[test]
 fn optional_tables_are_read() {
     let scene = scene(&format!(

@@ -1,29 +1,34 @@
 //! Crosstalk between detectors against another simulator and closed forms, and where it is refused.
 
 use goldtof::Jobs as _;
+use goldtof::photons::DetectorModel;
 use goldtof::photons::fast::Recorder;
-use goldtof::photons::{Detection, DetectorModel};
 use goldtof::response::{MeanResponse, MeanResponseError, SecondMoments};
 use goldtof::scan::{Group, Step};
 use goldtof::scene::{Crosstalk, DetectorIndex, Path, Scene, parse};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
+use optics_support::compared::{
+    Comparisons, Tally, assert_chance, columns_of_runs, plain_times, steps_of_photons,
+};
 use optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, ideal_scene, naive, repeated,
     table_i_scene,
 };
-use rand::SeedableRng as _;
 use rand::rngs::StdRng;
+use rand::{RngExt as _, SeedableRng as _};
+use rayon::prelude::*;
 
 const CHIPS: u64 = 31 * 60;
 
 /// Detectors in a row, each with light of its own delay and strength, and crosstalk to its
 /// neighbours.
-fn row(strengths: &[f64], probability: f64, delay_ps: f64) -> Scene {
-    let mut scene = table_i_scene(gold_5(), 40e6, CHIPS);
+fn row(rate_cps: f64, chips: u64, strengths: &[f64], probability: f64, delay_ps: f64) -> Scene {
+    let mut scene = table_i_scene(gold_5(), rate_cps, chips);
     scene.scan.steps = 8;
     scene.detectors[0].jitter_ps.clear();
     scene.detectors[0].afterpulsing_probability = 0.0;
+    scene.detectors[0].dark_count_rate_cps = 71e3 * rate_cps / 40e6;
     let (spad, path) = (scene.detectors.remove(0), scene.paths.remove(0));
     for (number, &transmission) in strengths.iter().enumerate() {
         let mut spad = spad.clone();
@@ -38,13 +43,9 @@ fn row(strengths: &[f64], probability: f64, delay_ps: f64) -> Scene {
     scene
 }
 
-fn times(detections: impl Iterator<Item = Detection>) -> Vec<f64> {
-    detections.map(|time| time.chip as f64 + time.fraction).collect()
-}
-
 /// The detections of a group, of every detector.
 fn simulated(models: &[DetectorModel], seed: u64, group: u64) -> Vec<Vec<f64>> {
-    models.iter().map(|model| times(model.step(seed, 0, Group(group)))).collect()
+    models.iter().map(|model| plain_times(model, seed, 0, Group(group))).collect()
 }
 
 fn models(scene: &Scene) -> Vec<DetectorModel> {
@@ -52,88 +53,57 @@ fn models(scene: &Scene) -> Vec<DetectorModel> {
     DetectorIndex::of(&scene.detectors).map(|spad| DetectorModel::new(&sensor, spad)).collect()
 }
 
-/// What is counted of some runs: detections of each, their places in the code period by detector, and
-/// the times from each detection of one detector to those of another.
-#[derive(Default)]
-struct Counted {
-    rates: Vec<Vec<f64>>,
-    places: Vec<f64>,
-    apart: Vec<f64>,
-}
-
-impl Counted {
-    fn take(&mut self, runs: &[Vec<f64>]) {
-        self.rates.resize(runs.len(), Vec::new());
-        self.places.resize(runs.len() * 124, 0.0);
-        self.apart.resize(runs.len() * runs.len() * 160, 0.0);
-        for (a, of_a) in runs.iter().enumerate() {
-            self.rates[a].push(of_a.len() as f64);
-            for time in of_a {
-                self.places[a * 124 + (time * 4.0) as usize % 124] += 1.0;
-            }
-            for (b, of_b) in runs.iter().enumerate() {
-                let mut from = 0;
-                for time in of_a {
-                    from += of_b[from..].iter().take_while(|other| **other < time - 5.0).count();
-                    let near = of_b[from..].iter().take_while(|other| **other < time + 5.0);
-                    for other in near {
-                        let bin = ((other - time + 5.0) * 16.0) as usize;
-                        self.apart[(a * runs.len() + b) * 160 + bin.min(159)] += 1.0;
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Chi-square of two histograms of one distribution, as a normal number (Wilson and Hilferty).
-fn difference(a: &[f64], b: &[f64]) -> f64 {
-    let filled = || a.iter().zip(b).filter(|(a, b)| *a + *b > 20.0);
-    let chi_square: f64 = filled().map(|(a, b)| (a - b).powi(2) / (a + b)).sum();
-    let freedom = filled().count() as f64;
-    let ninth = 2.0 / (9.0 * freedom);
-    ((chi_square / freedom).cbrt() - (1.0 - ninth)) / ninth.sqrt()
+#[test]
+fn detectors_in_a_row_fire_one_another_as_in_another_simulator() {
+    fire_one_another_as_in_another_simulator(1.8e6);
 }
 
 #[test]
-fn detectors_in_a_row_fire_one_another_as_in_another_simulator() {
-    for (strengths, probability, delay_ps) in
-        [(&[1.0, 0.2][..], 0.3, 0.0), (&[0.5, 0.0, 1.0], 0.6, 1_310.0), (&[0.3; 4], 1.0, 310.0)]
-    {
-        let scene = row(strengths, probability, delay_ps);
-        let what = format!("{strengths:?} {probability}");
+#[ignore = "a hundred million photons; some minutes"]
+fn detectors_in_a_row_fire_one_another_as_in_another_simulator_over_10_to_the_8_photons() {
+    fire_one_another_as_in_another_simulator(1e8);
+}
+
+/// So many primary detections in all, at rates of 10^4 to 10^9 a second in full light.
+fn fire_one_another_as_in_another_simulator(photons: f64) {
+    let rows =
+        [(&[1.0, 0.2][..], 0.3, 0.0), (&[0.5, 0.0, 1.0], 0.6, 1_310.0), (&[0.3; 4], 1.0, 310.0)];
+    let cases = rows.into_iter().flat_map(|row| [1e4, 40e6, 1e9].map(|rate| (row, rate)));
+    let cases: Vec<_> = cases.enumerate().collect();
+    let compared = cases.into_par_iter().map(|(number, case)| {
+        let ((strengths, probability, delay_ps), rate) = case;
+        let lit: f64 = strengths.iter().sum();
+        let (chips, steps) = steps_of_photons(photons / 9.0 / lit, rate, 31);
+        let scene = row(rate, chips, strengths, probability, delay_ps);
         let models = models(&scene);
-        let [mut product, mut other] = [Counted::default(), Counted::default()];
-        let mut rng = StdRng::seed_from_u64(5);
-        let runs = 400;
-        for group in 0..runs {
-            product.take(&simulated(&models, 3 + group / 8, group % 8));
+        let detectors = strengths.len();
+        let [mut product, mut other] =
+            [(); 2].map(|()| Tally::new(detectors * 125 + detectors * detectors * 160));
+        let mut rng = StdRng::seed_from_u64(5 + number as u64);
+        let neighbours = |rng: &mut StdRng, of: usize| {
+            let of_row = [of.wrapping_sub(1), of + 1].into_iter().filter(|&to| to < detectors);
+            of_row.filter(|_| rng.random::<f64>() < probability).collect()
+        };
+        for step in 0..steps {
             // Groups of whole code periods begin with the code.
-            other.take(&naive::coupled_detections(&scene, &mut rng, CHIPS as f64, 600.0));
+            product.take(&columns_of_runs(&simulated(&models, 3 + step / 8, step % 8)));
+            let chips = chips as f64;
+            let runs = naive::coupled_detections(&scene, &mut rng, chips, 600.0, &neighbours);
+            other.take(&columns_of_runs(&runs));
         }
-        for (number, (a, b)) in product.rates.into_iter().zip(other.rates).enumerate() {
-            let [a, b] = [a, b].map(Moments::of);
-            let z = (a.mean - b.mean) / a.standard_error().hypot(b.standard_error());
-            assert_within_standard_errors(z, 4.0, &format!("{what}: rate of {number}"));
-            let spread = (a.variance / b.variance).ln() / (4.0 / (a.count - 1.0)).sqrt();
-            assert_within_standard_errors(spread, 4.0, &format!("{what}: variance of {number}"));
-        }
-        // Places and distances scatter a little less than Poisson numbers behind a dead time.
-        for (name, a, b) in
-            [("places", &product.places, &other.places), ("apart", &product.apart, &other.apart)]
-        {
-            let z = difference(a, b);
-            println!("{what}: {name} {z:+.2}");
-            assert_within_standard_errors(z, 4.0, &format!("{what}: {name}"));
-        }
-    }
+        let mut compared = Comparisons::default();
+        compared.add([&product, &other], &|column| format!("column {column}"));
+        (format!("{case:?}"), compared)
+    });
+    // Detectors that surely fire one another tell the same.
+    assert_chance("crosstalk", compared.collect(), 4.0);
 }
 
 /// Of few photons each fires the neighbour with the probability that the scene has, at the delay that
 /// it has, to the last digit: both detectors see one history.
 #[test]
 fn seldom_photons_fire_the_neighbour_with_the_probability_and_delay_of_the_scene() {
-    let mut scene = row(&[0.01, 0.01], 0.25, 700.0);
+    let mut scene = row(40e6, CHIPS, &[0.01, 0.01], 0.25, 700.0);
     scene.detectors[1].crosstalk = None;
     let models = models(&scene);
     let (mut fired, mut by_other) = (0.0, 0.0);
@@ -156,12 +126,12 @@ fn seldom_photons_fire_the_neighbour_with_the_probability_and_delay_of_the_scene
 
 #[test]
 fn a_probability_of_nothing_changes_no_bit() {
-    let with = row(&[1.0, 0.5], 0.0, 300.0);
+    let with = row(40e6, CHIPS, &[1.0, 0.5], 0.0, 300.0);
     let mut without = with.clone();
     without.detectors.iter_mut().for_each(|spad| spad.crosstalk = None);
     assert_eq!(simulated(&models(&with), 4, 2), simulated(&models(&without), 4, 2));
     // Nor does that of a detector which nobody hears, for itself.
-    let mut one_way = row(&[1.0, 0.5], 0.4, 300.0);
+    let mut one_way = row(40e6, CHIPS, &[1.0, 0.5], 0.4, 300.0);
     one_way.detectors[1].crosstalk = None;
     let [alone, heard] = [&without, &one_way].map(|scene| simulated(&models(scene), 4, 2));
     assert_ne!(alone[1], heard[1]);
@@ -174,7 +144,7 @@ fn what_is_expected_is_what_another_simulator_counts() {
     for (number, (strengths, probability, delay_ps)) in
         (0..).zip([(&[1.0, 0.2][..], 0.04, 300.0), (&[0.1, 0.6, 0.0], 0.01, 21_350.0)])
     {
-        let mut scene = row(strengths, probability, delay_ps);
+        let mut scene = row(40e6, CHIPS, strengths, probability, delay_ps);
         scene.detectors.iter_mut().for_each(|spad| spad.pulse_width_ps = 5e3);
         let models = models(&scene);
         let mut rng = StdRng::seed_from_u64(90 + number);
@@ -236,7 +206,7 @@ fn constant_light_gives_the_closed_form_of_first_order() {
 
 #[test]
 fn too_much_of_it_is_refused_by_name_and_photons_are_simulated() {
-    let scene = row(&[1.0, 0.5], 0.1, 300.0);
+    let scene = row(40e6, CHIPS, &[1.0, 0.5], 0.1, 300.0);
     let model = &models(&scene)[1];
     let refused = MeanResponse::new(model).err();
     assert!(matches!(refused, Some(MeanResponseError::Crosstalk { .. })), "{refused:?}");

@@ -84,7 +84,7 @@ fn another_simulator_hits_each_sample_as_often_as_expected() {
     let mut hits = vec![0.0; 31 * 8];
     let mut rng = StdRng::seed_from_u64(11);
     for _ in 0..runs {
-        let registered = naive::detections(&scene, &mut rng, chips as f64, 310.0);
+        let registered = naive::detections(&scene, 0, &mut rng, chips as f64, 310.0);
         for rise in naive::rising_edges(&registered, 7.0 / 8.0, &INSTANTS, chips) {
             hits[rise as usize % (31 * 8)] += 1.0;
         }

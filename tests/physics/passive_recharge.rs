@@ -6,14 +6,14 @@ use goldtof::estimate::{CountingTier, calibration_offset_ps, delay_error_ps, dis
 use goldtof::photons::DetectorModel;
 use goldtof::response::{MeanResponse, MeanResponseError, SecondMoments};
 use goldtof::scan::Step;
-use goldtof::scene::{DetectorIndex, PathIndex, Recharge, Scene};
+use goldtof::scene::{DetectorIndex, PathIndex, Recharge, Scene, parse};
 use goldtof::sensor::Sensor;
 use optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, gold_9, gold_11, ideal_scene, naive,
     repeated, stepped::Stepped, table_i_scene,
 };
-use rand::SeedableRng;
 use rand::rngs::StdRng;
+use rand::{RngExt as _, SeedableRng};
 
 const SPAD: DetectorIndex = DetectorIndex(0);
 
@@ -77,7 +77,7 @@ fn modulated_light_is_counted_as_by_another_simulator() {
         let mut hits = vec![0.0; samples];
         let mut totals = Vec::new();
         for _ in 0..steps {
-            let times = naive::detections(&scene, &mut rng, 280.0, 40.0);
+            let times = naive::detections(&scene, 0, &mut rng, 280.0, 40.0);
             totals.push(times.len() as f64);
             for time in times {
                 hits[(time * 8.0).ceil() as usize % samples] += 1.0;
@@ -132,6 +132,50 @@ fn signed_counts_scatter_as_photons_do() {
     let ratio = Moments::of(ratios);
     assert_within_standard_errors(ratio.z(1.0), 4.0, "variances of signed counts");
     assert!((ratio.mean - 1.0).abs() < 0.03, "{}", ratio.mean);
+}
+
+/// The output stepped through time: it falls exponentially, jumps to its full height at each arrival, and a
+/// comparator counts how often it rises above the threshold.
+#[test]
+fn a_comparator_behind_an_output_that_falls_counts_as_a_paralyzable_detector() {
+    const STEP_S: f64 = 20e-12;
+    let quick = std::fs::read_to_string("scenes/quick.toml").expect("it is there");
+    let mut rng = StdRng::seed_from_u64(17);
+    for (rate, time_constant_ns, threshold) in
+        [(8e6, 10.0, 0.25), (60e6, 20.0, 0.5), (60e6, 6.0, 0.1)]
+    {
+        let keys = format!(
+            "recharge = \"passive\"\nrecharge_time_constant = \"{time_constant_ns} ns\"\n\
+             comparator_threshold = {threshold}"
+        );
+        let told = parse("x.toml", &quick.replace("dead_time = \"14 ns\"", &keys));
+        let mut scene = ideal_scene(code(&[1]), rate, 1_000);
+        let spad = &mut scene.detectors[0];
+        spad.dead_time_ps = told.expect("it is sound").detectors[0].dead_time_ps;
+        spad.recharge = Recharge::Passive;
+
+        let fall = (-STEP_S / (time_constant_ns * 1e-9)).exp();
+        let counted = (0..repeated(60, 2_000)).map(|_| {
+            // 8 us, after 1 us in which it forgets how it began.
+            let (mut output, mut edges, mut arrival) = (0.0, 0, 0.0);
+            for step in 0..450_000 {
+                output *= fall;
+                if f64::from(step) * STEP_S >= arrival {
+                    edges += u32::from(step >= 50_000 && output < threshold);
+                    output = 1.0;
+                    arrival -= (1.0 - rng.random::<f64>()).ln() / rate;
+                }
+            }
+            f64::from(edges)
+        });
+        let stepped = Moments::of(counted);
+        let model = model(&scene);
+        let response = MeanResponse::of_tier(&model, CountingTier::Events).expect("solved");
+        let expected = SecondMoments::new(&response).expect("solved").of_step(Step(0));
+        let what = format!("{rate:e}, {time_constant_ns} ns, {threshold}");
+        assert_within_standard_errors(stepped.z(expected.total_mean), 4.0, &what);
+        assert_within_standard_errors(stepped.variance_z(expected.total_variance), 4.0, &what);
+    }
 }
 
 fn scan_around(scene: &mut Scene, halfwidth: u64) {

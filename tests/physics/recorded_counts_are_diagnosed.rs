@@ -110,6 +110,12 @@ fn a_sensor_that_is_as_its_scene_says_is_seldom_accused() {
     for (what, settings, has_totals) in [
         ("with totals", &["path.distance=3.27 m"][..], true),
         ("without totals", &["path.distance=3.27 m"][..], false),
+        // The other recharge is tried, too.
+        (
+            "without afterpulses",
+            &["path.distance=3.27 m", "detector.afterpulsing.probability=0"][..],
+            true,
+        ),
     ] {
         let scene = quick(settings);
         // Seven tests at 0.2 %.
@@ -502,6 +508,48 @@ fn another_afterpulsing_is_named_and_leaves_the_distance() {
             wrong.push(format!("{what}: named {named:?}, clock {clock:?}, {offset:?}, {mean:.2}"));
         }
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Counts of a detector with the other recharge, without afterpulses: among the causes is the recharge, in bright light
+/// alone; of a scene with afterpulsing, of which passive recharge has no expectation, it is not tested, by name.
+#[test]
+fn another_recharge_is_named() {
+    let mut wrong = Vec::new();
+    for (built, written, power, is_alone) in [
+        ("passive", "active", "20 pW", false),
+        ("active", "passive", "20 pW", false),
+        ("passive", "active", "60 pW", true),
+    ] {
+        let sensor = |recharge: &str| {
+            let recharge = format!("detector.recharge={recharge}");
+            let power = format!("source.mean_power={power}");
+            let without = "detector.afterpulsing.probability=0";
+            quick(&["path.distance=3.27 m", "scan.integration=100 us", &power, without, &recharge])
+        };
+        let found = said(&sensor(built), &sensor(written), true, scans_or(repeated(4, 12)), 11);
+        found.iter().for_each(|(_, sentence)| println!("{sentence}"));
+        let found: Vec<_> = found.into_iter().map(|(causes, _)| causes).collect();
+        let what = format!("recharge {built} for {written}, {power}");
+        share(&what, &found, |causes| causes.contains(&Cause::Recharge));
+        share(&format!("{what}, alone"), &found, |causes| causes == [Cause::Recharge]);
+        let is_said = |causes: &Vec<Cause>| match is_alone {
+            true => *causes == [Cause::Recharge],
+            false => causes.contains(&Cause::Recharge),
+        };
+        if !found.iter().all(is_said) {
+            wrong.push(format!("{what}: {found:?}"));
+        }
+    }
+    let [built, written] =
+        ["detector.dead_time=20 ns", "detector.dead_time=14 ns"].map(|s| quick(&[s]));
+    scans(&built, DetectorIndex(0), Tier::Sampled, 11, 1, |counts| {
+        let diagnosis = assess(&written, &recorded(counts, true)).diagnosis.expect("residuals");
+        assert!(!diagnosis.causes.contains(&Cause::Recharge), "{}", diagnosis.sentence);
+        let not_tested = diagnosis.not_tested.iter().find(|reason| reason.starts_with("recharge"));
+        assert!(not_tested.is_some(), "{:?}", diagnosis.not_tested);
+    })
+    .unwrap();
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 

@@ -2,8 +2,8 @@
 //!
 //! Every statement rests on a test, and all tests are one [`Comparisons`]: by design they reject a
 //! correct scene in about one scan of a hundred (docs/recorded-counts.md has what was measured). At
-//! first only the distance is unknown. Of light level, background, dead time, afterpulsing, chip period and integration
-//! time, the one that raises the likelihood most is freed, and the next, as long as the gain is significant. Where
+//! first only the distance is unknown. Of light level, background, dead time, afterpulsing, chip period, integration
+//! time and the other recharge, the one that raises the likelihood most is freed, and the next, as long as the gain is significant. Where
 //! several do about as well, all of them are named: the counts do not tell which it is. A cause that
 //! is named fits the counts; another one, or several together, may fit them as well.
 //!
@@ -28,13 +28,13 @@ use crate::estimate::fit::FitError;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
-use crate::response::MeanResponse;
+use crate::response::{MeanResponse, MeanResponseError};
 use crate::scene::{Scene, SourceIndex};
 use crate::sensor::Sensor;
 
 /// Probability that any of the tests rejects a correct scene, and their largest number.
 const WRONG: f64 = 0.014;
-const TESTS: usize = 8;
+const TESTS: usize = 9;
 
 /// Hits of a step, on average over a scan, or of a histogram, from which on causes are
 /// looked for: of scans with 370 the tests accuse a right scene as seldom as their level
@@ -251,13 +251,14 @@ impl Examination<'_> {
     /// Frees the parameter that raises the likelihood most, if significantly; the chip period only if no other does about
     /// as well.
     fn take_in_best(&mut self) -> bool {
-        let has_dead_time = self.scene.detectors[self.observed.detector()].dead_time_ps > 0.0;
+        let spad = &self.scene.detectors[self.observed.detector()];
         let mut candidates = vec![Unknown::Light, Unknown::Constant, Unknown::Integration];
         if !self.has_right_clock {
             candidates.push(Unknown::ChipPeriod);
         }
-        if has_dead_time {
+        if spad.dead_time_ps > 0.0 {
             candidates.extend([Unknown::DeadTime, Unknown::Afterpulsing]);
+            candidates.extend((spad.afterpulsing_probability == 0.0).then_some(Unknown::Recharge));
         }
         candidates.retain(|unknown| !self.unknowns.contains(unknown));
         // Tests that failed with fewer unknowns are repeated.
@@ -266,7 +267,13 @@ impl Examination<'_> {
         for unknown in candidates {
             let mut unknowns = self.unknowns.clone();
             unknowns.push(unknown);
-            match fit(self.sensor, self.observed, &unknowns, self.fitted.end()) {
+            let start = match unknown {
+                Unknown::Recharge => {
+                    self.fitted.change.by(unknown, 1.0).start(self.sensor, self.observed)
+                }
+                _ => Ok(self.fitted.end()),
+            };
+            match start.and_then(|start| fit(self.sensor, self.observed, &unknowns, start)) {
                 Ok(fitted) => {
                     let gain = self.fitted.agreement.deviance - fitted.agreement.deviance;
                     self.tests.retain(|test| test.cause != unknown.cause());
@@ -288,7 +295,7 @@ impl Examination<'_> {
         // times of the detector are as good.
         let is_clock = |(_, unknown, _): &(f64, Unknown, SceneFit)| *unknown == Unknown::ChipPeriod;
         let is_of_detector = |(_, unknown, _): &(f64, Unknown, SceneFit)| {
-            matches!(unknown, Unknown::DeadTime | Unknown::Afterpulsing)
+            matches!(unknown, Unknown::DeadTime | Unknown::Afterpulsing | Unknown::Recharge)
         };
         if self.is_path_by_clock_alone(&gains) {
             gains.retain(is_clock);
@@ -415,14 +422,16 @@ impl Examination<'_> {
                 (ns, ns * value.exp(), ns * value.exp())
             }
             Unknown::Delay => (0.0, value * 1e-3, 1e-3),
+            Unknown::Recharge => (0.0, 0.0, 0.0),
         };
+        let is_number = unknown != Unknown::Recharge;
         TestOutcome {
             cause: unknown.cause(),
             statistic,
             p_value: Some(chance(statistic)),
             rejects: statistic > critical(),
-            scene_value: Some(scene_value),
-            fitted_value: Some(fitted_value),
+            scene_value: is_number.then_some(scene_value),
+            fitted_value: is_number.then_some(fitted_value),
             fitted_value_std: std.map(|std| std * of_change),
             unit: unknown.unit(),
         }
@@ -544,6 +553,12 @@ impl Examination<'_> {
             true => "the counts are as the scene says".to_owned(),
             false => says.join("; "),
         };
+        let spad = &self.scene.detectors[self.observed.detector()];
+        if !self.alike.is_empty() && spad.dead_time_ps > 0.0 && spad.afterpulsing_probability > 0.0
+        {
+            let reason = MeanResponseError::AfterpulsesProlong;
+            self.not_tested.push(format!("{}: {reason}", Unknown::Recharge.name()));
+        }
         let Examination { tests, not_tested, fitted, .. } = self;
         (Diagnosis { causes, sentence, tests, not_tested }, fitted)
     }
@@ -641,7 +656,11 @@ impl Examination<'_> {
 
     /// The freed parameters in words.
     fn of_unknowns(&self, alike: &[Unknown]) -> String {
+        let spad = &self.scene.detectors[self.observed.detector()];
         let words = |unknown: &Unknown| {
+            if *unknown == Unknown::Recharge {
+                return Some(format!("recharge = \"{}\"", spad.recharge.other().name()));
+            }
             let test = self.tests.iter().find(|test| test.cause == unknown.cause())?;
             let (value, scene) = (test.fitted_value?, test.scene_value?);
             let std = test.fitted_value_std.unwrap_or(0.0);
@@ -661,7 +680,7 @@ impl Examination<'_> {
                 Unknown::Afterpulsing => format!(
                     "an afterpulsing probability of {value:.4} +- {std:.4} in place of {scene:.4}"
                 ),
-                Unknown::Delay => return None,
+                Unknown::Delay | Unknown::Recharge => return None,
             })
         };
         let words: Vec<String> = alike.iter().filter_map(words).collect();

@@ -52,13 +52,15 @@ unknowns! {
     ChipPeriod = ChipPeriod, "chip period", "ns";
     /// Steps count for longer, or several scans are added up.
     Integration = Integration, "integration time", "of the scene's";
+    /// Light within the dead time prolongs it, or does not: one of two laws, which no fit moves to.
+    Recharge = Recharge, "recharge", "";
 }
 
 /// The difference of each from the scene's: delay in ps, logarithm of the brightness, further constant
 /// rate in counts per second, dead time in ps, probability of an afterpulse, logarithms of the chip period and of the
-/// integration time.
+/// integration time, 1 for the other recharge.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Change([f64; 7]);
+pub(super) struct Change([f64; 8]);
 
 /// A scene fitted to counts.
 #[derive(Clone)]
@@ -109,6 +111,7 @@ impl Unknown {
                 [5e-3 * dead_time_ps, 0.3 * dead_time_ps]
             }
             Unknown::Afterpulsing => [2e-3, 0.1],
+            Unknown::Recharge => [0.0, 0.0],
         }
     }
 
@@ -153,6 +156,9 @@ impl Change {
                     self.value(Unknown::Light).clamp(-MOST_LN_LIGHT, MOST_LN_LIGHT).exp();
             }
             let spad = &mut scene.detectors[detector];
+            if self.value(Unknown::Recharge) > 0.0 {
+                spad.recharge = spad.recharge.other();
+            }
             // All of it as dark counts: both are one constant rate.
             let within = |unknown: Unknown, spad: &Detector| {
                 let [least, most] = unknown.bounds(spad);
@@ -238,7 +244,7 @@ pub(super) struct Start {
     pub expected: Expected,
 }
 
-/// Fits the unknowns to what was recorded, from `start` on.
+/// Fits the unknowns to what was recorded, from `start` on, with the recharge that `start` has.
 pub(super) fn fit(
     sensor: &Sensor,
     observed: Observed,
@@ -247,6 +253,8 @@ pub(super) fn fit(
 ) -> Result<SceneFit, FitError> {
     let values = observed.values();
     let Start { mut change, mut expected } = start;
+    let of_numbers = unknowns.iter().copied().filter(|unknown| *unknown != Unknown::Recharge);
+    let unknowns = &of_numbers.collect::<Vec<_>>()[..];
     let mut errors = Vec::new();
     if !unknowns.is_empty() {
         let own_s = TheoryEffort::of(sensor, observed.detector())?.seconds(Work::Response);

@@ -71,6 +71,8 @@ pub enum Cause {
     ConstantLight,
     /// The dead time.
     DeadTime,
+    /// Whether light within the dead time prolongs it.
+    Recharge,
     /// The probability of an afterpulse.
     Afterpulsing,
     /// A constant delay: the detector's, a cable's, or another distance.

@@ -24,7 +24,7 @@ pub struct PixelPulses<'m> {
     /// Which avalanches fire other cells, and which of them.
     talk: StreamRng,
     registered: ReorderBuffer<usize>,
-    line: Line<'m>,
+    line: Line<'m, ChipTime>,
     end: ChipTime,
 }
 
@@ -105,7 +105,10 @@ impl Iterator for PixelPulses<'_> {
     fn next(&mut self) -> Option<(Detection, f64)> {
         while self.line.pulses.is_empty() {
             match self.next_registered() {
-                Some((time, cell)) => self.line.pulse(time, cell),
+                Some((time, cell)) => {
+                    let until = time.after(self.line.pixel.pulse_width_chips);
+                    self.line.pulse(time, until, cell);
+                }
                 None => {
                     self.line.pass(ChipTime::NEVER);
                     break;
@@ -119,63 +122,61 @@ impl Iterator for PixelPulses<'_> {
     }
 }
 
-/// The level of the input.
+/// The level of the input, over times of some kind.
 #[derive(Debug, Clone)]
-struct Line<'m> {
+pub struct Line<'m, T> {
     pixel: &'m Pixel,
     /// Until when each cell's pulse is high, of those that are.
-    high_until: Vec<Option<ChipTime>>,
+    high_until: Vec<Option<T>>,
+    /// Where pulses would end, in order, as all are equally long: those that another one prolongs, too.
+    ends: VecDeque<(T, usize)>,
     high: u32,
     /// When the level rose, while it is high.
-    rise: Option<ChipTime>,
+    rise: Option<T>,
     /// When it rose and fell.
-    pulses: VecDeque<(ChipTime, ChipTime)>,
+    pub pulses: VecDeque<(T, T)>,
 }
 
-impl<'m> Line<'m> {
-    fn new(pixel: &'m Pixel) -> Line<'m> {
+impl<'m, T: Copy + PartialOrd> Line<'m, T> {
+    pub fn new(pixel: &'m Pixel) -> Line<'m, T> {
         Line {
             pixel,
             high_until: vec![None; pixel.cells.len()],
+            ends: VecDeque::new(),
             high: 0,
             rise: None,
             pulses: VecDeque::new(),
         }
     }
 
-    /// A detection of a cell, no earlier than the one before it. One while the cell's pulse is high
-    /// prolongs that.
-    fn pulse(&mut self, time: ChipTime, cell: usize) {
+    /// A detection of a cell, no earlier than the one before it, and when its pulse ends. One while the cell's
+    /// pulse is high prolongs that.
+    pub fn pulse(&mut self, time: T, until: T, cell: usize) {
         self.pass(time);
-        let until = time.after(self.pixel.pulse_width_chips);
         if self.pixel.law.edges() > 1 {
             self.pulses.push_back((time, until));
-        } else if self.high_until[cell].replace(until).is_none() {
+            return;
+        }
+        self.ends.push_back((until, cell));
+        if self.high_until[cell].replace(until).is_none() {
             self.high += 1;
             self.change(time);
         }
     }
 
     /// All pulses that end until a time end.
-    fn pass(&mut self, time: ChipTime) {
-        while self.high > 0 {
-            let mut first = (ChipTime::NEVER, 0);
-            for (cell, until) in self.high_until.iter().enumerate() {
-                if let Some(until) = until.filter(|until| *until < first.0) {
-                    first = (until, cell);
-                }
+    pub fn pass(&mut self, time: T) {
+        while let Some((until, cell)) = self.ends.pop_front_if(|(until, _)| *until <= time) {
+            if self.high_until[cell] == Some(until) {
+                self.high_until[cell] = None;
+                self.high -= 1;
+                self.change(until);
             }
-            if first.0 > time {
-                return;
-            }
-            self.high_until[first.1] = None;
-            self.high -= 1;
-            self.change(first.0);
         }
     }
 
     /// Another number of pulses is high from a time on.
-    fn change(&mut self, time: ChipTime) {
+    fn change(&mut self, time: T) {
         match (self.rise, self.pixel.law.level(self.high)) {
             (None, true) => self.rise = Some(time),
             (Some(rise), false) => {

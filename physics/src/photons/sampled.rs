@@ -117,7 +117,9 @@ impl<'m> PulseStream<'m> {
         until: Option<Group>,
     ) -> PulseStream<'m> {
         let model = recorder.model();
-        let detections = match recorder.groups_at_once() {
+        // Pulses of a level are not equally long.
+        let at_once = recorder.groups_at_once().filter(|_| model.pixel.is_none());
+        let detections = match at_once {
             Some(_) => Detections::Recorded {
                 recorder: Arc::clone(recorder),
                 groups: VecDeque::new(),

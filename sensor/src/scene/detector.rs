@@ -73,6 +73,15 @@ tables! {
             "what light does within the dead time: nothing (\"active\", non-paralyzable), or \
              begin it anew (\"passive\", paralyzable), of which nothing is expected beside \
              afterpulsing";
+        recharge_time_constant = quantity(Time, "1 fs", "1 ms"),
+            Otherwise("`dead_time` stands for it"), "10 ns";
+            "with `comparator_threshold` in place of `dead_time`, of `recharge = \"passive\"`: that of the \
+             output's exponential fall, and D = tau ln(1 / threshold)"
+            "the dead time is within its bounds with each threshold";
+        comparator_threshold = number(0.0001, 0.9999),
+            Otherwise("`dead_time` stands for it"), "0.25";
+            "height of the output, as a share of its full one, above which the comparator shows a pulse"
+            "as for `recharge_time_constant`: dead times of 0.0001 to 9.2 time constants";
         afterpulsing = table("detector.afterpulsing"),
             Otherwise("none"), "{ probability = 0.137, time_constant = \"5 ns\" }";
             "avalanches that an avalanche causes later";
@@ -242,6 +251,22 @@ choices! {
     }
 }
 
+impl Recharge {
+    /// The other one.
+    #[must_use]
+    pub fn other(self) -> Recharge {
+        match self {
+            Recharge::Active => Recharge::Passive,
+            Recharge::Passive => Recharge::Active,
+        }
+    }
+
+    /// Its name in scenes.
+    pub fn name(self) -> &'static str {
+        Recharge::CHOICES[self as usize]
+    }
+}
+
 choices! {
     /// What several cells' pulses make of the input's level.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -275,7 +300,11 @@ pub(super) fn read(
     wavelength_nm: Option<f64>,
 ) -> Option<Detector> {
     let name = section.get("name").and_then(|name| name.get_ref().as_str());
-    let keys = Detector::keys(&section);
+    let mut keys = Detector::keys(&section);
+    let of_comparator_ps = read_comparator(&section, keys.as_ref().map(|keys| keys.recharge));
+    if let (Some(keys), Some(dead_time_ps)) = (&mut keys, of_comparator_ps) {
+        keys.dead_time_ps = dead_time_ps;
+    }
     let from_budget_cps = budget::read_background(&section, wavelength_nm);
     let background_rate_cps = section.quantity("background_rate");
     // What cannot be read is complained about already.
@@ -317,6 +346,37 @@ pub(super) fn read(
         cell_crosstalk,
         ..keys
     })
+}
+
+/// The dead time of an output that falls exponentially from an avalanche on, until a comparator's threshold; none
+/// of a detector that does not say these. What does not hold together is reported.
+fn read_comparator(section: &Section, recharge: Option<Recharge>) -> Option<f64> {
+    const TIME_CONSTANT: &str = "recharge_time_constant";
+    const THRESHOLD: &str = "comparator_threshold";
+    let time_constant_ps = section.quantity(TIME_CONSTANT);
+    let threshold = section.number(THRESHOLD);
+    let [has_time_constant, has_threshold, has_dead_time] =
+        [TIME_CONSTANT, THRESHOLD, "dead_time"].map(|key| section.get(key).is_some());
+    let alone = |other: &str| {
+        format!("alone it gives no dead time; write {other}, too, or dead_time in its place")
+    };
+    match (has_time_constant, has_threshold) {
+        (false, false) => {}
+        (true, false) => section.report(TIME_CONSTANT, &alone(THRESHOLD)),
+        (false, true) => section.report(THRESHOLD, &alone(TIME_CONSTANT)),
+        (true, true) if has_dead_time => section.report(
+            THRESHOLD,
+            "dead_time is given, too, and follows from recharge_time_constant and comparator_threshold; \
+             leave out it or both of these",
+        ),
+        (true, true) if recharge == Some(Recharge::Active) => section.report(
+            THRESHOLD,
+            "with recharge = \"active\" a circuit ends the dead time; write recharge = \"passive\", or \
+             dead_time in place of recharge_time_constant and this",
+        ),
+        (true, true) => return Some(time_constant_ps? * -threshold?.ln()),
+    }
+    None
 }
 
 /// Probability and time constant in picoseconds; (0, 0) for no afterpulsing.

@@ -3,7 +3,7 @@
 /// Longest name for which a slip is looked for.
 const MOST_CHARACTERS: usize = 64;
 /// Most names that are offered.
-const MOST_NAMES: usize = 24;
+const MOST_NAMES: usize = 32;
 
 /// The candidate that `name` is most likely a slip for, if any is close.
 pub(super) fn nearest<'n>(name: &str, candidates: &[&'n str]) -> Option<&'n str> {

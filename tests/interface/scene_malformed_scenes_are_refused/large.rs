@@ -89,5 +89,5 @@ fn a_name_among_very_many_is_not_answered_with_all_of_them() {
     let text = parse("scenes/x.toml", &scene.replace("source = \"laser\"", "source = \"sun\""))
         .unwrap_err()
         .to_string();
-    assert!(text.contains("or one of 76 more"), "{text}");
+    assert!(text.contains("or one of 68 more"), "{text}");
 }

@@ -2,6 +2,7 @@
 //!
 //! A package of its own, since it computes: it is optimised, which the tests are not.
 
+pub mod compared;
 pub mod naive;
 pub mod recordings;
 pub mod sequential;

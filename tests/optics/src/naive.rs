@@ -26,11 +26,15 @@ fn candidates(scene: &Scene, number: usize, rng: &mut StdRng, from: f64, end: f6
     let length = chips.len() as f64;
     let energy = 6.626_070_15e-34 * 299_792_458.0 / (source.wavelength_nm * 1e-9);
     let path = scene.paths.iter().find(|path| path.detector.0 == number).expect("a path");
-    let mean_photons = source.mean_power_w / energy * chip_s * path.transmission;
-    let on = mean_photons * length / (ones + (length - ones) / source.extinction_ratio);
+    // Of photons that are not detected nothing follows: these are a thinner Poisson process.
+    let mean_detected = source.mean_power_w / energy
+        * chip_s
+        * path.transmission
+        * spad.photon_detection_probability;
+    let on = mean_detected * length / (ones + (length - ones) / source.extinction_ratio);
     let off = on / source.extinction_ratio;
-    let constant = (spad.background_rate_cps
-        + spad.dark_count_rate_cps / spad.photon_detection_probability)
+    let constant = (spad.background_rate_cps * spad.photon_detection_probability
+        + spad.dark_count_rate_cps)
         * chip_s;
     let mut candidates = Vec::new();
     let mut time = from;
@@ -45,20 +49,21 @@ fn candidates(scene: &Scene, number: usize, rng: &mut StdRng, from: f64, end: f6
         } else {
             off
         };
-        let keep = (light + constant) / (on + constant) * spad.photon_detection_probability;
-        if rng.random::<f64>() < keep {
+        if rng.random::<f64>() < (light + constant) / (on + constant) {
             candidates.push(key(time));
         }
     }
 }
 
-/// Registered times of several detectors, in chips from 0, that fire their neighbours in the scene's
-/// list: all that may fire any of them in one heap, without afterpulses.
+/// Registered times of several detectors, in chips from 0, whose avalanches fire others, as many as
+/// `fired` draws for one, with the delay of its crosstalk: all that may fire any of them in one heap,
+/// without afterpulses.
 pub fn coupled_detections(
     scene: &Scene,
     rng: &mut StdRng,
     end: f64,
     warm_up: f64,
+    fired: &dyn Fn(&mut StdRng, usize) -> Vec<usize>,
 ) -> Vec<Vec<f64>> {
     let number = scene.detectors.len();
     let mut heap = BinaryHeap::new();
@@ -80,21 +85,27 @@ pub fn coupled_detections(
             registered[of].push(seen);
         }
         let Some(talk) = spad.crosstalk else { continue };
-        for other in [of.wrapping_sub(1), of + 1] {
-            if other < number && rng.random::<f64>() < talk.probability {
-                heap.push(Reverse((time + key(talk.delay_ps / scene.chip_period_ps), other)));
-            }
+        for other in fired(rng, of) {
+            heap.push(Reverse((time + key(talk.delay_ps / scene.chip_period_ps), other)));
         }
     }
     registered
 }
 
-/// Registered times, in chips from 0, by another construction: a list of all
+/// Registered times of a detector, in chips from 0, by another construction: a list of all
 /// photons by thinning, a heap of afterpulses, one comparison per candidate.
-pub fn detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Vec<f64> {
-    let spad = &scene.detectors[0];
-    let photons = candidates(scene, 0, rng, -warm_up, end);
+pub fn detections(
+    scene: &Scene,
+    number: usize,
+    rng: &mut StdRng,
+    end: f64,
+    warm_up: f64,
+) -> Vec<f64> {
+    let spad = &scene.detectors[number];
+    let photons = candidates(scene, number, rng, -warm_up, end);
     let mut candidates: BinaryHeap<_> = photons.into_iter().map(Reverse).collect();
+    // A last one, or the last avalanche before it would have no afterpulses.
+    candidates.push(Reverse(key(end + 20.0)));
     let dead_time = key(spad.dead_time_ps / scene.chip_period_ps);
     let time_constant = spad.afterpulsing_time_constant_ps / scene.chip_period_ps;
     let mut ready = i64::MIN;
@@ -133,7 +144,7 @@ pub fn detections(scene: &Scene, rng: &mut StdRng, end: f64, warm_up: f64) -> Ve
 pub fn level_of_cells(
     registered: &[Vec<f64>],
     width: f64,
-    is_high: impl Fn(usize) -> bool,
+    is_high: &dyn Fn(usize) -> bool,
 ) -> Vec<[f64; 2]> {
     let mut edges = Vec::new();
     for times in registered {
@@ -143,7 +154,7 @@ pub fn level_of_cells(
             if time > until {
                 edges.push((time, 1));
             } else {
-                edges.retain(|edge| *edge != (until, -1));
+                edges.pop();
             }
             until = time + width;
             edges.push((until, -1));
@@ -167,6 +178,18 @@ pub fn level_of_cells(
         was_high = now;
     }
     pulses
+}
+
+/// How many of a level's pulses, in order, begin with a high sample after a low one, of the first `chips` chips of so
+/// many samples each.
+pub fn sampled_rises(pulses: &[[f64; 2]], samples: f64, chips: f64) -> usize {
+    let mut low_from = f64::NEG_INFINITY;
+    let rises = pulses.iter().filter(|[rise, fall]| {
+        let [first, end] = [rise, fall].map(|time| (time * samples).ceil());
+        let before = if first < end { std::mem::replace(&mut low_from, end) } else { first };
+        before < first && first < chips * samples
+    });
+    rises.count()
 }
 
 /// Rising edges of a level that is looked at `chips` times at each of some instants of a chip, which

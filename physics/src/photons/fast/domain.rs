@@ -37,9 +37,9 @@ pub enum OutsideDomain {
     /// The lanes know one detector.
     #[error("crosstalk of other detectors; the lanes take detectors that hear none")]
     Crosstalk,
-    /// The lanes know one SPAD.
-    #[error("the detector has several cells; the lanes take those that are a single SPAD")]
-    Cells,
+    /// Each cell goes through the lanes by itself.
+    #[error("cells fire one another; the lanes take cells that know nothing of each other")]
+    CellCrosstalk,
     /// A dead time is part of a wait, which is shorter than a table.
     #[error("the dead time is {dead_time_chips} chips; the lanes take less than {limit_chips}")]
     DeadTimeTooLong {
@@ -130,7 +130,8 @@ pub struct PathTable {
 }
 
 impl Tables {
-    /// The tables of a model, or why there are none.
+    /// The tables of a model, or why there are none; of a detector of several cells those of each one, whose light
+    /// and dead times are alike.
     pub fn new(model: &DetectorModel) -> Result<Tables, OutsideDomain> {
         if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
             return Err(OutsideDomain::MovingPath { path: light.path });
@@ -141,8 +142,12 @@ impl Tables {
         if model.anchor.is_some() {
             return Err(OutsideDomain::Anchored);
         }
-        if model.pixel.is_some() {
-            return Err(OutsideDomain::Cells);
+        if let Some(pixel) = &model.pixel {
+            if pixel.crosstalk.is_some() {
+                return Err(OutsideDomain::CellCrosstalk);
+            }
+            pixel.cells.iter().try_for_each(check_quickness)?;
+            return Tables::new(&pixel.cells[0]);
         }
         check_lengths(model)?;
         check_quickness(model)?;

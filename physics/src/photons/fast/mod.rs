@@ -18,6 +18,8 @@
 //!   over the border.
 //! - `record`: where detections themselves are wanted, and where jitter decides too much for
 //!   a table of probabilities, each gets its own.
+//! - Cells that know nothing of each other go through the lanes one after another; their counts are
+//!   added up, or their detections make the level.
 //!
 //! A part that the model does not have is a loop that is not entered, so leaving
 //! it out changes no other number. Counts depend on seed, detector, scan and
@@ -52,7 +54,7 @@ pub use record::RegisteredTicks;
 
 use self::arithmetic::LANES;
 use self::domain::Tables;
-use self::record::GroupRunner;
+use self::record::{GroupRunner, edges};
 use self::sign::SignTable;
 use self::steps::{Jobs, Share, StepRunner};
 use super::counter::{StepCount, count_detections, count_step};
@@ -139,9 +141,15 @@ impl<'m> Recorder<'m> {
     /// If there are no [`Recorder::groups_at_once`].
     pub fn record(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<Vec<RegisteredTicks>> {
         let tables = self.tables.as_ref().unwrap_or_else(|reason| panic!("{reason}"));
-        let mut runner = GroupRunner::new(self.model, tables, seed, groups);
-        self.instruction_set.run(&mut runner);
-        runner.into_lists()
+        let of_spad = |model| {
+            let mut runner = GroupRunner::new(model, tables, seed, groups);
+            self.instruction_set.run(&mut runner);
+            runner.into_lists()
+        };
+        let Some(pixel) = &self.model.pixel else { return of_spad(self.model) };
+        let of_cells: Vec<_> = pixel.cells.iter().map(of_spad).collect();
+        let of_group = |group| edges(pixel, of_cells.iter().map(|groups| &groups[group]));
+        (0..groups.len()).map(of_group).collect()
     }
 }
 
@@ -151,12 +159,22 @@ pub struct StepCounter<'m> {
     recorder: Recorder<'m>,
     /// `None` where counts are of recorded detections, one by one.
     sign: Option<SignTable>,
+    /// Of cells whose counts are added up each one's counter, in place of all else.
+    cells: Vec<StepCounter<'m>>,
 }
 
 impl<'m> StepCounter<'m> {
     /// Makes the tables of a model, and chooses the best instruction set.
     pub fn new(model: &'m DetectorModel) -> StepCounter<'m> {
-        StepCounter { recorder: Recorder::new(model), sign: domain::sign_table(model) }
+        let recorder = Recorder::new(model);
+        let of_spad = |model| {
+            let recorder = Recorder { model, ..recorder.clone() };
+            StepCounter { recorder, sign: domain::sign_table(model), cells: Vec::new() }
+        };
+        let Some(pixel) = &model.pixel else { return of_spad(model) };
+        let is_added = pixel.law.edges() > 1;
+        let cells = pixel.cells.iter().filter(|_| is_added).map(of_spad).collect();
+        StepCounter { recorder, sign: None, cells }
     }
 
     /// Uses another instruction set.
@@ -164,7 +182,12 @@ impl<'m> StepCounter<'m> {
     /// # Panics
     /// On counting, if the processor does not have it.
     pub fn with_instruction_set(self, instruction_set: InstructionSet) -> StepCounter<'m> {
-        StepCounter { recorder: self.recorder.with_instruction_set(instruction_set), ..self }
+        let with = |cell: StepCounter<'m>| cell.with_instruction_set(instruction_set);
+        StepCounter {
+            recorder: self.recorder.with_instruction_set(instruction_set),
+            cells: self.cells.into_iter().map(with).collect(),
+            ..self
+        }
     }
 
     /// Why the plain loop is used instead of lanes; `None` if it is not.
@@ -201,6 +224,16 @@ impl<'m> StepCounter<'m> {
         let numbers = repetitions.end.saturating_sub(repetitions.start)
             * steps.end.saturating_sub(steps.start);
         assert_eq!(numbers, out.len() as u64, "one place for each step");
+        if !self.cells.is_empty() {
+            out.fill(StepCount::ZERO);
+            let mut counts = vec![StepCount::ZERO; out.len()];
+            for cell in &self.cells {
+                let (repetitions, steps) = (repetitions.clone(), steps.clone());
+                cell.count_on_threads(threads, seed, repetitions, steps, &mut counts);
+                out.iter_mut().zip(&counts).for_each(|(all, count)| all.add(*count));
+            }
+            return;
+        }
         let jobs = Jobs { seed, first_repetition: repetitions.start, steps };
         threads::share(threads, out, |next| self.count_jobs(&jobs, next));
     }

@@ -5,6 +5,8 @@ use super::domain::Tables;
 use super::lanes::Lanes;
 use super::places::{CHIP_BITS, IN_CHIP, round_ticks, ticks_of_chips};
 use super::streams::LaneStreams;
+use crate::photons::detector::Pixel;
+use crate::photons::pixel::Line;
 use crate::photons::random::{Part, StreamRng};
 use crate::photons::{Detection, DetectorModel};
 use crate::scan::Group;
@@ -31,6 +33,30 @@ impl RegisteredTicks {
             fraction: f64::from(fraction) * (1.0 / f64::from(1_u32 << CHIP_BITS)),
         }
     }
+}
+
+/// A cell's number has so many bits: there are 64 at most.
+const CELL_BITS: u32 = 6;
+
+/// When the level of some cells rises, of each cell's registered times in order.
+pub fn edges<'l>(
+    pixel: &Pixel,
+    of_cells: impl Iterator<Item = &'l Vec<RegisteredTicks>>,
+) -> Vec<RegisteredTicks> {
+    let numbered = of_cells
+        .zip(0_u64..)
+        .flat_map(|(list, cell)| list.iter().map(move |time| (time.0 << CELL_BITS) | cell));
+    let mut times: Vec<u64> = numbered.collect();
+    // It finds what is in order already.
+    times.sort();
+    let width = round_ticks(pixel.pulse_width_chips) as u64;
+    let mut line = Line::new(pixel);
+    for time in times {
+        let (time, cell) = (time >> CELL_BITS, time & ((1 << CELL_BITS) - 1));
+        line.pulse(time, time + width, cell as usize);
+    }
+    line.pass(u64::MAX);
+    line.pulses.into_iter().map(|(rise, _)| RegisteredTicks(rise)).collect()
 }
 
 /// An iteration of all lanes: when what fired is registered, in the lanes' clocks.
