@@ -478,6 +478,11 @@ pub fn bound_m(
     coverage::check_scene(&asked).map_err(|reason| reason.to_string())?;
     let entry = bound.paths.iter().find(|entry| entry.path == path);
     let entry = entry.ok_or_else(|| "the path carries no modulated light".to_owned())?;
+    let is_of_bins = sensor.scene().hardware.architecture == Architecture::Histogram;
+    if entry.kind == BoundKind::MaximumLikelihood && !is_of_bins {
+        let within = coverage::within_corners(sensor, entry.bound_m).check();
+        within.map_err(|reason| reason.to_string())?;
+    }
     Ok((entry.bound_m, entry.kind))
 }
 

@@ -333,7 +333,6 @@ impl<'s> Reporter<'s> {
     fn expected_fit(&self, path: PathIndex) -> Result<ExpectedErrors, String> {
         let Estimator { sensor, detector, tier, .. } = self.estimator;
         let fitted = self.estimator.expected_fit().map_err(|e| e.to_string())?;
-        coverage::check_fit(sensor, detector, path, tier, &fitted).map_err(|e| e.to_string())?;
         let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
         let code_period_ps = sensor.code_period_of_path_ps(path);
         let true_ps = true_delay(sensor, path, tier).delay_ps;
@@ -348,7 +347,10 @@ impl<'s> Reporter<'s> {
         let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
         let errors = ExpectedErrors { bias_m, std_m };
         let bound = self.theory(path).bound.as_ref();
-        Ok(bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len())))
+        let errors =
+            bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len()));
+        let covered = coverage::check_fit(sensor, detector, path, tier, (&fitted, errors));
+        covered.map(|()| errors).map_err(|reason| reason.to_string())
     }
 }
 

@@ -129,7 +129,7 @@ fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<ExpectedOfP
         let errors =
             bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len()));
         let Ranging { sensor, detector, counting, .. } = *ranging;
-        let covered = coverage::check_fit(sensor, detector, path, counting, &fitted);
+        let covered = coverage::check_fit(sensor, detector, path, counting, (&fitted, errors));
         expected[place] = covered.map(|()| errors).map_err(|reason| reason.to_string());
     }
     Ok(expected)
