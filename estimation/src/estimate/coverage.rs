@@ -5,14 +5,14 @@
 //! given. Every expectation is checked here, whatever the tier and the command; a missing check
 //! shows when scans are compared with expectations ([`super::evidence`]).
 
-use super::evidence::ExpectedErrors;
-use super::{CountingTier, distance_m};
 use super::approximation::Approximation;
+use super::evidence::ExpectedErrors;
 use super::fit::slipping::SlippingLight;
 use super::fit::{FittedPath, ModelEstimate, check_shared_light, folds_over, own_threshold};
 use super::missed::errors_wrap;
 use super::prediction::Prediction;
 use super::truth::Asked;
+use super::{CountingTier, distance_m};
 use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanResponse, MeanResponseError};
@@ -96,7 +96,11 @@ pub(super) fn within_corners(sensor: &Sensor, std_m: f64) -> Approximation {
         name: "that the fit finds the right corner of the code's correlation (more samples_per_chip or light help)",
         measure: "standard deviation in chips:",
         size: std_m / distance_m(clock.chip_period_ps),
-        bound: if is_one_of_several { 0.0 } else { (samples * MOST_CHIPS_A_SAMPLE).min(MOST_CHIPS) },
+        bound: if is_one_of_several {
+            0.0
+        } else {
+            (samples * MOST_CHIPS_A_SAMPLE).min(MOST_CHIPS)
+        },
         concerns_misses: false,
     }
 }
