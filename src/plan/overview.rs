@@ -8,6 +8,7 @@ use super::link::{LinkBudget, link_budget};
 use super::resources::{Resources, resources, saved_by};
 use super::{Plan, measure};
 use crate::document::Body;
+use crate::estimate::bound::BoundKind;
 use crate::estimate::report::{EstimateReport, Reporter};
 use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
@@ -52,8 +53,10 @@ pub struct ExpectedError {
     pub expected_bias_m: Option<f64>,
     /// Standard deviation.
     pub expected_std_m: Option<f64>,
-    /// Least standard deviation of any unbiased estimate.
+    /// Least standard deviation of an estimate.
     pub bound_m: Option<f64>,
+    /// What `bound_m` is; null without one.
+    pub bound_kind: Option<BoundKind>,
     /// Why something is missing.
     pub remark: Option<String>,
 }
@@ -106,6 +109,7 @@ fn of(report: EstimateReport, sensor: &Sensor) -> ExpectedError {
         expected_bias_m: report.expected_bias_m,
         expected_std_m: report.expected_std_m,
         bound_m: report.bound_m,
+        bound_kind: report.bound_kind,
         remark: report.remark.or(report.folded).or(report.bound_remark),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::prelude::*;
 use crate::cosim;
-use crate::estimate::bound::bound_m;
+use crate::estimate::bound::{BoundKind, bound_m};
 use crate::estimate::report::Reporter;
 use crate::estimate::{CountingTier, Theory, TheoryEffort, Work, theory_of_integrations};
 use crate::scene::PathIndex;
@@ -33,8 +33,10 @@ struct Points {
     rms: Vec<(f64, f64)>,
     /// Its scatter alone.
     scatter: Vec<(f64, f64)>,
-    /// The Cramer-Rao bound.
+    /// The bound.
     bound: Vec<(f64, f64)>,
+    /// What it is, of points of both kinds what it is at either.
+    kind: Option<BoundKind>,
 }
 
 impl IntegrationCurves {
@@ -111,7 +113,10 @@ impl Points {
                 points.scatter.push((x, phase.std_m * 1e3));
             }
             let bound = bound_m(&at, path, tier, &theory.bound);
-            points.bound.extend(bound.ok().map(|bound_m| (x, bound_m * 1e3)));
+            if let Ok((bound_m, kind)) = bound {
+                points.bound.push((x, bound_m * 1e3));
+                points.kind = points.kind.max(Some(kind));
+            }
             if at.timing() == sensor.timing() {
                 here = Some(theory);
             }
@@ -131,7 +136,7 @@ impl Points {
 /// Why it is not known.
 pub(super) fn integration(sensor: &Sensor, curves: IntegrationCurves) -> Result<Figure, String> {
     let detector = curves.detector;
-    let Points { rms, scatter, bound } = curves.points?;
+    let Points { rms, scatter, bound, kind } = curves.points?;
     let here = sensor.timing().integration_ps() * 1e-6;
     let (of_what, along) = match sensor.interface().histogram() {
         Some(_) => ("a histogram", "integration time of a histogram (\u{b5}s)"),
@@ -147,10 +152,11 @@ pub(super) fn integration(sensor: &Sensor, curves: IntegrationCurves) -> Result<
          logarithmic. {}",
         words(&rms, &bound, here)
     );
+    let fit = format!("model fit, {}", kind.unwrap_or(BoundKind::CramerRao).name());
     let panel = Panel::new(Axis::log("", along), Axis::log("", "error (mm)"))
         .with("phase, bias and scatter", Role::Phase, Mark::LineAndDots, rms)
         .with("phase, scatter alone", Role::Expected, Mark::LineAndDots, scatter)
-        .with("model fit (Cramer-Rao)", Role::Bound, Mark::LineAndDots, bound);
+        .with(&fit, Role::Bound, Mark::LineAndDots, bound);
     Ok(panel.figure(format!("integration-{detector}"), title, description))
 }
 

@@ -2,6 +2,7 @@
 
 use super::columns::Lines;
 use super::prelude::*;
+use crate::estimate::bound::BoundKind;
 
 /// Both estimators on one detector's counts.
 #[derive(Debug, Clone, Copy)]
@@ -76,12 +77,17 @@ impl<'a> BothEstimates<'a> {
                 self.other.source
             ));
         }
-        if let Some(bound_m) = phase.bound_m {
-            notes.push(format!(
-                "Cramer-Rao bound: no unbiased estimate from such counts, signed and total, scatters \
-                 less than {}",
-                millimetres(bound_m, false)
-            ));
+        if let Some((bound_m, kind)) = phase.bound_m.zip(phase.bound_kind) {
+            let bound = millimetres(bound_m, false);
+            notes.push(match kind {
+                BoundKind::CramerRao => format!(
+                    "{}: no unbiased estimate from such counts, signed and total, scatters less than {bound}",
+                    kind.name()
+                ),
+                BoundKind::MaximumLikelihood => {
+                    format!("{} from such counts, signed and total: {bound}", kind.name())
+                }
+            });
         }
         notes.extend(phase.bound_remark.clone());
         if phase.expected_bias_m.is_some_and(|bias_m| bias_m.abs() > NOTABLE_BIAS_M) {

@@ -78,8 +78,8 @@ fn uses(limits: &Limits) -> Vec<Vec<String>> {
     if let Some((bias_m, std_m)) = expected.expected_bias_m.zip(expected.expected_std_m) {
         let mut error =
             format!("bias {}, scatter {}", millimetres(bias_m, true), millimetres(std_m, false));
-        if let Some(bound_m) = expected.bound_m {
-            error += &format!("; no estimator scatters less than {}", millimetres(bound_m, false));
+        if let Some((bound_m, kind)) = expected.bound_m.zip(expected.bound_kind) {
+            error += &format!("; {} {}", kind.name(), millimetres(bound_m, false));
         }
         rows.push(row("error", error));
     }

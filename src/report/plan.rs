@@ -162,8 +162,9 @@ pub(super) fn expected(of_detector: &[ExpectedError]) -> Vec<Row> {
         .iter()
         .map(|expected| row(estimator_name(expected.estimator), error_of(expected)))
         .collect();
-    if let Some(bound_m) = of_detector.iter().find_map(|expected| expected.bound_m) {
-        rows.push(row!("Cramer-Rao bound", "{}, with total counts", millimetres(bound_m, false)));
+    let bound = |expected: &ExpectedError| expected.bound_m.zip(expected.bound_kind);
+    if let Some((bound_m, kind)) = of_detector.iter().find_map(bound) {
+        rows.push(row!(kind.name(), "{}, with total counts", millimetres(bound_m, false)));
     }
     rows
 }

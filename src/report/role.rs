@@ -37,7 +37,7 @@ impl Role {
     /// What a name tells.
     pub(super) fn named(name: &str) -> Option<Role> {
         let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
-        if has(&["bound", "Cramer"]) {
+        if has(&["bound"]) {
             Some(Role::Bound)
         } else if has(&["expected", "exact"]) {
             Some(Role::Expected)

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::estimate::bound::BoundKind;
 use crate::scene::PathIndex;
 
 /// Statistics of the estimates that a detector's scans give of one path.
@@ -66,9 +67,10 @@ pub struct PathStatistics {
     pub expectation_holds: Option<bool>,
     /// How the scans contradict them, where they do.
     pub expectation_remark: Option<String>,
-    /// Cramer-Rao bound: the least standard deviation of any unbiased estimate
-    /// from these counts ([`crate::estimate::bound`]).
+    /// Least standard deviation of an estimate from these counts ([`crate::estimate::bound`]).
     pub bound_m: Option<f64>,
+    /// What `bound_m` is; none without one.
+    pub bound_kind: Option<BoundKind>,
     /// `std_m` in bounds.
     pub std_over_bound: Option<f64>,
     /// Why there is no bound, or of which steps it is where not of all.

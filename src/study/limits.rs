@@ -20,6 +20,7 @@ use serde::Serialize;
 use crate::document::Body;
 use crate::door::{EstimateError, detector_named};
 use crate::estimate::CountingTier;
+use crate::estimate::bound::BoundKind;
 use crate::estimate::report::{EstimateReport, Reporter};
 use crate::photons::{DeadTime, DetectorModel};
 use crate::plan::figures::Figures;
@@ -89,8 +90,10 @@ pub struct Performance {
     pub expected_std_m: Option<f64>,
     /// Both together: root mean square of the error.
     pub expected_rms_m: Option<f64>,
-    /// Least standard deviation of any unbiased estimate.
+    /// Least standard deviation of an estimate.
     pub bound_m: Option<f64>,
+    /// What `bound_m` is; null without one.
+    pub bound_kind: Option<BoundKind>,
     /// From the start of one scan to that of the next.
     pub frame_time_s: f64,
     /// Distance beyond which the code repeats.
@@ -284,6 +287,7 @@ impl Performance {
             expected_std_m: report.expected_std_m,
             expected_rms_m: both.map(|(bias_m, std_m)| bias_m.hypot(std_m)),
             bound_m: report.bound_m,
+            bound_kind: report.bound_kind,
             frame_time_s: figures.frame_time_s,
             unambiguous_range_m: figures.unambiguous_range_m,
             remark: report.remark.or(report.bound_remark),

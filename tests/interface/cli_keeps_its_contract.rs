@@ -52,7 +52,8 @@ fn a_run_with_the_model_estimator_fits_totals_that_the_verilog_sends() {
     let phase = &report["other_estimates"][0];
     assert_eq!(phase["estimator"], "fft");
     assert!(phase["expected_bias_m"].as_f64().unwrap() < -0.02, "{phase}");
-    assert!(estimate["expected_bias_m"].as_f64().unwrap().abs() < 1e-4);
+    // The corner at the phase step nearby: 0.16 mm, a sixtieth of the scatter.
+    assert!(estimate["expected_bias_m"].as_f64().unwrap().abs() < 0.3e-3);
     assert_eq!(phase["bound_m"], estimate["bound_m"]);
     let counts = fs::read_to_string(folder.path().join("counts.csv")).unwrap();
     let mut lines = counts.lines();

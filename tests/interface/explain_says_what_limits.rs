@@ -113,3 +113,37 @@ fn the_text_says_what_limits_first() {
     let dark = text(&[QUICK, "--set", "source.mean_power=0 W"]);
     assert!(dark.contains("Nothing is expected of this scene:"), "{dark}");
 }
+
+/// Of four samples a chip on a phase step the bound is none for every estimator, and no text calls it Cramer and Rao's.
+#[test]
+fn a_bound_has_the_name_of_what_it_is() {
+    let corner = [
+        "--set=clock.samples_per_chip=4",
+        "--set=path.distance=3.597509 m",
+        "--set=source.mean_power=2 pW",
+        "--set=detector.delay=0 s",
+        "--set=detector.counter={}",
+    ];
+    for (settings, kind, name, other) in [
+        (&corner[..], "maximum-likelihood", "maximum-likelihood scatter", "Cramer-Rao"),
+        (&[], "cramer-rao", "Cramer-Rao bound", "maximum-likelihood"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().to_str().unwrap();
+        for command in [
+            &["plan", QUICK][..],
+            &["explain", QUICK],
+            &["simulate", QUICK, "--fidelity", "expected"],
+            &["run", QUICK, "--out", out],
+        ] {
+            let output = goldtof(&[command, settings].concat());
+            let text = String::from_utf8_lossy(&output.stdout);
+            assert!(text.contains(name) && !text.contains(other), "{command:?}: {text}");
+        }
+        let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+        assert!(page.contains(&format!("model fit, {name}")) && !page.contains(other), "{kind}");
+        let told =
+            json(&[&["simulate", QUICK, "--fidelity", "expected", "--json"], settings].concat());
+        assert_eq!(told["estimates"][0]["bound_kind"], kind);
+    }
+}

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use goldtof::Jobs as _;
 use goldtof::code::{CodeSpec, Family};
+use goldtof::estimate::bound::BoundKind;
 use goldtof::estimate::report::Reporter;
 use goldtof::scene::{Architecture, DetectorIndex, Scene, load_with};
 use goldtof::sensor::Sensor;
@@ -341,6 +342,50 @@ fn the_share_that_estimate_refuses_is_said() {
     for estimator in ["fft", "model"] {
         let share = refused("0.3 pW", estimator);
         assert!((0.03..0.97).contains(&share), "{estimator}: {share}");
+    }
+}
+
+/// Dim light scatters over the corners that the code's correlation has at phase steps. In the middle between two of them the
+/// slope of the counts alone says 44.1 mm, where fits scatter by 47.5.
+#[test]
+fn scatter_of_fits_to_dim_light_is_that_of_the_likeliest_delay() {
+    let settings = ["estimate.estimator=model", "source.mean_power=1 pW", "path.distance=3.25 m"];
+    let settings = settings.map(|setting| setting.parse().expect("a setting"));
+    let scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
+    let found = of_first_path(&scene, Tier::Counts, 3_000);
+    let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
+    // Standard error: 1.4 %.
+    assert!((std_m / expected_m - 1.0).abs() < 0.045, "{found:?}");
+    assert_eq!(found.bound_kind, Some(BoundKind::MaximumLikelihood));
+}
+
+/// Where another corner of the code's correlation is as likely nothing is expected: of one sample a chip fits scatter 1.6 times
+/// as far as slopes say, and 2.6 times with four steps at once; of four samples the likeliest delay of light that is hardly there is
+/// any, 2.5 m from the right one, where scans that find the path scatter by 0.15 m.
+#[test]
+fn nothing_is_expected_of_fits_that_find_other_corners() {
+    let told = |samples: u32, parallel: u32, power: &str, distance: &str| {
+        let settings = [
+            "estimate.estimator=model".to_owned(),
+            format!("clock.samples_per_chip={samples}"),
+            format!("hardware.parallel={parallel}"),
+            format!("source.mean_power={power}"),
+            format!("path.distance={distance}"),
+        ];
+        let settings = settings.map(|setting| setting.parse().expect("a setting"));
+        let scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
+        of_first_path(&scene, Tier::Events, 2)
+    };
+    for (samples, parallel, power, distance) in
+        [(1, 1, "5 pW", "3.044 m"), (1, 4, "20 pW", "4.196 m"), (4, 1, "0.25 pW", "3.4 m")]
+    {
+        let told = told(samples, parallel, power, distance);
+        assert_eq!(told.expected_std_m, None, "{told:?}");
+        assert!(told.remark.as_ref().is_some_and(|why| why.contains("corner")), "{told:?}");
+    }
+    for (samples, power, distance) in [(1, "20 pW", "4.11 m"), (4, "0.5 pW", "3.4 m")] {
+        let told = told(samples, 1, power, distance);
+        assert!(told.expected_std_m.is_some(), "{told:?}");
     }
 }
 

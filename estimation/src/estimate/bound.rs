@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::evidence::ExpectedErrors;
 use super::expected_counts::{ExpectedCounts, with_counts};
 use super::fit::bins::BinFitter;
@@ -24,26 +26,19 @@ use crate::scan::Step;
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
-/// The likelihood itself is looked at where slopes of the counts, over so many standard deviations to either side of a
-/// delay, are farther apart than this share of one: the code's correlation has a corner at each phase step.
-const CORNER_STDS: f64 = 4.0;
-const MOST_APART: f64 = 0.05;
-
-/// Where one slope of the counts reads another one nearby as less than this, or as more than its inverse, nothing is expected,
-/// since the fit does not always find the likeliest delay: pulses shorter than a sample are missed between two samples, in
-/// stretches of delay in which the counts hardly change; and of one or two samples a chip either side of a tip has a peak of
-/// the likelihood. DESIGN.md has how fits scatter there, and the command that shows it.
-const LEAST_EVEN: f64 = 0.7;
-
-/// These slopes are compared over so many standard deviations, but no more than a phase step: the next corner is that far.
+/// Slopes of the counts at a delay and to either side are compared over so many standard deviations, but no more than a phase
+/// step: the code's correlation has a corner at each.
 const COMPARED_STDS: f64 = 5.0;
 
-/// From so many samples a chip on the likelihood is looked at in place of that.
-const EVEN_SAMPLES: f64 = 4.0;
+/// Where one slope reads another one by so much as more or less than itself, the likelihood is looked at.
+const MOST_APART: f64 = 0.05;
 
-/// From so many samples a chip on corners hardly matter: fits scatter by 0.93 of what the slope says on a step, and as it says
-/// elsewhere.
-const MANY_SAMPLES: f64 = 8.0;
+/// Where it reads it as less than this, or as more than its inverse, nothing is expected of light whose fit does not always
+/// find the likeliest delay: pulses shorter than a sample are missed between two samples, in stretches of delay in which the
+/// counts hardly change; and of fewer samples a chip than these either side of a tip has a peak of the likelihood. DESIGN.md
+/// has how fits scatter there, and the command that shows it.
+const LEAST_EVEN: f64 = 0.7;
+const EVEN_SAMPLES: f64 = 4.0;
 
 /// Up to so large a bound, in chips, bounds beside it are taken in.
 const MOST_CHIPS_APART: f64 = 0.1;
@@ -55,6 +50,32 @@ pub struct Bound {
     pub paths: Vec<PathBound>,
     /// Phase steps that take part: the whole scan, of a path that moves 3 S round its peak.
     pub steps: usize,
+}
+
+/// What a bound is: where the counts tell more of a delay on one side than on the other, no one bound holds for every
+/// estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BoundKind {
+    /// No unbiased estimate from the same counts scatters less.
+    CramerRao,
+    /// The standard deviation of the maximum-likelihood estimate, which bounds no other estimator's.
+    MaximumLikelihood,
+}
+
+impl BoundKind {
+    /// Of counts that do or do not change unevenly with the delay.
+    fn of(are_uneven: bool) -> BoundKind {
+        if are_uneven { BoundKind::MaximumLikelihood } else { BoundKind::CramerRao }
+    }
+
+    /// What a text calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            BoundKind::CramerRao => "Cramer-Rao bound",
+            BoundKind::MaximumLikelihood => "maximum-likelihood scatter",
+        }
+    }
 }
 
 /// How precise the estimate of one path can be.
@@ -69,9 +90,8 @@ pub struct PathBound {
     pub slope_m: f64,
     /// Mean error that a fit has which knows of that slope only.
     pub bias_m: f64,
-    /// Whether `bound_m` is the likeliest distance's standard deviation and bounds no other estimator's: the counts tell
-    /// more of a delay on one side than on the other.
-    pub of_likeliest: bool,
+    /// What `bound_m` is.
+    pub kind: BoundKind,
     /// Least standard deviation of the speed of a moving path, which is then unknown, too; the distance
     /// is that at the moment at which the scan passes the path.
     pub velocity_bound_m_per_s: Option<f64>,
@@ -110,10 +130,9 @@ impl Bound {
     /// A remark for a path's bound that is none for other estimators, or not of all steps.
     pub fn remark(&self, path: PathIndex) -> Option<String> {
         let entry = self.paths.iter().find(|entry| entry.path == path)?;
-        if entry.of_likeliest {
+        if entry.kind == BoundKind::MaximumLikelihood {
             return Some(
-                "the standard deviation of the maximum-likelihood estimate: the counts change unevenly with the \
-                 delay, so that no one bound holds for every estimator"
+                "the counts change unevenly with the delay, so that no one bound holds for every estimator"
                     .to_owned(),
             );
         }
@@ -169,7 +188,7 @@ fn bound_of_bins(sensor: &Sensor, detector: DetectorIndex) -> Result<Bound, FitE
             slope_m: distance_m(clock.ps(scatter.law.std)),
             // Fits of bins know the likelihood.
             bias_m: 0.0,
-            of_likeliest: scatter.is_uneven(),
+            kind: BoundKind::of(scatter.is_uneven()),
             velocity_bound_m_per_s: None,
         }],
         steps: (sensor.timing().code_chips() * u64::from(clock.samples_per_chip)) as usize,
@@ -269,16 +288,19 @@ fn bound_of_problem<'m>(
     let means: Vec<_> = problem.steps.iter().map(|step| counts.means[step.index()]).collect();
     let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));
     let weights = problem.weights(&axis, parameters, &means, None, moments)?;
-    bound_of_weights(problem, parameters, (counts.response, &means), &jacobian, &weights)
+    let has_corners = has_corners(sensor, detector, problem, parameters)?;
+    let of = (counts.response, &means[..]);
+    bound_of_weights(problem, parameters, of, &jacobian, (&weights, has_corners))
 }
 
-/// The bound of counts of the means `means` with some weights; `jacobian` has their derivatives.
+/// The bound of counts of the means `means` with some weights, and whether [corners are looked at](has_corners);
+/// `jacobian` has the means' derivatives.
 fn bound_of_weights<'m>(
     problem: &Problem<'m>,
     parameters: &Parameters,
     (response, means): (&MeanResponse<'m>, &[MeanCount]),
     jacobian: &[Column],
-    weights: &Weights,
+    (weights, has_corners): (&Weights, bool),
 ) -> Result<Bound, FitError> {
     let (steps, unknowns) = (problem.steps.len(), parameters.len());
     let information = weights.information(jacobian);
@@ -293,15 +315,19 @@ fn bound_of_weights<'m>(
             let apart = apart(problem, parameters, response, means, (index, chips))?;
             Ok::<_, FitError>(weights.whitened(&apart))
         };
+        let may_be_uneven = may_be_uneven(problem, parameters, response);
         let mut scatter = None;
-        if may_be_uneven(problem, parameters, response) {
-            if let Some(read) = uneven(problem, &columns, (delay, std_chips), apart)? {
+        if may_be_uneven || has_corners {
+            let read = most_uneven(problem, &columns, (delay, std_chips), apart)?;
+            let is_out = !(LEAST_EVEN..=1.0 / LEAST_EVEN).contains(&read);
+            if may_be_uneven && is_out {
                 return Err(FitError::Uneven { std_mm: metres(std_chips) * 1e3, read });
             }
-        } else if has_corners(problem, parameters) && is_near_a_corner(std_chips, apart)? {
-            let mut slopes = columns.clone();
-            slopes.swap(0, delay);
-            scatter = likeliest(&Scatter::Normal, slopes, apart)?;
+            if has_corners && (read - 1.0).abs() > MOST_APART {
+                let mut slopes = columns.clone();
+                slopes.swap(0, delay);
+                scatter = likeliest(&Scatter::Normal, slopes, apart)?;
+            }
         }
         let of_likeliest = scatter.filter(Likeliest::is_uneven);
         Ok(PathBound {
@@ -309,7 +335,7 @@ fn bound_of_weights<'m>(
             bound_m: metres(of_likeliest.map_or(std_chips, |scatter| scatter.law.std)),
             slope_m: metres(std_chips),
             bias_m: scatter.map_or(0.0, |scatter| metres(scatter.law.mean)),
-            of_likeliest: of_likeliest.is_some(),
+            kind: BoundKind::of(of_likeliest.is_some()),
             velocity_bound_m_per_s: velocity,
         })
     };
@@ -337,13 +363,14 @@ pub fn errors_of_fit(
     let (response, problem) =
         (MeanResponse::of_tier(&model, tier)?, Problem::of_scan(&model, tier));
     let parameters = Parameters::of(&Light::of(&model));
-    if !has_corners(&problem, &parameters) && !may_be_uneven(&problem, &parameters, &response) {
+    let has_corners = has_corners(sensor, detector, &problem, &parameters)?;
+    if !has_corners && !may_be_uneven(&problem, &parameters, &response) {
         return Ok(fitted);
     }
     let means = response.mean_counts();
     let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both)?;
     let (of, weights) = ((&response, &means[..]), Weights::of_poisson(&means));
-    let about = bound_of_weights(&problem, &parameters, of, &jacobian, &weights)?;
+    let about = bound_of_weights(&problem, &parameters, of, &jacobian, (&weights, has_corners))?;
     let of_path = about.paths.iter().find(|entry| entry.path == path);
     Ok(of_path.map_or(fitted, |entry| entry.errors(fitted)))
 }
@@ -365,13 +392,18 @@ fn apart<'m>(
     Ok(slope(here, &problem.means_of(&moved, &response)?, 1.0))
 }
 
-/// Whether corners are looked at: those of a single path and of few samples a chip. A path that moves comes by every one,
-/// and what steps that count the same light tell is [averaged].
-fn has_corners(problem: &Problem, parameters: &Parameters) -> bool {
-    parameters.walk.is_none()
-        && parameters.paths.len() == 1
+/// Whether corners are looked at: those of a single path, where that takes no longer than a bound may. A path that moves comes
+/// by every one, and what steps that count the same light tell is [averaged].
+fn has_corners(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    problem: &Problem,
+    parameters: &Parameters,
+) -> Result<bool, FitError> {
+    let is_single = parameters.walk.is_none() && parameters.paths.len() == 1;
+    Ok(is_single
         && !problem.shares_light()
-        && problem.samples_per_chip() < MANY_SAMPLES
+        && TheoryEffort::of(sensor, detector)?.check(Work::Likelihood).is_ok())
 }
 
 /// Whether nothing may be expected of the scene, so that its slopes are compared.
@@ -380,45 +412,33 @@ fn may_be_uneven(problem: &Problem, parameters: &Parameters, response: &MeanResp
     parameters.walk.is_none() && (response.misses_pulses() || has_few_samples)
 }
 
-/// Whether the counts have another slope on one side of a delay than on the other; `apart` is how far those of a later delay
-/// are, whitened. A corner in the middle of a side changes the slope there by half.
-fn is_near_a_corner(
-    std_chips: f64,
-    apart: impl Fn(f64) -> Result<Vec<f64>, FitError>,
-) -> Result<bool, FitError> {
-    let far = CORNER_STDS * std_chips;
-    let (earlier, later) = (apart(-far)?, apart(far)?);
-    let square = |of: f64| of * of;
-    let between: f64 = earlier.iter().zip(&later).map(|(a, b)| square(a + b)).sum();
-    let size: f64 = later.iter().map(|b| square(*b)).sum();
-    Ok(between > square(MOST_APART) * size)
-}
-
-/// What one slope of the counts reads another one as, if they are uneven: those to either side and at the delay, with
-/// all else unknown. Of whitened derivatives by all unknowns number `delay` is that by the delay.
-fn uneven(
+/// What one slope of the counts reads another one as, of those to either side and at the delay the two that are farthest
+/// apart, with all else unknown. Of whitened derivatives by all unknowns number `delay` is that by the delay.
+fn most_uneven(
     problem: &Problem,
     columns: &[Vec<f64>],
     (delay, std_chips): (usize, f64),
     apart: impl Fn(f64) -> Result<Vec<f64>, FitError>,
-) -> Result<Option<f64>, FitError> {
+) -> Result<f64, FitError> {
     let far = (COMPARED_STDS * std_chips).min(1.0 / problem.samples_per_chip());
     let to_side = |side: f64| {
         let apart = apart(side * far)?;
         Ok::<Vec<f64>, FitError>(apart.into_iter().map(|of| of / (side * far)).collect())
     };
     let slopes = [to_side(-1.0)?, columns[delay].clone(), to_side(1.0)?];
-    let mut columns = columns.to_vec();
+    let (mut columns, mut most) = (columns.to_vec(), 1.0_f64);
     for by in &slopes {
         columns[delay].clone_from(by);
         for of in &slopes {
             let read = Normal::of_whitened(&columns, of).map_or(0.0, |n| n.solution()[delay]);
-            if !(LEAST_EVEN..=1.0 / LEAST_EVEN).contains(&read) {
-                return Ok(Some(read));
+            // Of a slope that reads another one the wrong way round nothing is farther.
+            let far = |read: f64| read.max(0.0).ln().abs();
+            if far(read) > far(most) {
+                most = read;
             }
         }
     }
-    Ok(None)
+    Ok(most)
 }
 
 /// Whether something is expected of a fit to the scene's expected counts.
@@ -441,7 +461,7 @@ pub(super) fn check_scene_even(
     }
 }
 
-/// The Cramer-Rao bound of a path, in metres. It does not hold for counts that do not show the path, or
+/// The bound of a path in metres, and what it is. It does not hold for counts that do not show the path, or
 /// are clamped.
 ///
 /// # Errors
@@ -451,24 +471,33 @@ pub fn bound_m(
     path: PathIndex,
     counting: CountingTier,
     bound: &Result<Bound, FitError>,
-) -> Result<f64, String> {
+) -> Result<(f64, BoundKind), String> {
     let bound = bound.as_ref().map_err(ToString::to_string)?;
     let detector = sensor.scene().paths[path].detector;
     let asked = Asked { sensor, detector, path, tier: counting };
     coverage::check_scene(&asked).map_err(|reason| reason.to_string())?;
-    bound.of_path(path).ok_or_else(|| "the path carries no modulated light".to_owned())
+    let entry = bound.paths.iter().find(|entry| entry.path == path);
+    let entry = entry.ok_or_else(|| "the path carries no modulated light".to_owned())?;
+    let is_of_bins = sensor.scene().hardware.architecture == Architecture::Histogram;
+    if entry.kind == BoundKind::MaximumLikelihood && !is_of_bins {
+        let within = coverage::within_corners(sensor, entry.bound_m).check();
+        within.map_err(|reason| reason.to_string())?;
+    }
+    Ok((entry.bound_m, entry.kind))
 }
 
-/// The same for a report: the bound with its remark, or the reason why there is none.
+/// The same for a report: the bound, what it is, and its remark, or the reason why there is none.
 pub fn bound_and_remark(
     sensor: &Sensor,
     path: PathIndex,
     counting: CountingTier,
     bound: &Result<Bound, FitError>,
-) -> (Option<f64>, Option<String>) {
+) -> (Option<f64>, Option<BoundKind>, Option<String>) {
     match bound_m(sensor, path, counting, bound) {
-        Ok(bound_m) => (Some(bound_m), bound.as_ref().ok().and_then(|bound| bound.remark(path))),
-        Err(reason) => (None, Some(format!("no bound: {reason}"))),
+        Ok((bound_m, kind)) => {
+            (Some(bound_m), Some(kind), bound.as_ref().ok().and_then(|bound| bound.remark(path)))
+        }
+        Err(reason) => (None, None, Some(format!("no bound: {reason}"))),
     }
 }
 
@@ -485,7 +514,7 @@ mod tests {
 
     /// Fits to simulated photons of dim light so many phase steps behind a tip of the correlation: where there is a bound
     /// they scatter as it says, and where there is none not as the slope does, at a tip less and beside it more. At a tip of
-    /// four samples a chip that is less than the slope says, and beside it the fit has a mean error.
+    /// more samples a chip that is less than the slope says, and beside it the fit has a mean error.
     #[test]
     fn there_is_a_bound_where_fits_scatter_as_slopes_say() {
         const SCANS: u64 = 200;
@@ -514,9 +543,9 @@ mod tests {
             let (said_m, bias_m) = match (&bound, &scatter) {
                 (Ok(bound), None) => {
                     let PathBound { bound_m, slope_m, bias_m, .. } = bound.paths[0];
-                    let is_on_a_step = (samples_per_chip, behind) == (4, 0.0);
+                    let is_on_a_step = behind == 0.0;
                     assert_eq!(
-                        bound_m < 0.95 * slope_m,
+                        bound_m < 0.98 * slope_m,
                         is_on_a_step,
                         "{samples_per_chip} {behind}"
                     );

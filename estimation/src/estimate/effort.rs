@@ -32,6 +32,8 @@ pub enum Work {
     Predictions(usize),
     /// The Cramer-Rao bound.
     Bound,
+    /// The likelihood of other delays beside it.
+    Likelihood,
     /// A fit.
     Fit,
     /// A histogram's expectation, its phase and a fit to it.
@@ -99,6 +101,7 @@ impl TheoryEffort {
             Work::Bound => {
                 2.0 * unknowns * (of.response_s + of.counts_s) + self.covariances_s() + products_s
             }
+            Work::Likelihood => f64::from(LIKELIEST_DELAYS) * (of.counts_s + products_s),
             Work::Histogram => {
                 let delayed_s = f64::from(LIKELIEST_DELAYS) * of.counts_s;
                 (unknowns + TURNS) * of.response_s + delayed_s + of.moments_s + of.step_s

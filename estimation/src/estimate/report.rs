@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use serde::Serialize;
 
-use super::bound::bound_and_remark;
+use super::bound::{BoundKind, bound_and_remark};
 use super::chance::{DOUBTFUL, NO_PEAK};
 use super::coverage;
 use super::estimator::{Counted, Estimator, Found};
@@ -62,9 +62,10 @@ pub struct EstimateReport {
     /// ([`crate::estimate::evidence`]); null without an expectation. A contradiction is described
     /// in `remark`.
     pub expectation_holds: Option<bool>,
-    /// Cramer-Rao bound: the least standard deviation of any unbiased estimate
-    /// from these counts ([`crate::estimate::bound`]).
+    /// Least standard deviation of an estimate from these counts ([`crate::estimate::bound`]).
     pub bound_m: Option<f64>,
+    /// What `bound_m` is; null without one.
+    pub bound_kind: Option<BoundKind>,
     /// `expected_std_m` over `bound_m`.
     pub std_over_bound: Option<f64>,
     /// Why there is no bound, or which steps it is of if not all.
@@ -273,7 +274,8 @@ impl<'s> Reporter<'s> {
             return;
         }
         let theory = self.theory(path);
-        (report.bound_m, report.bound_remark) = bound_and_remark(sensor, path, tier, &theory.bound);
+        (report.bound_m, report.bound_kind, report.bound_remark) =
+            bound_and_remark(sensor, path, tier, &theory.bound);
         let expected = &self.expectations[path.0][usize::from(of_steps)];
         match expected.get_or_init(|| self.expectation(path, of_steps)) {
             Ok((errors, missed)) => report.hold_against(sensor, *errors, *missed),
@@ -331,7 +333,6 @@ impl<'s> Reporter<'s> {
     fn expected_fit(&self, path: PathIndex) -> Result<ExpectedErrors, String> {
         let Estimator { sensor, detector, tier, .. } = self.estimator;
         let fitted = self.estimator.expected_fit().map_err(|e| e.to_string())?;
-        coverage::check_fit(sensor, detector, path, tier, &fitted).map_err(|e| e.to_string())?;
         let code = &sensor.scene().sources[sensor.scene().paths[path].source].code;
         let code_period_ps = sensor.code_period_of_path_ps(path);
         let true_ps = true_delay(sensor, path, tier).delay_ps;
@@ -346,7 +347,10 @@ impl<'s> Reporter<'s> {
         let [bias_m, std_m] = [error_ps(nearest), nearest.delay_std_ps].map(distance_m);
         let errors = ExpectedErrors { bias_m, std_m };
         let bound = self.theory(path).bound.as_ref();
-        Ok(bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len())))
+        let errors =
+            bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len()));
+        let covered = coverage::check_fit(sensor, detector, path, tier, (&fitted, errors));
+        covered.map(|()| errors).map_err(|reason| reason.to_string())
     }
 }
 

@@ -39,7 +39,7 @@ pub fn statistics(
         let bias_m = moments.mean.map(|mean| fold(mean, range_m));
         let missed_scans = tally.scans - tally.found[place];
         let of_scans = |count: u64| (tally.scans > 0).then(|| count as f64 / tally.scans as f64);
-        let (bound_m, bound_remark) =
+        let (bound_m, bound_kind, bound_remark) =
             bound_and_remark(ranging.sensor, path, ranging.counting, &theory.bound);
         let with_error = |share| (share, share_error(ranging.sensor, ranging.detector, share));
         let expectation = Expectation {
@@ -72,6 +72,7 @@ pub fn statistics(
             expectation_holds: contradictions.as_ref().map(Vec::is_empty),
             expectation_remark: contradictions.filter(|c| !c.is_empty()).map(|c| c.join("; ")),
             bound_m,
+            bound_kind,
             std_over_bound: moments.std.zip(bound_m).map(|(std, bound)| std / bound),
             bound_remark,
             chi_square_alarm_fraction: (tally.fits > 0)
@@ -128,7 +129,7 @@ fn fitted_to_means(ranging: &Ranging, theory: &Theory) -> Result<Vec<ExpectedOfP
         let errors =
             bound.map_or(errors, |bound| bound.errors_of_fit(path, errors, fitted.paths.len()));
         let Ranging { sensor, detector, counting, .. } = *ranging;
-        let covered = coverage::check_fit(sensor, detector, path, counting, &fitted);
+        let covered = coverage::check_fit(sensor, detector, path, counting, (&fitted, errors));
         expected[place] = covered.map(|()| errors).map_err(|reason| reason.to_string());
     }
     Ok(expected)

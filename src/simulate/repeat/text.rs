@@ -81,15 +81,11 @@ impl PathStatistics {
         if let Some(remark) = &self.expectation_remark {
             let _ = writeln!(text, "  the expectation does not hold: {remark}");
         }
-        if self.bound_m.is_some() {
-            let _ = write!(
-                text,
-                "  Cramer-Rao bound of the standard deviation: {}",
-                millimetres(self.bound_m)
-            );
+        if let Some(kind) = self.bound_kind {
+            let _ = write!(text, "  {}: {}", kind.name(), millimetres(self.bound_m));
             let of = if draws { "measured" } else { "expected" };
             let _ = match self.std_over_bound {
-                Some(ratio) => writeln!(text, "; {of} over bound {ratio:.3}"),
+                Some(ratio) => writeln!(text, "; {of} over it {ratio:.3}"),
                 None => writeln!(text),
             };
         }

@@ -393,6 +393,21 @@ mod tests {
         assert!(report.window_bound_with_totals_m < report.window_bound_m, "{report:#?}");
     }
 
+    /// In bright light the order of the windows' middles is fixed, and no noise: taken for noise, the scatter was told to be 3.45 mm,
+    /// where 64 targets of 100 updates have 4.07 +- 0.04.
+    #[test]
+    fn a_bright_target_at_rest_scatters_as_expected() {
+        let settings = ["path.velocity=0 m/s", "source.mean_power=80 pW"];
+        let settings = settings.map(|text| text.parse().expect("a setting"));
+        let sensor =
+            Sensor::load_with("tests/scenes/tracking.toml", &settings).expect("the scene is valid");
+        let tracking =
+            Tracking::new(&sensor, &Tier::Sampled.scans(1)).expect("it can be simulated");
+        let expected = tracking.peak.at_rest(tracking.course(0.0).place, tracking.plan);
+        let expected_mm = 1e3 * tracking.metres(expected.expect("it is held").std);
+        assert!((3.95..4.19).contains(&expected_mm), "{expected_mm}");
+    }
+
     /// The Verilog beside the reference model, with the same photons, and a host that reads: with gain 1 a host's 2^-8 of a step are
     /// all that it leaves out of the positions. That nothing is left of a place that is another one shows that they are compared.
     #[test]

@@ -120,7 +120,7 @@ impl Tracking<'_> {
             outcomes.iter().filter_map(|o| o.locked_chips).map(|c| c as f64).collect();
         let steady = Steady::of(outcomes);
         let expected = match course.steps_per_chip == 0.0 {
-            true => self.peak.at_rest(course.place, gain),
+            true => self.peak.at_rest(course.place, self.plan),
             false => self.peak.moving(way, Tracking::share_of_step(course), gain),
         };
         let information = self.information(course)?;

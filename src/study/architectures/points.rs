@@ -149,15 +149,15 @@ fn fitted(sensor: &Sensor, path: PathIndex) -> Result<(f64, f64), String> {
     let (detector, tier) = (DetectorIndex(0), CountingTier::Sampled);
     let fitted = Estimator::new(sensor, detector, tier).expected_fit();
     let fitted = fitted.map_err(|reason| reason.to_string())?;
-    let covered = check_fit(sensor, detector, path, tier, &fitted);
-    covered.map_err(|reason| reason.to_string())?;
     let true_delay_ps = sensor.scene().paths[path].delay_ps;
     let period_ps = sensor.timing().code_period_ps();
     let error_ps = delay_error_ps(fitted.delay_ps, true_delay_ps, period_ps);
     let errors = ExpectedErrors { bias_m: distance_m(error_ps), std_m: fitted.std_m };
     let errors = errors_of_fit(sensor, detector, tier, path, errors);
-    let ExpectedErrors { bias_m, std_m } = errors.map_err(|reason| reason.to_string())?;
-    Ok((bias_m, std_m))
+    let errors = errors.map_err(|reason| reason.to_string())?;
+    let covered = check_fit(sensor, detector, path, tier, (&fitted, errors));
+    covered.map_err(|reason| reason.to_string())?;
+    Ok((errors.bias_m, errors.std_m))
 }
 
 /// Marks the points that no other beats in both time and error.
