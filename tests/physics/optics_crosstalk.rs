@@ -48,6 +48,14 @@ fn simulated(models: &[DetectorModel], seed: u64, group: u64) -> Vec<Vec<f64>> {
     models.iter().map(|model| plain_times(model, seed, 0, Group(group))).collect()
 }
 
+/// In the other simulator: which of a row's detectors an avalanche of one fires, if they are ready.
+fn fired_by(detectors: usize, probability: f64) -> impl Fn(&mut StdRng, usize) -> Vec<usize> {
+    move |rng, of| {
+        let of_row = [of.wrapping_sub(1), of + 1].into_iter().filter(|&to| to < detectors);
+        of_row.filter(|_| rng.random::<f64>() < probability).collect()
+    }
+}
+
 fn models(scene: &Scene) -> Vec<DetectorModel> {
     let sensor = Sensor::new(scene);
     DetectorIndex::of(&scene.detectors).map(|spad| DetectorModel::new(&sensor, spad)).collect()
@@ -80,10 +88,7 @@ fn fire_one_another_as_in_another_simulator(photons: f64) {
         let [mut product, mut other] =
             [(); 2].map(|()| Tally::new(detectors * 125 + detectors * detectors * 160));
         let mut rng = StdRng::seed_from_u64(5 + number as u64);
-        let neighbours = |rng: &mut StdRng, of: usize| {
-            let of_row = [of.wrapping_sub(1), of + 1].into_iter().filter(|&to| to < detectors);
-            of_row.filter(|_| rng.random::<f64>() < probability).collect()
-        };
+        let neighbours = fired_by(detectors, probability);
         for step in 0..steps {
             // Groups of whole code periods begin with the code.
             product.take(&columns_of_runs(&simulated(&models, 3 + step / 8, step % 8)));
@@ -150,10 +155,10 @@ fn what_is_expected_is_what_another_simulator_counts() {
         let mut rng = StdRng::seed_from_u64(90 + number);
         let mut hits = vec![[0.0; 31 * 8]; strengths.len()];
         let mut totals = vec![Vec::new(); strengths.len()];
+        let fired = fired_by(strengths.len(), probability);
         for _ in 0..repeated(700, 20_000) {
-            for (place, times) in
-                naive::coupled_detections(&scene, &mut rng, CHIPS as f64, 600.0).iter().enumerate()
-            {
+            let runs = naive::coupled_detections(&scene, &mut rng, CHIPS as f64, 600.0, &fired);
+            for (place, times) in runs.iter().enumerate() {
                 totals[place].push(times.len() as f64);
                 for time in times {
                     hits[place][(time * 8.0).ceil() as usize % (31 * 8)] += 1.0;
