@@ -197,8 +197,7 @@ fn crosstalk(sensor: &Sensor, detector: DetectorIndex, part: String) -> Part {
     let heard = heard.collect::<Vec<_>>().join("; ");
     let law = match second_order_share(&DetectorModel::new(sensor, detector)) {
         Ok(share) => format!(
-            "expected to first order in the probability, without the {:.2} % of the avalanches that caused \
-             ones cause",
+            "expected to first order in the probability, which leaves out about {:.2} % of the avalanches",
             100.0 * share
         ),
         Err(reason) => format!("no expectation, no bound and no fit: {reason}"),

@@ -118,7 +118,7 @@ fn a_sensor_that_is_as_its_scene_says_is_seldom_accused() {
         ),
     ] {
         let scene = quick(settings);
-        // Seven tests at 0.2 %.
+        // The tests together have a level of 1.4 %.
         let mut accused = Seldom::new(0.005, 0.1, 0.02);
         let found = causes_until(&scene, &scene, has_totals, scans_or(13), |causes| {
             accused.take(!causes.is_empty());

@@ -93,7 +93,15 @@ pub(super) fn within_corners(sensor: &Sensor, std_m: f64) -> Approximation {
     let samples = f64::from(clock.samples_per_chip);
     let is_one_of_several = samples == 1.0 && sensor.timing().parallel > 1;
     Approximation {
-        name: "that the fit finds the right corner of the code's correlation (more samples_per_chip or light help)",
+        name: match is_one_of_several {
+            true => {
+                "that the fit finds the right corner of the code's correlation, which of one sample a chip needs \
+                 parallel = 1"
+            }
+            false => {
+                "that the fit finds the right corner of the code's correlation (more samples_per_chip or light help)"
+            }
+        },
         measure: "standard deviation in chips:",
         size: std_m / distance_m(clock.chip_period_ps),
         bound: if is_one_of_several {

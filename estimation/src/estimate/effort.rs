@@ -101,7 +101,9 @@ impl TheoryEffort {
             Work::Bound => {
                 2.0 * unknowns * (of.response_s + of.counts_s) + self.covariances_s() + products_s
             }
-            Work::Likelihood => f64::from(LIKELIEST_DELAYS) * (of.counts_s + products_s),
+            Work::Likelihood => {
+                f64::from(LIKELIEST_DELAYS) * (of.delayed_s + of.counts_s + products_s)
+            }
             Work::Histogram => {
                 let delayed_s = f64::from(LIKELIEST_DELAYS) * of.counts_s;
                 (unknowns + TURNS) * of.response_s + delayed_s + of.moments_s + of.step_s

@@ -28,7 +28,7 @@ use crate::estimate::fit::FitError;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
 use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
-use crate::response::{MeanResponse, MeanResponseError};
+use crate::response::MeanResponse;
 use crate::scene::{Scene, SourceIndex};
 use crate::sensor::Sensor;
 
@@ -248,6 +248,21 @@ impl Examination<'_> {
         self.alike == [[Unknown::ChipPeriod]] && self.is_explained()
     }
 
+    /// Why counts of the other recharge are not known, if they are not.
+    fn no_other_recharge(&self) -> Option<&'static str> {
+        let spad = &self.scene.detectors[self.observed.detector()];
+        let has_crosstalk = self.scene.detectors.iter().any(|spad| spad.crosstalk().is_some());
+        if spad.afterpulsing_probability > 0.0 {
+            Some(
+                "afterpulses within a dead time would prolong it, and what is then counted is not known",
+            )
+        } else if has_crosstalk {
+            Some("passive recharge beside crosstalk is not simulated")
+        } else {
+            None
+        }
+    }
+
     /// Frees the parameter that raises the likelihood most, if significantly; the chip period only if no other does about
     /// as well.
     fn take_in_best(&mut self) -> bool {
@@ -258,7 +273,7 @@ impl Examination<'_> {
         }
         if spad.dead_time_ps > 0.0 {
             candidates.extend([Unknown::DeadTime, Unknown::Afterpulsing]);
-            candidates.extend((spad.afterpulsing_probability == 0.0).then_some(Unknown::Recharge));
+            candidates.extend(self.no_other_recharge().is_none().then_some(Unknown::Recharge));
         }
         candidates.retain(|unknown| !self.unknowns.contains(unknown));
         // Tests that failed with fewer unknowns are repeated.
@@ -554,9 +569,10 @@ impl Examination<'_> {
             false => says.join("; "),
         };
         let spad = &self.scene.detectors[self.observed.detector()];
-        if !self.alike.is_empty() && spad.dead_time_ps > 0.0 && spad.afterpulsing_probability > 0.0
+        if let Some(reason) = self.no_other_recharge()
+            && !self.alike.is_empty()
+            && spad.dead_time_ps > 0.0
         {
-            let reason = MeanResponseError::AfterpulsesProlong;
             self.not_tested.push(format!("{}: {reason}", Unknown::Recharge.name()));
         }
         let Examination { tests, not_tested, fitted, .. } = self;

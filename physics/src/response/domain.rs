@@ -51,11 +51,10 @@ pub enum MeanResponseError {
          of recharge = \"passive\" is solved without afterpulsing: simulate it photon by photon"
     )]
     AfterpulsesProlong,
-    /// Avalanches that others cause at it cause too many in turn.
+    /// Crosstalk of second order is too large to be left out.
     #[error(
-        "{:.2} % of the detector's avalanches would be caused by avalanches that crosstalk has caused; the \
-         mean response has crosstalk to first order, which needs {:.2} % at most: simulate it photon by \
-         photon",
+        "the mean response has crosstalk to first order, and what that leaves out is about {:.2} % of the \
+         detector's avalanches, where {:.2} % may be: simulate it photon by photon",
         share * 100.0,
         limit * 100.0
     )]

@@ -71,7 +71,7 @@ impl<'m> MeanResponse<'m> {
             });
         }
         let sampling = Sampling::of(model, &light, tier)?;
-        let heard = Heard::of(model, &light)?.map(Arc::new);
+        let heard = Heard::of(model)?.map(Arc::new);
         MeanResponse::solved(model, (light, heard), timing, sampling, 0.0)
     }
 

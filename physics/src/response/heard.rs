@@ -2,9 +2,10 @@
 //!
 //! Each avalanche of another detector fires this one a delay later with the probability p, if it
 //! is ready. To first order these are events of their own at the rate p a(t - delay), where a is
-//! the mean rate of the other's avalanches in its own light: that two of them are a dead time
-//! apart, and that some of them were caused by others, changes expected counts, variances and
-//! covariances by parts of p^2. The share of those that were caused by others is limited.
+//! the mean rate of the other's avalanches in its own light. Left out are parts of p^2: avalanches
+//! of the other that were caused themselves; and that those which are heard are a dead time apart
+//! but for afterpulses, so that fewer of them find the detector blind by one another than of as
+//! many at any time. Their share is limited.
 
 use super::MeanResponseError;
 use super::avalanches::detections;
@@ -14,7 +15,7 @@ use super::grid::{Grid, Kinks, Samples, frame_chips};
 use super::light::Light;
 use crate::photons::{DeadTime, DetectorModel};
 
-/// Largest share of a detector's avalanches that may be caused by avalanches which were caused themselves.
+/// Largest share of a detector's avalanches that may be of second order in the probability.
 const MOST_OF_SECOND_ORDER: f64 = 0.0025;
 
 /// So many brightnesses are told apart of what is heard: each takes a table of its own.
@@ -27,13 +28,13 @@ pub struct Heard {
     second_order_share: f64,
 }
 
-/// Share of a detector's avalanches that its expectations leave out, since avalanches cause them that
-/// crosstalk has caused; 0 where nothing fires it.
+/// About which share of a detector's avalanches its expectations leave out, of second order in the
+/// probability of crosstalk; 0 where nothing fires it.
 ///
 /// # Errors
 /// As for the mean response: detectors with cells, and a share that is too large to be left out.
 pub fn second_order_share(model: &DetectorModel) -> Result<f64, MeanResponseError> {
-    let heard = Heard::of(model, &Light::of(model))?;
+    let heard = Heard::of(model)?;
     Ok(heard.map_or(0.0, |heard| heard.second_order_share))
 }
 
@@ -47,15 +48,15 @@ struct Other {
 }
 
 impl Heard {
-    /// What a detector in this light hears; none if nothing fires it.
-    pub fn of(model: &DetectorModel, light: &Light) -> Result<Option<Heard>, MeanResponseError> {
+    /// What a detector of the scene hears; none if nothing fires it.
+    pub fn of(model: &DetectorModel) -> Result<Option<Heard>, MeanResponseError> {
         let Some(coupled) = &model.crosstalk else { return Ok(None) };
         if model.pixel.is_some() || coupled.heard().any(|(_, other)| other.pixel.is_some()) {
             return Err(MeanResponseError::CrosstalkOfCells);
         }
         let mut others = Vec::new();
-        let mut caused_per_chip = 0.0;
-        let own_per_chip = average(model, light);
+        let mut second_per_chip = 0.0;
+        let own_per_chip = average(model, &Light::of(model));
         for (link, other) in coupled.heard() {
             check_stillness(other)?;
             let light = Light::of(other);
@@ -73,12 +74,18 @@ impl Heard {
                     Some(source) => average(source, &Light::of(source)),
                     None => own_per_chip,
                 };
-                caused_per_chip += link.probability * before.probability * its_per_chip;
+                second_per_chip += link.probability * before.probability * its_per_chip;
             }
+            let its_per_chip = average(other, &Light::of(other));
+            let blind_chips = model.dead_time_chips.min(other.dead_time_chips);
+            let afterpulses = other.afterpulsing.map_or(0.0, |a| a.mean_per_avalanche);
+            second_per_chip += link.probability.powi(2)
+                * its_per_chip
+                * (its_per_chip * blind_chips + afterpulses);
         }
         let mut heard = Heard { others, second_order_share: 0.0 };
-        if caused_per_chip > 0.0 {
-            heard.second_order_share = caused_per_chip / (own_per_chip + heard.per_chip());
+        if second_per_chip > 0.0 {
+            heard.second_order_share = second_per_chip / (own_per_chip + heard.per_chip());
         }
         let (share, limit) = (heard.second_order_share, MOST_OF_SECOND_ORDER);
         if share > limit {

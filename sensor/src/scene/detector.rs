@@ -357,8 +357,14 @@ fn read_comparator(section: &Section, recharge: Option<Recharge>) -> Option<f64>
     let threshold = section.number(THRESHOLD);
     let [has_time_constant, has_threshold, has_dead_time] =
         [TIME_CONSTANT, THRESHOLD, "dead_time"].map(|key| section.get(key).is_some());
-    let alone = |other: &str| {
-        format!("alone it gives no dead time; write {other}, too, or dead_time in its place")
+    let alone = |other: &str| match has_dead_time {
+        true => {
+            "dead_time is given, and follows from this and another key together; leave this out"
+                .to_owned()
+        }
+        false => {
+            format!("alone it gives no dead time; write {other}, too, or dead_time in its place")
+        }
     };
     match (has_time_constant, has_threshold) {
         (false, false) => {}
