@@ -324,9 +324,14 @@ fn check_cargo(words: &[&str], place: &str) {
                 assert!(is_there, "{place}: no test {}", pair[1]);
                 let filter = words.iter().copied().skip_while(|word| *word != pair[1]).nth(1);
                 if let Some(filter) = filter.filter(|word| !word.starts_with('-')) {
-                    let main = fs::read_to_string(folder.join("main.rs")).expect("several");
-                    let is_module = main.contains(&format!("mod {filter}"));
-                    assert!(is_module, "{place}: {} has no tests {filter}", pair[1]);
+                    let files = fs::read_dir(&folder).expect("several").flatten();
+                    let texts = files.filter_map(|file| fs::read_to_string(file.path()).ok());
+                    let is_named = |line: &str| {
+                        let name = line.strip_prefix("mod ").or(line.strip_prefix("fn "));
+                        name.is_some_and(|name| name.contains(filter))
+                    };
+                    let is_there = texts.into_iter().any(|text| text.lines().any(is_named));
+                    assert!(is_there, "{place}: {} has no tests {filter}", pair[1]);
                 }
             }
             _ => {}
