@@ -147,7 +147,7 @@ fn a_probability_of_nothing_changes_no_bit() {
 #[test]
 fn what_is_expected_is_what_another_simulator_counts() {
     for (number, (strengths, probability, delay_ps)) in
-        (0..).zip([(&[1.0, 0.2][..], 0.025, 300.0), (&[0.1, 0.6, 0.0], 0.008, 21_350.0)])
+        (0..).zip([(&[1.0, 0.2][..], 0.025, 300.0), (&[0.1, 0.6, 0.0], 0.006, 21_350.0)])
     {
         let mut scene = row(40e6, CHIPS, strengths, probability, delay_ps);
         scene.detectors.iter_mut().for_each(|spad| spad.pulse_width_ps = 5e3);
