@@ -56,7 +56,7 @@ impl Heard {
         }
         let mut others = Vec::new();
         let mut second_per_chip = 0.0;
-        let own_per_chip = average(model, &Light::of(model));
+        let own_per_chip = average(model);
         for (link, other) in coupled.heard() {
             check_stillness(other)?;
             let light = Light::of(other);
@@ -70,13 +70,11 @@ impl Heard {
                 detections,
             });
             for before in coupled.links.iter().filter(|before| before.to == link.from) {
-                let its_per_chip = match &coupled.models[before.from] {
-                    Some(source) => average(source, &Light::of(source)),
-                    None => own_per_chip,
-                };
+                let source = coupled.models[before.from].as_ref();
+                let its_per_chip = source.map_or(own_per_chip, average);
                 second_per_chip += link.probability * before.probability * its_per_chip;
             }
-            let its_per_chip = average(other, &Light::of(other));
+            let its_per_chip = others.last().map_or(0.0, Other::per_chip);
             let blind_chips = model.dead_time_chips.min(other.dead_time_chips);
             let afterpulses = other.afterpulsing.map_or(0.0, |a| a.mean_per_avalanche);
             second_per_chip += link.probability.powi(2)
@@ -128,15 +126,20 @@ impl Heard {
 
     /// Events on average.
     fn per_chip(&self) -> f64 {
-        let of = |other: &Other| {
-            other.probability * other.detections.per_period() / other.grid.period_chips as f64
-        };
-        self.others.iter().map(of).sum()
+        self.others.iter().map(|other| other.probability * other.per_chip()).sum()
+    }
+}
+
+impl Other {
+    /// Its avalanches on average.
+    fn per_chip(&self) -> f64 {
+        self.detections.per_period() / self.grid.period_chips as f64
     }
 }
 
 /// About how many avalanches a detector has in a chip, in its own light.
-fn average(model: &DetectorModel, light: &Light) -> f64 {
+fn average(model: &DetectorModel) -> f64 {
+    let light = Light::of(model);
     let lit = |path: &super::LightPath| {
         let on = path.code.chips.iter().map(|&chip| f64::from(chip)).sum::<f64>();
         path.rate_per_chip * on / path.code.chips.len() as f64
