@@ -397,16 +397,16 @@ fn apart<'m>(
     Ok(slope(here, &problem.means_of(&moved, &response)?, 1.0))
 }
 
-/// Whether corners are looked at: those of a single path, where that takes no longer than a bound may, and of
-/// [many](MANY_SAMPLES) samples a chip next to no time. A path that moves comes by every one, and what steps that count the same
-/// light tell is [averaged].
+/// Whether corners are looked at: those of paths that are [by themselves](Parameters::are_apart), where that takes no longer
+/// than a bound may, and of [many](MANY_SAMPLES) samples a chip next to no time. A path that moves comes by every one, and what
+/// steps that count the same light tell is [averaged].
 fn has_corners(
     sensor: &Sensor,
     detector: DetectorIndex,
     problem: &Problem,
     parameters: &Parameters,
 ) -> Result<bool, FitError> {
-    if parameters.walk.is_some() || parameters.paths.len() != 1 || problem.shares_light() {
+    if parameters.walk.is_some() || !parameters.are_apart() || problem.shares_light() {
         return Ok(false);
     }
     let effort = TheoryEffort::of(sensor, detector)?;

@@ -102,7 +102,10 @@ impl TheoryEffort {
                 2.0 * unknowns * (of.response_s + of.counts_s) + self.covariances_s() + products_s
             }
             Work::Likelihood => {
-                f64::from(LIKELIEST_DELAYS) * (of.delayed_s + of.counts_s + products_s)
+                // With other light beside it no response is another one's, delayed.
+                let response_s = if self.paths > 1.0 { of.response_s } else { of.delayed_s };
+                let delays = self.paths * f64::from(LIKELIEST_DELAYS);
+                delays * (response_s + of.counts_s + products_s)
             }
             Work::Histogram => {
                 let delayed_s = f64::from(LIKELIEST_DELAYS) * of.counts_s;

@@ -17,6 +17,9 @@ const CONSTANT_STEP: f64 = 5e-3;
 const LINEAR_CHIPS: f64 = 1.0 / 64.0;
 const LINEAR_SHARE: f64 = 0.03;
 
+/// Two peaks of a code's correlation, a chip to either side, and where light of either may be looked for beside them.
+const PEAKS_MEET_CHIPS: f64 = 3.0;
+
 /// Farthest that one step of a fit moves a delay, in chips, and the logarithm of a strength.
 const MOST_DELAY_STEP: f64 = 0.5;
 const MOST_LN_RATE_STEP: f64 = 2.0;
@@ -116,6 +119,18 @@ impl Parameters {
         let mut later = self.clone();
         later.paths.iter_mut().for_each(|path| path.delay_chips += chips);
         later
+    }
+
+    /// Whether each path stands by itself: none of its own code is so near that their peaks meet.
+    pub fn are_apart(&self) -> bool {
+        self.paths.iter().enumerate().all(|(number, path)| {
+            let period_chips = path.code.len() as f64;
+            let later = |other: &PathParameters| {
+                (other.delay_chips - path.delay_chips).rem_euclid(period_chips)
+            };
+            let mut alike = self.paths[number + 1..].iter().filter(|other| other.has(&path.code));
+            alike.all(|other| later(other).min(period_chips - later(other)) > PEAKS_MEET_CHIPS)
+        })
     }
 
     /// The differences of all unknowns.
