@@ -189,9 +189,9 @@ fn error_of(expected: &ExpectedError) -> String {
 pub(super) fn resources(resources: Option<&Resources>) -> Vec<Row> {
     let Some(resources) = resources else {
         let why = "not known: none like it was among the synthesized sensors (docs/resources.md). \
-                   Those have one input for each detector, and Gold codes, m-sequences or, without a histogram, square waves; \
-                   histograms have 31 to 8,191 chips for an ECP5, 31 to 2,047 for an iCE40 HX8K, \
-                   and 511 to 8,191 for 7-series";
+                   Those have Gold codes, m-sequences or, without a histogram, square waves; histograms have one input for \
+                   each detector, and 31 to 8,191 chips for an ECP5, 31 to 2,047 for an iCE40 HX8K, and 511 to 8,191 for \
+                   7-series";
         return vec![row("cells", why)];
     };
     let about = about(resources);

@@ -8,7 +8,9 @@ use goldtof::plan::overview::{overview, with_cells};
 use goldtof::plan::resources::{Basis, resources};
 use goldtof::plan::{Part, plan};
 use goldtof::report::plan::{parts, text};
-use goldtof::scene::{EstimatorKind, Fluctuation, Movement, Scene, Target, load};
+use goldtof::scene::{
+    CellOutputs, Combination, EstimatorKind, Fluctuation, Movement, Scene, Target, load,
+};
 use goldtof::sensor::Sensor;
 
 fn standard(name: &str) -> Scene {
@@ -40,14 +42,14 @@ fn the_plan_of_paper_single() {
       result_stream      counts leave as an AXI4-Stream of 24 bits
 
     Hardware, left out
-      interleaver           about 3 LUTs, 3 flip-flops    the code is not interleaved (nu = 0)
-      parallel_correlators  about 74 LUTs, 82 flip-flops  parallel = 1: phase steps are correlated one after another
-      count_segments        about 7 LUTs, 21 flip-flops   one carry chain holds 17 bits at full clock; saves pipeline stages
+      interleaver           about 4 LUTs, 2 flip-flops    the code is not interleaved (nu = 0)
+      parallel_correlators  about 76 LUTs, 81 flip-flops  parallel = 1: phase steps are correlated one after another
+      count_segments        about 8 LUTs, 20 flip-flops   one carry chain holds 17 bits at full clock; saves pipeline stages
       saturation                                          no stimulus can overflow 17 bits; saves a pipeline stage and a port
-      total_counts          about 35 LUTs, 59 flip-flops  the estimator "fft" uses the signed counts alone
+      total_counts          about 36 LUTs, 59 flip-flops  the estimator "fft" uses the signed counts alone
       registers                                           the scan and the codes are those of the scene
       scan_realignment                                    a scan of all 16376 phase steps ends where it began
-      peak_detector         about 31 LUTs, 75 flip-flops  the host receives all 16376 counts and finds their maximum
+      peak_detector         about 32 LUTs, 74 flip-flops  the host receives all 16376 counts and finds their maximum
 
     Simulation, kept
       modulated_light   mean power 4 pW, keyed by a code of 992 on-chips in 2047
@@ -224,6 +226,16 @@ fn a_sensor_that_was_synthesized_has_its_measured_cells() {
     assert!(matches!(both.basis, Basis::Fitted { .. }));
     let sum = 278.0 + 299.0 - 212.0;
     assert!((both.cells.flip_flops as f64 / sum - 1.0).abs() < 0.1, "{both:?}");
+    // Its row "K = 16 cells, adder", whose counts are wider; of 8 cells there is none, and the fit is between those of 4 and 16.
+    let mut scene = standard("paper-single");
+    let detector = &mut scene.detectors[0];
+    (detector.cells, detector.cell_outputs) = (16, CellOutputs::Separate);
+    detector.combination = Combination::Adder;
+    let adder = resources(&Sensor::new(&scene)).expect("it was measured");
+    assert_eq!((adder.cells.luts, adder.basis), (475, Basis::Measured));
+    scene.detectors[0].cells = 8;
+    let fewer = resources(&Sensor::new(&scene)).expect("it can be fitted");
+    assert!((220..360).contains(&fewer.cells.luts), "{fewer:?}");
 }
 
 #[test]

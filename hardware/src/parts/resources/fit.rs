@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::measured::Build;
 use super::{Basis, Size};
 use crate::parts::cells::Cells;
+use crate::sensor::cells::Gates;
 
 /// What decides the cells of an architecture's hardware.
 pub(super) trait Terms: Copy {
@@ -25,6 +26,8 @@ impl Terms for Size {
         let of_detectors = size.detectors * size.samples_per_chip;
         let counts = size.detectors * size.parallel;
         let saturates = size.count_bits < size.exact_bits;
+        let (cells, gates) = (size.input_cells, size.input_cells.gates());
+        let counts_cells = matches!(gates, Some(Gates::AtLeast(_)));
         vec![
             1.0,
             f64::from(size.detectors),
@@ -43,6 +46,10 @@ impl Terms for Size {
             when(size.total_counts && size.segmented, size.detectors * size.exact_bits),
             // Total counts that wait behind the first.
             when(size.total_counts && size.detectors > 1, size.detectors * size.exact_bits),
+            // Gates of two inputs, adders of a bit, and detectors of edges more than one.
+            when(gates.is_some() && !counts_cells, of_detectors * (cells.count - 1)),
+            when(counts_cells, of_detectors * cells.count.saturating_sub(2)),
+            when(cells.edges() > 1, of_detectors * (cells.edges() - 1)),
         ]
     }
 }

@@ -2,7 +2,8 @@
 
 use super::{Size, longest_carry_chain};
 use crate::parts::cells::Cells;
-use crate::scene::Target;
+use crate::scene::{Combination, Target};
+use crate::sensor;
 
 /// The tables that `scripts/synth` writes: the one place of these numbers.
 const TABLE: &str = include_str!("../../../../docs/resources.md");
@@ -30,6 +31,7 @@ struct Options {
     window: bool,
     total_counts: bool,
     peak_detector: bool,
+    input_cells: sensor::cells::Cells,
 }
 
 impl Options {
@@ -45,6 +47,7 @@ impl Options {
         window: false,
         total_counts: false,
         peak_detector: false,
+        input_cells: sensor::cells::Cells::ONE,
     };
 
     /// `None` for a row that is not this sensor alone, or says what we do not know.
@@ -68,6 +71,11 @@ impl Options {
             "nu" => self.interleave = number()?,
             "parallel" => self.parallel = number()?,
             "N" => self.detectors = number()?,
+            "K" => self.input_cells.count = number()?,
+            "M" => self.input_cells.coincidence = number()?,
+            "OR" => self.input_cells.combination = Combination::Or,
+            "XOR" => self.input_cells.combination = Combination::Xor,
+            "adder" => self.input_cells.combination = Combination::Adder,
             "m-sequence" => self.lfsrs = 1,
             "square wave" => self.lfsrs = 0,
             "window of 64 steps" => self.window = true,
@@ -84,7 +92,8 @@ impl Options {
     }
 
     fn size(&self, target: Target) -> Size {
-        let most_hits = self.integration_chips * u64::from((self.samples / 2).max(1));
+        let pairs = self.input_cells.edges() * (self.samples / 2).max(1);
+        let most_hits = self.integration_chips * u64::from(pairs);
         let exact_bits = u64::BITS - most_hits.leading_zeros() + 1;
         let generators = 2 * self.detectors;
         Size {
@@ -99,6 +108,7 @@ impl Options {
             realigns: self.window,
             total_counts: self.total_counts,
             peak_detector: self.peak_detector,
+            input_cells: self.input_cells,
         }
     }
 }

@@ -14,8 +14,8 @@ use super::Part;
 use super::cells::Cells;
 use crate::code::Generator;
 use crate::scene::Target;
-use crate::sensor::Sensor;
 use crate::sensor::block_ram::block_ram;
+use crate::sensor::{self, Sensor};
 
 /// What the hardware of a sensor takes.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -83,6 +83,8 @@ struct Size {
     realigns: bool,
     total_counts: bool,
     peak_detector: bool,
+    /// Cells with an input each.
+    input_cells: sensor::cells::Cells,
 }
 
 /// Bits that one carry chain holds at full clock, as the sensor's interface has it.
@@ -122,6 +124,7 @@ impl Size {
             realigns: interface.realigns(),
             total_counts: correlator.total.is_some(),
             peak_detector: correlator.peak.is_some(),
+            input_cells: interface.input_cells,
         })
     }
 }
@@ -129,9 +132,6 @@ impl Size {
 /// What the hardware of `sensor` takes in its target; `None` where nothing like it was
 /// measured.
 pub fn resources(sensor: &Sensor) -> Option<Resources> {
-    if sensor.interface().input_cells.count > 1 {
-        return None;
-    }
     let target = sensor.scene().hardware.target;
     let (cells, basis, block_rams) = match sensor.interface().histogram() {
         None => {
@@ -141,7 +141,8 @@ pub fn resources(sensor: &Sensor) -> Option<Resources> {
         }
         Some(plan) => {
             let size = HistogramSize::of(sensor, plan)
-                .filter(|size| size.has_a_measured_length(target))?;
+                .filter(|size| size.has_a_measured_length(target))
+                .filter(|_| sensor.interface().input_cells.count == 1)?;
             let (cells, basis) = looked_up(&size, &histogram::builds(target))?;
             let detectors = sensor.scene().detectors.len();
             let blocks = block_ram(target).blocks_of_histograms(plan, detectors);
