@@ -3,7 +3,7 @@
 //! Prints nanoseconds of processor time per detection of both in the same run,
 //! least and median of some rounds, and the ratio of the least ones, for each
 //! instruction set of this processor and several rates, of counts and of pulses; then what a detection
-//! costs where a detector has other laws, beside one with none of them; then what a chip
+//! of any cell costs where a detector has other laws, beside one with none of them; then what a chip
 //! costs over ranges of scene keys, with the largest step between neighbours; then how counting
 //! scales with the number of cores. Processor time, because a machine may be shared;
 //! only the scaling needs a quiet one.
@@ -20,7 +20,7 @@ use std::time::Instant;
 use goldtof::photons::fast::{InstructionSet, Recorder, StepCounter};
 use goldtof::photons::{DetectorModel, PulseStream, StepCount, count_step};
 use goldtof::scan::{Group, Sample, Step};
-use goldtof::scene::{self, Crosstalk, Detector, DetectorIndex, Scene};
+use goldtof::scene::{self, CellOutputs, Combination, Crosstalk, Detector, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use rustix::time::{ClockId, clock_gettime};
 
@@ -66,10 +66,13 @@ const LAWS: [(&str, &[&str]); 13] = [
 ];
 const WITH_NEIGHBOUR: &str = "crosstalk of a second one";
 
-/// Prints what a detection costs with each law, and beside the first one, at as many detections a second.
+/// Prints what a detection of any SPAD costs with each law, counted or not, and beside the first one, at
+/// as many counted ones a second.
 fn laws() -> Result<(), Box<dyn Error>> {
     for rate in [1e6, 10e6] {
-        println!("law at {rate:.0e} detections/s     ns of processor time (median)   ratio");
+        println!(
+            "law at {rate:.0e} detections/s     ns of processor time for one of any SPAD (median)   ratio"
+        );
         let mut first = None;
         for (name, settings) in LAWS {
             let settings = settings.iter().map(|setting| format!("detector.{setting}").parse());
@@ -87,18 +90,39 @@ fn laws() -> Result<(), Box<dyn Error>> {
             let counter = StepCounter::new(&model);
             let steps = (DETECTIONS / rate / sensor_s(&scene, 1)).min(scene.scan.steps as f64);
             let mut counts = vec![StepCount::ZERO; steps as usize];
+            let counted = counted_of_all(&scene, counts.len());
             let times = (0..ROUNDS as u64).map(|seed| {
                 measured(&mut counts, |counts| {
                     counter.count(seed, 0..1, 0..counts.len() as u64, counts);
                 })
             });
-            let times = Times::of(&times.collect::<Vec<_>>(), |time| time.processor_ns);
+            let times = times.map(|time| time.processor_ns * counted);
+            let times = Times::of_values(times.collect());
             let first = *first.get_or_insert(times.least);
             let (least, median, ratio) = (times.least, times.median, times.least / first);
             println!("{name:28} {least:18.2} ({median:.2}) {ratio:14.2}");
         }
     }
     Ok(())
+}
+
+/// Share of the detections of all SPADs that are simulated for the first detector which it counts: cells of which
+/// some are counted as one, and a neighbour that is simulated beside it.
+fn counted_of_all(scene: &Scene, steps: usize) -> f64 {
+    let mut added = scene.clone();
+    let spad = &mut added.detectors[0];
+    if spad.cells > 1 {
+        (spad.combination, spad.coincidence) = (Combination::Adder, 1);
+        spad.cell_outputs = CellOutputs::Separate;
+    }
+    let count = |scene: &Scene, of: DetectorIndex| {
+        let model = DetectorModel::new(&Sensor::new(scene), of);
+        let mut counts = vec![StepCount::ZERO; steps];
+        StepCounter::new(&model).count(0, 0..1, 0..steps as u64, &mut counts);
+        total(&counts)
+    };
+    let all: f64 = DetectorIndex::of(&added.detectors).map(|of| count(&added, of)).sum();
+    count(scene, DetectorIndex(0)) / all
 }
 
 /// A key of a scene, the file, and the settings of neighbours.

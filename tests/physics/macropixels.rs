@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use goldtof::estimate::histogram::{Uncorrected, dead_time};
-use goldtof::photons::fast::{OutsideDomain, Recorder, StepCounter};
+use goldtof::photons::fast::{Recorder, StepCounter};
 use goldtof::photons::{CellLevels, DetectorModel, Level, PulseStream, StepCount};
 use goldtof::response::{CountingTier, MeanResponse, MeanResponseError, SecondMoments};
 use goldtof::scan::{Group, Sample, Step};
@@ -194,11 +194,11 @@ fn tallies_of_all_edges(
         columns.resize(columns.len() + sampled, samples + 1);
         columns
     };
-    // The lanes sample no level.
-    let [mut fast, mut plain, mut theirs] = [1, 2, 2].map(|more| Tally::new(samples + more));
+    let [mut fast, mut plain, mut theirs] = [(); 3].map(|()| Tally::new(samples + 2));
     for step in 0..steps {
         let edges = plain_times(&model, 5, 0, Group(step));
-        let sampled = sampled_hits(&inputs, &law, step, chips * 8).len();
+        let streams = model.inputs().iter().map(|input| PulseStream::of_plain_loop(input, 5, step));
+        let sampled = hits_of_streams(streams, &law, chips * 8).len();
         plain.take(&columns(&edges, sampled));
 
         let cells = naive_cells(&of_cells, &mut rng, chips as f64);
@@ -214,10 +214,12 @@ fn tallies_of_all_edges(
         });
     }
     let recorder = Recorder::new(&model);
-    if let Some(at_once) = recorder.groups_at_once() {
-        let groups: Vec<_> = (0..steps).map(|step| (0, Group(step))).collect();
-        let lists = groups.chunks(at_once).flat_map(|groups| recorder.record(6, groups));
-        lists.for_each(|list| fast.take(&columns(&recorded_times(&list), 0)));
+    let at_once = recorder.groups_at_once().expect("the lanes must be used");
+    let groups: Vec<_> = (0..steps).map(|step| (0, Group(step))).collect();
+    let lists = groups.chunks(at_once).flat_map(|groups| recorder.record(6, groups));
+    for (step, list) in (0..).zip(lists) {
+        let sampled = sampled_hits(&inputs, &law, step, chips * 8).len();
+        fast.take(&columns(&recorded_times(&list), sampled));
     }
     [plain, fast, theirs]
 }
@@ -229,13 +231,25 @@ fn recorders(model: &DetectorModel) -> Vec<Arc<Recorder<'_>>> {
 
 /// Samples of a scan's first step at which the level rises, or, of separate outputs, their combined samples.
 fn sampled_hits(inputs: &[Arc<Recorder>], law: &Cells, repetition: u64, samples: u64) -> Vec<u64> {
-    let of_input = |recorder: &Arc<Recorder<'_>>| {
+    let one_group = Some(Group(1));
+    let streams = inputs
+        .iter()
+        .map(|recorder| PulseStream::of_groups(recorder, 5, repetition, Group(0), one_group));
+    hits_of_streams(streams, law, samples)
+}
+
+/// The same of streams of each input.
+fn hits_of_streams<'m>(
+    streams: impl Iterator<Item = PulseStream<'m>>,
+    law: &Cells,
+    samples: u64,
+) -> Vec<u64> {
+    let of_group = |mut stream: PulseStream<'_>| {
         let mut pulses = Vec::new();
-        PulseStream::of_groups(recorder, 5, repetition, Group(0), Some(Group(1)))
-            .advance(Sample(samples), &mut pulses);
+        stream.advance(Sample(samples), &mut pulses);
         pulses
     };
-    let mut pulses: Vec<_> = inputs.iter().map(of_input).collect();
+    let mut pulses: Vec<_> = streams.map(of_group).collect();
     if let [pulses] = &mut pulses[..] {
         let mut level = Level::default();
         pulses.retain(|pulse| level.rises(pulse) && pulse.first.0 < samples);
@@ -539,10 +553,6 @@ fn what_rests_on_one_spad_refuses_cells_by_name() {
     let model = model(&scene);
     assert_eq!(MeanResponse::new(&model).map(|_| ()), Err(MeanResponseError::Cells));
     assert_eq!(StepCounter::new(&model).outside_domain(), None);
-    let mut talking = scene.clone();
-    talking.detectors[0].cell_crosstalk = Some(Crosstalk { probability: 0.1, delay_ps: 0.0 });
-    let talking = DetectorModel::new(&Sensor::new(&talking), SPAD);
-    assert_eq!(StepCounter::new(&talking).outside_domain(), Some(OutsideDomain::CellCrosstalk));
     assert_eq!(dead_time(&Sensor::new(&scene), SPAD).map(|_| ()), Err(Uncorrected::Cells));
     // Cells that are added up have expectations if they are alike.
     let spad = &mut scene.detectors[0];

@@ -26,6 +26,7 @@ mod optics_fast_agrees_with_the_plain_loop;
 mod optics_fast_counts_depend_on_the_seed_alone;
 mod optics_fast_obeys_closed_forms;
 mod optics_mean_response;
+mod optics_members_agree_with_the_plain_loop;
 mod optics_moving_paths;
 mod optics_pulses_agree_with_the_plain_loop;
 mod optics_sampled_pulses;

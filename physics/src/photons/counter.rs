@@ -60,6 +60,9 @@ pub(crate) fn count_detections(
     count
 }
 
+/// More than times are rounded by.
+const ROUNDING_CHIPS: f64 = 1e-9;
+
 /// The counter's reference during one phase step.
 struct CounterReference<'m> {
     chips: &'m [u8],
@@ -72,6 +75,12 @@ struct CounterReference<'m> {
     /// Whether it is the rising edge that comes later.
     rising_lags: bool,
     transition_chips: f64,
+    /// What of the delay is not whole chips.
+    delay_part_chips: f64,
+    /// Position of the chip that the whole ones lead to, and a period more.
+    first: u64,
+    /// Between which times into a chip no edge is near.
+    certain: [f64; 2],
 }
 
 impl<'m> CounterReference<'m> {
@@ -84,18 +93,45 @@ impl<'m> CounterReference<'m> {
         let part_chips = (phase_step % samples_per_chip) as f64 / samples_per_chip as f64;
         let first_edge_ps = timing.rising_delay_ps.min(timing.falling_delay_ps);
         let group = model.timing.grouping().group_of(step);
+        let length = model.reference.len();
+        let offset = model.code_position(repetition, group, length) - whole_chips;
+        let delay_chips = part_chips + chips(first_edge_ps);
+        let lag_chips = chips((timing.rising_delay_ps - timing.falling_delay_ps).abs());
+        let transition_chips = chips(timing.transition_ps);
+        let first = (offset - delay_chips.floor() as i64).rem_euclid(length as i64) as u64;
+        let near = lag_chips + transition_chips + ROUNDING_CHIPS;
         CounterReference {
             chips: &model.reference.chips,
-            offset: model.code_position(repetition, group, model.reference.len()) - whole_chips,
-            delay_chips: part_chips + chips(first_edge_ps),
-            lag_chips: chips((timing.rising_delay_ps - timing.falling_delay_ps).abs()),
+            offset,
+            delay_chips,
+            lag_chips,
             rising_lags: timing.rising_delay_ps > timing.falling_delay_ps,
-            transition_chips: chips(timing.transition_ps),
+            transition_chips,
+            delay_part_chips: delay_chips - delay_chips.floor(),
+            first: first + length,
+            certain: [near, 1.0 - transition_chips - ROUNDING_CHIPS],
         }
     }
 
     /// The level at a detection; `None` within the transition time of an edge.
+    #[inline]
     fn level(&self, detection: Detection) -> Option<bool> {
+        let time = detection.fraction - self.delay_part_chips;
+        let (time, earlier) = if time < 0.0 { (time + 1.0, 1) } else { (time, 0) };
+        let [from, until] = self.certain;
+        if time > from && time < until {
+            let (place, length) = (detection.chip + self.first - earlier, self.chips.len());
+            // A division of 32 bits is quicker.
+            let place = match (u32::try_from(place), u32::try_from(length)) {
+                (Ok(place), Ok(length)) => (place % length) as usize,
+                _ => (place % length as u64) as usize,
+            };
+            return Some(self.chips[place] == 1);
+        }
+        self.level_near_an_edge(detection)
+    }
+
+    fn level_near_an_edge(&self, detection: Detection) -> Option<bool> {
         let time = detection.fraction - self.delay_chips;
         let position = (detection.chip as i64 + self.offset).rem_euclid(self.chips.len() as i64);
         let before = self.level_at(position, time - self.transition_chips);
@@ -125,6 +161,42 @@ impl<'m> CounterReference<'m> {
         match self.chips.get(usize::try_from(position).unwrap_or(usize::MAX)) {
             Some(&chip) => chip,
             None => self.chips[position.rem_euclid(self.chips.len() as i64) as usize],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::{self, CounterTiming, DetectorIndex};
+    use crate::sensor::Sensor;
+
+    /// Far from edges and near them, wherever a step begins in the code.
+    #[test]
+    fn what_is_looked_up_is_the_level() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/quick.toml");
+        let scene = scene::load(&file).expect("the scene is sound");
+        let chip_ps = scene.chip_period_ps;
+        for (rising_delay_ps, falling_delay_ps, transition_ps) in [
+            (0.0, 0.0, 0.0),
+            (340.0, 390.0, 1.5),
+            (2.3 * chip_ps, 0.4 * chip_ps, 0.2 * chip_ps),
+            (0.9 * chip_ps, 1.7 * chip_ps, 0.6 * chip_ps),
+        ] {
+            let mut model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+            model.counter = CounterTiming { rising_delay_ps, falling_delay_ps, transition_ps };
+            for step in [0, 1, 13, scene.scan.steps - 1] {
+                let reference = CounterReference::new(&model, 3, Step(step));
+                for number in 0..20_000_u64 {
+                    let chip = number.wrapping_mul(7_919) % (1 << 34);
+                    let fraction = (number as f64 * 0.618_033_988_75).fract();
+                    let detection = Detection { chip, fraction };
+                    let expected = reference.level_near_an_edge(detection);
+                    assert_eq!(reference.level(detection), expected, "{step}, {detection:?}");
+                }
+            }
         }
     }
 }

@@ -119,7 +119,7 @@ pub struct Link {
     pub delay_chips: f64,
 }
 
-/// The detectors that make crosstalk at one of them, or at those that do, in the scene's order.
+/// Detectors that fire one another, in the scene's order.
 #[derive(Debug, Clone)]
 pub struct Coupled {
     /// All of them. That of the one itself has no light here: whoever simulates it has it.
@@ -130,7 +130,8 @@ pub struct Coupled {
 }
 
 impl Coupled {
-    /// What makes crosstalk at a detector; none where nothing does.
+    /// The detectors that fire one another, a detector among them; none where it is alone. It is
+    /// the same set for each of them, so that they see one history of all.
     pub fn to(sensor: &Sensor, detector: DetectorIndex) -> Option<Arc<Coupled>> {
         let scene = sensor.scene();
         let talks = |of: DetectorIndex| scene.detectors[of].crosstalk();
@@ -139,7 +140,8 @@ impl Coupled {
         while let Some(&member) = members.get(next) {
             next += 1;
             for neighbour in scene.neighbours(member) {
-                if talks(neighbour).is_some() && !members.contains(&neighbour) {
+                let is_coupled = talks(member).is_some() || talks(neighbour).is_some();
+                if is_coupled && !members.contains(&neighbour) {
                     members.push(neighbour);
                 }
             }
@@ -308,6 +310,18 @@ impl DetectorModel {
         match &self.pixel {
             Some(pixel) if pixel.has_outputs => &pixel.cells,
             _ => std::slice::from_ref(self),
+        }
+    }
+
+    /// All SPADs that are simulated for it: its cells, or the detectors that fire one another
+    /// with it, itself among them, in the scene's order.
+    pub(crate) fn members(&self) -> Vec<&DetectorModel> {
+        match (&self.pixel, &self.crosstalk) {
+            (Some(pixel), _) => pixel.cells.iter().collect(),
+            (None, Some(coupled)) => {
+                coupled.models.iter().map(|model| model.as_ref().unwrap_or(self)).collect()
+            }
+            (None, None) => vec![self],
         }
     }
 

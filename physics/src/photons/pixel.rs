@@ -25,6 +25,10 @@ pub struct PixelPulses<'m> {
     talk: StreamRng,
     registered: ReorderBuffer<usize>,
     line: Line<'m, ChipTime>,
+    /// Where pulses would end, in order, as all are equally long: those that another one prolongs, too.
+    ends: VecDeque<(ChipTime, usize)>,
+    /// When the level rises and falls.
+    pulses: VecDeque<(ChipTime, ChipTime)>,
     end: ChipTime,
 }
 
@@ -50,6 +54,8 @@ impl<'m> PixelPulses<'m> {
             talk: key.stream(Part::Crosstalk),
             registered: ReorderBuffer::default(),
             line: Line::new(pixel),
+            ends: VecDeque::new(),
+            pulses: VecDeque::new(),
             end: ChipTime::at_chip(chips),
         }
     }
@@ -96,6 +102,25 @@ impl<'m> PixelPulses<'m> {
             self.cells[to].detector.hear(avalanche.after(delay_chips));
         }
     }
+
+    /// A detection of a cell, no earlier than the one before it.
+    fn pulse(&mut self, time: ChipTime, cell: usize) {
+        self.pass(time);
+        let until = time.after(self.line.pixel.pulse_width_chips);
+        if self.line.pixel.law.edges() > 1 {
+            self.pulses.push_back((time, until));
+            return;
+        }
+        self.ends.push_back((until, cell));
+        self.pulses.extend(self.line.begin(time, until, cell));
+    }
+
+    /// All pulses that end until a time end.
+    fn pass(&mut self, time: ChipTime) {
+        while let Some((until, cell)) = self.ends.pop_front_if(|(until, _)| *until <= time) {
+            self.pulses.extend(self.line.end(until, cell));
+        }
+    }
 }
 
 impl Iterator for PixelPulses<'_> {
@@ -103,19 +128,16 @@ impl Iterator for PixelPulses<'_> {
     type Item = (Detection, f64);
 
     fn next(&mut self) -> Option<(Detection, f64)> {
-        while self.line.pulses.is_empty() {
+        while self.pulses.is_empty() {
             match self.next_registered() {
-                Some((time, cell)) => {
-                    let until = time.after(self.line.pixel.pulse_width_chips);
-                    self.line.pulse(time, until, cell);
-                }
+                Some((time, cell)) => self.pulse(time, cell),
                 None => {
-                    self.line.pass(ChipTime::NEVER);
+                    self.pass(ChipTime::NEVER);
                     break;
                 }
             }
         }
-        let (rise, fall) = self.line.pulses.pop_front()?;
+        let (rise, fall) = self.pulses.pop_front()?;
         let width_chips = (fall.chip - rise.chip) as f64 + (fall.fraction - rise.fraction);
         let chip = u64::try_from(rise.chip).unwrap_or_default();
         Some((Detection { chip, fraction: rise.fraction }, width_chips))
@@ -128,65 +150,53 @@ pub struct Line<'m, T> {
     pixel: &'m Pixel,
     /// Until when each cell's pulse is high, of those that are.
     high_until: Vec<Option<T>>,
-    /// Where pulses would end, in order, as all are equally long: those that another one prolongs, too.
-    ends: VecDeque<(T, usize)>,
     high: u32,
     /// When the level rose, while it is high.
     rise: Option<T>,
-    /// When it rose and fell.
-    pub pulses: VecDeque<(T, T)>,
 }
 
 impl<'m, T: Copy + PartialOrd> Line<'m, T> {
     pub fn new(pixel: &'m Pixel) -> Line<'m, T> {
-        Line {
-            pixel,
-            high_until: vec![None; pixel.cells.len()],
-            ends: VecDeque::new(),
-            high: 0,
-            rise: None,
-            pulses: VecDeque::new(),
-        }
+        Line { pixel, high_until: vec![None; pixel.cells.len()], high: 0, rise: None }
     }
 
-    /// A detection of a cell, no earlier than the one before it, and when its pulse ends. One while the cell's
-    /// pulse is high prolongs that.
-    pub fn pulse(&mut self, time: T, until: T, cell: usize) {
-        self.pass(time);
-        if self.pixel.law.edges() > 1 {
-            self.pulses.push_back((time, until));
-            return;
+    /// A detection of a cell, and when its pulse ends: no earlier than what came before it, all of which that ends
+    /// until then has ended. One while the cell's pulse is high prolongs that. Gives the level's
+    /// rise and fall if it falls.
+    #[inline]
+    pub fn begin(&mut self, time: T, until: T, cell: usize) -> Option<(T, T)> {
+        let is_high = self.high_until[cell].replace(until).is_some();
+        if is_high {
+            return None;
         }
-        self.ends.push_back((until, cell));
-        if self.high_until[cell].replace(until).is_none() {
-            self.high += 1;
-            self.change(time);
-        }
+        self.high += 1;
+        self.change(time)
     }
 
-    /// All pulses that end until a time end.
-    pub fn pass(&mut self, time: T) {
-        while let Some((until, cell)) = self.ends.pop_front_if(|(until, _)| *until <= time) {
-            if self.high_until[cell] == Some(until) {
-                self.high_until[cell] = None;
-                self.high -= 1;
-                self.change(until);
-            }
+    /// A detection's pulse ends, if none has prolonged it. Gives the level's rise and fall if it falls.
+    #[inline]
+    pub fn end(&mut self, until: T, cell: usize) -> Option<(T, T)> {
+        if self.high_until[cell] != Some(until) {
+            return None;
         }
+        self.high_until[cell] = None;
+        self.high -= 1;
+        self.change(until)
     }
 
     /// Another number of pulses is high from a time on.
-    fn change(&mut self, time: T) {
+    #[inline]
+    fn change(&mut self, time: T) -> Option<(T, T)> {
         match (self.rise, self.pixel.law.level(self.high)) {
-            (None, true) => self.rise = Some(time),
-            (Some(rise), false) => {
-                self.rise = None;
-                // Of a pulse that begins as another ends nothing is seen.
-                if rise < time {
-                    self.pulses.push_back((rise, time));
-                }
+            (None, true) => {
+                self.rise = Some(time);
+                None
             }
-            _ => {}
+            // Of a pulse that begins as another ends nothing is seen.
+            (Some(_), false) => {
+                self.rise.take().filter(|rise| *rise < time).map(|rise| (rise, time))
+            }
+            _ => None,
         }
     }
 }

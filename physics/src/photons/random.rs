@@ -26,6 +26,8 @@ pub enum Part {
     Tail,
     /// Which of its avalanches other detectors hear.
     Crosstalk,
+    /// Which of several cells, or detectors, light falls on.
+    Member,
     /// The on-light of one path, by its number ([`paths_to`](super::paths::paths_to)).
     Path(u64),
 }
@@ -41,6 +43,7 @@ impl Part {
             Part::Start => 5,
             Part::Tail => 7,
             Part::Crosstalk => 8,
+            Part::Member => 9,
             // As good as random: none of the above.
             Part::Path(number) => scatter(6, number),
         }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::detector::DetectorModel;
-use super::fast::{CHIP_BITS, Recorder, RegisteredTicks};
+use super::fast::{CHIP_BITS, Recorded, Recorder, RegisteredTicks};
 use super::registration::Detection;
 use super::step::GroupDetections;
 use crate::scan::{Group, Sample, Sampler, Sampling};
@@ -81,7 +81,7 @@ enum Detections<'m> {
     /// By the plain loop, and the pulse that was found, but not asked for yet.
     OneByOne { group: GroupDetections<'m>, pending: Option<Pulse> },
     /// By the vector lanes, some groups ahead; and how many of the present one's are used.
-    Recorded { recorder: Arc<Recorder<'m>>, groups: VecDeque<Vec<RegisteredTicks>>, used: usize },
+    Recorded { recorder: Arc<Recorder<'m>>, groups: VecDeque<Recorded>, used: usize },
 }
 
 impl<'m> PulseStream<'m> {
@@ -117,9 +117,7 @@ impl<'m> PulseStream<'m> {
         until: Option<Group>,
     ) -> PulseStream<'m> {
         let model = recorder.model();
-        // Pulses of a level are not equally long.
-        let at_once = recorder.groups_at_once().filter(|_| model.pixel.is_none());
-        let detections = match at_once {
+        let detections = match recorder.groups_at_once() {
             Some(_) => Detections::Recorded {
                 recorder: Arc::clone(recorder),
                 groups: VecDeque::new(),
@@ -175,14 +173,24 @@ impl<'m> PulseStream<'m> {
                     return self.advance_in_group(until, out);
                 }
                 let sampler = TickSampler::new(self.model);
-                let left = &groups[0][*used..];
-                let now = left.partition_point(|&time| sampler.pulse(time, start).first < until);
-                *used += now;
-                let pulses = left[..now].iter().map(|&time| sampler.pulse(time, start));
-                match sampler.sees_all() {
-                    true => out.extend(pulses),
-                    false => out.extend(pulses.filter(|pulse| pulse.first < pulse.end)),
+                let Recorded { times, ends } = &groups[0];
+                let left = &times[*used..];
+                let first = |&time: &RegisteredTicks| sampler.at_or_after(time.0, start);
+                let now = left.partition_point(|time| first(time) < until);
+                let pulse = |time: &RegisteredTicks| sampler.pulse(*time, start);
+                let level = |(time, end): (&RegisteredTicks, &RegisteredTicks)| Pulse {
+                    first: first(time),
+                    end: first(end),
+                };
+                let is_seen = |pulse: &Pulse| pulse.first < pulse.end;
+                match (ends.get(*used..*used + now), sampler.sees_all()) {
+                    (Some(ends), _) if now > 0 => {
+                        out.extend(left[..now].iter().zip(ends).map(level).filter(is_seen));
+                    }
+                    (_, true) => out.extend(left[..now].iter().map(pulse)),
+                    (_, false) => out.extend(left[..now].iter().map(pulse).filter(is_seen)),
                 }
+                *used += now;
                 if now < left.len() {
                     return false;
                 }
@@ -205,7 +213,7 @@ impl<'m> PulseStream<'m> {
                     None => break,
                 }
             }
-            groups.extend(recorder.record(self.seed, &jobs));
+            groups.extend(recorder.record_levels(self.seed, &jobs));
         }
     }
 
@@ -310,14 +318,22 @@ impl TickSampler<'_> {
         ticks as f64 / (1_u64 << self.sample_bits) as f64
     }
 
+    /// The first sample at which a time in a group that starts at `start` is past.
     #[inline]
-    fn pulse(self, time: RegisteredTicks, start: Sample) -> Pulse {
+    fn at_or_after(self, ticks: u64, start: Sample) -> Sample {
         let within = (1 << self.sample_bits) - 1;
-        let at_or_after = |ticks: u64| match self.sampler.is_even() {
+        match self.sampler.is_even() {
             true => start + ((ticks + within) >> self.sample_bits),
             false => start + self.sampler.first_from(self.samples(ticks)),
-        };
-        Pulse { first: at_or_after(time.0), end: at_or_after(time.0 + self.width_ticks) }
+        }
+    }
+
+    #[inline]
+    fn pulse(self, time: RegisteredTicks, start: Sample) -> Pulse {
+        Pulse {
+            first: self.at_or_after(time.0, start),
+            end: self.at_or_after(time.0 + self.width_ticks, start),
+        }
     }
 }
 

@@ -141,7 +141,8 @@ impl Size {
         };
         let chips = (grid.period_chips + grid.memory_chips) as f64;
         let paths = light.paths.len() as f64;
-        let heard = if model.crosstalk.is_some() { heard::LEVELS } else { 1.0 };
+        let hears = model.crosstalk.as_ref().is_some_and(|all| all.heard().next().is_some());
+        let heard = if hears { heard::LEVELS } else { 1.0 };
         Ok(Size {
             chips,
             period: grid.period_chips as f64,

@@ -51,6 +51,9 @@ impl Heard {
     /// What a detector of the scene hears; none if nothing fires it.
     pub fn of(model: &DetectorModel) -> Result<Option<Heard>, MeanResponseError> {
         let Some(coupled) = &model.crosstalk else { return Ok(None) };
+        if coupled.heard().next().is_none() {
+            return Ok(None);
+        }
         if model.pixel.is_some() || coupled.heard().any(|(_, other)| other.pixel.is_some()) {
             return Err(MeanResponseError::CrosstalkOfCells);
         }

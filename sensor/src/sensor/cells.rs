@@ -51,11 +51,13 @@ impl Cells {
     }
 
     /// Levels whose rising edges are counted: the one that all cells make together, or each cell's.
+    #[inline]
     pub fn edges(&self) -> u32 {
         if self.combination == Combination::Adder { self.count } else { 1 }
     }
 
     /// The level while so many of their pulses are high.
+    #[inline]
     pub fn level(&self, high: u32) -> bool {
         match self.combination {
             Combination::Or | Combination::Adder => high >= self.coincidence,

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use super::arithmetic::NORMAL_BOUND;
 use super::excess::OnTime;
+use super::members::{Crosstalk, MemberTables, PerMember, Target, Traps};
 use super::normal::NORMAL_REACH;
 use super::places::{
     CHIP_TICKS, LONGEST_CHIPS, MOST_CODE_CHIPS, round_ticks, ticks, ticks_of_chips,
 };
 use super::profile::Profile;
-use super::sign::{EdgeTiming, SignTable};
+use super::sign::{EdgeTiming, SignTable, threshold_of};
 use crate::photons::DetectorModel;
+use crate::photons::detector::Coupled;
 use crate::photons::light::ExcessLight;
 use crate::scene::PathIndex;
 
@@ -34,12 +36,16 @@ pub enum OutsideDomain {
         /// Those of the longest table.
         limit: u64,
     },
-    /// The lanes know one detector.
-    #[error("crosstalk of other detectors; the lanes take detectors that hear none")]
-    Crosstalk,
-    /// Each cell goes through the lanes by itself.
-    #[error("cells fire one another; the lanes take cells that know nothing of each other")]
-    CellCrosstalk,
+    /// What is pending is looked through at each arrival.
+    #[error(
+        "{mean} afterpulses and avalanches by crosstalk are pending at a time; the lanes take up to {most}"
+    )]
+    TooManyPending {
+        /// Their mean number in the brightest light.
+        mean: f64,
+        /// Up to which lanes pay.
+        most: f64,
+    },
     /// A dead time is part of a wait, which is shorter than a table.
     #[error("the dead time is {dead_time_chips} chips; the lanes take less than {limit_chips}")]
     DeadTimeTooLong {
@@ -96,6 +102,9 @@ const LEAST_TIME_CONSTANT_TICKS: f64 = 1000.0;
 /// plain loop costs about ten.
 const MOST_CUTS_PER_PHOTON: f64 = 10.0;
 
+/// More of what is pending than that is looked through one by one as quickly.
+const MOST_PENDING: f64 = 8.0;
+
 /// Dead times leave half of a table to waits.
 const LONGEST_DEAD_TIME_CHIPS: u32 = LONGEST_CHIPS / 2;
 
@@ -107,8 +116,11 @@ pub struct Tables {
     /// Waits are cut there.
     pub longest_wait_ticks: u32,
     pub dead_time_ticks: u32,
-    /// Whether each arrival within a dead time begins it anew.
-    pub is_paralyzable: bool,
+    /// Mean wait for constant light, endless if there is none, and on whom it falls.
+    pub constant_wait_ticks: f64,
+    pub constant_target: Target,
+    /// None of a detector that is blind from each avalanche on for as long, and hears no other.
+    pub members: Option<MemberTables>,
     /// Standard deviation of the jitter.
     pub jitter_ticks: f64,
     /// Beyond this distance from a border, jitter does not carry over it.
@@ -127,54 +139,160 @@ pub struct PathTable {
     pub code_chips: u64,
     /// What its random streams are told apart by.
     pub number: u64,
+    /// On which members it falls.
+    pub target: Target,
 }
 
 impl Tables {
-    /// The tables of a model, or why there are none; of a detector of several cells those of each one, whose light
-    /// and dead times are alike.
+    /// The tables of a model, or why there are none.
     pub fn new(model: &DetectorModel) -> Result<Tables, OutsideDomain> {
-        if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
-            return Err(OutsideDomain::MovingPath { path: light.path });
-        }
-        if model.crosstalk.is_some() {
-            return Err(OutsideDomain::Crosstalk);
-        }
         if model.anchor.is_some() {
             return Err(OutsideDomain::Anchored);
         }
-        if let Some(pixel) = &model.pixel {
-            if pixel.crosstalk.is_some() {
-                return Err(OutsideDomain::CellCrosstalk);
-            }
-            pixel.cells.iter().try_for_each(check_quickness)?;
-            return Tables::new(&pixel.cells[0]);
+        let members = model.members();
+        // Light that falls on all cells is that of the detector.
+        let lit = if model.pixel.is_some() { vec![model] } else { members.clone() };
+        for member in &members {
+            check_lengths(member)?;
         }
-        check_lengths(model)?;
-        check_quickness(model)?;
-        let jitter_chips = model.jitter_chips.unwrap_or(0.0);
+        check_quickness(model, &lit)?;
         // Light of one code and shape shares its tables.
         let mut known: Vec<(&ExcessLight, LightTables)> = Vec::new();
         let mut paths = Vec::new();
-        for light in &model.excess {
-            let is_alike = |other: &ExcessLight| {
-                Arc::ptr_eq(&light.code, &other.code) && Arc::ptr_eq(&light.shape, &other.shape)
-            };
-            let found = known.iter().find(|(other, _)| is_alike(other));
-            let tables = found.map_or_else(|| LightTables::new(light), |(_, t)| t.clone());
-            paths.extend(tables.of(light));
-            known.push((light, tables));
+        for (place, lit) in (0..).zip(&lit) {
+            let target = if model.pixel.is_some() { Target::All } else { Target::One(place) };
+            for light in &lit.excess {
+                let is_alike = |other: &ExcessLight| {
+                    Arc::ptr_eq(&light.code, &other.code) && Arc::ptr_eq(&light.shape, &other.shape)
+                };
+                let found = known.iter().find(|(other, _)| is_alike(other));
+                let tables = found.map_or_else(|| LightTables::new(light), |(_, t)| t.clone());
+                paths.extend(tables.of(light, &target));
+                known.push((light, tables));
+            }
         }
         let dead_time_ticks = round_ticks(model.dead_time_chips) as u32;
         let dead_time_chips = dead_time_ticks.div_ceil(CHIP_TICKS);
+        let constants: Vec<f64> = members.iter().map(|member| member.constant_per_chip).collect();
+        let jitter_chips = model.jitter_chips.unwrap_or(0.0);
+        let members = match members.len() == 1 && !(model.is_paralyzable && dead_time_ticks > 0) {
+            true => None,
+            false => Some(member_tables(model, &members)?),
+        };
+        let blind_chips = if members.is_some() { 0 } else { dead_time_chips };
         Ok(Tables {
             paths,
-            longest_wait_ticks: (LONGEST_CHIPS - 1 - dead_time_chips) * CHIP_TICKS,
+            longest_wait_ticks: (LONGEST_CHIPS - 1 - blind_chips) * CHIP_TICKS,
             dead_time_ticks,
-            is_paralyzable: model.is_paralyzable && dead_time_ticks > 0,
+            constant_wait_ticks: ticks(1.0 / constants.iter().sum::<f64>()),
+            constant_target: match model.pixel.as_ref().is_some_and(|pixel| pixel.is_even()) {
+                true => Target::All,
+                false => shares(&constants),
+            },
+            members,
             jitter_ticks: ticks(jitter_chips),
             reach_ticks: ticks(f64::from(NORMAL_BOUND) * jitter_chips).ceil() as u32,
         })
     }
+}
+
+/// On whom light of these rates falls.
+fn shares(rates: &[f64]) -> Target {
+    let all: f64 = rates.iter().sum();
+    let mut until = 0.0;
+    let thresholds = rates[1..].iter().zip(rates).map(|(_, rate)| {
+        until += rate / all;
+        threshold_of(until)
+    });
+    Target::Shares(thresholds.collect())
+}
+
+/// What the members of a detector are like, and do to one another.
+fn member_tables(
+    model: &DetectorModel,
+    members: &[&DetectorModel],
+) -> Result<MemberTables, OutsideDomain> {
+    check_pending(model, members)?;
+    let dead_times = members.iter().map(|member| round_ticks(member.dead_time_chips) as u32);
+    let afterpulsing = || members.iter().map(|member| member.afterpulsing);
+    let time_constants = afterpulsing().map(|a| a.map_or(0.0, |a| ticks(a.time_constant_chips)));
+    let left = members.iter().map(|member| {
+        // With passive recharge they come within the dead time, and prolong it.
+        let afterpulsing = member.afterpulsing.filter(|_| !member.is_paralyzable);
+        afterpulsing.map_or(0.0, |a| (-member.dead_time_chips / a.time_constant_chips).exp())
+    });
+    let traps = afterpulsing().any(|a| a.is_some()).then(|| Traps {
+        means: PerMember::of_floats(
+            afterpulsing().map(|a| a.map_or(0.0, |a| a.mean_per_avalanche)),
+        ),
+        time_constants: PerMember::of_floats(time_constants),
+        left: PerMember::of_floats(left),
+    });
+    let of_cells = model.pixel.iter().filter_map(|pixel| pixel.crosstalk);
+    let mut crosstalk: Vec<Crosstalk> = of_cells
+        .map(|(probability, delay_chips)| Crosstalk::Cells {
+            threshold: threshold_of(probability).max(0),
+            delay: round_ticks(delay_chips) as u32,
+        })
+        .collect();
+    crosstalk.extend(model.crosstalk.iter().flat_map(|coupled| links(coupled)));
+    Ok(MemberTables {
+        number: members.len() as u32,
+        own: model.crosstalk.as_ref().map(|coupled| coupled.own as u32),
+        is_paralyzable: model.is_paralyzable,
+        dead_times: PerMember::new(&dead_times.collect::<Vec<_>>()),
+        traps,
+        crosstalk,
+    })
+}
+
+/// The links of coupled detectors, of each member one after another.
+fn links(coupled: &Coupled) -> Vec<Crosstalk> {
+    let number = coupled.models.len();
+    let of = |member: usize| coupled.links.iter().filter(move |link| link.from == member);
+    let most = (0..number).map(|member| of(member).count()).max().unwrap_or(0);
+    let round = |round: usize| {
+        let link = |member| of(member).nth(round);
+        let column = |value: &dyn Fn(usize) -> u32| {
+            PerMember::new(&(0..number).map(value).collect::<Vec<_>>())
+        };
+        Crosstalk::Link {
+            thresholds: column(&|of| {
+                threshold_of(link(of).map_or(0.0, |link| link.probability)) as u32
+            }),
+            targets: column(&|of| link(of).map_or(0, |link| link.to as u32)),
+            delays: column(&|of| link(of).map_or(0, |link| round_ticks(link.delay_chips) as u32)),
+        }
+    };
+    (0..most).map(round).collect()
+}
+
+/// Whether lanes pay off in spite of what is pending.
+fn check_pending(model: &DetectorModel, members: &[&DetectorModel]) -> Result<(), OutsideDomain> {
+    let talks = |of: usize| match (&model.pixel, &model.crosstalk) {
+        (Some(pixel), _) => pixel.crosstalk.into_iter().collect::<Vec<_>>(),
+        (None, Some(coupled)) => {
+            let links = coupled.links.iter().filter(|link| link.from == of);
+            links.map(|link| (link.probability, link.delay_chips)).collect()
+        }
+        (None, None) => Vec::new(),
+    };
+    let pending = members.iter().enumerate().map(|(of, member)| {
+        let talks = talks(of);
+        let talk: f64 = talks.iter().map(|(probability, delay)| probability * delay).sum();
+        let trapped = member.afterpulsing.map_or(0.0, |a| {
+            a.mean_per_avalanche * (a.time_constant_chips + member.dead_time_chips)
+        });
+        if talk + trapped == 0.0 {
+            return 0.0;
+        }
+        // What avalanches cause comes on top, as often as they do if members are alike.
+        let caused: f64 = talks.iter().map(|(probability, _)| probability).sum();
+        let rate = member.most_detections_per_chip() / (1.0 - caused).max(0.0);
+        rate.min(member.most_of_dead_time_per_chip()) * (talk + trapped)
+    });
+    let (mean, most) = (pending.sum(), MOST_PENDING);
+    if mean > most { Err(OutsideDomain::TooManyPending { mean, most }) } else { Ok(()) }
 }
 
 /// What follows from a code and how light follows it.
@@ -196,7 +314,7 @@ impl LightTables {
 
     /// The tables of a path: one, or where light reaches too far for a profile, one for each
     /// strand.
-    fn of(&self, light: &ExcessLight) -> Vec<PathTable> {
+    fn of(&self, light: &ExcessLight, target: &Target) -> Vec<PathTable> {
         let table = |mean_wait_chips: f64, delay_chips: f64, number: u64| PathTable {
             on_time: Arc::clone(&self.on_time),
             profile: self.profile.clone(),
@@ -204,6 +322,7 @@ impl LightTables {
             delay_ticks: round_ticks(delay_chips.rem_euclid(light.code.len() as f64)),
             code_chips: light.code.len(),
             number,
+            target: target.clone(),
         };
         match &self.profile {
             Some(profile) => {
@@ -247,6 +366,9 @@ pub fn sign_table(model: &DetectorModel) -> Option<SignTable> {
 
 /// Whether everything fits a table or a word.
 fn check_lengths(model: &DetectorModel) -> Result<(), OutsideDomain> {
+    if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
+        return Err(OutsideDomain::MovingPath { path: light.path });
+    }
     let codes = model.excess.iter().map(|light| light.code.len());
     let chips = codes.fold(model.reference.len(), u64::max);
     let limit = MOST_CODE_CHIPS as u64;
@@ -268,19 +390,22 @@ fn check_lengths(model: &DetectorModel) -> Result<(), OutsideDomain> {
     Ok(())
 }
 
-fn check_quickness(model: &DetectorModel) -> Result<(), OutsideDomain> {
-    let excess_per_chip: f64 = model.excess.iter().map(|light| light.rate_per_chip).sum();
-    let mean_wait_chips = 1.0 / (model.constant_per_chip + excess_per_chip);
+/// Of a model, under the light of `lit` together.
+fn check_quickness(model: &DetectorModel, lit: &[&DetectorModel]) -> Result<(), OutsideDomain> {
+    let excess = lit.iter().flat_map(|lit| &lit.excess).map(|light| light.rate_per_chip);
+    let constant = model.members().into_iter().map(|member| member.constant_per_chip);
+    let mean_wait_chips = 1.0 / (constant.sum::<f64>() + excess.sum::<f64>());
     let most_chips = MOST_CUTS_PER_PHOTON * f64::from(LONGEST_CHIPS);
     if mean_wait_chips > most_chips {
         return Err(OutsideDomain::TooRare { mean_wait_chips, most_chips });
     }
     let mut time_constant_chips = mean_wait_chips;
-    if let Some(afterpulsing) = model.afterpulsing {
+    for member in model.members() {
+        let Some(afterpulsing) = member.afterpulsing else { continue };
         time_constant_chips = time_constant_chips.min(afterpulsing.time_constant_chips);
         // An endless chain of afterpulses is as quick as the dead time lets it.
         if afterpulsing.mean_per_avalanche > 0.9 {
-            time_constant_chips = time_constant_chips.min(model.dead_time_chips);
+            time_constant_chips = time_constant_chips.min(member.dead_time_chips);
         }
     }
     let least_chips = LEAST_TIME_CONSTANT_TICKS / f64::from(CHIP_TICKS);

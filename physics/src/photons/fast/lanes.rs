@@ -5,6 +5,7 @@ use super::arithmetic::{LANES, LONGEST_WAIT, Words};
 use super::constant::ConstantLight;
 use super::domain::Tables;
 use super::excess::ExcessLight;
+use super::members::{Members, Target};
 use super::places::{Clock, round_ticks, ticks, ticks_of_chips};
 use crate::photons::DetectorModel;
 use crate::photons::random::{Part, StreamKey, scatter};
@@ -24,11 +25,15 @@ pub struct Lanes<'t> {
     pub clock: Clock,
     /// How far the clock went on in the last iteration.
     pub elapsed: Words,
-    /// 1 where the last iteration was an avalanche, 0 where a wait was cut.
+    /// 1 where the last iteration was an avalanche that counts, 0 where a wait was cut.
     pub fired: Words,
-    /// Ticks for which a detector with passive recharge is still blind if nothing comes.
-    blind: Words,
+    /// None of a detector that is blind from each avalanche on for as long, and hears no other.
+    pub members: Option<Members<'t>>,
+    iterations: u32,
 }
+
+/// After so many iterations places for what is pending are given back.
+const ITERATIONS_TO_SHRINK: u32 = 256;
 
 impl<'t> Lanes<'t> {
     pub fn new(model: &DetectorModel, tables: &'t Tables) -> Lanes<'t> {
@@ -38,15 +43,19 @@ impl<'t> Lanes<'t> {
         Lanes {
             tables,
             paths: tables.paths.iter().map(path).collect(),
-            constant: (model.constant_per_chip > 0.0)
-                .then(|| ConstantLight::new(ticks(1.0 / model.constant_per_chip))),
+            constant: tables
+                .constant_wait_ticks
+                .is_finite()
+                .then(|| ConstantLight::new(tables.constant_wait_ticks)),
             afterpulses: model
                 .afterpulsing
+                .filter(|_| tables.members.is_none())
                 .map(|a| Afterpulses::new(a.mean_per_avalanche, ticks(a.time_constant_chips))),
             clock: Clock::new(),
             elapsed: Words::all(0),
             fired: Words::all(0),
-            blind: Words::all(0),
+            members: tables.members.as_ref().map(Members::new),
+            iterations: 0,
         }
     }
 
@@ -62,8 +71,27 @@ impl<'t> Lanes<'t> {
         key: &StreamKey,
         border: i64,
     ) -> i64 {
-        let start = round_ticks(model.first_ready_chips(key)) - ticks_of_chips(model.warm_up_chips);
+        let ready = |model: &DetectorModel, key| round_ticks(model.first_ready_chips(key));
+        let mut start = -ticks_of_chips(model.warm_up_chips);
+        // All members begin at one time, whichever of them it is that counts.
+        let mut shared = *key;
+        let mut keys = Vec::new();
+        if let Some(members) = &mut self.members {
+            let models = model.members();
+            keys.extend(models.iter().map(|m| m.key(key.seed, key.repetition, key.group)));
+            if model.pixel.is_none() {
+                shared = keys[0];
+            }
+            let blind = models.iter().zip(&keys).map(|(model, key)| ready(model, key) as u32);
+            members.start(lane, &shared, blind);
+        } else {
+            start += ready(model, key);
+        }
         for (path, table) in self.paths.iter_mut().zip(&self.tables.paths) {
+            let key = match table.target {
+                Target::One(member) => keys.get(member as usize).unwrap_or(key),
+                _ => key,
+            };
             path.streams.restart(lane, key.hash(Part::Path(table.number)));
             if let Some((_, streams)) = &mut path.edges {
                 streams.restart(lane, key.hash(Part::Path(scatter(table.number, 1))));
@@ -72,7 +100,7 @@ impl<'t> Lanes<'t> {
             path.places.set(lane, ticks_of_chips(position) + start - table.delay_ticks);
         }
         if let Some(constant) = &mut self.constant {
-            constant.streams.restart(lane, key.hash(Part::ConstantLight));
+            constant.streams.restart(lane, shared.hash(Part::ConstantLight));
         }
         if let Some(afterpulses) = &mut self.afterpulses {
             afterpulses.streams.restart(lane, key.hash(Part::Afterpulsing));
@@ -80,11 +108,10 @@ impl<'t> Lanes<'t> {
         }
         self.clock.set(lane, start - border);
         self.fired[lane] = 0;
-        self.blind[lane] = 0;
         start
     }
 
-    /// From where each detector gets ready to the end of the next wait.
+    /// From where each detector gets ready, or has had its last arrival, to the end of the next wait.
     ///
     /// There the arrivals of all parts have no memory,
     /// so the next avalanche is the earliest of fresh draws. A wait that is too long is cut,
@@ -92,53 +119,59 @@ impl<'t> Lanes<'t> {
     /// for the same reason, and keeps every number small.
     #[inline(always)]
     pub fn iterate(&mut self) {
-        let dead_time = self.tables.dead_time_ticks;
         let mut waits = Words::all(LONGEST_WAIT);
         let mut cuts = Words::all(self.tables.longest_wait_ticks);
-        if self.tables.is_paralyzable {
-            for lane in 0..LANES {
-                // Zero is an endless time below itself.
-                let blind = self.blind[lane].wrapping_sub(1).min(cuts[lane].wrapping_sub(1));
-                cuts[lane] = blind.wrapping_add(1);
-            }
+        if let Some(members) = &mut self.members {
+            members.choose();
         }
-        for path in &mut self.paths {
+        for (path, table) in self.paths.iter_mut().zip(&self.tables.paths) {
+            let before = waits;
             path.shorten(&mut waits, &mut cuts);
+            if let Some(members) = &mut self.members {
+                members.aim(&table.target, &before, &waits);
+            }
         }
         if let Some(constant) = &mut self.constant {
+            let before = waits;
             constant.shorten(&mut waits);
+            if let Some(members) = &mut self.members {
+                members.aim(&self.tables.constant_target, &before, &waits);
+            }
         }
-        if let Some(afterpulses) = &mut self.afterpulses {
-            afterpulses.shorten(&mut waits);
-        }
-        // Until the detector is ready again, and where afterpulses begin to come.
-        let (mut until_ready, mut trapping) = (Words::all(0), Words::all(0));
-        if self.tables.is_paralyzable {
-            for lane in 0..LANES {
-                let (blind, wait) = (self.blind[lane], waits[lane].min(cuts[lane]));
-                let has_arrived = waits[lane] < cuts[lane];
-                let left = blind.saturating_sub(wait);
-                self.elapsed[lane] = wait;
-                until_ready[lane] = wait;
-                trapping[lane] = u32::from(!has_arrived & (blind > 0) & (left == 0));
-                self.fired[lane] = u32::from(has_arrived & (blind == 0));
-                self.blind[lane] = if has_arrived { dead_time } else { left };
+        if let Some(members) = &mut self.members {
+            (self.elapsed, self.fired) = members.arrive(&waits, &cuts);
+            for path in &mut self.paths {
+                path.places.advance(&self.elapsed);
+            }
+            self.iterations = self.iterations.wrapping_add(1);
+            if self.iterations.is_multiple_of(ITERATIONS_TO_SHRINK) {
+                members.shrink();
             }
         } else {
-            for lane in 0..LANES {
-                let wait = waits[lane].min(cuts[lane]);
-                self.elapsed[lane] = wait.wrapping_add(self.fired[lane].wrapping_mul(dead_time));
-                self.fired[lane] = u32::from(waits[lane] < cuts[lane]);
-                until_ready[lane] = wait.wrapping_add(self.fired[lane].wrapping_mul(dead_time));
-                trapping[lane] = self.fired[lane];
-            }
+            self.fire(&mut waits, &cuts);
+        }
+        self.clock.advance(&self.elapsed);
+    }
+
+    /// The detector fires at the end of a wait, and is blind from then on.
+    #[inline(always)]
+    fn fire(&mut self, waits: &mut Words, cuts: &Words) {
+        let dead_time = self.tables.dead_time_ticks;
+        if let Some(afterpulses) = &mut self.afterpulses {
+            afterpulses.shorten(waits);
+        }
+        let mut until_ready = Words::all(0);
+        for lane in 0..LANES {
+            let wait = waits[lane].min(cuts[lane]);
+            self.elapsed[lane] = wait.wrapping_add(self.fired[lane].wrapping_mul(dead_time));
+            self.fired[lane] = u32::from(waits[lane] < cuts[lane]);
+            until_ready[lane] = wait.wrapping_add(self.fired[lane].wrapping_mul(dead_time));
         }
         for path in &mut self.paths {
             path.places.advance(&until_ready);
         }
         if let Some(afterpulses) = &mut self.afterpulses {
-            afterpulses.decay(&until_ready, &trapping);
+            afterpulses.decay(&until_ready, &self.fired);
         }
-        self.clock.advance(&self.elapsed);
     }
 }

@@ -18,8 +18,7 @@
 //!   over the border.
 //! - `record`: where detections themselves are wanted, and where jitter decides too much for
 //!   a table of probabilities, each gets its own.
-//! - Cells that know nothing of each other go through the lanes one after another; their counts are
-//!   added up, or their detections make the level.
+//! - `members`: cells of a pixel, detectors that fire one another, and passive recharge.
 //!
 //! A part that the model does not have is a loop that is not entered, so leaving
 //! it out changes no other number. Counts depend on seed, detector, scan and
@@ -34,6 +33,7 @@ mod domain;
 mod excess;
 mod instruction_set;
 mod lanes;
+mod members;
 pub(crate) mod normal;
 mod places;
 mod profile;
@@ -50,11 +50,12 @@ use std::thread::available_parallelism;
 pub use domain::OutsideDomain;
 pub use instruction_set::{InstructionSet, Runner};
 pub(crate) use places::CHIP_BITS;
+pub(super) use record::Recorded;
 pub use record::RegisteredTicks;
 
 use self::arithmetic::LANES;
 use self::domain::Tables;
-use self::record::{GroupRunner, edges};
+use self::record::GroupRunner;
 use self::sign::SignTable;
 use self::steps::{Jobs, Share, StepRunner};
 use super::counter::{StepCount, count_detections, count_step};
@@ -140,16 +141,15 @@ impl<'m> Recorder<'m> {
     /// # Panics
     /// If there are no [`Recorder::groups_at_once`].
     pub fn record(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<Vec<RegisteredTicks>> {
+        self.record_levels(seed, groups).into_iter().map(|recorded| recorded.times).collect()
+    }
+
+    /// The same, with the ends of what is not equally long.
+    pub(super) fn record_levels(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<Recorded> {
         let tables = self.tables.as_ref().unwrap_or_else(|reason| panic!("{reason}"));
-        let of_spad = |model| {
-            let mut runner = GroupRunner::new(model, tables, seed, groups);
-            self.instruction_set.run(&mut runner);
-            runner.into_lists()
-        };
-        let Some(pixel) = &self.model.pixel else { return of_spad(self.model) };
-        let of_cells: Vec<_> = pixel.cells.iter().map(of_spad).collect();
-        let of_group = |group| edges(pixel, of_cells.iter().map(|groups| &groups[group]));
-        (0..groups.len()).map(of_group).collect()
+        let mut runner = GroupRunner::new(self.model, tables, seed, groups);
+        self.instruction_set.run(&mut runner);
+        runner.into_recorded()
     }
 }
 
@@ -159,22 +159,15 @@ pub struct StepCounter<'m> {
     recorder: Recorder<'m>,
     /// `None` where counts are of recorded detections, one by one.
     sign: Option<SignTable>,
-    /// Of cells whose counts are added up each one's counter, in place of all else.
-    cells: Vec<StepCounter<'m>>,
 }
 
 impl<'m> StepCounter<'m> {
     /// Makes the tables of a model, and chooses the best instruction set.
     pub fn new(model: &'m DetectorModel) -> StepCounter<'m> {
-        let recorder = Recorder::new(model);
-        let of_spad = |model| {
-            let recorder = Recorder { model, ..recorder.clone() };
-            StepCounter { recorder, sign: domain::sign_table(model), cells: Vec::new() }
-        };
-        let Some(pixel) = &model.pixel else { return of_spad(model) };
-        let is_added = pixel.law.edges() > 1;
-        let cells = pixel.cells.iter().filter(|_| is_added).map(of_spad).collect();
-        StepCounter { recorder, sign: None, cells }
+        // Of a level that several cells make all of them decide together.
+        let makes_level = model.pixel.as_ref().is_some_and(|pixel| pixel.law.edges() == 1);
+        let sign = if makes_level { None } else { domain::sign_table(model) };
+        StepCounter { recorder: Recorder::new(model), sign }
     }
 
     /// Uses another instruction set.
@@ -182,12 +175,8 @@ impl<'m> StepCounter<'m> {
     /// # Panics
     /// On counting, if the processor does not have it.
     pub fn with_instruction_set(self, instruction_set: InstructionSet) -> StepCounter<'m> {
-        let with = |cell: StepCounter<'m>| cell.with_instruction_set(instruction_set);
-        StepCounter {
-            recorder: self.recorder.with_instruction_set(instruction_set),
-            cells: self.cells.into_iter().map(with).collect(),
-            ..self
-        }
+        let recorder = self.recorder.with_instruction_set(instruction_set);
+        StepCounter { recorder, ..self }
     }
 
     /// Why the plain loop is used instead of lanes; `None` if it is not.
@@ -224,16 +213,6 @@ impl<'m> StepCounter<'m> {
         let numbers = repetitions.end.saturating_sub(repetitions.start)
             * steps.end.saturating_sub(steps.start);
         assert_eq!(numbers, out.len() as u64, "one place for each step");
-        if !self.cells.is_empty() {
-            out.fill(StepCount::ZERO);
-            let mut counts = vec![StepCount::ZERO; out.len()];
-            for cell in &self.cells {
-                let (repetitions, steps) = (repetitions.clone(), steps.clone());
-                cell.count_on_threads(threads, seed, repetitions, steps, &mut counts);
-                out.iter_mut().zip(&counts).for_each(|(all, count)| all.add(*count));
-            }
-            return;
-        }
         let jobs = Jobs { seed, first_repetition: repetitions.start, steps };
         threads::share(threads, out, |next| self.count_jobs(&jobs, next));
     }

@@ -37,33 +37,49 @@ impl RegisteredTicks {
 
 /// A cell's number has so many bits: there are 64 at most.
 const CELL_BITS: u32 = 6;
+/// Where it stands in a row, above the ticks.
+const CELL_SHIFT: u32 = CHIP_BITS + 1;
 
-/// When the level of some cells rises, of each cell's registered times in order.
-pub fn edges<'l>(
-    pixel: &Pixel,
-    of_cells: impl Iterator<Item = &'l Vec<RegisteredTicks>>,
-) -> Vec<RegisteredTicks> {
-    let numbered = of_cells
-        .zip(0_u64..)
-        .flat_map(|(list, cell)| list.iter().map(move |time| (time.0 << CELL_BITS) | cell));
-    let mut times: Vec<u64> = numbered.collect();
-    // It finds what is in order already.
-    times.sort();
+/// What a group of steps registers, in order.
+#[derive(Debug, Clone, Default)]
+pub struct Recorded {
+    /// Detections, or when the level rises that several cells make.
+    pub times: Vec<RegisteredTicks>,
+    /// When that level falls; empty of detections, whose pulses are all equally long.
+    pub ends: Vec<RegisteredTicks>,
+}
+
+/// The level of some cells: `times` are registered ones of all of them, in order, with the cell's
+/// number in the last bits.
+fn level(pixel: &Pixel, times: &[RegisteredTicks]) -> Recorded {
     let width = round_ticks(pixel.pulse_width_chips) as u64;
     let mut line = Line::new(pixel);
-    for time in times {
-        let (time, cell) = (time >> CELL_BITS, time & ((1 << CELL_BITS) - 1));
-        line.pulse(time, time + width, cell as usize);
+    let mut recorded = Recorded::default();
+    let mut keep = |pulse: Option<(u64, u64)>| {
+        recorded.times.extend(pulse.map(|(rise, _)| RegisteredTicks(rise)));
+        recorded.ends.extend(pulse.map(|(_, fall)| RegisteredTicks(fall)));
+    };
+    let of_cell =
+        |time: &RegisteredTicks| (time.0 >> CELL_BITS, (time.0 & ((1 << CELL_BITS) - 1)) as usize);
+    // All pulses are equally long, so they end in the order in which they begin.
+    let mut open = times.iter().map(of_cell).peekable();
+    for (time, cell) in times.iter().map(of_cell) {
+        while let Some((begun, ended)) = open.next_if(|(begun, _)| begun + width <= time) {
+            keep(line.end(begun + width, ended));
+        }
+        keep(line.begin(time, time + width, cell));
     }
-    line.pass(u64::MAX);
-    line.pulses.into_iter().map(|(rise, _)| RegisteredTicks(rise)).collect()
+    for (begun, ended) in open {
+        keep(line.end(begun + width, ended));
+    }
+    recorded
 }
 
 /// An iteration of all lanes: when what fired is registered, in the lanes' clocks.
 #[derive(Debug, Clone, Copy)]
 struct Detections {
     chips: Words,
-    /// Ticks into the chip, or [`NONE`].
+    /// Ticks into the chip, and the cell's number; or [`NONE`].
     fractions: Words,
 }
 
@@ -94,6 +110,8 @@ pub struct GroupRunner<'t> {
     end: i64,
     reach: i64,
     lanes: Lanes<'t>,
+    /// Of several cells that make one level.
+    pixel: Option<&'t Pixel>,
     /// Streams, and its standard deviation in ticks.
     jitter: Option<(LaneStreams, f32)>,
     rows: Box<[Detections; ROWS]>,
@@ -122,6 +140,7 @@ impl<'t> GroupRunner<'t> {
             end: ticks_of_chips(chips as i64),
             reach: i64::from(tables.reach_ticks),
             lanes: Lanes::new(model, tables),
+            pixel: model.pixel.as_deref().filter(|pixel| pixel.law.edges() == 1),
             jitter: model.jitter_chips.map(|_| (LaneStreams::new(), tables.jitter_ticks as f32)),
             rows: Box::new([nothing; ROWS]),
             row: 0,
@@ -151,9 +170,14 @@ impl<'t> GroupRunner<'t> {
         }
     }
 
-    /// The lists of all jobs.
-    pub fn into_lists(self) -> Vec<Vec<RegisteredTicks>> {
-        self.lists
+    /// What all jobs have registered.
+    pub fn into_recorded(self) -> Vec<Recorded> {
+        let pixel = self.pixel;
+        let recorded = |times: Vec<RegisteredTicks>| match pixel {
+            Some(pixel) => level(pixel, &times),
+            None => Recorded { times, ends: Vec::new() },
+        };
+        self.lists.into_iter().map(recorded).collect()
     }
 
     #[inline(always)]
@@ -174,6 +198,11 @@ impl<'t> GroupRunner<'t> {
             row.chips[lane] = clock.chips[lane].wrapping_add((ticks as i32 >> CHIP_BITS) as u32);
             row.fractions[lane] = (ticks & IN_CHIP) | none;
         }
+        if let (Some(_), Some(members)) = (self.pixel, &self.lanes.members) {
+            for lane in 0..LANES {
+                row.fractions[lane] |= members.hit[lane] << CELL_SHIFT;
+            }
+        }
     }
 
     #[inline(never)]
@@ -193,20 +222,22 @@ impl<'t> GroupRunner<'t> {
             return;
         };
         let list = &mut self.lists[job];
+        let cell_bits = if self.pixel.is_some() { CELL_BITS } else { 0 };
         for row in &self.rows[first..self.row] {
             let fraction = row.fractions[lane];
             if fraction & NONE != 0 {
                 continue;
             }
             let chip = i64::from(row.chips[lane] as i32);
-            let mut ticks = ticks_of_chips(chip) + i64::from(fraction) + group.origin;
+            let mut ticks = ticks_of_chips(chip) + i64::from(fraction & IN_CHIP) + group.origin;
             if let (Some(rng), Some(tail)) = (&mut group.tail, &self.model.tail) {
                 ticks += round_ticks(tail.draw(rng));
             }
             if ticks < 0 || ticks >= self.end {
                 continue;
             }
-            let time = RegisteredTicks(ticks as u64);
+            let cell = u64::from(fraction >> CELL_SHIFT);
+            let time = RegisteredTicks((ticks as u64) << cell_bits | cell);
             let mut place = list.len();
             list.push(time);
             while place > 0 && list[place - 1] > time {
