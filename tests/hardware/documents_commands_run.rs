@@ -38,14 +38,15 @@ const SKIPPED: &[(&str, &str)] = &[
 /// What is run where `scripts/test --thorough` says so.
 const LATER: &[(&str, &str)] = &[
     ("build/ulx3s", "place and route of a second board"),
-    ("build/arty", "synthesis of a third"),
+    ("build/ice", "of a third"),
+    ("build/arty", "synthesis of a fourth"),
     ("+1000", "a thousand points; others have a few"),
     ("--cache out/cache", "a model that others have built"),
     ("--repeat 3000", "seconds of simulation"),
 ];
 /// The words that stand for a user's own, and one of each.
 const PLACEHOLDERS: &[(&str, &str)] = &[
-    ("BOARD", "ulx3s-12f"),
+    ("BOARD", "tang-nano-9k"),
     ("SCENE", "scenes/quick.toml"),
     ("ROOM", "scenes/image.toml --set array.rows=8"),
     ("DIR", "out"),
