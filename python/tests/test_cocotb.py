@@ -7,17 +7,12 @@ from pathlib import Path
 
 import goldtof
 import pytest
-from conftest import ROOT
+from conftest import ROOT, of_a_release
 
 EXAMPLE = ROOT / "python/examples/cocotb"
 OWN = [ROOT / "examples/own-rtl/rtl" / name for name in
        ("range_top.v", "code_rom.v", "correlator.v", "stream_port.sv")]
 QUICK = ROOT / "scenes/quick.toml"
-
-
-@pytest.fixture(params=["icarus", "verilator"])
-def simulator(request):
-    return request.param
 
 
 @pytest.fixture
@@ -38,6 +33,7 @@ def bench(monkeypatch):
     del sys.modules["run"]
 
 
+@pytest.mark.parametrize("simulator", [pytest.param("icarus", marks=of_a_release), "verilator"])
 def test_own_verilog_matches_at_its_latency_alone(bench, simulator, tmp_path):
     defines = {"DESIGN": "range_top", "ADDER_STAGES": 8}
     bench.build(simulator, tmp_path, OWN, defines, [ROOT / "examples/own-rtl/include"])
@@ -71,6 +67,7 @@ def emit_with_a_fault(scene, folder):
     return [folder / name for name in names]
 
 
+@pytest.mark.parametrize("simulator", ["icarus", pytest.param("verilator", marks=of_a_release)])
 def test_emitted_verilog_matches_and_a_fault_is_named(bench, simulator, tmp_path, short):
     scene = goldtof.Scene.load(short)
     bench.build(simulator, tmp_path, emit_with_a_fault(scene, tmp_path / "rtl"))
@@ -130,7 +127,8 @@ def test_it_is_wired_for_whatever_ports_there_are(tmp_path, scene):
     assert "PASS=1 FAIL=0" in said, said
 
 
-@pytest.mark.parametrize("scene", [QUICK, ROOT / "tests/scenes/registers.toml"])
+@pytest.mark.parametrize(
+    "scene", [pytest.param(QUICK, marks=of_a_release), ROOT / "tests/scenes/registers.toml"])
 def test_a_host_sets_a_scan_and_a_setting_that_is_not_taken_is_found(tmp_path, scene):
     folder = emitted(scene, tmp_path / "rtl", "--set", "hardware.registers=axi4-lite")
     said = made(folder)
@@ -145,7 +143,8 @@ def test_a_host_sets_a_scan_and_a_setting_that_is_not_taken_is_found(tmp_path, s
     assert "FAIL=" in said and "FAIL=0" not in said and "Mismatch" in said, said
 
 
-@pytest.mark.parametrize("host", [[], ["--set", "hardware.registers=axi4-lite"]])
+@pytest.mark.parametrize(
+    "host", [pytest.param([], marks=of_a_release), ["--set", "hardware.registers=axi4-lite"]])
 def test_cells_have_pulses_together_and_each_of_them_has_some(tmp_path, host):
     folder = emitted(ROOT / "scenes/macropixel.toml", tmp_path / "rtl", *host)
     said = made(folder)

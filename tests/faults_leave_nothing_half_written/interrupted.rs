@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command};
 use std::time::Duration;
 
+use optics_support::repeated;
 use rustix::process::{Pid, Signal, test_kill_process};
 
 use super::support::*;
@@ -24,12 +25,25 @@ fn interrupt(mut child: Child, with: Signal) -> (Option<i32>, String) {
     (status.unwrap().code(), told)
 }
 
-fn interrupted_after(pause: Duration, command: &mut Command) {
+/// With the exit status that each leaves, and the word for it.
+const SIGNALS: [(Signal, i32, &str); 3] = [
+    (Signal::INT, 130, "interrupted"),
+    (Signal::TERM, 143, "terminated"),
+    (Signal::HUP, 129, "hung up"),
+];
+
+fn ended_after(pause: Duration, with: (Signal, i32, &str), command: &mut Command) {
+    let (with, expected, word) = with;
     let child = start(command);
     std::thread::sleep(pause);
-    let (status, told) = interrupt(child, Signal::INT);
-    assert_eq!(status, Some(130), "{told}");
-    assert!(told.contains("error: interrupted; unfinished files are removed"), "{told}");
+    let (status, told) = interrupt(child, with);
+    assert_eq!(status, Some(expected), "{told}");
+    let expected = format!("error: {word}; unfinished files are removed");
+    assert!(told.contains(&expected), "{told}");
+}
+
+fn interrupted_after(pause: Duration, command: &mut Command) {
+    ended_after(pause, SIGNALS[0], command);
 }
 
 fn assert_nothing_hidden(folder: &Path) {
@@ -39,12 +53,14 @@ fn assert_nothing_hidden(folder: &Path) {
 }
 
 #[test]
-fn ctrl_c_ends_a_simulation_with_130() {
+fn each_signal_ends_a_simulation_with_its_status() {
     let pause = Duration::from_millis(500);
     let folder = tempfile::tempdir().unwrap();
     let endless = endless_scene(folder.path());
     let endless = text(&endless);
-    interrupted_after(pause, &mut goldtof(&["simulate", endless, "--repeat", "100"]));
+    for with in SIGNALS {
+        ended_after(pause, with, &mut goldtof(&["simulate", endless, "--repeat", "100"]));
+    }
     interrupted_after(pause, &mut goldtof(&["fidelity", endless, "--budget-s", "86400"]));
 }
 
@@ -95,11 +111,7 @@ fn ctrl_c_ends_a_co_simulation_and_leaves_the_older_waveforms() {
 #[test]
 fn signals_while_compiling_end_the_compiler_and_empty_the_cache() {
     let folder = tempfile::tempdir().unwrap();
-    for (with, status, word) in [
-        (Signal::INT, 130, "interrupted"),
-        (Signal::TERM, 143, "terminated"),
-        (Signal::HUP, 129, "hung up"),
-    ] {
+    for (with, status, word) in SIGNALS.into_iter().take(repeated(1, 3) as usize) {
         let cache = cache_without_models();
         let (compiler, linking) = slow_linker(folder.path(), 1000);
         let child = start(

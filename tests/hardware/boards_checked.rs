@@ -129,7 +129,7 @@ fn faults_are_found((scene, board, settings): (&str, &str, &[&str]), faults: &[F
     let set = settings.iter().flat_map(|set| ["--set", *set]);
     let words = ["emit", scene, "--board", board, "--out", rtl].into_iter().chain(set);
     assert!(goldtof(&words.collect::<Vec<_>>()).status.success());
-    for (name, from, to) in faults.iter().step_by(repeated(3, 1) as usize) {
+    for (name, from, to) in faults.iter().step_by(repeated(5, 1) as usize) {
         let file = out.join("board").join(name);
         let right = fs::read_to_string(&file).expect("it is there");
         let wrong = right.replacen(from, to, 1);

@@ -326,6 +326,7 @@ fn gowin_with_registers_and_the_scenes_text() {
 
 /// A board that adds up three scans sends what the same board sends one by one, added up.
 #[test]
+#[ignore = "seconds: boards_checked has sums, of another board"]
 fn gowin_with_sums_of_three_scans() {
     // 81 code periods.
     let integration = "scan.integration=20108 ns";
@@ -392,7 +393,7 @@ fn hits_by_sample_are_those_of_the_photons() {
 }
 
 /// A sampler with uneven bins, dark counts at its pin, and the widths that `goldtof calibrate` finds of what the board
-/// counts: 4 % and more off even ones, each within its interval, which is some 1.5 % to either side.
+/// counts: 4 % and more off even ones, each within its interval, which is some 2 % to either side.
 #[test]
 fn a_boards_dark_counts_give_the_widths_of_the_scene() {
     let widths = [1.1, 0.9, 1.05, 0.95, 1.0, 1.04, 0.86, 1.1];
@@ -403,7 +404,7 @@ fn a_boards_dark_counts_give_the_widths_of_the_scene() {
             "detector.sampler={ widths = [1.1, 0.9, 1.05, 0.95, 1.0, 1.04, 0.86, 1.1] }",
             "detector.dark_count_rate=10 Mcps",
             "source.mean_power=0 W",
-            "scan.integration=100 us",
+            "scan.integration=50 us",
         ],
     );
     let mut running = built.start(&[]);
@@ -424,7 +425,7 @@ fn a_boards_dark_counts_give_the_widths_of_the_scene() {
         let ends = [0, 1].map(|end| bin["width_ps_ci95"][end].as_f64().expect("a number"));
         let [least, most] = ends.map(|end| end / sample_ps);
         assert!(least < *width && *width < most, "{width}: {least} .. {most}");
-        assert!(most - least < 0.03, "{width}: {least} .. {most}");
+        assert!(most - least < 0.045, "{width}: {least} .. {most}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Single edits to emitted Verilog: co-simulation finds each, at the first clock
+//! Single edits to emitted Verilog: co-simulation finds each that is planted, at the first clock
 //! where a port differs, under one stimulus or the other; the emitted testbench finds
 //! each, too.
 
@@ -285,6 +285,7 @@ const OF_A_MODEL: usize = 13;
 const LATE: u64 = 500_000;
 
 fn all_are_found(scene: &str, faults: &[Fault]) {
+    let faults = planted(faults);
     let work = tempfile::tempdir().unwrap();
     let rtl: PathBuf = work.path().join("rtl");
     let emitted = goldtof(work.path(), &["emit", scene, "--out", rtl.to_str().unwrap()]);
@@ -358,7 +359,7 @@ fn missed_by_the_testbench(scene: &str, faults: &[Fault]) -> usize {
     assert!(emitted.status.success());
     let sound = testbench(&rtl);
     assert!(sound.status.success(), "{sound:?}");
-    let missed = missed_by(faults, |number, fault| {
+    let missed = missed_by(&planted(faults), |number, fault| {
         let folder = faulty_copy(work.path(), &rtl, fault, number);
         let seen = testbench(&folder);
         let said = String::from_utf8_lossy(&seen.stdout);

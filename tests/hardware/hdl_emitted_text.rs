@@ -10,6 +10,7 @@ use crate::hdl_support::{Family, code, run, scene};
 use goldtof::deliver::{Emission, EmittedFile, Prefix, emit, verilog, write};
 use goldtof::scene::Scene;
 use goldtof::sensor::Sensor;
+use optics_support::repeated;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
@@ -158,7 +159,7 @@ fn a_wrong_bit_in_a_constant_of_an_lfsr_is_caught_before_the_first_clock() {
             write_files(&files, folder.path());
             let file = &files[at];
             let module = file.name.strip_suffix(".v").expect("a file of Verilog");
-            for bit in 0..width {
+            for bit in (0..width).step_by(repeated(3, 1) as usize) {
                 let wrong = format!("{width}'h{:x}", value ^ 1 << bit);
                 let mut text = file.text.clone();
                 text.replace_range(place.clone(), &wrong);

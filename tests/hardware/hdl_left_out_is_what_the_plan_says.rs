@@ -6,6 +6,7 @@ use crate::hdl_support::draw::{self, Extent};
 use goldtof::deliver::Emission;
 use goldtof::plan::{Plan, plan};
 use goldtof::sensor::Sensor;
+use optics_support::repeated;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -52,10 +53,10 @@ fn traces(emission: &Emission) -> Vec<(&'static str, bool)> {
 }
 
 #[test]
-fn in_a_hundred_and_sixty_random_scenes() {
+fn in_random_scenes() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
     let mut seen = BTreeMap::<&str, [u32; 2]>::new();
-    for number in 0..160 {
+    for number in 0..repeated(70, 160) {
         let (scene, emission) = draw::emitted(&mut rng, Extent::SHORT, |_| ());
         let plan = plan(&Sensor::new(&scene));
         for (part, is_there) in traces(&emission) {

@@ -3,6 +3,11 @@
 /// One edit: file, what stands there (once), what is put in its place.
 pub type Fault = (&'static str, &'static str, &'static str);
 
+/// Those that are planted: of each module some, or, where it is asked for, all.
+pub fn planted(faults: &[Fault]) -> Vec<Fault> {
+    optics_support::some_of_each(faults, |fault| fault.0).into_iter().copied().collect()
+}
+
 /// Faults in the Verilog of scenes/quick.toml.
 pub const QUICK: &[Fault] = &[
     // Results: a scan's last in time, or behind another scan's, or of a second loss in one stall.

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use optics_support::repeated;
 use serde_json::Value;
 
 use super::program::{goldtof, json, said};
@@ -79,21 +80,22 @@ fn theory_is_that_of_each_pixel_alone() {
     }
 }
 
-/// Photon by photon, through the bit-exact model: z of 400 pixels. Its root mean square is known
-/// to 3.5 %.
+/// Photon by photon, through the bit-exact model: z of 150 pixels (of a release 400). Its root mean square is known
+/// to 6 % (3.5 %).
 #[test]
 fn photons_bear_theory_out() {
     let folder = tempfile::tempdir().expect("a folder");
-    let more = ["--check", "400", "--pixel", "12,16"];
+    let pixels = repeated(150, 400);
+    let more = ["--check", &pixels.to_string(), "--pixel", "12,16"];
     let told = image(IMAGE, folder.path(), &more);
     let check = &told["check"];
     assert_eq!(check["fidelity"], "sampled");
-    assert_eq!(number(&check["pixels"]), 400.0);
+    assert_eq!(number(&check["pixels"]), pixels as f64);
     let (rms, mean) = (&check["rms_deviation_in_std"], &check["mean_deviation_in_std"]);
-    assert!((number(rms) - 1.0).abs() < 0.12, "{check}");
-    assert!(number(mean).abs() < 0.2, "{check}");
+    assert!((number(rms) - 1.0).abs() < 2.4 / (pixels as f64).sqrt(), "{check}");
+    assert!(number(mean).abs() < 4.0 / (pixels as f64).sqrt(), "{check}");
     let missed = number(&check["missed"]);
-    let expected = number(&check["expected_missed_fraction"]) * 400.0;
+    let expected = number(&check["expected_missed_fraction"]) * pixels as f64;
     assert!((missed - expected).abs() < 4.0 * expected.max(1.0).sqrt(), "{check}");
     let pixel = &told["pixels"][0];
     assert!(number(&pixel["deviation_in_std"]).abs() < 5.0, "{pixel}");
@@ -120,8 +122,8 @@ fn a_wrong_theory_shows() {
     let tailed = image(file.to_str().expect("text"), folder.path(), &more);
     let with_tail = map(folder.path(), "error_m");
     assert!((number(&tailed["check"]["rms_deviation_in_std"]) - 1.0).abs() < 0.12, "{tailed}");
-    image(IMAGE, folder.path(), &more);
-    let [bias, std] = ["expected_bias_m", "expected_std_m"].map(|name| map(folder.path(), name));
+    image(IMAGE, folder.path(), &[]);
+    let [bias, std] = ["bias_m", "std_m"].map(|name| map(folder.path(), name));
     let z = with_tail.iter().zip(bias.iter().zip(&std)).map(|(e, (bias, std))| (e - bias) / std);
     let square = mean(z.filter(|z| z.abs() < 20.0).map(|z| z * z));
     assert!(square > 1.3, "{square}");
@@ -298,7 +300,7 @@ fn glass_and_what_is_behind_it_are_both_shown() {
 fn shards_of_rows_join_bit_for_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
-    let more = ["--fidelity", "events", "--repeat", "2", "--seed", "5"];
+    let more = ["--fidelity", "events", "--repeat", "2", "--seed", "5", "--set", "array.rows=8"];
     let mut told = image(IMAGE, &whole, &more);
     for shard in ["2/3", "1/3", "3/3"] {
         image(IMAGE, &parts, &[&more[..], &["--shard", shard]].concat());

@@ -217,7 +217,7 @@ fn scatter_of_a_fit_over_the_ends_of_bins_is_expected() {
         scene.paths[0].delay_ps = delay_ps;
         of_first_path(&scene, Tier::Events, scans)
     };
-    let scans = repeated(400, 1_000);
+    let scans = repeated(200, 1_000);
     for delay_ps in [77_300.0, 77_800.0, 78_175.0] {
         let found = found("160 pW", "14.88 us", delay_ps, scans);
         let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);

@@ -11,7 +11,7 @@ use goldtof::scene::{DetectorIndex, Fluctuation, Movement, PathIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
-use optics_support::{assert_within_standard_errors, gold_5, table_i_scene};
+use optics_support::{assert_within_standard_errors, gold_5, repeated, table_i_scene};
 
 const SPAD: DetectorIndex = DetectorIndex(0);
 const TIER: CountingTier = CountingTier::Events;
@@ -149,7 +149,7 @@ fn fits_to_counts_of_exact_moments_scatter_as_the_bound_says() {
     let model = DetectorModel::new(&sensor, SPAD);
     let sampler = CountSampler::new(&model, &moments).expect("finite moments");
     let fits: Result<Vec<ModelEstimate>, FitError> =
-        (0..80).map(|scan| fitter.fit(&sampler.scan(5, scan))).collect();
+        (0..repeated(50, 80)).map(|scan| fitter.fit(&sampler.scan(5, scan))).collect();
     check(&scene, &fits.expect("fits"), "exact moments");
 }
 
@@ -159,7 +159,7 @@ fn fits_to_photons_scatter_as_the_bound_says() {
     let sensor = Sensor::new(&scene);
     let fitter = Fitter::new(&sensor, SPAD, TIER, OtherLight::Given);
     let mut fits = Vec::new();
-    scans(&sensor, SPAD, Tier::Events, 7, 60, |scan| {
+    scans(&sensor, SPAD, Tier::Events, 7, repeated(40, 60), |scan| {
         fits.push(fitter.fit(scan).expect("a fit"));
     })
     .expect("scans");

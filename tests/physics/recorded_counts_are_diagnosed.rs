@@ -137,11 +137,14 @@ fn a_blocked_beam_gives_no_distance_and_is_named() {
     let bright = "detector.background_rate=2 Mcps";
     for (what, settings, has_totals, estimator) in [
         ("signed counts", &[blocked][..], false, EstimatorKind::Fft),
-        ("signed counts in brighter background", &[blocked, bright], false, EstimatorKind::Fft),
         ("with totals", &[blocked], true, EstimatorKind::Fft),
-        ("with totals, fitted", &[blocked], true, EstimatorKind::Model),
         ("in brighter background", &[blocked, bright], true, EstimatorKind::Model),
-    ] {
+        ("signed counts in brighter background", &[blocked, bright], false, EstimatorKind::Fft),
+        ("with totals, fitted", &[blocked], true, EstimatorKind::Model),
+    ]
+    .into_iter()
+    .take(repeated(3, 5) as usize)
+    {
         let with_totals = ["hardware.total_counts=true"];
         let more = if has_totals { &with_totals[..] } else { &[] };
         let built = quick(&[settings, more].concat());
@@ -436,7 +439,10 @@ fn what_is_wrong_with_a_sensor_is_named() {
         ("four times the integration time", "scan.integration=80 us", true, Integration, true),
         ("another code", "source.code.index=3", true, Code, true),
         ("another code", "source.code.index=3", false, Code, true),
-    ] {
+    ]
+    .into_iter()
+    .step_by(repeated(2, 1) as usize)
+    {
         // Only what is said to differ differs: the pulse's width goes with the dead time.
         let fixed = "detector.pulse_width=7 ns";
         let settings: Vec<&str> = std::iter::once(fixed).chain(setting.split("; ")).collect();
@@ -603,11 +609,11 @@ fn what_is_the_other_way_round_is_told_as_such() {
         scene.sources.push(light);
         scene.paths[0].source = SourceIndex(1);
     });
-    for (causes, sentence) in said(&opposite, &written, true, 4, 11) {
+    for (causes, sentence) in said(&opposite, &written, true, repeated(2, 4), 11) {
         assert_eq!(causes, [Cause::Polarity], "{sentence}");
         assert!(sentence.contains("the light is inverted"), "{sentence}");
     }
-    scans(&written, DetectorIndex(0), Tier::Sampled, 11, 4, |counts| {
+    scans(&written, DetectorIndex(0), Tier::Sampled, 11, repeated(2, 4), |counts| {
         let mut counts = counts.to_vec();
         counts.iter_mut().for_each(|count| count.signed = -count.signed);
         for has_totals in [true, false] {

@@ -8,6 +8,7 @@ pub mod recordings;
 pub mod sequential;
 pub mod stepped;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use goldtof_physics::photons::{DetectorModel, Pulse, PulseStream};
@@ -25,6 +26,18 @@ pub fn repeated(every_change: u64, release: u64) -> u64 {
         None => every_change,
         Some(_) => release,
     }
+}
+
+/// Of each kind the first and every third behind it; all of them where `scripts/test --thorough` says so.
+pub fn some_of_each<T>(all: &[T], kind: impl Fn(&T) -> &str) -> Vec<&T> {
+    let apart = repeated(3, 1);
+    let mut seen = BTreeMap::<String, u64>::new();
+    let is_chosen = |one: &&T| {
+        let before = seen.entry(kind(one).to_owned()).or_default();
+        *before += 1;
+        (*before - 1).is_multiple_of(apart)
+    };
+    all.iter().filter(is_chosen).collect()
 }
 
 pub fn code(chips: &[u8]) -> Arc<Code> {
