@@ -123,6 +123,11 @@ fn lanes_agree(photons: f64) {
                 spad.cell_dark_count_rates_cps = vec![1e-3 * rate; cells as usize];
                 spad.cell_dark_count_rates_cps[1] = 0.2 * rate;
                 spad.cell_crosstalk = Some(heard);
+                if cells == 3 {
+                    // Most of an avalanche's afterpulses outlive the dead time that the first of them begins.
+                    spad.afterpulsing_probability = 0.45;
+                    spad.afterpulsing_time_constant_ps = 40e3;
+                }
                 if heard.probability == 0.0 {
                     spad.recharge = Recharge::Passive;
                     spad.afterpulsing_time_constant_ps = 30e3;
