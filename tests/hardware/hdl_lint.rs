@@ -1,5 +1,8 @@
 //! Emitted Verilog is clean under three tools that know nothing of each other.
 
+use std::collections::HashSet;
+use std::mem::discriminant;
+
 use crate::flow_lint_matrix::lint;
 use crate::hdl_support::{Family, code, scene};
 use goldtof::deliver::emit;
@@ -68,8 +71,19 @@ fn hosted_scenes() -> Vec<Scene> {
 #[test]
 fn scenes_are_clean_under_verilator_icarus_and_yosys() {
     let scenes = [scenes(), hosted_scenes()].concat();
-    // Every third of the first 40 has each family and each kind of scan, and of the others each number of samples.
+    // Each family, kind of scan and number of samples is among every third, too.
+    let kinds = |scenes: &[Scene]| {
+        let kinds = |scene: &Scene| {
+            let family = discriminant(&scene.sources[0].code.generator);
+            let is_whole = scene.scan.steps == scene.scan.steps_per_period;
+            let samples = scene.samples_per_chip;
+            [format!("{family:?}"), format!("whole: {is_whole}"), format!("{samples} samples")]
+        };
+        scenes.iter().flat_map(kinds).collect::<HashSet<_>>()
+    };
+    let all = kinds(&scenes);
     let scenes: Vec<Scene> = scenes.into_iter().step_by(repeated(3, 1) as usize).collect();
+    assert_eq!(kinds(&scenes), all);
     scenes.par_iter().for_each(|scene| {
         let made_by = "goldtof emit test.toml --out build";
         let emission = emit(&Sensor::new(scene), made_by).expect("the scene is fine");

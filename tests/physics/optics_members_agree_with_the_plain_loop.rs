@@ -49,11 +49,16 @@ fn row(rate: f64, photons: f64, number: usize, is_alike: bool, talk: Crosstalk) 
     (scene, steps)
 }
 
-/// Both engines' runs, all detectors of each group beside one another: they see one history.
-fn compared(number: usize, name: &str, scene: &Scene, steps: u64) -> Comparisons {
+/// Both engines' runs, all detectors of each group beside one another: they see one history. None of those that
+/// are mostly blind.
+fn compared(number: usize, name: &str, scene: &Scene, steps: u64) -> Option<Comparisons> {
     let sensor = Sensor::new(scene);
     let indices = DetectorIndex::of(&scene.detectors);
     let models: Vec<_> = indices.map(|index| DetectorModel::new(&sensor, index)).collect();
+    let refused = StepCounter::new(&models[0]).outside_domain();
+    if matches!(refused, Some(OutsideDomain::MostlyBlind { .. })) {
+        return None;
+    }
     let detectors = models.len();
     let [mut plain, mut lanes] =
         [(); 2].map(|()| Tally::new(detectors * 125 + detectors * detectors * 160));
@@ -78,7 +83,7 @@ fn compared(number: usize, name: &str, scene: &Scene, steps: u64) -> Comparisons
     }
     let mut compared = Comparisons::default();
     compared.add([&plain, &lanes], &|column| format!("column {column}"));
-    compared
+    Some(compared)
 }
 
 #[test]
@@ -151,28 +156,44 @@ fn lanes_agree(photons: f64) {
         }
     }
     let cases: Vec<_> = cases.into_iter().enumerate().collect();
-    let compared = cases.into_par_iter().map(|(number, (name, (scene, steps)))| {
-        let compared = compared(number, &name, &scene, steps);
-        (name, compared)
+    let number = cases.len();
+    let compared = cases.into_par_iter().filter_map(|(number, (name, (scene, steps)))| {
+        let compared = compared(number, &name, &scene, steps)?;
+        Some((name, compared))
     });
+    let compared: Vec<_> = compared.collect();
+    assert!(compared.len() + 6 >= number, "{} of {number}", compared.len());
     // Detectors that surely fire one another tell the same.
-    assert_chance("members in lanes", compared.collect(), 4.0);
+    assert_chance("members in lanes", compared, 4.0);
 }
 
-/// More than lanes look through is left to the plain loop, by name.
+/// What lanes cannot do exactly, or not quickly, is left to the plain loop, by name: more that is pending than is looked through,
+/// delays that no word holds, and members that lose most of their light.
 #[test]
-fn crosstalk_that_is_long_pending_is_left_to_the_plain_loop() {
-    let of = |delay_ps| {
-        let (scene, _) = pixel(400e6, 1e3, |spad| {
+fn what_lanes_of_several_members_do_not_do_is_left_to_the_plain_loop() {
+    let of = |rate, delay_ps, time_constant_ps| {
+        let (scene, _) = pixel(rate, 1e3, |spad| {
             spad.cells = 16;
-            spad.afterpulsing_probability = 0.0;
+            spad.afterpulsing_probability = if time_constant_ps > 0.0 { 0.01 } else { 0.0 };
+            spad.afterpulsing_time_constant_ps = time_constant_ps;
             spad.cell_crosstalk = Some(Crosstalk { probability: 0.5, delay_ps });
         });
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
         StepCounter::new(&model).outside_domain()
     };
-    assert_eq!(of(5e3), None);
-    let Some(OutsideDomain::TooManyPending { mean, .. }) = of(50e3) else { panic!("by lanes") };
+    assert_eq!(of(400e6, 5e3, 0.0), None);
+    let Some(OutsideDomain::TooManyPending { mean, .. }) = of(400e6, 50e3, 0.0) else {
+        panic!("by lanes")
+    };
     // Each of 16 cells fires once in 14 ns at most, and half of that is pending for 50 ns.
     assert!(mean > 8.0 && mean <= 16.0 * 0.5 * 50.0 / 14.0, "{mean}");
+    // 2,047 chips of 8 ns are 16.4 us.
+    assert_eq!(of(1e5, 16e6, 0.0), None);
+    assert!(matches!(of(1e5, 17e6, 0.0), Some(OutsideDomain::PendingTooLong { .. })));
+    // One afterpulse in 10^11 comes after 25 time constants.
+    assert_eq!(of(1e5, 0.0, 600e3), None);
+    assert!(matches!(of(1e5, 0.0, 700e3), Some(OutsideDomain::PendingTooLong { .. })));
+    // 16 cells have a 16th of the light each, twice as much while the laser is on, and are blind for 14 ns.
+    assert_eq!(of(16.0 * 380e6, 0.0, 0.0), None);
+    assert!(matches!(of(16.0 * 500e6, 0.0, 0.0), Some(OutsideDomain::MostlyBlind { .. })));
 }

@@ -325,6 +325,28 @@ impl DetectorModel {
         }
     }
 
+    /// The same, hearing nothing.
+    pub(crate) fn without_crosstalk(&self) -> DetectorModel {
+        DetectorModel { crosstalk: None, ..self.clone() }
+    }
+
+    /// About the detections per chip of the one of [those](Self::members) that has most, where it hears
+    /// others: it is the same for each of them.
+    pub(crate) fn most_detections_of_coupled_per_chip(&self) -> f64 {
+        let Some(coupled) = &self.crosstalk else { return self.most_detections_per_chip() };
+        let members = self.members();
+        let alone = members.iter().map(|member| member.without_crosstalk());
+        let alone: f64 = alone.map(|member| member.most_detections_per_chip()).sum();
+        let caused = |of| {
+            let links = coupled.links.iter().filter(move |link| link.from == of);
+            links.map(|link| link.probability).sum::<f64>()
+        };
+        let caused = (0..members.len()).map(caused).fold(0.0, f64::max);
+        let quickest = members.iter().map(|member| member.most_of_dead_time_per_chip());
+        // Dead time ends chains of those that fire one another surely.
+        (alone / (1.0 - caused).max(0.1)).min(quickest.fold(0.0, f64::max))
+    }
+
     /// Cells whose hits are added up, each a detector of its own with as large a share of the light; 1 of
     /// any other detector.
     pub fn added_cells(&self) -> u32 {
@@ -491,7 +513,7 @@ impl DetectorModel {
     }
 
     /// Primary rate with every laser on.
-    fn brightest_per_chip(&self) -> f64 {
+    pub(crate) fn brightest_per_chip(&self) -> f64 {
         let heard = self.crosstalk.as_ref().map_or(0.0, |coupled| coupled.most_per_chip());
         let light: f64 = self.excess.iter().map(|light| light.rate_per_chip).sum();
         self.constant_per_chip + light + heard

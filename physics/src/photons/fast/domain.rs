@@ -46,6 +46,26 @@ pub enum OutsideDomain {
         /// Up to which lanes pay.
         most: f64,
     },
+    /// What is pending has a word of ticks.
+    #[error(
+        "afterpulses or crosstalk come {delay_chips} chips after an avalanche; the lanes take up to {limit_chips}"
+    )]
+    PendingTooLong {
+        /// The longest delay: of afterpulses that of all but one in 10^11.
+        delay_chips: f64,
+        /// The longest of the lanes.
+        limit_chips: u32,
+    },
+    /// Each arrival takes as long, lost or not.
+    #[error(
+        "{arrivals} photons arrive in a dead time, of which all but one are lost; the lanes pay off up to {most}"
+    )]
+    MostlyBlind {
+        /// Their mean number in the brightest light.
+        arrivals: f64,
+        /// Up to which lanes pay.
+        most: f64,
+    },
     /// A dead time is part of a wait, which is shorter than a table.
     #[error("the dead time is {dead_time_chips} chips; the lanes take less than {limit_chips}")]
     DeadTimeTooLong {
@@ -104,6 +124,12 @@ const MOST_CUTS_PER_PHOTON: f64 = 10.0;
 
 /// More of what is pending than that is looked through one by one as quickly.
 const MOST_PENDING: f64 = 8.0;
+
+/// Of so many arrivals in a dead time of the brightest light the plain loop passes over those that are lost as quickly.
+const MOST_LOST: f64 = 12.0;
+
+/// Time constants after which no afterpulse of 10^11 is pending.
+const TIME_CONSTANTS: f64 = 25.0;
 
 /// Dead times leave half of a table to waits.
 const LONGEST_DEAD_TIME_CHIPS: u32 = LONGEST_CHIPS / 2;
@@ -267,7 +293,8 @@ fn links(coupled: &Coupled) -> Vec<Crosstalk> {
     (0..most).map(round).collect()
 }
 
-/// Whether lanes pay off in spite of what is pending.
+/// Whether what is pending fits a word, and lanes pay off in spite of it and of what blind members lose. Rates are
+/// those without crosstalk, which are the same whichever of coupled detectors is asked for.
 fn check_pending(model: &DetectorModel, members: &[&DetectorModel]) -> Result<(), OutsideDomain> {
     let talks = |of: usize| match (&model.pixel, &model.crosstalk) {
         (Some(pixel), _) => pixel.crosstalk.into_iter().collect::<Vec<_>>(),
@@ -277,22 +304,34 @@ fn check_pending(model: &DetectorModel, members: &[&DetectorModel]) -> Result<()
         }
         (None, None) => Vec::new(),
     };
-    let pending = members.iter().enumerate().map(|(of, member)| {
-        let talks = talks(of);
-        let talk: f64 = talks.iter().map(|(probability, delay)| probability * delay).sum();
-        let trapped = member.afterpulsing.map_or(0.0, |a| {
-            a.mean_per_avalanche * (a.time_constant_chips + member.dead_time_chips)
-        });
-        if talk + trapped == 0.0 {
-            return 0.0;
+    let mut mean = 0.0;
+    for (of, member) in members.iter().enumerate() {
+        let (member, talks) = (member.without_crosstalk(), talks(of));
+        let longest = |delay_chips: f64| match delay_chips > f64::from(LONGEST_CHIPS) {
+            true => Err(OutsideDomain::PendingTooLong { delay_chips, limit_chips: LONGEST_CHIPS }),
+            false => Ok(()),
+        };
+        talks.iter().try_for_each(|(_, delay)| longest(*delay))?;
+        let trapped = member.afterpulsing.map_or(Ok(0.0), |a| {
+            longest(TIME_CONSTANTS * a.time_constant_chips)?;
+            Ok(a.mean_per_avalanche * (a.time_constant_chips + member.dead_time_chips))
+        })?;
+        let arrivals = member.brightest_per_chip() * member.dead_time_chips;
+        if arrivals > MOST_LOST && !member.is_paralyzable {
+            return Err(OutsideDomain::MostlyBlind { arrivals, most: MOST_LOST });
         }
-        // What avalanches cause comes on top, as often as they do if members are alike.
-        let caused: f64 = talks.iter().map(|(probability, _)| probability).sum();
-        let rate = member.most_detections_per_chip() / (1.0 - caused).max(0.0);
-        rate.min(member.most_of_dead_time_per_chip()) * (talk + trapped)
-    });
-    let (mean, most) = (pending.sum(), MOST_PENDING);
-    if mean > most { Err(OutsideDomain::TooManyPending { mean, most }) } else { Ok(()) }
+        let talk: f64 = talks.iter().map(|(probability, delay)| probability * delay).sum();
+        if talk + trapped > 0.0 {
+            // What avalanches cause comes on top, as often as they do if members are alike.
+            let caused: f64 = talks.iter().map(|(probability, _)| probability).sum();
+            let rate = member.most_detections_per_chip() / (1.0 - caused).max(0.0);
+            mean += rate.min(member.most_of_dead_time_per_chip()) * (talk + trapped);
+        }
+    }
+    match mean > MOST_PENDING {
+        true => Err(OutsideDomain::TooManyPending { mean, most: MOST_PENDING }),
+        false => Ok(()),
+    }
 }
 
 /// What follows from a code and how light follows it.

@@ -129,7 +129,8 @@ impl<'m> Recorder<'m> {
     /// leaves too few lanes at work, or the lanes cannot do the model.
     pub fn groups_at_once(&self) -> Option<usize> {
         let chips = self.model.timing.scan.integration_chips as f64;
-        let fitting = (MOST_RECORDED / (self.model.most_detections_per_chip() * chips)) as usize;
+        let most = self.model.most_detections_of_coupled_per_chip();
+        let fitting = (MOST_RECORDED / (most * chips)) as usize;
         // Twice as many groups as lanes, or lanes wait for the longest one.
         let groups = fitting.min(2 * LANES);
         (self.tables.is_ok() && groups >= LEAST_LANES).then_some(groups)
