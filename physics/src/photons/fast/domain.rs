@@ -38,7 +38,7 @@ pub enum OutsideDomain {
     },
     /// What is pending is looked through at each arrival.
     #[error(
-        "{mean} afterpulses and avalanches by crosstalk are pending at a time; the lanes take up to {most}"
+        "{mean:.1} afterpulses and avalanches by crosstalk are pending at a time; the lanes take up to {most}"
     )]
     TooManyPending {
         /// Their mean number in the brightest light.
@@ -48,7 +48,7 @@ pub enum OutsideDomain {
     },
     /// What is pending has a word of ticks.
     #[error(
-        "afterpulses or crosstalk come {delay_chips} chips after an avalanche; the lanes take up to {limit_chips}"
+        "afterpulses or crosstalk come {delay_chips:.0} chips after an avalanche; the lanes take up to {limit_chips}"
     )]
     PendingTooLong {
         /// The longest delay: of afterpulses that of all but one in 10^11.
@@ -58,7 +58,7 @@ pub enum OutsideDomain {
     },
     /// Each arrival takes as long, lost or not.
     #[error(
-        "{arrivals} photons arrive in a dead time, of which all but one are lost; the lanes pay off up to {most}"
+        "{arrivals:.1} photons arrive in a dead time, of which all but one are lost; the lanes pay off up to {most}"
     )]
     MostlyBlind {
         /// Their mean number in the brightest light.
