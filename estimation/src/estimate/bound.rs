@@ -8,7 +8,7 @@ use super::evidence::ExpectedErrors;
 use super::expected_counts::{ExpectedCounts, with_counts};
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
-use super::fit::likeliest::{Likeliest, Scatter, likeliest};
+use super::fit::likeliest::{Likeliest, Scatter, is_off_information, likeliest};
 use super::fit::moments::Moments;
 use super::fit::moving;
 use super::fit::normal::Normal;
@@ -39,6 +39,11 @@ const MOST_APART: f64 = 0.05;
 /// has how fits scatter there, and the command that shows it.
 const LEAST_EVEN: f64 = 0.7;
 const EVEN_SAMPLES: f64 = 4.0;
+
+/// Of paths of one code that are nearer than so many chips the likelihood has several peaks with fewer samples a chip than these,
+/// in any light: what one path gives away at its corner the other one takes.
+const CLOSE_CHIPS: f64 = 1.25;
+const SAMPLES_OF_CLOSE: f64 = 8.0;
 
 /// Of so many samples a chip, corners change a fit's scatter by less than a tenth, and in bright light by 2 %. So they are
 /// looked at only where that takes less than these seconds, which it does not where steps are many, as those of long codes are.
@@ -293,9 +298,9 @@ fn bound_of_problem<'m>(
     let means: Vec<_> = problem.steps.iter().map(|step| counts.means[step.index()]).collect();
     let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));
     let weights = problem.weights(&axis, parameters, &means, None, moments)?;
-    let has_corners = has_corners(sensor, detector, problem, parameters)?;
+    let corners = Corners::of(sensor, detector, problem, parameters)?;
     let of = (counts.response, &means[..]);
-    bound_of_weights(problem, parameters, of, &jacobian, (&weights, has_corners))
+    bound_of_weights(problem, parameters, of, &jacobian, (&weights, corners))
 }
 
 /// The bound of counts of the means `means` with some weights, and whether [corners are looked at](has_corners);
@@ -305,12 +310,21 @@ fn bound_of_weights<'m>(
     parameters: &Parameters,
     (response, means): (&MeanResponse<'m>, &[MeanCount]),
     jacobian: &[Column],
-    (weights, has_corners): (&Weights, bool),
+    (weights, corners): (&Weights, Corners),
 ) -> Result<Bound, FitError> {
+    check_close(problem, parameters)?;
     let (steps, unknowns) = (problem.steps.len(), parameters.len());
-    let information = weights.information(jacobian);
-    let information = information.ok_or(FitError::Undetermined { steps, unknowns })?;
+    let information_of = |jacobian: &[Column]| {
+        weights.information(jacobian).ok_or(FitError::Undetermined { steps, unknowns })
+    };
+    let information = information_of(jacobian)?;
     let deviations = information.standard_deviations();
+    let have_met = match corners {
+        Corners::Meet => {
+            Some(averaged_over_delays(problem, parameters, &information, information_of)?)
+        }
+        _ => None,
+    };
     let velocity = parameters.walk_index().map(|walk| distance_m(1e12 * deviations[walk]));
     let columns = weights.whitened_columns(jacobian);
     let metres = |chips| distance_m(problem.clock().ps(chips));
@@ -321,6 +335,7 @@ fn bound_of_weights<'m>(
             Ok::<_, FitError>(weights.whitened(&apart))
         };
         let may_be_uneven = may_be_uneven(problem, parameters, response);
+        let has_corners = corners == Corners::Apart;
         let mut scatter = None;
         if may_be_uneven || has_corners {
             let read = most_uneven(problem, &columns, (delay, std_chips), apart)?;
@@ -334,18 +349,53 @@ fn bound_of_weights<'m>(
                 scatter = likeliest(&Scatter::Normal, slopes, apart)?;
             }
         }
-        let of_likeliest = scatter.filter(Likeliest::is_uneven);
+        let of_likeliest = scatter.filter(Likeliest::is_uneven).map(|scatter| scatter.law.std);
+        let of_met = have_met.as_ref().map(|stds| stds[index]);
+        let of_met = of_met.filter(|&std| is_off_information(std, std_chips));
+        let uneven = of_likeliest.or(of_met);
         Ok(PathBound {
             path,
-            bound_m: metres(of_likeliest.map_or(std_chips, |scatter| scatter.law.std)),
+            bound_m: metres(uneven.unwrap_or(std_chips)),
             slope_m: metres(std_chips),
             bias_m: scatter.map_or(0.0, |scatter| metres(scatter.law.mean)),
-            kind: BoundKind::of(of_likeliest.is_some()),
+            kind: BoundKind::of(uneven.is_some()),
             velocity_bound_m_per_s: velocity,
         })
     };
     let paths = problem.model.modulated_paths().enumerate();
     Ok(Bound { paths: paths.map(bound).collect::<Result<_, FitError>>()?, steps })
+}
+
+/// Standard deviations of the delays in chips where peaks meet, so that the information changes with each of the delays, and
+/// within what they scatter: its inverse on average over the delays that estimates come from, by a cubature of the third
+/// degree over their normal law, which is that of the `information` at the scene's.
+fn averaged_over_delays(
+    problem: &Problem,
+    parameters: &Parameters,
+    information: &Normal,
+    information_of: impl Fn(&[Column]) -> Result<Normal, FitError>,
+) -> Result<Vec<f64>, FitError> {
+    let paths = parameters.paths.len();
+    let delays: Vec<usize> = (0..paths).map(|path| 2 * path).collect();
+    let of_delays = |normal: &Normal| normal.standard_deviations().into_iter().step_by(2);
+    let mut variances: Vec<f64> =
+        of_delays(information).map(|std| std * std / 3.0).take(paths).collect();
+    let (radius, weight) = ((1.5 * paths as f64).sqrt(), 1.0 / (3.0 * paths as f64));
+    for direction in information.directions(&delays) {
+        for side in [-radius, radius] {
+            let mut there = parameters.clone();
+            for (path, by) in there.paths.iter_mut().zip(&direction) {
+                path.delay_chips += side * by;
+            }
+            let response = problem.response(&there)?;
+            let jacobian = problem.jacobian(&there, &response, Reading::Exact, Sides::Both)?;
+            let there = information_of(&jacobian)?;
+            for (variance, std) in variances.iter_mut().zip(of_delays(&there)) {
+                *variance += weight * std * std;
+            }
+        }
+    }
+    Ok(variances.into_iter().map(f64::sqrt).collect())
 }
 
 /// [`Bound::errors_of_fit`] without the bound: how unevenly the counts change is told with the weights of Poisson counts,
@@ -368,14 +418,14 @@ pub fn errors_of_fit(
     let (response, problem) =
         (MeanResponse::of_tier(&model, tier)?, Problem::of_scan(&model, tier));
     let parameters = Parameters::of(&Light::of(&model));
-    let has_corners = has_corners(sensor, detector, &problem, &parameters)?;
-    if !has_corners && !may_be_uneven(&problem, &parameters, &response) {
+    let corners = Corners::of(sensor, detector, &problem, &parameters)?;
+    if corners == Corners::Unseen && !may_be_uneven(&problem, &parameters, &response) {
         return Ok(fitted);
     }
     let means = response.mean_counts();
     let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both)?;
     let (of, weights) = ((&response, &means[..]), Weights::of_poisson(&means));
-    let about = bound_of_weights(&problem, &parameters, of, &jacobian, (&weights, has_corners))?;
+    let about = bound_of_weights(&problem, &parameters, of, &jacobian, (&weights, corners))?;
     let of_path = about.paths.iter().find(|entry| entry.path == path);
     Ok(of_path.map_or(fitted, |entry| entry.errors(fitted)))
 }
@@ -397,24 +447,50 @@ fn apart<'m>(
     Ok(slope(here, &problem.means_of(&moved, &response)?, 1.0))
 }
 
-/// Whether corners are looked at: those of paths that are [by themselves](Parameters::are_apart), where that takes no longer
-/// than a bound may, and of [many](MANY_SAMPLES) samples a chip next to no time. A path that moves comes by every one, and what
-/// steps that count the same light tell is [averaged].
-fn has_corners(
-    sensor: &Sensor,
-    detector: DetectorIndex,
-    problem: &Problem,
-    parameters: &Parameters,
-) -> Result<bool, FitError> {
-    if parameters.walk.is_some() || !parameters.are_apart() || problem.shares_light() {
-        return Ok(false);
+/// How corners of the code's correlation are looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Corners {
+    /// Not: where that takes longer than a bound may, and of [many](MANY_SAMPLES) samples a chip more than next to no time. A
+    /// path that moves comes by every one, and what steps that count the same light tell is [averaged].
+    Unseen,
+    /// Those of each path, which is [by itself](Parameters::are_apart).
+    Apart,
+    /// Those of peaks that meet, all together.
+    Meet,
+}
+
+impl Corners {
+    fn of(
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        problem: &Problem,
+        parameters: &Parameters,
+    ) -> Result<Corners, FitError> {
+        if parameters.walk.is_some() || problem.shares_light() {
+            return Ok(Corners::Unseen);
+        }
+        let effort = TheoryEffort::of(sensor, detector)?;
+        let is_short = match problem.samples_per_chip() < MANY_SAMPLES {
+            true => effort.check(Work::Likelihood),
+            false => effort.check_within(Work::Likelihood, SHORT_S),
+        };
+        Ok(match (is_short.is_ok(), parameters.are_apart()) {
+            (false, _) => Corners::Unseen,
+            (true, true) => Corners::Apart,
+            (true, false) => Corners::Meet,
+        })
     }
-    let effort = TheoryEffort::of(sensor, detector)?;
-    let is_short = match problem.samples_per_chip() < MANY_SAMPLES {
-        true => effort.check(Work::Likelihood),
-        false => effort.check_within(Work::Likelihood, SHORT_S),
-    };
-    Ok(is_short.is_ok())
+}
+
+/// Refuses [close](CLOSE_CHIPS) paths of few samples a chip.
+fn check_close(problem: &Problem, parameters: &Parameters) -> Result<(), FitError> {
+    let samples_per_chip = problem.samples_per_chip();
+    let is_fine =
+        samples_per_chip >= SAMPLES_OF_CLOSE || parameters.are_farther_apart_than(CLOSE_CHIPS);
+    match is_fine {
+        true => Ok(()),
+        false => Err(FitError::Close { samples_per_chip, chips: CLOSE_CHIPS }),
+    }
 }
 
 /// Whether nothing may be expected of the scene, so that its slopes are compared.
@@ -463,7 +539,9 @@ pub(super) fn check_scene_even(
     response: &MeanResponse,
 ) -> Result<(), FitError> {
     let problem = Problem::of_scan(response.model(), tier);
-    if !may_be_uneven(&problem, &Parameters::of(&Light::of(response.model())), response) {
+    let parameters = Parameters::of(&Light::of(response.model()));
+    check_close(&problem, &parameters)?;
+    if !may_be_uneven(&problem, &parameters, response) {
         return Ok(());
     }
     match bound(sensor, detector, tier) {

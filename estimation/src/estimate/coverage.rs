@@ -8,7 +8,9 @@
 use super::approximation::Approximation;
 use super::evidence::ExpectedErrors;
 use super::fit::slipping::SlippingLight;
-use super::fit::{FittedPath, ModelEstimate, check_shared_light, folds_over, own_threshold};
+use super::fit::{
+    FittedPath, ModelEstimate, TOLD_APART, check_shared_light, folds_over, own_threshold,
+};
 use super::missed::errors_wrap;
 use super::prediction::Prediction;
 use super::truth::Asked;
@@ -57,6 +59,14 @@ pub fn check_fit(
         measure: "paths that the expected counts do not show:",
         size: untold.map_or(0, |untold| untold.missing + untold.missing_of_others) as f64,
         bound: 0.0,
+        concerns_misses: true,
+    }
+    .check()?;
+    Approximation {
+        name: "that the fit tells close paths apart in every scan",
+        measure: "probability that two are taken for one:",
+        size: normal_cdf(TOLD_APART.sqrt() - fitted.told_apart_by),
+        bound: 0.02,
         concerns_misses: true,
     }
     .check()?;

@@ -112,6 +112,18 @@ pub enum FitError {
         /// What a slope reads another one as; 1 if they are alike.
         read: f64,
     },
+    /// Close paths of few samples a chip.
+    #[error(
+        "two paths of one code are within {chips} chips of each other, and a chip has {samples_per_chip} samples: corners of \
+         the code's correlation, a phase step apart, give the likelihood several peaks, and no slope says how the fit scatters \
+         (8 samples_per_chip or more, or paths farther apart)"
+    )]
+    Close {
+        /// Samples that a chip has.
+        samples_per_chip: f64,
+        /// How near is too near.
+        chips: f64,
+    },
     /// Light that a fit to a histogram does not model.
     #[error(
         "{paths} paths carry modulated light to the detector, {own} of them from its own source; the \

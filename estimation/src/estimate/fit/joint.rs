@@ -13,7 +13,7 @@ use super::model_estimate::{Goodness, ModelEstimate, Untold};
 use super::normal::Normal;
 use super::pairs::{self, TOLD_APART};
 use super::problem::Problem;
-use super::rivals;
+use super::rivals::{self, Beyond};
 use super::search::Search;
 use crate::estimate::distance_m;
 use crate::math::bisected;
@@ -30,8 +30,8 @@ const SURE: f64 = 2.0;
 pub struct AllLight<'m> {
     pub hypothesis: Hypothesis<'m>,
     pub normal: Normal,
-    /// To be added to the variances of each path's delay (chips^2) and ln(strength).
-    pub beyond_normal: Vec<[f64; 2]>,
+    /// What other hypotheses make of it.
+    pub beyond_normal: Beyond,
     /// Standard deviation of a signed count, and signed counts of a step for a unit
     /// of a template's value and of light.
     pub sigma: f64,
@@ -147,7 +147,7 @@ impl AllLight<'_> {
         let std_of = |&path: &usize| {
             // Light in the middle of two paths is half their distance off.
             let hidden = if is_own(path) { 0.5 * resolution_chips } else { 0.0 };
-            let [delay, ln_rate] = self.beyond_normal[path];
+            let [delay, ln_rate] = self.beyond_normal.variances[path];
             [
                 (std[2 * path].powi(2) + delay + hidden * hidden).sqrt(),
                 (std[2 * path + 1].powi(2) + ln_rate).sqrt(),
@@ -167,6 +167,7 @@ impl AllLight<'_> {
                 missing_of_others,
                 resolution_m: distance_m(problem.clock().ps(resolution_chips)),
             }),
+            told_apart_by: self.beyond_normal.least_fall.max(0.0).sqrt(),
             ..ModelEstimate::new(problem.clock(), &parameters, &std, found)
         }
     }

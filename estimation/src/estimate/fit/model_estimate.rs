@@ -37,6 +37,9 @@ pub struct ModelEstimate {
     /// Own paths of the scene that the counts do not tell apart; none if all were
     /// found.
     pub untold: Option<Untold>,
+    /// How many standard deviations the closest paths of one code are from being one: the root of what chi-square then rises
+    /// by. Infinite without such.
+    pub told_apart_by: f64,
     /// Gauss-Newton steps of the last fit.
     pub iterations: usize,
 }
@@ -155,6 +158,7 @@ impl ModelEstimate {
             degrees_of_freedom,
             steps,
             untold: None,
+            told_apart_by: f64::INFINITY,
             iterations,
             paths,
         }

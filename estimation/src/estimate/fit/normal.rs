@@ -99,6 +99,17 @@ impl Normal {
         direction.dot(&(&self.inverse * &direction)).sqrt()
     }
 
+    /// Directions of some unknowns, of a standard deviation each, whose sum of squares is their covariance.
+    pub fn directions(&self, of: &[usize]) -> Vec<Vec<f64>> {
+        let covariance = |i: usize, j: usize| {
+            self.inverse[(of[i], of[j])] * self.scales[of[i]] * self.scales[of[j]]
+        };
+        let axes = DMatrix::from_fn(of.len(), of.len(), covariance).symmetric_eigen();
+        let stds = axes.eigenvalues.iter().map(|variance| variance.max(0.0).sqrt());
+        let columns = axes.eigenvectors.column_iter().zip(stds);
+        columns.map(|(axis, std)| axis.iter().map(|part| part * std).collect()).collect()
+    }
+
     /// The same where a combination of the unknowns is held as it is.
     pub fn holding(&self, combination: &[f64]) -> Normal {
         let direction = self.scaled(combination);

@@ -123,13 +123,18 @@ impl Parameters {
 
     /// Whether each path stands by itself: none of its own code is so near that their peaks meet.
     pub fn are_apart(&self) -> bool {
+        self.are_farther_apart_than(PEAKS_MEET_CHIPS)
+    }
+
+    /// Whether no two paths of one code are so many chips from one another.
+    pub fn are_farther_apart_than(&self, chips: f64) -> bool {
         self.paths.iter().enumerate().all(|(number, path)| {
             let period_chips = path.code.len() as f64;
             let later = |other: &PathParameters| {
                 (other.delay_chips - path.delay_chips).rem_euclid(period_chips)
             };
             let mut alike = self.paths[number + 1..].iter().filter(|other| other.has(&path.code));
-            alike.all(|other| later(other).min(period_chips - later(other)) > PEAKS_MEET_CHIPS)
+            alike.all(|other| later(other).min(period_chips - later(other)) > chips)
         })
     }
 

@@ -35,14 +35,24 @@ const SAME_CHIPS: f64 = 1.0 / 64.0;
 /// taken, and the squares by which delay (chips) and ln(strength) of a path differ.
 type Rival = (f64, [f64; 2]);
 
-/// What is to be added to the variances of delay (chips^2) and ln(strength) of each path that the
-/// normal equations of the fit that was taken say.
+/// What hypotheses beside the one that was taken make of it.
+#[derive(Debug)]
+pub struct Beyond {
+    /// To be added to the variances of each path's delay (chips^2) and ln(strength).
+    pub variances: Vec<[f64; 2]>,
+    /// Least fall of chi-square by which two close paths show that they are not one; infinite without such.
+    pub least_fall: f64,
+}
+
+/// What is to be added to the variances of delay and strength of each path that the normal equations of the fit that
+/// was taken say, and how surely close paths are told apart.
 pub fn beyond_normal<'m>(
     search: &Search<'_, 'm>,
     taken: &Hypothesis<'m>,
     normal: &Normal,
-) -> Vec<[f64; 2]> {
+) -> Beyond {
     let paths = &taken.parameters.paths;
+    let mut least_fall = f64::INFINITY;
     let mut rivals = Rivals { taken, of_paths: vec![Vec::new(); paths.len()] };
     let mut bent: Vec<Option<[f64; 2]>> = vec![None; paths.len()];
     for second in 0..paths.len() {
@@ -60,16 +70,17 @@ pub fn beyond_normal<'m>(
                 bent[path] = Some([known[0].max(added[0]), known[1].max(added[1])]);
             }
             let Ok(one) = search.fitted(taken, |light| light.merge_paths(pair)) else { continue };
+            least_fall = least_fall.min(one.chi_square - taken.chi_square);
             rivals.add(&one, &pair);
             pairs(search, &one, first, 0.0).iter().for_each(|other| rivals.add(other, &pair));
         }
     }
     let both = rivals.of_paths.iter().zip(bent);
-    both.map(|(rivals, bent)| {
+    let variances = both.map(|(rivals, bent)| {
         let (between, bent) = (mean_squares(rivals), bent.unwrap_or_default());
         [between[0] + bent[0], between[1] + bent[1]]
-    })
-    .collect()
+    });
+    Beyond { variances: variances.collect(), least_fall }
 }
 
 /// Hypotheses beside the one that was taken, path by path.

@@ -266,6 +266,7 @@ mod tests {
             degrees_of_freedom: 100,
             steps: 60,
             untold: None,
+            told_apart_by: f64::INFINITY,
             iterations: 1,
         }
     }
