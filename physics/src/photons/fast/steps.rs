@@ -150,10 +150,10 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         let (Some(overlaps), Some(members)) = (&mut self.overlaps, &self.lanes.members) else {
             return fired;
         };
-        let near = overlaps.advance(&self.lanes.elapsed, &fired);
+        let (near, lanes) = overlaps.advance(&self.lanes.elapsed, &fired);
         let cells = members.hit;
-        if near.iter().fold(0, |any, near| any | near) != 0 {
-            self.list(&near, &cells);
+        if lanes != 0 {
+            self.list(lanes, &cells);
         }
         match &mut self.overlaps {
             Some(overlaps) => overlaps.follow(&fired, &near, &cells, &self.sign),
@@ -163,29 +163,30 @@ impl<'t, 'o> StepRunner<'t, 'o> {
 
     /// Puts avalanches that may overlap the last ones into lists, and those.
     #[inline(never)]
-    fn list(&mut self, near: &Words, cells: &Words) {
-        for lane in 0..LANES {
-            if near[lane] != 0 {
-                self.list_last(lane);
-                let now = self.registered(lane);
-                if let Some(overlaps) = &mut self.overlaps {
-                    overlaps.list(lane, now, self.sign.randoms[lane], cells[lane]);
-                }
+    fn list(&mut self, mut lanes: u64, cells: &Words) {
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let now = self.list_last(lane);
+            if let Some(overlaps) = &mut self.overlaps {
+                overlaps.list(lane, now, self.sign.randoms[lane], cells[lane]);
             }
         }
     }
 
-    /// Puts the avalanche that was the last into its lane's list, and takes it out of the counts.
-    fn list_last(&mut self, lane: usize) {
+    /// Puts the avalanche that was the last into its lane's list, and takes it out of the counts. Gives the lane's
+    /// time, as it is registered without jitter.
+    fn list_last(&mut self, lane: usize) -> i64 {
         let now = self.registered(lane);
-        let Some(overlaps) = &self.overlaps else { return };
-        if overlaps.is_full(lane) {
+        if self.overlaps.as_ref().is_some_and(|overlaps| overlaps.is_full(lane)) {
             self.count_list(lane);
         }
-        let Some(overlaps) = &mut self.overlaps else { return };
-        let (total, ups) = overlaps.list_last(lane, now);
-        self.totals[lane] = self.totals[lane].wrapping_sub(total);
-        self.ups[lane] = self.ups[lane].wrapping_sub(ups);
+        if let Some(overlaps) = &mut self.overlaps {
+            let (total, ups) = overlaps.list_last(lane, now);
+            self.totals[lane] = self.totals[lane].wrapping_sub(total);
+            self.ups[lane] = self.ups[lane].wrapping_sub(ups);
+        }
+        now
     }
 
     /// Adds a lane's list to its counts.
