@@ -150,20 +150,19 @@ fn detector_parts(sensor: &Sensor, index: usize) -> Vec<Part> {
 /// SPADs behind one input.
 fn cells(detector: &Detector, part: String) -> Part {
     let rates = &detector.cell_dark_count_rates_cps;
+    let talk = detector.cell_crosstalk.filter(|talk| talk.probability > 0.0);
     let is_expected = detector.combination == Combination::Adder
-        && rates.iter().all(|rate| Some(rate) == rates.first());
+        && rates.iter().all(|rate| Some(rate) == rates.first())
+        && talk.is_none();
     let combined = match (detector.combination, detector.coincidence) {
         (Combination::Adder, _) => "the hits of all of them added up".to_owned(),
         (Combination::Xor, _) => "the level high while an odd number of their pulses is".to_owned(),
         (Combination::Or, 1) => "the level high while any of their pulses is".to_owned(),
         (Combination::Or, most) => format!("the level high while {most} of their pulses overlap"),
     };
-    let talk = match detector.cell_crosstalk {
-        Some(talk) if talk.probability > 0.0 => {
-            format!("; {} % of avalanches fire another of them", 100.0 * talk.probability)
-        }
-        _ => String::new(),
-    };
+    let talk = talk.map_or_else(String::new, |talk| {
+        format!("; {} % of avalanches fire another of them", 100.0 * talk.probability)
+    });
     let inputs = match detector.cell_outputs {
         CellOutputs::Combined => "behind one input",
         CellOutputs::Separate => "with an input each",

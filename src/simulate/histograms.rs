@@ -161,18 +161,14 @@ pub(super) fn sampled(
     let most = width.filter(|&width| width < u64::BITS).map_or(u64::MAX, |width| (1 << width) - 1);
     let from = begun_by([model], numbers.start);
     let cells = wanted.sensor.interface().input_cells;
-    let inputs = model.inputs();
-    let streams = inputs.iter().map(|input| PulseStream::new(input, wanted.seed, from));
-    let mut streams: Vec<PulseStream> = streams.collect();
+    let mut stream = PulseStream::new(model, wanted.seed, from);
     let mut levels = CellLevels::new(cells.count);
-    let mut pulses = vec![Vec::new(); inputs.len()];
+    let mut pulses = vec![Vec::new(); model.inputs()];
     let mut changes = Vec::new();
     for number in from..numbers.end {
         let until = Sample((number - from + 1) * all);
-        for (stream, pulses) in streams.iter_mut().zip(&mut pulses) {
-            pulses.clear();
-            stream.advance(until, pulses);
-        }
+        pulses.iter_mut().for_each(Vec::clear);
+        stream.advance_inputs(until, &mut pulses);
         changes.clear();
         levels.advance(&pulses, until, &mut changes);
         let mut bins = vec![0_u64; period as usize];

@@ -1,11 +1,9 @@
 //! Several SPADs behind one input: against closed forms, and against a simulator that lists every
 //! edge of every cell.
 
-use std::sync::Arc;
-
 use goldtof::estimate::histogram::{Uncorrected, dead_time};
 use goldtof::photons::fast::{Recorder, StepCounter};
-use goldtof::photons::{CellLevels, DetectorModel, Level, PulseStream, StepCount};
+use goldtof::photons::{CellLevels, DetectorModel, Level, Pulse, PulseStream, StepCount};
 use goldtof::response::{CountingTier, MeanResponse, MeanResponseError, SecondMoments};
 use goldtof::scan::{Group, Sample, Step};
 use goldtof::scene::{
@@ -185,7 +183,8 @@ fn tallies_of_all_edges(
         Combination::Xor => high % 2 == 1,
     };
     let (model, law, of_cells) = (model(&scene), Cells::of(&scene.detectors[0]), cells_of(&scene));
-    let inputs = recorders(&model);
+    let mut by_lanes = PulseStream::new(&model, 5, 0);
+    let mut by_plain_loop = PulseStream::of_plain_loop(&model, 5, 0);
     let mut rng = StdRng::seed_from_u64(seed);
     // Columns: edges by eighth of a chip of the code, all of them, and sampled ones.
     let samples = 7 * 8;
@@ -197,8 +196,7 @@ fn tallies_of_all_edges(
     let [mut fast, mut plain, mut theirs] = [(); 3].map(|()| Tally::new(samples + 2));
     for step in 0..steps {
         let edges = plain_times(&model, 5, 0, Group(step));
-        let streams = model.inputs().iter().map(|input| PulseStream::of_plain_loop(input, 5, step));
-        let sampled = hits_of_streams(streams, &law, chips * 8).len();
+        let sampled = sampled_hits(&mut by_plain_loop, &law, step, chips * 8).len();
         plain.take(&columns(&edges, sampled));
 
         let cells = naive_cells(&of_cells, &mut rng, chips as f64);
@@ -218,41 +216,29 @@ fn tallies_of_all_edges(
     let groups: Vec<_> = (0..steps).map(|step| (0, Group(step))).collect();
     let lists = groups.chunks(at_once).flat_map(|groups| recorder.record(6, groups));
     for (step, list) in (0..).zip(lists) {
-        let sampled = sampled_hits(&inputs, &law, step, chips * 8).len();
+        let sampled = sampled_hits(&mut by_lanes, &law, step, chips * 8).len();
         fast.take(&columns(&recorded_times(&list), sampled));
     }
     [plain, fast, theirs]
 }
 
-/// What records the detections of each input.
-fn recorders(model: &DetectorModel) -> Vec<Arc<Recorder<'_>>> {
-    model.inputs().iter().map(|input| Arc::new(Recorder::new(input))).collect()
-}
-
-/// Samples of a scan's first step at which the level rises, or, of separate outputs, their combined samples.
-fn sampled_hits(inputs: &[Arc<Recorder>], law: &Cells, repetition: u64, samples: u64) -> Vec<u64> {
-    let one_group = Some(Group(1));
-    let streams = inputs
-        .iter()
-        .map(|recorder| PulseStream::of_groups(recorder, 5, repetition, Group(0), one_group));
-    hits_of_streams(streams, law, samples)
-}
-
-/// The same of streams of each input.
-fn hits_of_streams<'m>(
-    streams: impl Iterator<Item = PulseStream<'m>>,
-    law: &Cells,
-    samples: u64,
-) -> Vec<u64> {
-    let of_group = |mut stream: PulseStream<'_>| {
-        let mut pulses = Vec::new();
-        stream.advance(Sample(samples), &mut pulses);
-        pulses
-    };
-    let mut pulses: Vec<_> = streams.map(of_group).collect();
+/// Samples of the next step of a stream, its `step`-th, at which the level rises, or, of separate outputs, their
+/// combined samples. Pulses of the step before are not known in it.
+fn sampled_hits(stream: &mut PulseStream, law: &Cells, step: u64, samples: u64) -> Vec<u64> {
+    let start = step * samples;
+    let mut pulses = vec![Vec::new(); stream.inputs()];
+    stream.advance_inputs(Sample(start + samples), &mut pulses);
+    for pulses in &mut pulses {
+        // One that begins behind the last sample shows at the next step's first one.
+        pulses.retain(|pulse: &Pulse| step == 0 || pulse.first.0 > start);
+        for pulse in pulses {
+            *pulse =
+                Pulse { first: Sample(pulse.first.0 - start), end: Sample(pulse.end.0 - start) };
+        }
+    }
     if let [pulses] = &mut pulses[..] {
         let mut level = Level::default();
-        pulses.retain(|pulse| level.rises(pulse) && pulse.first.0 < samples);
+        pulses.retain(|pulse| level.rises(pulse));
         return pulses.iter().map(|pulse| pulse.first.0).collect();
     }
     assert_eq!(pulses.len(), law.count as usize);
@@ -308,7 +294,7 @@ fn samples_of_separate_outputs_rise_as_those_of_independent_cells() {
                 spad.pulse_width_ps = width_ps;
             });
             let (model, law) = (model(&scene), Cells::of(&scene.detectors[0]));
-            let inputs = recorders(&model);
+            let mut stream = PulseStream::new(&model, 5, 0);
             let per_cell = rate / f64::from(cells);
             let of_cell = per_cell / (1.0 + per_cell * 14e-9);
             let is_high = |high: i32| match combination {
@@ -322,10 +308,9 @@ fn samples_of_separate_outputs_rise_as_those_of_independent_cells() {
                 Combination::Adder => f64::from(cells) * alone,
                 _ => chance_of_rise(cells as i32, both, alone, is_high),
             };
-            // Pulses of the step before are not known in it.
             let (from, samples) = (8, 8_000);
-            let counted = (0..repeated(60, 3_000)).map(|repetition| {
-                let hits = sampled_hits(&inputs, &law, repetition, samples);
+            let counted = (0..repeated(60, 3_000)).map(|step| {
+                let hits = sampled_hits(&mut stream, &law, step, samples);
                 hits.iter().filter(|&&sample| sample > from).count() as f64
             });
             let found = Moments::of(counted);
@@ -339,17 +324,21 @@ fn samples_of_separate_outputs_rise_as_those_of_independent_cells() {
     }
 }
 
-/// Separate outputs under modulated light, with dead time, afterpulses and a hot cell: rising edges by
-/// sample of the code period are those of a simulator that looks at every cell at every sample.
+/// Separate outputs under modulated light, with dead time, a hot cell, and afterpulses or crosstalk: rising edges by
+/// sample of the code period, by lanes and plain loop, are those of a simulator that looks at every cell at every sample.
 #[test]
 fn samples_of_separate_outputs_are_those_of_a_simulator_that_looks_at_each_cell() {
     let (chips, period) = (7 * 40, 7 * 8);
-    for (number, (cells, rate, combination, coincidence)) in [
-        (4, 160e6, Combination::Or, 2),
-        (4, 160e6, Combination::Xor, 1),
-        (16, 1e9, Combination::Or, 3),
-        (4, 160e6, Combination::Adder, 1),
-        (16, 1e9, Combination::Adder, 1),
+    for (number, (cells, rate, combination, coincidence, talk)) in [
+        (4, 160e6, Combination::Or, 2, 0.0),
+        (4, 160e6, Combination::Xor, 1, 0.0),
+        (16, 1e9, Combination::Or, 3, 0.0),
+        (4, 160e6, Combination::Adder, 1, 0.0),
+        (16, 1e9, Combination::Adder, 1, 0.0),
+        (4, 40e6, Combination::Or, 1, 0.3),
+        (3, 40e6, Combination::Xor, 1, 0.5),
+        (16, 300e6, Combination::Or, 2, 0.3),
+        (4, 40e6, Combination::Adder, 1, 0.3),
     ]
     .into_iter()
     .enumerate()
@@ -362,17 +351,26 @@ fn samples_of_separate_outputs_are_those_of_a_simulator_that_looks_at_each_cell(
         spad.pulse_width_ps = 3.3e3;
         spad.cell_dark_count_rates_cps = vec![10e3; cells as usize];
         spad.cell_dark_count_rates_cps[1] = 2e6;
+        if talk > 0.0 {
+            spad.afterpulsing_probability = 0.0;
+            spad.cell_crosstalk = Some(Crosstalk { probability: talk, delay_ps: 300.0 });
+        }
         let (model, law) = (model(&scene), Cells::of(&scene.detectors[0]));
-        let (inputs, of_cells) = (recorders(&model), cells_of(&scene));
+        let of_cells = cells_of(&scene);
+        assert!(Recorder::new(&model).groups_at_once().is_some());
+        let mut by_lanes = PulseStream::new(&model, 5, 0);
+        let mut by_plain_loop = PulseStream::of_plain_loop(&model, 6, 0);
         let mut rng = StdRng::seed_from_u64(700 + number as u64);
         let samples = chips * 8;
-        let [mut ours, mut theirs] = [(); 2].map(|()| Vec::<Vec<f64>>::new());
-        for repetition in 0..repeated(400, 20_000) {
-            let mut row = vec![0.0; period];
-            for hit in sampled_hits(&inputs, &law, repetition, samples) {
-                row[hit as usize % period] += 1.0;
+        let [mut fast, mut plain, mut theirs] = [(); 3].map(|()| Vec::<Vec<f64>>::new());
+        for step in 0..repeated(400, 20_000) {
+            for (rows, stream) in [(&mut fast, &mut by_lanes), (&mut plain, &mut by_plain_loop)] {
+                let mut row = vec![0.0; period];
+                for hit in sampled_hits(stream, &law, step, samples) {
+                    row[hit as usize % period] += 1.0;
+                }
+                rows.push(row);
             }
-            ours.push(row);
             let mut row = vec![0.0; period];
             let mut pulses = vec![0; samples as usize];
             let cells = naive_cells(&of_cells, &mut rng, chips as f64);
@@ -403,16 +401,19 @@ fn samples_of_separate_outputs_are_those_of_a_simulator_that_looks_at_each_cell(
             }
             theirs.push(row);
         }
-        let told = format!("{cells} cells, {combination:?} of {coincidence}");
-        let mut squares = Vec::new();
-        for column in 0..period {
-            let [a, b] = [&ours, &theirs].map(|rows| Moments::of(rows.iter().map(|r| r[column])));
-            let z = (a.mean - b.mean) / a.standard_error().hypot(b.standard_error());
-            assert_within_standard_errors(z, 4.5, &format!("{told}: sample {column}"));
-            squares.push(z * z);
+        for (engine, ours) in [("lanes", &fast), ("plain loop", &plain)] {
+            let told = format!("{cells} cells, {combination:?} of {coincidence}, {engine}");
+            let mut squares = Vec::new();
+            for column in 0..period {
+                let [a, b] =
+                    [ours, &theirs].map(|rows| Moments::of(rows.iter().map(|r| r[column])));
+                let z = (a.mean - b.mean) / a.standard_error().hypot(b.standard_error());
+                assert_within_standard_errors(z, 4.5, &format!("{told}: sample {column}"));
+                squares.push(z * z);
+            }
+            let z = Moments::of(squares);
+            assert_within_standard_errors((z.mean - 1.0) / (2.0 / z.count).sqrt(), 4.5, &told);
         }
-        let z = Moments::of(squares);
-        assert_within_standard_errors((z.mean - 1.0) / (2.0 / z.count).sqrt(), 4.5, &told);
     }
 }
 
@@ -469,11 +470,11 @@ fn added_cells_are_expected_to_count_as_so_many_detectors() {
         }
 
         let sampled = MeanResponse::new(&model).unwrap().hits_per_sample();
-        let (law, inputs) = (Cells::of(&scene.detectors[0]), recorders(&model));
+        let (law, mut stream) = (Cells::of(&scene.detectors[0]), PulseStream::new(&model, 5, 0));
         let mut rows = Vec::new();
-        for repetition in 0..repeated(300, 10_000) {
+        for step in 0..repeated(300, 10_000) {
             let mut row = vec![0.0; period];
-            for hit in sampled_hits(&inputs, &law, repetition, chips * 8) {
+            for hit in sampled_hits(&mut stream, &law, step, chips * 8) {
                 row[hit as usize % period] += 1.0;
             }
             rows.push(row);
@@ -562,6 +563,11 @@ fn what_rests_on_one_spad_refuses_cells_by_name() {
     scene.detectors[0].cell_dark_count_rates_cps = vec![1e3, 1e3, 2e6, 1e3];
     let hot = DetectorModel::new(&Sensor::new(&scene), SPAD);
     assert_eq!(MeanResponse::new(&hot).err(), Some(MeanResponseError::UnlikeCells));
+    let spad = &mut scene.detectors[0];
+    spad.cell_dark_count_rates_cps.clear();
+    spad.cell_crosstalk = Some(Crosstalk { probability: 0.01, delay_ps: 0.0 });
+    let talking = DetectorModel::new(&Sensor::new(&scene), SPAD);
+    assert_eq!(MeanResponse::new(&talking).err(), Some(MeanResponseError::CrosstalkBetweenCells));
 }
 
 #[test]
@@ -578,10 +584,6 @@ fn what_does_not_hold_together_is_told_in_the_scene() {
         (
             "cells = 4\ncombination = \"adder\"\ncell_outputs = \"separate\"\ncoincidence = 2",
             "\"adder\" counts every pulse",
-        ),
-        (
-            "cells = 2\ncell_outputs = \"separate\"\ncell_crosstalk = { probability = 0.1 }",
-            "without cell_crosstalk",
         ),
         ("cells = 2\ncell_dark_count_rates = [\"1 kcps\"]", "1 rates for cells = 2"),
         (

@@ -20,7 +20,7 @@ pub struct Photons<'a> {
 }
 
 impl<'a> Photons<'a> {
-    /// Streams for the inputs of the scene's detectors, in their order. The n-th scan is the
+    /// Streams of the scene's detectors, in their order. The n-th scan is the
     /// n-th repetition of the seed.
     pub fn new(models: &'a [DetectorModel], interface: &'a Interface, seed: u64) -> Photons<'a> {
         Photons::from_scan(models, interface, seed, 0)
@@ -33,8 +33,7 @@ impl<'a> Photons<'a> {
         seed: u64,
         first: u64,
     ) -> Photons<'a> {
-        let inputs = models.iter().flat_map(DetectorModel::inputs);
-        let recorders = inputs.map(|model| Arc::new(Recorder::new(model))).collect();
+        let recorders = models.iter().map(|model| Arc::new(Recorder::new(model))).collect();
         let mut photons =
             Photons { recorders, interface, seed, first, scan: 0, streams: Vec::new() };
         photons.start_scan();
@@ -62,10 +61,13 @@ impl Stimulus for Photons<'_> {
             // A full scan's stream runs on into the next scan by itself.
             let start = start_of(self.scan);
             if until > start {
-                for (stream, pulses) in self.streams.iter_mut().zip(&mut drive.pulses) {
-                    let from = pulses.len();
-                    stream.advance(Sample(until - start), pulses);
-                    pulses[from..].iter_mut().for_each(|pulse| pulse.shift(start));
+                let inputs = drive.pulses.chunks_mut(self.interface.input_cells.count as usize);
+                for (stream, inputs) in self.streams.iter_mut().zip(inputs) {
+                    let known: Vec<usize> = inputs.iter().map(Vec::len).collect();
+                    stream.advance_inputs(Sample(until - start), inputs);
+                    for (pulses, known) in inputs.iter_mut().zip(known) {
+                        pulses[known..].iter_mut().for_each(|pulse| pulse.shift(start));
+                    }
                 }
             }
             if !self.interface.realigns() || start_of(self.scan + 1) >= until {

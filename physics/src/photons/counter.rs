@@ -3,7 +3,7 @@
 use rand::RngExt;
 
 use super::detector::DetectorModel;
-use super::random::Part;
+use super::random::{Part, StreamRng};
 use super::registration::Detection;
 use crate::scan::Step;
 
@@ -36,22 +36,32 @@ impl StepCount {
 /// of one group count the same detections.
 pub fn count_step(model: &DetectorModel, seed: u64, repetition: u64, step: Step) -> StepCount {
     let group = model.timing.grouping().group_of(step);
-    count_detections(model, seed, repetition, step, model.step(seed, repetition, group))
+    let mut transition = transition(model, seed, repetition, step);
+    let detections = model.step(seed, repetition, group);
+    count_detections(model, repetition, step, &mut transition, detections)
 }
 
-/// Counts the detections of a step's group as [`count_step`] does.
-pub(crate) fn count_detections(
+/// What decides where a detection is near an edge of a step's reference.
+pub(crate) fn transition(
     model: &DetectorModel,
     seed: u64,
     repetition: u64,
     step: Step,
+) -> StreamRng {
+    let group = model.timing.grouping().group_of(step);
+    model.key(seed, repetition, group).stream_of_step(step, Part::Transition)
+}
+
+/// Counts detections of a step's group as [`count_step`] does.
+pub(crate) fn count_detections(
+    model: &DetectorModel,
+    repetition: u64,
+    step: Step,
+    transition: &mut StreamRng,
     detections: impl Iterator<Item = Detection>,
 ) -> StepCount {
     let reference = CounterReference::new(model, repetition, step);
-    let group = model.timing.grouping().group_of(step);
-    let key = model.key(seed, repetition, group);
-    let mut transition = key.stream_of_step(step, Part::Transition);
-    let mut count = StepCount { signed: 0, total: 0 };
+    let mut count = StepCount::ZERO;
     for detection in detections {
         count.total += 1;
         let up = reference.level(detection).unwrap_or_else(|| transition.random());

@@ -72,6 +72,11 @@ pub struct Pixel {
 }
 
 impl Pixel {
+    /// Inputs of the hardware: one for each cell that has an output.
+    pub fn inputs(&self) -> usize {
+        if self.has_outputs { self.cells.len() } else { 1 }
+    }
+
     /// Whether all cells have the same light and dark counts.
     pub fn is_even(&self) -> bool {
         self.cells.windows(2).all(|two| two[0].constant_per_chip == two[1].constant_per_chip)
@@ -305,12 +310,9 @@ impl DetectorModel {
         found.map_or_else(|| Arc::new(PulseShape::ideal()), |(_, shape)| Arc::clone(shape))
     }
 
-    /// What the hardware has an input for: this detector, or each of its cells.
-    pub fn inputs(&self) -> &[DetectorModel] {
-        match &self.pixel {
-            Some(pixel) if pixel.has_outputs => &pixel.cells,
-            _ => std::slice::from_ref(self),
-        }
+    /// Inputs that the hardware has for it: one, or one for each of its cells.
+    pub fn inputs(&self) -> usize {
+        self.pixel.as_ref().map_or(1, |pixel| pixel.inputs())
     }
 
     /// All SPADs that are simulated for it: its cells, or the detectors that fire one another

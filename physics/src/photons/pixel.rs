@@ -4,7 +4,7 @@
 //! afterpulses, dark counts and jitter that are its alone; only crosstalk ties cells together. A
 //! registered detection makes the cell's own pulse, of the detector's pulse width, and the level of
 //! the input follows from how many cells' pulses there are at a time: what is counted, and sampled,
-//! are that level's rising edges. Pulses of the group of steps before do not reach into a group.
+//! are that level's rising edges. Where each cell has an input, its own pulses are sampled. Pulses of the group of steps before do not reach into a group.
 
 use std::collections::VecDeque;
 
@@ -58,6 +58,16 @@ impl<'m> PixelPulses<'m> {
             pulses: VecDeque::new(),
             end: ChipTime::at_chip(chips),
         }
+    }
+
+    /// The next pulse at any input: of a cell, where each has its own, or of the level.
+    pub fn next_at_input(&mut self) -> Option<(Detection, f64, usize)> {
+        let pixel = self.line.pixel;
+        if pixel.inputs() == 1 {
+            return self.next().map(|(detection, width_chips)| (detection, width_chips, 0));
+        }
+        let (time, cell) = self.next_registered()?;
+        Some((detection(time), pixel.pulse_width_chips, cell))
     }
 
     /// When and where the next avalanche is registered; none after the group's end.
@@ -139,9 +149,12 @@ impl Iterator for PixelPulses<'_> {
         }
         let (rise, fall) = self.pulses.pop_front()?;
         let width_chips = (fall.chip - rise.chip) as f64 + (fall.fraction - rise.fraction);
-        let chip = u64::try_from(rise.chip).unwrap_or_default();
-        Some((Detection { chip, fraction: rise.fraction }, width_chips))
+        Some((detection(rise), width_chips))
     }
+}
+
+fn detection(time: ChipTime) -> Detection {
+    Detection { chip: u64::try_from(time.chip).unwrap_or_default(), fraction: time.fraction }
 }
 
 /// The level of the input, over times of some kind.

@@ -53,7 +53,7 @@ impl Level {
     }
 }
 
-/// The pulses of a running scan, step after step (with `parallel` steps at
+/// The pulses at a detector's inputs in a running scan, step after step (with `parallel` steps at
 /// once, group after group: the steps of a group share their light).
 ///
 /// There is one pulse per detection: pulses may touch or overlap, and the level
@@ -78,8 +78,8 @@ pub struct PulseStream<'m> {
 /// The detections of a stream's groups, of which the first is the present one.
 #[derive(Debug, Clone)]
 enum Detections<'m> {
-    /// By the plain loop, and the pulse that was found, but not asked for yet.
-    OneByOne { group: GroupDetections<'m>, pending: Option<Pulse> },
+    /// By the plain loop, and the pulse that was found, but not asked for yet, with its input.
+    OneByOne { group: GroupDetections<'m>, pending: Option<(Pulse, usize)> },
     /// By the vector lanes, some groups ahead; and how many of the present one's are used.
     Recorded { recorder: Arc<Recorder<'m>>, groups: VecDeque<Recorded>, used: usize },
 }
@@ -140,9 +140,26 @@ impl<'m> PulseStream<'m> {
         }
     }
 
+    /// Inputs of its detector.
+    pub fn inputs(&self) -> usize {
+        self.model.inputs()
+    }
+
     /// Appends every pulse with `first < until` that has not been
     /// returned yet, in order of `first`.
+    ///
+    /// # Panics
+    /// If the detector has several inputs.
     pub fn advance(&mut self, until: Sample, out: &mut Vec<Pulse>) {
+        self.advance_inputs(until, std::slice::from_mut(out));
+    }
+
+    /// The same of each input.
+    ///
+    /// # Panics
+    /// If the detector has not as many.
+    pub fn advance_inputs(&mut self, until: Sample, out: &mut [Vec<Pulse>]) {
+        assert_eq!(out.len(), self.model.inputs(), "a list for each input");
         // Groups that begin later are not even simulated yet.
         while !self.ended && self.group_start < until {
             if !self.advance_in_group(until, out) {
@@ -153,18 +170,22 @@ impl<'m> PulseStream<'m> {
     }
 
     /// Whether the group has no further pulses.
-    fn advance_in_group(&mut self, until: Sample, out: &mut Vec<Pulse>) -> bool {
+    fn advance_in_group(&mut self, until: Sample, out: &mut [Vec<Pulse>]) -> bool {
         let start = self.group_start;
         match &mut self.detections {
             Detections::OneByOne { group, pending } => {
                 let model = self.model;
-                let sampled = |pulse| sample(pulse, model, start);
-                while let Some(pulse) = pending.take().or_else(|| group.next_pulse().map(sampled)) {
+                let sampled = |(detection, width_chips, input)| {
+                    (sample((detection, width_chips), model, start), input)
+                };
+                while let Some((pulse, input)) =
+                    pending.take().or_else(|| group.next_pulse().map(sampled))
+                {
                     if pulse.first >= until {
-                        *pending = Some(pulse);
+                        *pending = Some((pulse, input));
                         return false;
                     }
-                    out.extend((pulse.first < pulse.end).then_some(pulse));
+                    out[input].extend((pulse.first < pulse.end).then_some(pulse));
                 }
             }
             Detections::Recorded { groups, used, .. } => {
@@ -173,7 +194,7 @@ impl<'m> PulseStream<'m> {
                     return self.advance_in_group(until, out);
                 }
                 let sampler = TickSampler::new(self.model);
-                let Recorded { times, ends } = &groups[0];
+                let Recorded { times, ends, inputs } = &groups[0];
                 let left = &times[*used..];
                 let first = |&time: &RegisteredTicks| sampler.at_or_after(time.0, start);
                 let now = left.partition_point(|time| first(time) < until);
@@ -183,12 +204,18 @@ impl<'m> PulseStream<'m> {
                     end: first(end),
                 };
                 let is_seen = |pulse: &Pulse| pulse.first < pulse.end;
-                match (ends.get(*used..*used + now), sampler.sees_all()) {
-                    (Some(ends), _) if now > 0 => {
+                match (&mut *out, ends.get(*used..*used + now), sampler.sees_all()) {
+                    ([out], Some(ends), _) if now > 0 => {
                         out.extend(left[..now].iter().zip(ends).map(level).filter(is_seen));
                     }
-                    (_, true) => out.extend(left[..now].iter().map(pulse)),
-                    (_, false) => out.extend(left[..now].iter().map(pulse).filter(is_seen)),
+                    ([out], _, true) => out.extend(left[..now].iter().map(pulse)),
+                    ([out], ..) => out.extend(left[..now].iter().map(pulse).filter(is_seen)),
+                    (out, ..) => {
+                        for (time, input) in left[..now].iter().zip(&inputs[*used..]) {
+                            let pulse = Some(pulse(time)).filter(is_seen);
+                            out[usize::from(*input)].extend(pulse);
+                        }
+                    }
                 }
                 *used += now;
                 if now < left.len() {
@@ -213,7 +240,7 @@ impl<'m> PulseStream<'m> {
                     None => break,
                 }
             }
-            groups.extend(recorder.record_levels(self.seed, &jobs));
+            groups.extend(recorder.record_pulses(self.seed, &jobs));
         }
     }
 

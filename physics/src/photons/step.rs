@@ -47,14 +47,14 @@ pub enum GroupDetections<'m> {
 }
 
 impl GroupDetections<'_> {
-    /// The next one, and for how many chips its pulse is high.
+    /// The next pulse at any of the detector's inputs, for how many chips it is high, and at which of them.
     #[inline]
-    pub fn next_pulse(&mut self) -> Option<(Detection, f64)> {
+    pub fn next_pulse(&mut self) -> Option<(Detection, f64, usize)> {
         match self {
             GroupDetections::OfSpad(model, detections) => {
-                detections.next().map(|detection| (detection, model.pulse_width_chips))
+                detections.next().map(|detection| (detection, model.pulse_width_chips, 0))
             }
-            GroupDetections::OfPixel(pulses) => pulses.next(),
+            GroupDetections::OfPixel(pulses) => pulses.next_at_input(),
         }
     }
 }
@@ -64,7 +64,10 @@ impl Iterator for GroupDetections<'_> {
 
     #[inline]
     fn next(&mut self) -> Option<Detection> {
-        self.next_pulse().map(|(detection, _)| detection)
+        match self {
+            GroupDetections::OfSpad(_, detections) => detections.next(),
+            GroupDetections::OfPixel(pulses) => pulses.next().map(|(detection, _)| detection),
+        }
     }
 }
 

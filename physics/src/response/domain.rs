@@ -82,6 +82,12 @@ pub enum MeanResponseError {
          that are alike: give dark_count_rate, or simulate it photon by photon"
     )]
     UnlikeCells,
+    /// Cells whose hits are added up fire one another.
+    #[error(
+        "the detector's cells fire one another (cell_crosstalk); the mean response is solved for cells \
+         that do not: simulate it photon by photon"
+    )]
+    CrosstalkBetweenCells,
     /// There are no counts with such moments.
     #[error(
         "the counts' means or covariances are no finite numbers below 2^53; the tiers events and \
@@ -221,6 +227,7 @@ pub(super) fn check(model: &DetectorModel) -> Result<(), MeanResponseError> {
         match model.added_cells() {
             1 => return Err(MeanResponseError::Cells),
             _ if !pixel.is_even() => return Err(MeanResponseError::UnlikeCells),
+            _ if pixel.crosstalk.is_some() => return Err(MeanResponseError::CrosstalkBetweenCells),
             _ => {}
         }
     }

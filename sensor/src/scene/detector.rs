@@ -117,7 +117,7 @@ tables! {
         cells => cells: u32 = integer(1, 64), Or("1"), "4";
             "SPADs behind the detector's input (a macropixel), each with its share of the light and \
              with dead time, afterpulses and pulses of its own; photons are simulated for several, and \
-             expectations are of those that are added up (`combination`) and alike"
+             expectations are of those that are added up (`combination`), alike, and fire no other"
             "the next arrival is looked for among all of them";
         combination => combination: Combination = choice(Combination::CHOICES), Or("\"or\""), "\"xor\"";
             "when cells' pulses make the level high: where `coincidence` of them overlap (\"or\"), or \
@@ -488,11 +488,6 @@ pub(super) fn check_cell_outputs(sections: &[Section], scene: &Scene) {
             );
         } else if spad.cells == 1 {
             report("cells = 1 has one output; write cells = 2 or more, or leave out this key");
-        } else if spad.cell_crosstalk.is_some_and(|talk| talk.probability > 0.0) {
-            report(
-                "photons of separate outputs are simulated cell by cell, without cell_crosstalk; leave \
-                 out one of the two",
-            );
         } else if spad.combination == Combination::Adder
             && scene.hardware.architecture == Architecture::Histogram
         {

@@ -203,9 +203,22 @@ pub fn standard_normal(bits: u32) -> f32 {
     signed * (1.0 - tail) * std::f32::consts::SQRT_2
 }
 
+/// The quantile of that number, in 2^31.
+#[inline(always)]
+pub fn quantile(bits: u32) -> u32 {
+    let flipped = if bits >> 31 == 1 { 1 << 31 } else { u32::MAX };
+    (bits ^ flipped) >> 1
+}
+
+/// Ticks by which jitter moves a detection.
+#[inline(always)]
+pub fn jitter(bits: u32, sigma_ticks: f32) -> i32 {
+    to_signed_ticks(standard_normal(bits) * sigma_ticks)
+}
+
 /// The nearest whole number, for magnitudes up to 2^30.
 #[inline(always)]
-pub fn to_signed_ticks(shift: f32) -> i32 {
+fn to_signed_ticks(shift: f32) -> i32 {
     let rounded = shift + if shift < 0.0 { -0.5 } else { 0.5 };
     // SAFETY: the caller's numbers are finite and far from the ends of 32 bits.
     unsafe { rounded.to_int_unchecked::<i32>() }

@@ -18,6 +18,7 @@
 //!   over the border.
 //! - `record`: where detections themselves are wanted, and where jitter decides too much for
 //!   a table of probabilities, each gets its own.
+//! - `overlaps`: the level that cells make together.
 //! - `members`: cells of a pixel, detectors that fire one another, and passive recharge.
 //!
 //! A part that the model does not have is a loop that is not entered, so leaving
@@ -35,6 +36,7 @@ mod instruction_set;
 mod lanes;
 mod members;
 pub(crate) mod normal;
+mod overlaps;
 mod places;
 mod profile;
 mod record;
@@ -55,10 +57,10 @@ pub use record::RegisteredTicks;
 
 use self::arithmetic::LANES;
 use self::domain::Tables;
-use self::record::GroupRunner;
+use self::record::{GroupRunner, OfCells};
 use self::sign::SignTable;
 use self::steps::{Jobs, Share, StepRunner};
-use super::counter::{StepCount, count_detections, count_step};
+use super::counter::{StepCount, count_detections, count_step, transition};
 use super::detector::DetectorModel;
 use crate::scan::Group;
 
@@ -142,13 +144,30 @@ impl<'m> Recorder<'m> {
     /// # Panics
     /// If there are no [`Recorder::groups_at_once`].
     pub fn record(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<Vec<RegisteredTicks>> {
-        self.record_levels(seed, groups).into_iter().map(|recorded| recorded.times).collect()
+        let recorded = self.run(seed, groups, self.level());
+        recorded.into_iter().map(|recorded| recorded.times).collect()
     }
 
-    /// The same, with the ends of what is not equally long.
-    pub(super) fn record_levels(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<Recorded> {
+    /// The pulses at the inputs.
+    pub(super) fn record_pulses(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<Recorded> {
+        let each = (self.model.inputs() > 1).then_some(OfCells::Each);
+        self.run(seed, groups, each.or(self.level()))
+    }
+
+    /// The cells whose level is counted, if they make one.
+    fn level(&self) -> Option<OfCells<'_>> {
+        let pixel = self.model.pixel.as_deref();
+        pixel.filter(|pixel| pixel.law.edges() == 1).map(OfCells::Level)
+    }
+
+    fn run(
+        &self,
+        seed: u64,
+        groups: &[(u64, Group)],
+        of_cells: Option<OfCells<'_>>,
+    ) -> Vec<Recorded> {
         let tables = self.tables.as_ref().unwrap_or_else(|reason| panic!("{reason}"));
-        let mut runner = GroupRunner::new(self.model, tables, seed, groups);
+        let mut runner = GroupRunner::new(self.model, tables, seed, groups, of_cells);
         self.instruction_set.run(&mut runner);
         runner.into_recorded()
     }
@@ -165,9 +184,10 @@ pub struct StepCounter<'m> {
 impl<'m> StepCounter<'m> {
     /// Makes the tables of a model, and chooses the best instruction set.
     pub fn new(model: &'m DetectorModel) -> StepCounter<'m> {
-        // Of a level that several cells make all of them decide together.
-        let makes_level = model.pixel.as_ref().is_some_and(|pixel| pixel.law.edges() == 1);
-        let sign = if makes_level { None } else { domain::sign_table(model) };
+        // Where most pulses overlap, the level is that of recorded detections.
+        let makes_level = model.pixel.as_ref().filter(|pixel| pixel.law.edges() == 1);
+        let is_counted = makes_level.is_none_or(|pixel| overlaps::pay(model, pixel));
+        let sign = if is_counted { domain::sign_table(model) } else { None };
         StepCounter { recorder: Recorder::new(model), sign }
     }
 
@@ -259,7 +279,8 @@ impl<'m> StepCounter<'m> {
             for (group, list) in groups.iter().zip(&lists) {
                 while let Some((_, step, place)) = steps.next_if(|(of, ..)| of == group) {
                     let detections = list.iter().map(|time| time.detection());
-                    *place = count_detections(model, jobs.seed, group.0, step, detections);
+                    let mut transition = transition(model, jobs.seed, group.0, step);
+                    *place = count_detections(model, group.0, step, &mut transition, detections);
                 }
             }
         }

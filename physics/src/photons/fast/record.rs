@@ -1,6 +1,6 @@
 //! The registered times of groups of phase steps, detection by detection.
 
-use super::arithmetic::{LANES, Words, standard_normal, to_signed_ticks};
+use super::arithmetic::{LANES, Words, jitter};
 use super::domain::Tables;
 use super::lanes::Lanes;
 use super::places::{CHIP_BITS, IN_CHIP, round_ticks, ticks_of_chips};
@@ -36,7 +36,7 @@ impl RegisteredTicks {
 }
 
 /// A cell's number has so many bits: there are 64 at most.
-const CELL_BITS: u32 = 6;
+pub const CELL_BITS: u32 = 6;
 /// Where it stands in a row, above the ticks.
 const CELL_SHIFT: u32 = CHIP_BITS + 1;
 
@@ -47,20 +47,35 @@ pub struct Recorded {
     pub times: Vec<RegisteredTicks>,
     /// When that level falls; empty of detections, whose pulses are all equally long.
     pub ends: Vec<RegisteredTicks>,
+    /// At which input each begins; empty where there is one.
+    pub inputs: Vec<u8>,
+}
+
+/// What is recorded of several cells.
+#[derive(Debug, Clone, Copy)]
+pub enum OfCells<'t> {
+    /// The level that they make.
+    Level(&'t Pixel),
+    /// Detections, with the cell of each.
+    Each,
+}
+
+/// Time and cell, which is in its last bits.
+fn of_cell(time: &RegisteredTicks) -> (u64, usize) {
+    (time.0 >> CELL_BITS, (time.0 & ((1 << CELL_BITS) - 1)) as usize)
 }
 
 /// The level of some cells: `times` are registered ones of all of them, in order, with the cell's
 /// number in the last bits.
-fn level(pixel: &Pixel, times: &[RegisteredTicks]) -> Recorded {
+pub fn level(pixel: &Pixel, times: &[RegisteredTicks]) -> Recorded {
     let width = round_ticks(pixel.pulse_width_chips) as u64;
     let mut line = Line::new(pixel);
-    let mut recorded = Recorded::default();
+    let [rises, ends] = [(); 2].map(|()| Vec::with_capacity(times.len()));
+    let mut recorded = Recorded { times: rises, ends, inputs: Vec::new() };
     let mut keep = |pulse: Option<(u64, u64)>| {
         recorded.times.extend(pulse.map(|(rise, _)| RegisteredTicks(rise)));
         recorded.ends.extend(pulse.map(|(_, fall)| RegisteredTicks(fall)));
     };
-    let of_cell =
-        |time: &RegisteredTicks| (time.0 >> CELL_BITS, (time.0 & ((1 << CELL_BITS) - 1)) as usize);
     // All pulses are equally long, so they end in the order in which they begin.
     let mut open = times.iter().map(of_cell).peekable();
     for (time, cell) in times.iter().map(of_cell) {
@@ -73,6 +88,17 @@ fn level(pixel: &Pixel, times: &[RegisteredTicks]) -> Recorded {
         keep(line.end(begun + width, ended));
     }
     recorded
+}
+
+/// Puts a time into its place, which is near the end.
+pub fn insert(list: &mut Vec<RegisteredTicks>, time: RegisteredTicks) {
+    let mut place = list.len();
+    list.push(time);
+    while place > 0 && list[place - 1] > time {
+        list[place] = list[place - 1];
+        place -= 1;
+    }
+    list[place] = time;
 }
 
 /// An iteration of all lanes: when what fired is registered, in the lanes' clocks.
@@ -110,8 +136,8 @@ pub struct GroupRunner<'t> {
     end: i64,
     reach: i64,
     lanes: Lanes<'t>,
-    /// Of several cells that make one level.
-    pixel: Option<&'t Pixel>,
+    /// None of a detector whose detections need no cell.
+    of_cells: Option<OfCells<'t>>,
     /// Streams, and its standard deviation in ticks.
     jitter: Option<(LaneStreams, f32)>,
     rows: Box<[Detections; ROWS]>,
@@ -126,6 +152,7 @@ impl<'t> GroupRunner<'t> {
         tables: &'t Tables,
         seed: u64,
         jobs: &'t [(u64, Group)],
+        of_cells: Option<OfCells<'t>>,
     ) -> GroupRunner<'t> {
         let nothing = Detections { chips: Words::all(0), fractions: Words::all(NONE) };
         let idle = |_| LaneGroup { job: None, origin: 0, end: 0, row: 0, tail: None };
@@ -140,7 +167,7 @@ impl<'t> GroupRunner<'t> {
             end: ticks_of_chips(chips as i64),
             reach: i64::from(tables.reach_ticks),
             lanes: Lanes::new(model, tables),
-            pixel: model.pixel.as_deref().filter(|pixel| pixel.law.edges() == 1),
+            of_cells,
             jitter: model.jitter_chips.map(|_| (LaneStreams::new(), tables.jitter_ticks as f32)),
             rows: Box::new([nothing; ROWS]),
             row: 0,
@@ -172,10 +199,16 @@ impl<'t> GroupRunner<'t> {
 
     /// What all jobs have registered.
     pub fn into_recorded(self) -> Vec<Recorded> {
-        let pixel = self.pixel;
-        let recorded = |times: Vec<RegisteredTicks>| match pixel {
-            Some(pixel) => level(pixel, &times),
-            None => Recorded { times, ends: Vec::new() },
+        let of_cells = self.of_cells;
+        let recorded = |times: Vec<RegisteredTicks>| match of_cells {
+            Some(OfCells::Level(pixel)) => level(pixel, &times),
+            Some(OfCells::Each) => {
+                let each = times.iter().map(of_cell);
+                let (times, inputs) =
+                    each.map(|(time, cell)| (RegisteredTicks(time), cell as u8)).unzip();
+                Recorded { times, inputs, ends: Vec::new() }
+            }
+            None => Recorded { times, ..Recorded::default() },
         };
         self.lists.into_iter().map(recorded).collect()
     }
@@ -189,7 +222,7 @@ impl<'t> GroupRunner<'t> {
         if let Some((streams, sigma)) = &mut self.jitter {
             let random = streams.next();
             for lane in 0..LANES {
-                shifts[lane] = to_signed_ticks(standard_normal(random[lane]) * *sigma) as u32;
+                shifts[lane] = jitter(random[lane], *sigma) as u32;
             }
         }
         for lane in 0..LANES {
@@ -198,7 +231,7 @@ impl<'t> GroupRunner<'t> {
             row.chips[lane] = clock.chips[lane].wrapping_add((ticks as i32 >> CHIP_BITS) as u32);
             row.fractions[lane] = (ticks & IN_CHIP) | none;
         }
-        if let (Some(_), Some(members)) = (self.pixel, &self.lanes.members) {
+        if let (Some(_), Some(members)) = (self.of_cells, &self.lanes.members) {
             for lane in 0..LANES {
                 row.fractions[lane] |= members.hit[lane] << CELL_SHIFT;
             }
@@ -222,7 +255,7 @@ impl<'t> GroupRunner<'t> {
             return;
         };
         let list = &mut self.lists[job];
-        let cell_bits = if self.pixel.is_some() { CELL_BITS } else { 0 };
+        let cell_bits = if self.of_cells.is_some() { CELL_BITS } else { 0 };
         for row in &self.rows[first..self.row] {
             let fraction = row.fractions[lane];
             if fraction & NONE != 0 {
@@ -238,13 +271,7 @@ impl<'t> GroupRunner<'t> {
             }
             let cell = u64::from(fraction >> CELL_SHIFT);
             let time = RegisteredTicks((ticks as u64) << cell_bits | cell);
-            let mut place = list.len();
-            list.push(time);
-            while place > 0 && list[place - 1] > time {
-                list[place] = list[place - 1];
-                place -= 1;
-            }
-            list[place] = time;
+            insert(list, time);
         }
     }
 

@@ -14,7 +14,7 @@
 //! table holds the mean of Phi at x - w and x + w. Rising and falling edges have
 //! different delays but the same table.
 
-use super::arithmetic::{FixedTable, Integers, LANES, LookUp, Words};
+use super::arithmetic::{FixedTable, Integers, LANES, LookUp, Words, quantile};
 use super::normal::{self, NORMAL_REACH};
 use super::places::{CHIP_TICKS, CodePlaces, repeated, round_ticks, ticks};
 use super::streams::LaneStreams;
@@ -145,6 +145,11 @@ pub struct Sign<'t> {
     pub streams: LaneStreams,
     /// Where the last avalanche is in the reference's cells, or where a wait was cut.
     pub places: CodePlaces,
+    /// Whether a detection's own jitter is asked for, too: then the number that decides is the quantile of
+    /// the normal number of the same word.
+    has_jitter: bool,
+    /// The words of which that is made.
+    pub randoms: Words,
     /// The number that decided, 31 bits, by lane.
     pub uniforms: Integers,
     /// The level that counts, by lane.
@@ -152,11 +157,13 @@ pub struct Sign<'t> {
 }
 
 impl<'t> Sign<'t> {
-    pub fn new(table: &'t SignTable) -> Sign<'t> {
+    pub fn new(table: &'t SignTable, has_jitter: bool) -> Sign<'t> {
         Sign {
             table,
             streams: LaneStreams::new(),
             places: CodePlaces::new(table.period_chips),
+            has_jitter,
+            randoms: Words::all(0),
             uniforms: Integers::all(0),
             levels: Words::all(0),
         }
@@ -166,9 +173,11 @@ impl<'t> Sign<'t> {
     #[inline(always)]
     pub fn decide(&mut self, elapsed: &Words) {
         if self.table.is_random {
-            let random = self.streams.next();
+            self.randoms = self.streams.next();
             for lane in 0..LANES {
-                self.uniforms[lane] = (random[lane] >> 1) as i32;
+                let random = self.randoms[lane];
+                let uniform = if self.has_jitter { quantile(random) } else { random >> 1 };
+                self.uniforms[lane] = uniform as i32;
             }
         }
         self.places.advance(elapsed);

@@ -5,8 +5,10 @@ use std::ops::Range;
 use super::arithmetic::{LANES, Words};
 use super::domain::Tables;
 use super::lanes::Lanes;
+use super::overlaps::Overlaps;
 use super::places::{round_ticks, ticks_of_chips};
 use super::sign::{self, Sign, SignTable};
+use crate::photons::counter::transition;
 use crate::photons::random::Part;
 use crate::photons::{DetectorModel, StepCount};
 use crate::scan::Step;
@@ -75,6 +77,8 @@ pub struct StepRunner<'t, 'o> {
     started: usize,
     lanes: Lanes<'t>,
     sign: Sign<'t>,
+    /// Of several cells that make one level.
+    overlaps: Option<Overlaps<'t>>,
     /// Detections since a lane's counts were taken.
     totals: Words,
     /// Those of them that counted up.
@@ -93,6 +97,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     ) -> StepRunner<'t, 'o> {
         let idle =
             LaneStep { place: (0, 0), stage: Stage::Idle, chips_left: 0, count: StepCount::ZERO };
+        let overlaps = Overlaps::new(model, tables);
         let mut runner = StepRunner {
             model,
             tables,
@@ -101,7 +106,8 @@ impl<'t, 'o> StepRunner<'t, 'o> {
             shares: Vec::new(),
             started: 0,
             lanes: Lanes::new(model, tables),
-            sign: Sign::new(sign),
+            sign: Sign::new(sign, overlaps.is_some()),
+            overlaps,
             totals: Words::all(0),
             ups: Words::all(0),
             steps: [idle; LANES],
@@ -130,11 +136,78 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     fn iterate(&mut self) {
         self.lanes.iterate();
         self.sign.decide(&self.lanes.elapsed);
+        let counted = self.counted();
         for lane in 0..LANES {
-            let fired = self.lanes.fired[lane];
-            self.totals[lane] = self.totals[lane].wrapping_add(fired);
-            self.ups[lane] = self.ups[lane].wrapping_add(fired & self.sign.levels[lane]);
+            self.totals[lane] = self.totals[lane].wrapping_add(counted[lane]);
+            self.ups[lane] = self.ups[lane].wrapping_add(counted[lane] & self.sign.levels[lane]);
         }
+    }
+
+    /// 1 where the last avalanche is counted.
+    #[inline(always)]
+    fn counted(&mut self) -> Words {
+        let fired = self.lanes.fired;
+        let (Some(overlaps), Some(members)) = (&mut self.overlaps, &self.lanes.members) else {
+            return fired;
+        };
+        let (near, lanes) = overlaps.advance(&self.lanes.elapsed, &fired);
+        let cells = members.hit;
+        if lanes != 0 {
+            self.list(lanes, &cells);
+        }
+        match &mut self.overlaps {
+            Some(overlaps) => overlaps.follow(&fired, &near, &cells, &self.sign),
+            None => fired,
+        }
+    }
+
+    /// Puts avalanches that may overlap the last ones into lists, and those.
+    #[inline(never)]
+    fn list(&mut self, mut lanes: u64, cells: &Words) {
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let now = self.list_last(lane);
+            if let Some(overlaps) = &mut self.overlaps {
+                overlaps.list(lane, now, self.sign.randoms[lane], cells[lane]);
+            }
+        }
+    }
+
+    /// Puts the avalanche that was the last into its lane's list, and takes it out of the counts. Gives the lane's
+    /// time, as it is registered without jitter.
+    fn list_last(&mut self, lane: usize) -> i64 {
+        let now = self.registered(lane);
+        if self.overlaps.as_ref().is_some_and(|overlaps| overlaps.is_full(lane)) {
+            self.count_list(lane);
+        }
+        if let Some(overlaps) = &mut self.overlaps {
+            let (total, ups) = overlaps.list_last(lane, now);
+            self.totals[lane] = self.totals[lane].wrapping_sub(total);
+            self.ups[lane] = self.ups[lane].wrapping_sub(ups);
+        }
+        now
+    }
+
+    /// Adds a lane's list to its counts.
+    fn count_list(&mut self, lane: usize) {
+        let LaneStep { place: (share, place), count, .. } = &mut self.steps[lane];
+        let job = self.shares[*share].first + *place as u64;
+        let (repetition, step) = self.jobs.repetition_and_step(job);
+        if let Some(overlaps) = &mut self.overlaps {
+            count.add(overlaps.take(lane, repetition, step));
+        }
+    }
+
+    /// A lane's time, as it is registered without jitter.
+    fn registered(&self, lane: usize) -> i64 {
+        let step = &self.steps[lane];
+        let chips = match step.stage {
+            Stage::Counting => self.model.timing.scan.integration_chips - step.chips_left,
+            Stage::WarmUp | Stage::Idle => 0,
+        };
+        let border = ticks_of_chips(chips as i64) - i64::from(self.tables.reach_ticks);
+        self.lanes.clock.ticks(lane) + border
     }
 
     #[cold]
@@ -154,6 +227,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     /// to `reach` behind them back. In that zone each is asked on which side it
     /// is registered.
     fn cross_border(&mut self, lane: usize) {
+        self.list_last(lane);
         let (before, detection) = self.take_counts(lane);
         if self.steps[lane].stage == Stage::Counting {
             self.steps[lane].count.add(before);
@@ -183,8 +257,9 @@ impl<'t, 'o> StepRunner<'t, 'o> {
                 return;
             }
             if step.stage == Stage::Counting {
-                let (share, place) = step.place;
-                self.shares[share].places[place] = step.count;
+                self.count_list(lane);
+                let LaneStep { place: (share, place), count, .. } = self.steps[lane];
+                self.shares[share].places[place] = count;
                 self.busy -= 1;
                 self.start_next(lane);
                 return;
@@ -194,9 +269,9 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         }
     }
 
-    /// Empties a lane's counts: those before the last iteration, and its own.
+    /// Empties a lane's counts: those before the last iteration, and its own, unless that is in a list.
     fn take_counts(&mut self, lane: usize) -> (StepCount, StepCount) {
-        let fired = self.lanes.fired[lane];
+        let fired = if self.overlaps.is_some() { 0 } else { self.lanes.fired[lane] };
         let up = fired & self.sign.levels[lane];
         let before = StepCount::of(self.ups[lane] - up, self.totals[lane] - fired);
         self.ups[lane] = 0;
@@ -260,6 +335,9 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         let place = ticks_of_chips(code) + start + delay - phase_step - sign.first_cell;
         self.sign.places.set(lane, place);
         self.sign.streams.restart(lane, key.hash(Part::Jitter));
+        if let Some(overlaps) = &mut self.overlaps {
+            overlaps.start(lane, transition(model, self.jobs.seed, repetition, step));
+        }
         self.totals[lane] = 0;
         self.ups[lane] = 0;
     }
