@@ -24,7 +24,7 @@ use crate::plan::overview::with_cells;
 use crate::plan::resources::{Resources, resources};
 use crate::plan::{self, Plan};
 use crate::progress::Progress;
-use crate::recorded::{RecordedHistogram, RecordedScan, fit_distance_alone};
+use crate::recorded::{AsItIs, RecordedHistogram, RecordedScan, fit_distance_alone};
 use crate::reference::predictor::ReferenceError;
 use crate::report::curves::IntegrationCurves;
 use crate::report::kept::kept;
@@ -226,7 +226,8 @@ pub fn run(
         for ((detector, sent), (phase, model)) in sent.zip(both) {
             let counts = sent.iter().map(SentCount::step_count).collect();
             let scan = RecordedScan { detector, counts, has_totals: false };
-            fit_distance_alone(&sensor, &scan, phase, model);
+            let as_it_is = &shown.as_it_is[detector];
+            fit_distance_alone(&sensor, (&scan, as_it_is), phase, model);
         }
     }
     let mutants =
@@ -269,6 +270,7 @@ struct Shown {
     resources: Option<Resources>,
     waves: Vec<Wave>,
     curves: Vec<IntegrationCurves>,
+    as_it_is: Vec<AsItIs>,
 }
 
 impl Shown {
@@ -281,6 +283,9 @@ impl Shown {
                 Some(program) => kept(cache, program, sensor.scene(), curves),
                 None => curves(),
             },
+            as_it_is: DetectorIndex::of(&sensor.scene().detectors)
+                .map(|detector| AsItIs::new(sensor, detector))
+                .collect(),
         })
     }
 }
@@ -362,6 +367,7 @@ fn write(
             resources: shown.resources.as_ref(),
             waves: &shown.waves,
             curves: &shown.curves,
+            as_it_is: &shown.as_it_is,
             emission: &run.emit,
             cosim: &run.cosim,
             counts: &counts,
