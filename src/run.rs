@@ -24,9 +24,10 @@ use crate::plan::overview::with_cells;
 use crate::plan::resources::{Resources, resources};
 use crate::plan::{self, Plan};
 use crate::progress::Progress;
-use crate::recorded::{RecordedHistogram, RecordedScan, fit_distance_alone};
+use crate::recorded::{AsItIs, RecordedHistogram, RecordedScan, fit_distance_alone};
 use crate::reference::predictor::ReferenceError;
 use crate::report::curves::IntegrationCurves;
+use crate::report::kept::kept;
 use crate::report::page::Page;
 use crate::report::provenance::Provenance;
 use crate::report::timing::{Wave, waves};
@@ -77,6 +78,10 @@ pub struct RunOptions {
     /// The clocks of `waves.vcd`; the file is not written without it
     #[arg(skip)]
     pub window: Option<Range<u64>>,
+    /// What changes with the program that runs it, its version too: the cache keeps what theory tells
+    /// the report for it. None is kept without
+    #[arg(skip)]
+    pub program: Option<String>,
     /// What the report says of where it comes from; may be left empty
     #[arg(skip)]
     pub provenance: Provenance,
@@ -92,6 +97,7 @@ impl Default for RunOptions {
             seed: 1,
             made_by: MADE_BY.to_owned(),
             window: None,
+            program: None,
             provenance: Provenance::default(),
         }
     }
@@ -197,8 +203,10 @@ pub fn run(
         ..Default::default()
     };
     let clocks = |done, of| on_event(RunEvent::Progress(Progress::Parts { done, of }));
-    let (cosimulation, shown) =
-        beside(|| Shown::of(&sensor, options.seed), || cosimulate(&sensor, &verilog, &how, clocks));
+    let (cosimulation, shown) = beside(
+        || Shown::of(&sensor, options, &verilog.cache),
+        || cosimulate(&sensor, &verilog, &how, clocks),
+    );
     let (mut cosimulation, shown) = (cosimulation?, shown?);
     if cosimulation.report.verdict == Verdict::Mismatch {
         cosimulation.write_mismatch(&folder.join(MISMATCH))?;
@@ -218,7 +226,8 @@ pub fn run(
         for ((detector, sent), (phase, model)) in sent.zip(both) {
             let counts = sent.iter().map(SentCount::step_count).collect();
             let scan = RecordedScan { detector, counts, has_totals: false };
-            fit_distance_alone(&sensor, &scan, phase, model);
+            let as_it_is = &shown.as_it_is[detector];
+            fit_distance_alone(&sensor, (&scan, as_it_is), phase, model);
         }
     }
     let mutants =
@@ -261,14 +270,22 @@ struct Shown {
     resources: Option<Resources>,
     waves: Vec<Wave>,
     curves: Vec<IntegrationCurves>,
+    as_it_is: Vec<AsItIs>,
 }
 
 impl Shown {
-    fn of(sensor: &Sensor, seed: u64) -> Result<Shown, ReferenceError> {
+    fn of(sensor: &Sensor, options: &RunOptions, cache: &Path) -> Result<Shown, ReferenceError> {
+        let curves = || IntegrationCurves::of_first_paths(sensor);
         Ok(Shown {
             resources: resources(sensor),
-            waves: waves(sensor, seed)?,
-            curves: IntegrationCurves::of_first_paths(sensor),
+            waves: waves(sensor, options.seed)?,
+            curves: match &options.program {
+                Some(program) => kept(cache, program, sensor.scene(), curves),
+                None => curves(),
+            },
+            as_it_is: DetectorIndex::of(&sensor.scene().detectors)
+                .map(|detector| AsItIs::new(sensor, detector))
+                .collect(),
         })
     }
 }
@@ -350,6 +367,7 @@ fn write(
             resources: shown.resources.as_ref(),
             waves: &shown.waves,
             curves: &shown.curves,
+            as_it_is: &shown.as_it_is,
             emission: &run.emit,
             cosim: &run.cosim,
             counts: &counts,

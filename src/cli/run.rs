@@ -9,8 +9,10 @@ use super::prelude::*;
 use super::provenance::provenance;
 use super::{grade, junit};
 use crate::cosim::Verdict;
+use crate::cosim::build::file_identity;
 use crate::report::estimates::{BothEstimates, texts};
 use crate::run::{REPORT, Run, RunEvent, RunOptions, run as main_job};
+use crate::version::VERSION;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof run scenes/quick.toml")]
@@ -40,6 +42,10 @@ impl Command for RunArguments {
             seed,
             made_by: command_line(&self.scene),
             window: self.vcd_window.clocks(),
+            // The file that runs, even if another has taken its place.
+            program: file_identity(Path::new("/proc/self/exe"))
+                .ok()
+                .map(|file| format!("{VERSION} {file}")),
             provenance: provenance(text.text)?,
             ..self.options.clone()
         };

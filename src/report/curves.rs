@@ -1,9 +1,11 @@
 //! What longer integration gains, and what longer simulation does.
 
+use serde::{Deserialize, Serialize};
+
 use super::prelude::*;
 use crate::cosim;
 use crate::estimate::bound::{BoundKind, bound_m};
-use crate::estimate::report::Reporter;
+use crate::estimate::report::{ExpectedOfPath, Reporter};
 use crate::estimate::{CountingTier, Theory, TheoryEffort, Work, theory_of_integrations};
 use crate::scene::PathIndex;
 use crate::simulate::{Tier, forecast};
@@ -17,17 +19,19 @@ const MOST_SCANS: i32 = 5;
 
 /// What theory expects of a path's distance at shorter and longer integration times. It
 /// asks for nothing that a run finds, and can be worked out beside it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct IntegrationCurves {
     detector: DetectorIndex,
     path: PathIndex,
     points: Result<Points, String>,
     /// At the scene's own integration time.
     here: Option<Theory>,
+    /// What is expected of the model estimator there.
+    fit: Option<ExpectedOfPath>,
 }
 
 /// Pairs of integration time in us and error in mm.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Points {
     /// Bias and scatter of the phase.
     rms: Vec<(f64, f64)>,
@@ -45,7 +49,7 @@ impl IntegrationCurves {
         let scene = sensor.scene();
         let of_detector = |detector: DetectorIndex| {
             let path = scene.own_paths(detector).next()?;
-            Some(IntegrationCurves::of(sensor, detector, path))
+            Some(IntegrationCurves::of(sensor, detector, path).with_fit(sensor))
         };
         DetectorIndex::of(&scene.detectors).filter_map(of_detector).collect()
     }
@@ -60,7 +64,17 @@ impl IntegrationCurves {
             Ok((points, here)) => (Ok(points), here),
             Err(reason) => (Err(reason), None),
         };
-        IntegrationCurves { detector, path, points, here }
+        IntegrationCurves { detector, path, points, here, fit: None }
+    }
+
+    /// With what is expected of the model estimator, where there is a theory.
+    fn with_fit(mut self, sensor: &Sensor) -> IntegrationCurves {
+        self.fit = self.here.as_ref().map(|theory| {
+            let sensor = sensor.estimated_by(EstimatorKind::Model);
+            let reporter = Reporter::new(&sensor, self.detector).knowing(self.path, theory.clone());
+            reporter.expectation(self.path, are_of_steps(&sensor)).clone()
+        });
+        self
     }
 
     /// The same estimates' [`Reporter`], which need not work out again what the curves are made from.
@@ -74,6 +88,11 @@ impl IntegrationCurves {
             if let Some(theory) = &curves.here {
                 reporter = reporter.knowing(curves.path, theory.clone());
             }
+            let is_fit = sensor.scene().estimator == EstimatorKind::Model;
+            if let Some(expected) = curves.fit.as_ref().filter(|_| is_fit) {
+                let of_steps = are_of_steps(sensor);
+                reporter = reporter.expecting(curves.path, of_steps, expected.clone());
+            }
         }
         reporter
     }
@@ -82,6 +101,11 @@ impl IntegrationCurves {
     pub(super) fn are_of(&self, detector: DetectorIndex, path: PathIndex) -> bool {
         (self.detector, self.path) == (detector, path)
     }
+}
+
+/// Whether estimates are of phase steps' counts.
+fn are_of_steps(sensor: &Sensor) -> bool {
+    sensor.interface().histogram().is_none()
 }
 
 impl Points {

@@ -9,6 +9,7 @@ pub mod estimates;
 mod figure;
 mod geometry;
 pub(crate) mod image;
+pub(crate) mod kept;
 mod layers;
 pub(crate) mod limits;
 mod offsets;

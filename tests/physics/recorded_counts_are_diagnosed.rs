@@ -9,7 +9,7 @@ use goldtof::code::{Code, CodeSpec, Family, Generator};
 use goldtof::estimate::report::Reporter;
 use goldtof::estimate::{CountingTier, predict};
 use goldtof::photons::StepCount;
-use goldtof::recorded::{Cause, RecordedScan, against_scene, assess};
+use goldtof::recorded::{AsItIs, Cause, RecordedScan, against_scene, assess};
 use goldtof::scene::{self, DetectorIndex, EstimatorKind, PathIndex, Setting, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
@@ -687,10 +687,11 @@ fn the_fitted_distance_scatters_as_it_says_and_is_unbiased() {
 fn chi_squares(built: &Sensor, written: &Sensor, repetitions: u64) -> (Vec<f64>, f64) {
     let mut found = Vec::new();
     let mut numbers = 0;
+    let as_it_is = AsItIs::new(written, DetectorIndex(0));
     scans(built, DetectorIndex(0), Tier::Sampled, 7, repetitions, |counts| {
         let scan =
             RecordedScan { detector: DetectorIndex(0), counts: counts.to_vec(), has_totals: false };
-        let steps = against_scene(written, &scan).unwrap();
+        let steps = against_scene(written, &scan, &as_it_is).unwrap();
         numbers = steps.len();
         found.push(steps.iter().map(|step| step.residual_in_std.powi(2)).sum());
     })
@@ -726,6 +727,7 @@ fn where_nothing_is_expected_it_is_said_why() {
         against_scene(
             sensor,
             &RecordedScan { detector: DetectorIndex(0), counts, has_totals: true },
+            &AsItIs::new(sensor, DetectorIndex(0)),
         )
     };
     for (settings, steps, told) in [

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::evidence::ExpectedErrors;
 use super::expected_counts::{ExpectedCounts, with_counts};
@@ -54,7 +54,7 @@ const SHORT_S: f64 = 0.2;
 const MOST_CHIPS_APART: f64 = 0.1;
 
 /// How precise estimates from the counts of one scan can be.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bound {
     /// One entry per path that carries modulated light, in the scene's order.
     pub paths: Vec<PathBound>,
@@ -64,7 +64,9 @@ pub struct Bound {
 
 /// What a bound is: where the counts tell more of a delay on one side than on the other, no one bound holds for every
 /// estimator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum BoundKind {
     /// No unbiased estimate from the same counts scatters less.
@@ -89,7 +91,7 @@ impl BoundKind {
 }
 
 /// How precise the estimate of one path can be.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PathBound {
     /// Index of the path in the scene.
     pub path: PathIndex,

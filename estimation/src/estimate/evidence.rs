@@ -7,6 +7,7 @@
 //! [`BIAS_M`], [`MISSED_SHARE`]. The family-wise error rate of all comparisons, of all paths of a
 //! simulation or of all points of a sweep, is [`FAMILY_WISE`] at most.
 
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, Normal};
 
 use super::unwrap::fold;
@@ -38,7 +39,7 @@ pub struct Expectation {
 }
 
 /// What is expected of the errors of the scans that find a path.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ExpectedErrors {
     /// Their mean.
     pub bias_m: f64,

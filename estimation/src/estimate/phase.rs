@@ -3,13 +3,14 @@
 use std::f64::consts::PI;
 
 use goldtof_fft::num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use super::distance_m;
 use super::unwrap::fold_distance;
 use crate::scan::{Step, Timing};
 
 /// A measured time of flight.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Time of flight, folded into 0 .. code period.
     pub delay_ps: f64,
@@ -29,7 +30,7 @@ impl Estimate {
 }
 
 /// Why an estimate is only as fine as a phase step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum CoarseOnly {
     /// S = 1: two samples on the triangle's base give no phase.
     #[error(

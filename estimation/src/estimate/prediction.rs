@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use serde::{Deserialize, Serialize};
+
 use super::approximation::Approximation;
 use super::missed::counted_errors_ps;
 use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum, fundamental, window_indices};
@@ -17,7 +19,7 @@ use crate::scene::{DetectorIndex, Path, PathIndex};
 use crate::sensor::Sensor;
 
 /// The estimate that the expected counts give.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
     /// Estimated less true distance, in metres: range walk, circular error,
     /// interference and other paths together.

@@ -136,8 +136,8 @@ pub struct Reporter<'s> {
 }
 
 /// What the scene's estimator is expected to say of a path, and the share of scans that miss it,
-/// where that is known, with its error.
-type ExpectedOfPath = Result<(ExpectedErrors, Option<(f64, f64)>), String>;
+/// where that is known, with its error; or why nothing is expected.
+pub type ExpectedOfPath = Result<(ExpectedErrors, Option<(f64, f64)>), String>;
 
 impl<'s> Reporter<'s> {
     /// Of scans of detector `detector`.
@@ -163,6 +163,18 @@ impl<'s> Reporter<'s> {
     #[must_use]
     pub fn knowing(mut self, path: PathIndex, theory: Theory) -> Reporter<'s> {
         self.theories[path.0] = theory.into();
+        self
+    }
+
+    /// With what [`Reporter::expectation`] says of a path.
+    #[must_use]
+    pub fn expecting(
+        mut self,
+        path: PathIndex,
+        of_steps: bool,
+        is: ExpectedOfPath,
+    ) -> Reporter<'s> {
+        self.expectations[path.0][usize::from(of_steps)] = is.into();
         self
     }
 
@@ -276,8 +288,7 @@ impl<'s> Reporter<'s> {
         let theory = self.theory(path);
         (report.bound_m, report.bound_kind, report.bound_remark) =
             bound_and_remark(sensor, path, tier, &theory.bound);
-        let expected = &self.expectations[path.0][usize::from(of_steps)];
-        match expected.get_or_init(|| self.expectation(path, of_steps)) {
+        match self.expectation(path, of_steps) {
             Ok((errors, missed)) => report.hold_against(sensor, *errors, *missed),
             Err(reason) => report.add_remark(&format!("no expectation: {reason}")),
         }
@@ -296,7 +307,14 @@ impl<'s> Reporter<'s> {
         self.theories[path.0].get_or_init(|| theory(sensor, detector, paths, tier))
     }
 
-    fn expectation(&self, path: PathIndex, of_steps: bool) -> ExpectedOfPath {
+    /// What is expected of estimates against a path, from counts of phase steps or from bins: counts do not
+    /// change it.
+    pub fn expectation(&self, path: PathIndex, of_steps: bool) -> &ExpectedOfPath {
+        let expected = &self.expectations[path.0][usize::from(of_steps)];
+        expected.get_or_init(|| self.expect(path, of_steps))
+    }
+
+    fn expect(&self, path: PathIndex, of_steps: bool) -> ExpectedOfPath {
         let Estimator { sensor, detector, .. } = self.estimator;
         let (ExpectedErrors { bias_m, std_m }, missed) = match sensor.scene().estimator {
             EstimatorKind::Fft => self.expected_phase(path, of_steps)?,

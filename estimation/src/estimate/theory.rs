@@ -1,6 +1,7 @@
 //! Predictions and bound for a detector's scans, from one solution of its state.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::bound::{Bound, beside, bound, bound_of};
 use super::expected_counts::ExpectedCounts;
@@ -13,16 +14,63 @@ use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Architecture, DetectorIndex, PathIndex};
 use crate::sensor::Sensor;
 
-/// Predictions and bound of one detector.
-#[derive(Debug, Clone)]
+/// Predictions and bound of one detector. A refusal cannot be written as data.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Theory {
     /// Prediction of the phase estimator for each path that was asked for.
+    #[serde(with = "as_data")]
     pub predictions: Vec<Result<Prediction, PredictionError>>,
     /// Share of scans that miss each of them: those of the predictions, and of paths with only a coarse
     /// estimate.
     pub missed: Vec<Option<f64>>,
     /// How precise any estimator can be.
+    #[serde(with = "as_data")]
     pub bound: Result<Bound, FitError>,
+}
+
+/// What theory tells as data, where it does not refuse to: what is asked again of a refusal costs little.
+mod as_data {
+    use super::{Deserialize, Serialize};
+    use serde::{Deserializer, Serializer, ser::Error as _};
+
+    /// A result, or several.
+    pub trait Told: Sized {
+        type Data: for<'de> Deserialize<'de>;
+        fn data(&self) -> Option<impl Serialize>;
+        fn of(data: Self::Data) -> Self;
+    }
+
+    impl<T: Serialize + for<'de> Deserialize<'de>, E> Told for Result<T, E> {
+        type Data = T;
+
+        fn data(&self) -> Option<impl Serialize> {
+            self.as_ref().ok()
+        }
+
+        fn of(data: T) -> Self {
+            Ok(data)
+        }
+    }
+
+    impl<T: Told> Told for Vec<T> {
+        type Data = Vec<T::Data>;
+
+        fn data(&self) -> Option<impl Serialize> {
+            self.iter().map(T::data).collect::<Option<Vec<_>>>()
+        }
+
+        fn of(data: Vec<T::Data>) -> Self {
+            data.into_iter().map(T::of).collect()
+        }
+    }
+
+    pub fn serialize<T: Told, S: Serializer>(told: &T, to: S) -> Result<S::Ok, S::Error> {
+        told.data().ok_or_else(|| S::Error::custom("a refusal is no data"))?.serialize(to)
+    }
+
+    pub fn deserialize<'de, T: Told, D: Deserializer<'de>>(from: D) -> Result<T, D::Error> {
+        T::Data::deserialize(from).map(T::of)
+    }
 }
 
 /// Predicts the phase estimator's bias against path `path`, and its standard

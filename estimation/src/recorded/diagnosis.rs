@@ -20,7 +20,7 @@ use serde::Serialize;
 use super::Cause;
 use super::codes::{self, Candidate};
 use super::hypothesis::{Change, SceneFit, Start, Unknown, constant_cps, fit};
-use super::observed::{Observed, differences};
+use super::observed::{Expected, Observed, differences};
 use crate::estimate::chance::{Darkness, chance_of_zeros};
 use crate::estimate::coverage::steps_outside;
 use crate::estimate::evidence::Comparisons;
@@ -95,7 +95,7 @@ pub(super) fn diagnose(
         scene: sensor.scene(),
         observed,
         unknowns: vec![Unknown::Delay],
-        fitted: fit_of_scene(sensor, observed, delays_ps)?,
+        fitted: fit_of_scene(sensor, observed, delays_ps, None)?,
         tests: Vec::new(),
         alike: Vec::new(),
         has_right_clock: false,
@@ -123,13 +123,14 @@ pub(super) fn diagnose(
 }
 
 /// The scene with its delay fitted, from the best of some delays; without an unknown if the counts do
-/// not determine the delay.
+/// not determine the delay. Of the scene `as_it_is` the expectation may be known.
 pub(super) fn fit_of_scene(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
+    as_it_is: Option<&Expected>,
 ) -> Result<SceneFit, FitError> {
-    let start = best_delay(sensor, observed, delays_ps)?;
+    let start = best_delay(sensor, observed, delays_ps, as_it_is)?;
     let fitted = fit(sensor, observed, &[Unknown::Delay], start.clone());
     fitted.or_else(|_| fit(sensor, observed, &[], start))
 }
@@ -182,14 +183,23 @@ fn gain_of_shape(counts: &[f64], shape: &[f64]) -> f64 {
 }
 
 /// Of some delays, the one at which the scene agrees best with the recorded counts.
-fn best_delay(sensor: &Sensor, observed: Observed, delays_ps: &[f64]) -> Result<Start, FitError> {
+fn best_delay(
+    sensor: &Sensor,
+    observed: Observed,
+    delays_ps: &[f64],
+    as_it_is: Option<&Expected>,
+) -> Result<Start, FitError> {
     if let Some(delay_ps) = delay_outside(sensor, observed)? {
         return Change::later(delay_ps).start(sensor, observed);
     }
     let values = observed.values();
     let mut best: Option<(f64, Start)> = None;
     for &delay_ps in delays_ps {
-        let start = Change::later(delay_ps).start(sensor, observed)?;
+        let change = Change::later(delay_ps);
+        let start = match as_it_is {
+            Some(known) if delay_ps == 0.0 => Start { change, expected: known.clone() },
+            _ => change.start(sensor, observed)?,
+        };
         let deviance = start.expected.judge(&values)?.deviance;
         if deviance < best.as_ref().map_or(f64::INFINITY, |(least, _)| *least) {
             best = Some((deviance, start));

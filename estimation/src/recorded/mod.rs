@@ -42,7 +42,7 @@ pub use diagnosis::{Diagnosis, TestOutcome};
 pub use expected::{expected_bins, expected_csv};
 pub use observed::HITS_OF_A_SUM;
 pub use report::{
-    Assessment, BinResidual, StepResidual, against_scene, assess, assess_histogram,
+    AsItIs, Assessment, BinResidual, StepResidual, against_scene, assess, assess_histogram,
     fit_distance_alone, histogram_against_scene,
 };
 

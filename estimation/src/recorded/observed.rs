@@ -144,6 +144,14 @@ enum Scatter {
 }
 
 impl Expected {
+    /// The same of a scan with or without totals.
+    pub fn with_totals(mut self, has: bool) -> Expected {
+        if let Scatter::Steps { has_totals, .. } = &mut self.scatter {
+            *has_totals = has;
+        }
+        self
+    }
+
     /// The same of so many times the integration time: every moment grows with it.
     pub fn in_times(mut self, times: f64) -> Expected {
         self.means.iter_mut().for_each(|mean| *mean *= times);

@@ -15,7 +15,7 @@ use crate::estimate::report::{EstimateReport, Reporter};
 use crate::estimate::{CountingTier, TheoryEffort, Work, calibration_offset_ps, distance_m};
 use crate::photons::StepCount;
 use crate::scan::Step;
-use crate::scene::EstimatorKind;
+use crate::scene::{DetectorIndex, EstimatorKind};
 use crate::sensor::Sensor;
 
 /// The assessment of one detector's recorded scan.
@@ -117,7 +117,7 @@ const LIGHT_OF_SCENE: &str = "of signed counts alone, which do not tell light le
 /// move together, and if the scene's expected counts cannot be tested.
 pub fn fit_distance_alone(
     sensor: &Sensor,
-    scan: &RecordedScan,
+    (scan, as_it_is): (&RecordedScan, &AsItIs),
     phase: &EstimateReport,
     model: &mut EstimateReport,
 ) {
@@ -131,7 +131,8 @@ pub fn fit_distance_alone(
         return;
     }
     let delays_ps: Vec<f64> = later_ps(phase).into_iter().chain([0.0]).collect();
-    let fitted = fit_of_scene(sensor, observed, &delays_ps).ok();
+    let known = as_it_is.of(scan).ok();
+    let fitted = fit_of_scene(sensor, observed, &delays_ps, known.as_ref()).ok();
     let std_ps = fitted.as_ref().and_then(|fitted| fitted.std_of(Unknown::Delay));
     let (Some(fitted), Some(std_ps), Some(true_m)) = (fitted, std_ps, model.true_distance_m) else {
         return;
@@ -350,20 +351,42 @@ fn bins(
     (0..).zip(of_bins).map(of_bin).collect()
 }
 
+/// What a scene as it is lets one expect of a whole scan of a detector, or why nothing is: the counts do not
+/// change it.
+#[derive(Debug, Clone)]
+pub struct AsItIs(Result<Expected, String>);
+
+impl AsItIs {
+    /// Works it out.
+    pub fn new(sensor: &Sensor, detector: DetectorIndex) -> AsItIs {
+        if sensor.interface().histogram().is_some() {
+            return AsItIs(Err(OF_BINS.to_owned()));
+        }
+        let scan = RecordedScan { detector, counts: Vec::new(), has_totals: false };
+        AsItIs(as_it_is(sensor, Observed::Steps(&scan)))
+    }
+
+    /// Of a scan with or without totals.
+    fn of(&self, scan: &RecordedScan) -> Result<Expected, String> {
+        self.0.clone().map(|expected| expected.with_totals(scan.has_totals))
+    }
+}
+
 /// Residuals of each phase step relative to the scene as it is, with nothing fitted: the chi-square has
 /// as many degrees of freedom as there are numbers.
 ///
 /// # Errors
 /// Why there is no expectation.
-pub fn against_scene(sensor: &Sensor, scan: &RecordedScan) -> Result<Vec<StepResidual>, String> {
-    if sensor.interface().histogram().is_some() {
-        return Err(OF_BINS.to_owned());
-    }
+pub fn against_scene(
+    sensor: &Sensor,
+    scan: &RecordedScan,
+    as_it_is: &AsItIs,
+) -> Result<Vec<StepResidual>, String> {
     if scan.counts.len() as u64 != sensor.scene().scan.steps {
         return Err("the scan is not whole".to_owned());
     }
     let observed = Observed::Steps(scan);
-    let (expected, agreement) = held_as_it_is(sensor, observed)?;
+    let (expected, agreement) = held(observed, as_it_is.of(scan)?)?;
     let offset_ps = calibration_offset_ps(sensor, scan.detector, CountingTier::Sampled);
     Ok(steps(sensor, scan, offset_ps, &expected, &agreement))
 }
@@ -379,18 +402,20 @@ pub fn histogram_against_scene(
     sensor: &Sensor,
     recorded: &RecordedHistogram,
 ) -> Result<Vec<BinResidual>, String> {
-    let (expected, agreement) = held_as_it_is(sensor, Observed::Bins(recorded))?;
+    let observed = Observed::Bins(recorded);
+    let (expected, agreement) = held(observed, as_it_is(sensor, observed)?)?;
     Ok(bins(recorded, &expected, &agreement))
 }
 
-fn held_as_it_is(sensor: &Sensor, observed: Observed) -> Result<(Expected, Agreement), String> {
+fn as_it_is(sensor: &Sensor, observed: Observed) -> Result<Expected, String> {
     let effort = TheoryEffort::of(sensor, observed.detector()).map_err(|e| e.to_string())?;
     effort.check(Work::Predictions(1)).map_err(|e| e.to_string())?;
-    let held = observed.expected(sensor, 0.0).and_then(|expected| {
-        let agreement = expected.judge(&observed.values())?;
-        Ok((expected, agreement))
-    });
-    held.map_err(|reason| reason.to_string())
+    observed.expected(sensor, 0.0).map_err(|reason| reason.to_string())
+}
+
+fn held(observed: Observed, expected: Expected) -> Result<(Expected, Agreement), String> {
+    let agreement = expected.judge(&observed.values()).map_err(|reason| reason.to_string())?;
+    Ok((expected, agreement))
 }
 
 impl fmt::Display for Assessment {

@@ -68,6 +68,9 @@ pub struct GridCell {
     pub before: [Interpolation; 3],
     /// Places one dead time after the start, middle and end.
     pub after: [Interpolation; 3],
+    /// Whether the place after the end is a border of cells, and the one after the next cell's start the
+    /// same: what is continuous there need not be looked up twice.
+    pub after_joins: bool,
     /// For each delay at which light turns on or off, whether a code that is so late
     /// changes before this cell.
     changed: Vec<bool>,
@@ -82,6 +85,8 @@ pub struct Interpolation {
     pub cell: usize,
     /// Weights of the value at the cell's start and end, and of the slope there.
     pub weights: [f64; 4],
+    /// Whether it is the cell's start, 0, or its end, 1: nothing else has a weight there.
+    pub border: Option<usize>,
 }
 
 #[derive(Debug, Clone)]
@@ -176,7 +181,7 @@ impl Grid {
         let Strands { delays, paths } = Strands::new(light);
         let edges = edges(model, light, &delays, kinks, samples);
         let dead_time = model.dead_time_chips;
-        let cells = edges
+        let mut cells: Vec<GridCell> = edges
             .windows(2)
             .map(|edge| {
                 let (start, width) = (edge[0], edge[1] - edge[0]);
@@ -196,10 +201,17 @@ impl Grid {
                     width,
                     before: place(-dead_time),
                     after: place(dead_time),
+                    after_joins: false,
                     changed: changed.collect(),
                 }
             })
             .collect();
+        for index in 0..cells.len() {
+            let next = (index + 1) % cells.len();
+            let turns = i64::from(next == 0);
+            let start = cells[next].after[0].of_later_chip(turns);
+            cells[index].after_joins = cells[index].after[2].ends_at(&start, edges.len() - 1);
+        }
         Ok(Grid {
             period_chips,
             rearming: samples.rearming(&edges),
@@ -251,7 +263,22 @@ impl Interpolation {
         let end = x * x * (3.0 - 2.0 * x);
         let start_slope = x * (1.0 - x) * (1.0 - x) * width;
         let end_slope = x * x * (x - 1.0) * width;
-        Interpolation { chips, cell, weights: [1.0 - end, end, start_slope, end_slope] }
+        let border = [0.0, 1.0].into_iter().position(|border| x == border);
+        Interpolation { chips, cell, weights: [1.0 - end, end, start_slope, end_slope], border }
+    }
+
+    /// The same place of a chip that comes so many later.
+    fn of_later_chip(self, chips: i64) -> Interpolation {
+        Interpolation { chips: self.chips + chips, ..self }
+    }
+
+    /// Whether it is the end of a cell, of `cells` in a chip, and `start` the start of the next.
+    fn ends_at(&self, start: &Interpolation, cells: usize) -> bool {
+        let next = match self.cell + 1 == cells {
+            true => (self.chips + 1, 0),
+            false => (self.chips, self.cell + 1),
+        };
+        (self.border, start.border) == (Some(1), Some(0)) && (start.chips, start.cell) == next
     }
 }
 

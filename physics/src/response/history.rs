@@ -38,7 +38,11 @@ impl<const M: usize, V: Number> History<M, V> {
     #[inline(always)]
     pub fn read(&self, chip: usize, place: &Interpolation) -> [V; M] {
         let index = (chip & self.chip_mask) * self.cells_per_chip + place.cell;
-        let [start, end, start_slope, end_slope] = &self.cells[index];
+        let borders = &self.cells[index];
+        if let Some(border) = place.border {
+            return borders[border];
+        }
+        let [start, end, start_slope, end_slope] = borders;
         let [a, b, c, d] = place.weights;
         let mut value = [V::default(); M];
         for m in 0..M {

@@ -178,3 +178,44 @@ pub fn before_chips(grid: &Grid, per_cell: impl Iterator<Item = f64>) -> Vec<f64
     sums.push(sum);
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::response::{MeanResponse, SecondMoments};
+    use crate::scene::{DetectorIndex, load_with};
+    use crate::sensor::Sensor;
+
+    /// Places one dead time away are borders of cells where the dead time is a whole number of eighths of a chip: what
+    /// is read there, and not read twice, against weights of whole cells. One cell's end is then looked up with
+    /// the start of the next, unless its light is another.
+    #[test]
+    fn borders_are_what_their_weights_say_to_the_last_bit() {
+        for (dead_time, joins) in [("14 ns", true), ("13.7 ns", false)] {
+            let settings = [format!("detector.dead_time={dead_time}").parse().expect("a setting")];
+            let file = std::path::Path::new("../scenes/quick.toml");
+            let sensor = Sensor::new(&load_with(file, &settings).expect("sound"));
+            let model = DetectorModel::new(&sensor, DetectorIndex(0));
+            let response = MeanResponse::new(&model).expect("solved");
+            let pairs = SecondMoments::new(&response).expect("solved").pairs;
+            assert_eq!(pairs.grid.cells.iter().all(|cell| cell.after_joins), joins);
+
+            let mut plain = pairs.grid.clone();
+            for cell in &mut plain.cells {
+                cell.after_joins = false;
+                let places = cell.before.iter_mut().chain(&mut cell.after);
+                places.for_each(|place| place.border = None);
+            }
+            let (all, states) = solve(&model, &plain).expect("solved");
+            assert_eq!(all.counted().rates, pairs.detections.rates);
+            let cells = 0..pairs.hits.len();
+            let signs: Vec<f64> = cells.map(|cell| f64::from(cell as u32 * 7 % 5) - 2.0).collect();
+            let span = Span::of_period(&plain);
+            for signs in [&[&signs[..]][..], &[&signs, &pairs.hits, &signs]] {
+                let excess = states.excess(&plain, &pairs.detections, signs, &span);
+                assert_eq!(excess, pairs.excess(signs));
+                assert!(excess[0].iter().any(|excess| *excess != 0.0));
+            }
+        }
+    }
+}

@@ -25,6 +25,7 @@ use goldtof_fft::num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::moments::{CountMoments, PerDetection, SecondMoments, rows};
+use super::several::Several;
 use crate::scan::Step;
 
 /// Phases per chip that are worked out.
@@ -93,14 +94,16 @@ fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<
             Slots::new(second, offset)
         })
         .collect();
-    let solved: Vec<_> =
-        slots.par_iter().map(|phase| phase.covariances(second, &combs, memory)).collect();
+    // As many at once as are solved for side by side, of whatever phase.
+    let asked: Vec<_> =
+        slots.iter().flat_map(|slots| combs.iter().map(move |comb| (slots, &comb[..]))).collect();
+    let solved = asked.par_chunks(Several::COUNT).map(|asked| covariances(second, asked, memory));
+    let solved = solved.collect::<Vec<_>>().concat();
 
     let code = &second.response.model.reference.chips;
     let correlation = CodeCorrelation::new(code, memory);
-    let of_phases: Vec<_> = (0..phases)
-        .into_par_iter()
-        .map(|phase| slots[phase].per_detection(&solved[phase], &correlation, memory))
+    let of_phases: Vec<_> = (slots.par_iter().zip(solved.par_chunks(combs.len())))
+        .map(|(slots, solved)| slots.per_detection(solved, &correlation, memory))
         .collect();
     (0..code.len() * phases).map(|step| of_phases[step % phases][step / phases]).collect()
 }
@@ -135,10 +138,33 @@ struct Slots {
 }
 
 /// Covariance of two slots, from pairs whose earlier detection is in `slot`.
+#[derive(Clone, Copy)]
 struct SlotPair {
     slot: usize,
     lag: usize,
     covariance: f64,
+}
+
+/// The covariances of some combs' slots with those up to `memory` before, comb by comb.
+fn covariances(
+    second: &SecondMoments,
+    asked: &[(&Slots, &[usize])],
+    memory: usize,
+) -> Vec<Vec<SlotPair>> {
+    let period = second.pairs.grid.period_chips;
+    let weights: Vec<_> = asked.iter().map(|(slots, comb)| slots.weights(comb, period)).collect();
+    let of_comb = |((slots, comb), excess): (&(&Slots, &[usize]), Vec<f64>)| {
+        let excess = slots.add_up(&excess);
+        let of_slot = |&late: &usize| {
+            let excess = &excess;
+            (0..memory).map(move |lag| {
+                let slot = (late + period - lag) % period;
+                SlotPair { slot, lag, covariance: excess[slot] }
+            })
+        };
+        comb.iter().flat_map(of_slot).collect()
+    };
+    asked.iter().zip(second.pairs.excess(&rows(&weights))).map(of_comb).collect()
 }
 
 impl Slots {
@@ -172,29 +198,6 @@ impl Slots {
         sums
     }
 
-    /// The covariances of all slots, those of each comb at once, with those up to `memory`
-    /// before.
-    fn covariances(
-        &self,
-        second: &SecondMoments,
-        combs: &[Vec<usize>],
-        memory: usize,
-    ) -> Vec<SlotPair> {
-        let period = second.pairs.grid.period_chips;
-        let weights: Vec<_> = combs.iter().map(|comb| self.weights(comb, period)).collect();
-        let mut pairs = Vec::with_capacity(period * memory);
-        for (comb, excess) in combs.iter().zip(second.pairs.excess(&rows(&weights))) {
-            let excess = self.add_up(&excess);
-            for &late in comb {
-                for lag in 0..memory {
-                    let slot = (late + period - lag) % period;
-                    pairs.push(SlotPair { slot, lag, covariance: excess[slot] });
-                }
-            }
-        }
-        pairs
-    }
-
     /// What every cell of the code period has of a comb's slots.
     fn weights(&self, comb: &[usize], period: usize) -> Vec<f64> {
         let cells = self.after.len();
@@ -213,13 +216,13 @@ impl Slots {
     /// covariances of all slots.
     fn per_detection(
         &self,
-        pairs: &[SlotPair],
+        pairs: &[Vec<SlotPair>],
         correlation: &CodeCorrelation,
         memory: usize,
     ) -> Vec<PerDetection> {
         let period = self.hits.len();
         let mut by_lag = vec![vec![0.0; period]; memory];
-        for pair in pairs {
+        for pair in pairs.iter().flatten() {
             by_lag[pair.lag][pair.slot] = pair.covariance;
         }
         let hits: f64 = self.hits.iter().sum();

@@ -111,6 +111,8 @@ impl<const M: usize> Backwards<'_, M> {
         let mut losses = grid.rearming.as_ref().map(Losses::new);
         let mut end = [nothing; M];
         let mut expected_end = nothing;
+        // What the cell solved last has at its start, and its light: none yet.
+        let (mut later_at_start, mut lambda_there) = ([nothing; M], f64::NAN);
         for chip in (0..chips).rev() {
             grid.fill_rates((span.first_chip + chip) as i64, &mut lambdas);
             let first_cell = (span.first_chip + chip) % period * per_chip;
@@ -123,9 +125,15 @@ impl<const M: usize> Backwards<'_, M> {
                 // inlined, and would be compiled for narrow vectors.
                 let mut later = [[nothing; M]; 3];
                 let mut gains = [[nothing; M]; 3];
+                // U is continuous, but for what waits for samples.
+                let joins = cell.after_joins && lambdas[index] == lambda_there && losses.is_none();
                 for node in 0..3 {
-                    let value = value_at(&history, chips, chip, &cell.after[node]);
-                    later[node] = step.pass_backwards(&value);
+                    later[node] = if node == 2 && joins {
+                        later_at_start
+                    } else {
+                        let value = value_at(&history, chips, chip, &cell.after[node]);
+                        step.pass_backwards(&value)
+                    };
                     // Time runs backwards here: the cell's end comes first.
                     for m in 0..M {
                         gains[2 - node][m] = sign * step.exit[m] + later[node][m];
@@ -149,6 +157,7 @@ impl<const M: usize> Backwards<'_, M> {
                     losses.take_off(index, step, sign, &mut on_return);
                 }
                 history.put(chips - 1 - chip, index, on_return);
+                (later_at_start, lambda_there) = (later[0], lambdas[index]);
                 end = start;
                 expected_end = mean.to_come[0];
             }

@@ -173,7 +173,7 @@ impl Expected {
         let expected = match mine {
             Some(histogram) => histogram_against_scene(page.sensor, histogram)
                 .map(|bins| Expected::OfBins(Residuals::of_bins(&bins))),
-            None => against_scene(page.sensor, &scan(counts))
+            None => against_scene(page.sensor, &scan(counts), &page.as_it_is[counts.detector])
                 .map(|steps| Expected::OfSteps(Residuals::of_steps(&steps))),
         };
         expected.unwrap_or_else(Expected::Unknown)

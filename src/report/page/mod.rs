@@ -21,7 +21,7 @@ use crate::plan::figures::Figures;
 use crate::plan::resources::Resources;
 use crate::plan::{Part, Plan};
 use crate::printable::{printable, printable_lines};
-use crate::recorded::RecordedHistogram;
+use crate::recorded::{AsItIs, RecordedHistogram};
 use crate::reference::cover_report::Missed;
 
 /// Titles that links lead to.
@@ -74,6 +74,8 @@ pub struct Page<'a> {
     pub waves: &'a [Wave],
     /// What theory expects at other integration times; what is missing is worked out.
     pub curves: &'a [IntegrationCurves],
+    /// What the scene expects of each detector's counts.
+    pub as_it_is: &'a [AsItIs],
     /// The co-simulation.
     pub cosim: &'a cosim::Report,
     /// Counts of the scan's steps, one entry per detector.

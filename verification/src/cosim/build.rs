@@ -8,8 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use super::cache::{cache_dir, set_cache_dir};
-use super::cache::{hash, once, write};
+pub use super::cache::{cache_dir, file_identity, hash, once, set_cache_dir, write};
 use super::drivers;
 use super::error::CosimError;
 use super::image::Image;

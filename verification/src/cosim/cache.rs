@@ -176,6 +176,16 @@ pub fn write(path: &Path, text: &str) -> Result<(), CosimError> {
     fs::write(path, text).map_err(CosimError::cache(path))
 }
 
+/// What changes with a file: its size and its times.
+///
+/// # Errors
+/// When there is no such file.
+pub fn file_identity(path: &Path) -> io::Result<String> {
+    let found = fs::metadata(path)?;
+    let modified = (found.mtime(), found.mtime_nsec());
+    Ok(format!("{} {modified:?} {:?}", found.size(), (found.ctime(), found.ctime_nsec())))
+}
+
 /// Hash of several texts, such that no two lists of texts run together.
 pub fn hash(parts: &[&str]) -> String {
     sha256_of_all(parts)[..32].to_owned()

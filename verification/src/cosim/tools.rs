@@ -2,12 +2,11 @@
 
 use std::fs::{self, File};
 use std::io::Read as _;
-use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::cache::{hash, once, write};
+use super::cache::{file_identity, hash, once, write};
 use super::error::CosimError;
 use crate::programs;
 
@@ -167,16 +166,10 @@ impl Tool {
         let mut magic = [0; 4];
         let mut file = File::open(&path).ok()?;
         file.read_exact(&mut magic).ok()?;
-        let found = file.metadata().ok()?;
+        let identity = file_identity(&path).ok()?;
         let path = path.to_str()?;
-        (magic == *b"\x7fELF" && path.rsplit('/').next()?.contains(called)).then(|| {
-            let modified = (found.mtime(), found.mtime_nsec());
-            format!(
-                "{path} {} {modified:?} {:?}",
-                found.size(),
-                (found.ctime(), found.ctime_nsec())
-            )
-        })
+        let is_program = magic == *b"\x7fELF" && path.rsplit('/').next()?.contains(called);
+        is_program.then(|| format!("{path} {identity}"))
     }
 
     fn ask(&self, arguments: &[&str]) -> Result<String, CosimError> {
