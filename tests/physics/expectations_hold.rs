@@ -461,16 +461,18 @@ fn scatter_of_peaks_that_meet_is_averaged_over_the_delays() {
 /// 37.5 +- 1.4 mm. And at 6 pW with 8 samples two paths 0.4 chips apart are taken for one in too many scans.
 #[test]
 fn nothing_is_expected_of_close_paths_that_fits_do_not_tell_apart() {
-    let expected = |samples: u32, power: &str, second: &str| {
+    let expected_of = |samples: u32, power: &str, second: &str, transmission: f64| {
         let settings = [
             "estimate.estimator=model".to_owned(),
             format!("clock.samples_per_chip={samples}"),
             format!("source.mean_power={power}"),
         ];
         let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        let scene = with_equal_path(&settings, second);
+        let mut scene = with_equal_path(&settings, second);
+        scene.paths[1].transmission = transmission;
         simulated(&scene, Tier::Expected, 1).estimates.into_iter().next().expect("its path")
     };
+    let expected = |samples, power, second| expected_of(samples, power, second, 1.0);
     for (power, second) in [("80 pW", "3.7996"), ("100 pW", "4.3992")] {
         let close = expected(4, power, second);
         assert_eq!((close.expected_std_m, close.bound_m), (None, None), "{close:?}");
@@ -478,6 +480,14 @@ fn nothing_is_expected_of_close_paths_that_fits_do_not_tell_apart() {
     }
     let apart = expected(4, "10 pW", "4.7589").expected_std_m.expect("a deviation");
     assert!((0.0335..0.0385).contains(&apart), "{apart}");
+    // A path that no fit takes in gives away nothing; and where close ones may come to one place, the bound is the slope's.
+    let faint = expected_of(4, "20 pW", "3.7996", 1e-9);
+    assert!(faint.bound_m.is_some(), "{faint:?}");
+    let crossing = expected(8, "40 pW", "3.485");
+    assert!(
+        crossing.bound_m.is_some_and(|bound_m| (0.03..0.06).contains(&bound_m)),
+        "{crossing:?}"
+    );
     let dim = expected(8, "6 pW", "3.6797");
     assert_eq!(dim.expected_std_m, None, "{dim:?}");
     assert!(dim.remark.as_ref().is_some_and(|why| why.contains("close paths")), "{dim:?}");

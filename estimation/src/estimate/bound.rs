@@ -6,13 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use super::evidence::ExpectedErrors;
 use super::expected_counts::{ExpectedCounts, with_counts};
+use super::fit::LEAST_SHARE;
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
 use super::fit::likeliest::{Likeliest, Scatter, is_off_information, likeliest};
 use super::fit::moments::Moments;
 use super::fit::moving;
 use super::fit::normal::Normal;
-use super::fit::parameters::{Column, Parameters, slope};
+use super::fit::parameters::{Column, Parameters, PathParameters, slope};
 use super::fit::problem::{Beside, Problem, Reading, Sides, window};
 use super::fit::template::Axis;
 use super::fit::weights::Weights;
@@ -44,6 +45,10 @@ const EVEN_SAMPLES: f64 = 4.0;
 /// in any light: what one path gives away at its corner the other one takes.
 const CLOSE_CHIPS: f64 = 1.25;
 const SAMPLES_OF_CLOSE: f64 = 8.0;
+
+/// Where paths may come nearer to each other than this share of their distance, within the scatter of their delays, the
+/// information at the scene's delays stands for all.
+const LEAST_APART: f64 = 0.5;
 
 /// Of so many samples a chip, corners change a fit's scatter by less than a tenth, and in bright light by 2 %. So they are
 /// looked at only where that takes less than these seconds, which it does not where steps are many, as those of long codes are.
@@ -322,9 +327,7 @@ fn bound_of_weights<'m>(
     let information = information_of(jacobian)?;
     let deviations = information.standard_deviations();
     let have_met = match corners {
-        Corners::Meet => {
-            Some(averaged_over_delays(problem, parameters, &information, information_of)?)
-        }
+        Corners::Meet => averaged_over_delays(problem, parameters, &information, information_of)?,
         _ => None,
     };
     let velocity = parameters.walk_index().map(|walk| distance_m(1e12 * deviations[walk]));
@@ -370,34 +373,42 @@ fn bound_of_weights<'m>(
 
 /// Standard deviations of the delays in chips where peaks meet, so that the information changes with each of the delays, and
 /// within what they scatter: its inverse on average over the delays that estimates come from, by a cubature of the third
-/// degree over their normal law, which is that of the `information` at the scene's.
+/// degree over their normal law, which is that of the `information` at the scene's. `None` where paths come so near to each
+/// other within it that the law is not normal.
 fn averaged_over_delays(
     problem: &Problem,
     parameters: &Parameters,
     information: &Normal,
     information_of: impl Fn(&[Column]) -> Result<Normal, FitError>,
-) -> Result<Vec<f64>, FitError> {
+) -> Result<Option<Vec<f64>>, FitError> {
     let paths = parameters.paths.len();
     let delays: Vec<usize> = (0..paths).map(|path| 2 * path).collect();
     let of_delays = |normal: &Normal| normal.standard_deviations().into_iter().step_by(2);
     let mut variances: Vec<f64> =
         of_delays(information).map(|std| std * std / 3.0).take(paths).collect();
     let (radius, weight) = ((1.5 * paths as f64).sqrt(), 1.0 / (3.0 * paths as f64));
+    let least_chips = |of: &Parameters| {
+        let apart = of.pairs_within(f64::INFINITY).map(|[path, other]| path.chips_from(other));
+        apart.fold(f64::INFINITY, f64::min)
+    };
     for direction in information.directions(&delays) {
         for side in [-radius, radius] {
             let mut there = parameters.clone();
             for (path, by) in there.paths.iter_mut().zip(&direction) {
                 path.delay_chips += side * by;
             }
+            if least_chips(&there) < LEAST_APART * least_chips(parameters) {
+                return Ok(None);
+            }
             let response = problem.response(&there)?;
             let jacobian = problem.jacobian(&there, &response, Reading::Exact, Sides::Both)?;
-            let there = information_of(&jacobian)?;
+            let Ok(there) = information_of(&jacobian) else { return Ok(None) };
             for (variance, std) in variances.iter_mut().zip(of_delays(&there)) {
                 *variance += weight * std * std;
             }
         }
     }
-    Ok(variances.into_iter().map(f64::sqrt).collect())
+    Ok(Some(variances.into_iter().map(f64::sqrt).collect()))
 }
 
 /// [`Bound::errors_of_fit`] without the bound: how unevenly the counts change is told with the weights of Poisson counts,
@@ -484,14 +495,17 @@ impl Corners {
     }
 }
 
-/// Refuses [close](CLOSE_CHIPS) paths of few samples a chip.
+/// Refuses [close](CLOSE_CHIPS) paths of few samples a chip, of which a fit takes both.
 fn check_close(problem: &Problem, parameters: &Parameters) -> Result<(), FitError> {
     let samples_per_chip = problem.samples_per_chip();
-    let is_fine =
-        samples_per_chip >= SAMPLES_OF_CLOSE || parameters.are_farther_apart_than(CLOSE_CHIPS);
-    match is_fine {
-        true => Ok(()),
-        false => Err(FitError::Close { samples_per_chip, chips: CLOSE_CHIPS }),
+    let are_both_lit = |[one, other]: [&PathParameters; 2]| {
+        let [one, other] = [one.rate(), other.rate()];
+        one.min(other) > LEAST_SHARE * (one + other)
+    };
+    let mut close = parameters.pairs_within(CLOSE_CHIPS);
+    match samples_per_chip < SAMPLES_OF_CLOSE && close.any(are_both_lit) {
+        true => Err(FitError::Close { samples_per_chip, chips: CLOSE_CHIPS }),
+        false => Ok(()),
     }
 }
 

@@ -115,7 +115,7 @@ pub enum FitError {
     /// Close paths of few samples a chip.
     #[error(
         "two paths of one code are within {chips} chips of each other, and a chip has {samples_per_chip} samples: corners of \
-         the code's correlation, a phase step apart, give the likelihood several peaks, and no slope says how the fit scatters \
+         the code's correlation, a phase step apart, give the likelihood several peaks, and the slopes of the counts do not tell how the fit scatters \
          (8 samples_per_chip or more, or paths farther apart)"
     )]
     Close {

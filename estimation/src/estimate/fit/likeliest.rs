@@ -264,7 +264,8 @@ impl Fall {
 
 /// Whether so few photons tell of the delay that sums over them are not normal: each tells (slope / mean)^2 of its bin.
 fn are_few(means: &[f64], slope: &DVector<f64>) -> bool {
-    let fourth: f64 = slope.iter().zip(means).map(|(slope, mean)| slope.powi(4) / mean).sum();
+    let lit = slope.iter().zip(means).filter(|(_, mean)| **mean > 0.0);
+    let fourth: f64 = lit.map(|(slope, mean)| slope.powi(4) / mean).sum();
     slope.norm_squared().powi(2) < FEW_PHOTONS * fourth
 }
 

@@ -45,7 +45,7 @@ pub use self::bins::BinFitter;
 pub use self::error::FitError;
 pub use self::fitter::Fitter;
 pub use self::model_estimate::{ALARM_SIGMAS, FittedPath, ModelEstimate, Untold, Velocity};
-pub(super) use self::pairs::TOLD_APART;
+pub(super) use self::pairs::{LEAST_SHARE, TOLD_APART};
 use self::parameters::share_of_ones;
 use super::CountingTier;
 use super::approximation::Approximation;

@@ -23,7 +23,7 @@ const FITTED: usize = 3;
 /// Farthest from the one path, in chips.
 pub const REACH_CHIPS: f64 = 1.5;
 /// Least share of the light that the weaker one has.
-const LEAST_SHARE: f64 = 0.03;
+pub const LEAST_SHARE: f64 = 0.03;
 
 /// A path that may be two.
 struct Close<'a, 's, 'm> {

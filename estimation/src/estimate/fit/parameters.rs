@@ -56,6 +56,13 @@ impl PathParameters {
         self.rate() * share_of_ones(&self.code)
     }
 
+    /// How far it is from another one of its code, the shorter way round.
+    pub fn chips_from(&self, other: &PathParameters) -> f64 {
+        let period_chips = self.code.len() as f64;
+        let later = (other.delay_chips - self.delay_chips).rem_euclid(period_chips);
+        later.min(period_chips - later)
+    }
+
     /// Whether the path's light has that code.
     pub fn has(&self, code: &Code) -> bool {
         self.code.chips == code.chips
@@ -123,19 +130,15 @@ impl Parameters {
 
     /// Whether each path stands by itself: none of its own code is so near that their peaks meet.
     pub fn are_apart(&self) -> bool {
-        self.are_farther_apart_than(PEAKS_MEET_CHIPS)
+        self.pairs_within(PEAKS_MEET_CHIPS).next().is_none()
     }
 
-    /// Whether no two paths of one code are so many chips from one another.
-    pub fn are_farther_apart_than(&self, chips: f64) -> bool {
-        self.paths.iter().enumerate().all(|(number, path)| {
-            let period_chips = path.code.len() as f64;
-            let later = |other: &PathParameters| {
-                (other.delay_chips - path.delay_chips).rem_euclid(period_chips)
-            };
-            let mut alike = self.paths[number + 1..].iter().filter(|other| other.has(&path.code));
-            alike.all(|other| later(other).min(period_chips - later(other)) > chips)
-        })
+    /// Pairs of paths of one code that are no more than so many chips apart.
+    pub fn pairs_within(&self, chips: f64) -> impl Iterator<Item = [&PathParameters; 2]> {
+        let pairs = self.paths.iter().enumerate().flat_map(|(number, path)| {
+            self.paths[number + 1..].iter().map(move |other| [path, other])
+        });
+        pairs.filter(move |[path, other]| other.has(&path.code) && path.chips_from(other) <= chips)
     }
 
     /// The differences of all unknowns.

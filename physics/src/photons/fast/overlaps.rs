@@ -8,7 +8,7 @@
 
 use super::arithmetic::{LANES, Words, jitter};
 use super::domain::Tables;
-use super::places::{round_ticks, ticks_of_chips};
+use super::places::{CHIP_TICKS, round_ticks, ticks_of_chips};
 use super::record::{CELL_BITS, RegisteredTicks, insert, level};
 use super::sign::Sign;
 use crate::photons::counter::count_detections;
@@ -21,8 +21,10 @@ use crate::scan::Step;
 const MOST_LISTED: usize = 64;
 /// With more detections so near to the one before, recording all of them is quicker.
 const MOST_WITHIN_REACH: f64 = 0.7;
-/// Longer than any reach.
+/// Longer than any reach that is counted so.
 const LONG_AGO: u32 = 1 << 31;
+/// As far as pulses may reach: half of that.
+const LONGEST_REACH_CHIPS: f64 = (LONG_AGO / 2 / CHIP_TICKS) as f64;
 
 /// The last avalanche of each lane, and those whose pulses may overlap.
 #[derive(Debug)]
@@ -61,9 +63,13 @@ fn reach_chips(model: &DetectorModel, pixel: &Pixel) -> f64 {
     pixel.pulse_width_chips + 2.0 * f64::from(super::arithmetic::NORMAL_BOUND) * jitter_chips
 }
 
-/// Whether a level's edges are counted so: few pulses overlap.
+/// Whether a level's edges are counted so: few pulses overlap, none reaches farther than ages are known, and no recording
+/// stands for several phase steps.
 pub fn pay(model: &DetectorModel, pixel: &Pixel) -> bool {
-    model.most_detections_per_chip() * reach_chips(model, pixel) < MOST_WITHIN_REACH
+    let reach_chips = reach_chips(model, pixel);
+    model.timing.parallel == 1
+        && reach_chips < LONGEST_REACH_CHIPS
+        && model.most_detections_per_chip() * reach_chips < MOST_WITHIN_REACH
 }
 
 impl<'t> Overlaps<'t> {
@@ -191,25 +197,27 @@ mod tests {
             (4, |_| {}),
             (16, |spad| spad.coincidence = 2),
         ];
-        // Detections a chip, chips of a step, pulse width, jitter, crosstalk, phase steps at once.
+        // Detections a chip, chips of a step, pulse width, jitter, crosstalk.
         let conditions = [
-            (0.004, 310, 7e3, 0.0, None, 1),
-            (0.1, 31, 7e3, 0.0, crosstalk(0.4, 0.0), 1),
-            (0.05, 93, 1e3, 300.0, crosstalk(0.3, 400.0), 1),
-            (0.03, 93, 20e3, 450.0, crosstalk(0.3, 20e3), 1),
-            (0.02, 310, 7e3, 0.0, crosstalk(0.3, 9e3), 4),
+            (0.004, 310, 7e3, 0.0, None),
+            (0.1, 31, 7e3, 0.0, crosstalk(0.4, 0.0)),
+            (0.05, 93, 1e3, 300.0, crosstalk(0.3, 400.0)),
+            (0.03, 93, 20e3, 450.0, crosstalk(0.3, 20e3)),
+            (0.02, 310, 7e3, 0.0, crosstalk(0.3, 9e3)),
             // Counts are taken from lanes every 2^20 chips, and lists that are full.
-            (0.002, 31 << 16, 500e3, 0.0, None, 1),
-            (0.02, 31 << 11, 20e3, 0.0, crosstalk(0.9, 5e3), 1),
+            (0.002, 31 << 16, 500e3, 0.0, None),
+            (0.02, 31 << 11, 20e3, 0.0, crosstalk(0.9, 5e3)),
+            // Nearly as far as ages are known.
+            (1e-4, 31 << 13, 16_000e3, 0.0, None),
         ];
-        for (rate, chips, pulse_width_ps, jitter_ps, cell_crosstalk, parallel) in conditions {
+        for (rate, chips, pulse_width_ps, jitter_ps, cell_crosstalk) in conditions {
             for (number, (cells, change)) in laws.into_iter().enumerate() {
                 let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/quick.toml");
                 let mut scene = scene::load(&file).expect("the scene is sound");
                 scene.scan.integration_chips = chips;
-                scene.hardware.parallel = parallel;
                 let spad = &mut scene.detectors[0];
                 *spad = Detector { cells, pulse_width_ps, cell_crosstalk, ..spad.clone() };
+                spad.dark_count_rate_cps = 0.0;
                 spad.counter = CounterTiming::default();
                 spad.jitter_ps = if jitter_ps > 0.0 { vec![jitter_ps] } else { Vec::new() };
                 change(spad);
@@ -238,6 +246,20 @@ mod tests {
                 let most = if jitter_ps > 0.0 { total / 50 + 4 } else { 0 };
                 assert!(unlike <= most, "{told}: {unlike} of {total}");
             }
+        }
+    }
+
+    /// Ages are of 32 bits: pulses of 5,000 and 9,000 chips reach farther than they tell, and are recorded.
+    #[test]
+    fn pulses_that_reach_farther_than_ages_are_recorded() {
+        for (pulse_width_ps, is_counted) in [(16e6, true), (40e6, false), (72e6, false)] {
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/quick.toml");
+            let mut scene = scene::load(&file).expect("the scene is sound");
+            let spad = &mut scene.detectors[0];
+            *spad = Detector { cells: 4, pulse_width_ps, dark_count_rate_cps: 0.0, ..spad.clone() };
+            scene.sources[0].mean_power_w *= 1e-6;
+            let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+            assert_eq!(StepCounter::new(&model).sign.is_some(), is_counted, "{pulse_width_ps}");
         }
     }
 }
