@@ -46,9 +46,9 @@ const EVEN_SAMPLES: f64 = 4.0;
 const CLOSE_CHIPS: f64 = 1.25;
 const SAMPLES_OF_CLOSE: f64 = 8.0;
 
-/// Where paths may come nearer to each other than this share of their distance, within the scatter of their delays, the
-/// information at the scene's delays stands for all.
-const LEAST_APART: f64 = 0.5;
+/// Where a path's slopes say so many times as much scatter within that of the delays, no average says how fits scatter, and the
+/// information at the scene's delays stands: paths less than some two phase steps apart are nearly one at some delays.
+const MOST_CHANGED: f64 = 2.0;
 
 /// Of so many samples a chip, corners change a fit's scatter by less than a tenth, and in bright light by 2 %. So they are
 /// looked at only where that takes less than these seconds, which it does not where steps are many, as those of long codes are.
@@ -373,8 +373,8 @@ fn bound_of_weights<'m>(
 
 /// Standard deviations of the delays in chips where peaks meet, so that the information changes with each of the delays, and
 /// within what they scatter: its inverse on average over the delays that estimates come from, by a cubature of the third
-/// degree over their normal law, which is that of the `information` at the scene's. `None` where paths come so near to each
-/// other within it that the law is not normal.
+/// degree over their normal law, which is that of the `information` at the scene's. `None` where the
+/// information changes too much within it.
 fn averaged_over_delays(
     problem: &Problem,
     parameters: &Parameters,
@@ -387,23 +387,20 @@ fn averaged_over_delays(
     let mut variances: Vec<f64> =
         of_delays(information).map(|std| std * std / 3.0).take(paths).collect();
     let (radius, weight) = ((1.5 * paths as f64).sqrt(), 1.0 / (3.0 * paths as f64));
-    let least_chips = |of: &Parameters| {
-        let apart = of.pairs_within(f64::INFINITY).map(|[path, other]| path.chips_from(other));
-        apart.fold(f64::INFINITY, f64::min)
-    };
     for direction in information.directions(&delays) {
         for side in [-radius, radius] {
             let mut there = parameters.clone();
             for (path, by) in there.paths.iter_mut().zip(&direction) {
                 path.delay_chips += side * by;
             }
-            if least_chips(&there) < LEAST_APART * least_chips(parameters) {
-                return Ok(None);
-            }
             let response = problem.response(&there)?;
             let jacobian = problem.jacobian(&there, &response, Reading::Exact, Sides::Both)?;
             let Ok(there) = information_of(&jacobian) else { return Ok(None) };
-            for (variance, std) in variances.iter_mut().zip(of_delays(&there)) {
+            let stds = of_delays(&there).zip(of_delays(information)).zip(&mut variances);
+            for ((std, here), variance) in stds {
+                if std > MOST_CHANGED * here {
+                    return Ok(None);
+                }
                 *variance += weight * std * std;
             }
         }

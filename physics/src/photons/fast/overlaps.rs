@@ -217,7 +217,9 @@ mod tests {
                 scene.scan.integration_chips = chips;
                 let spad = &mut scene.detectors[0];
                 *spad = Detector { cells, pulse_width_ps, cell_crosstalk, ..spad.clone() };
-                spad.dark_count_rate_cps = 0.0;
+                if pulse_width_ps > 10e6 {
+                    spad.dark_count_rate_cps = 0.0;
+                }
                 spad.counter = CounterTiming::default();
                 spad.jitter_ps = if jitter_ps > 0.0 { vec![jitter_ps] } else { Vec::new() };
                 change(spad);
