@@ -310,7 +310,7 @@ fn bound_of_problem<'m>(
     bound_of_weights(problem, parameters, of, &jacobian, (&weights, corners))
 }
 
-/// The bound of counts of the means `means` with some weights, and whether [corners are looked at](has_corners);
+/// The bound of counts of the means `means` with some weights, and how [corners are looked at](Corners);
 /// `jacobian` has the means' derivatives.
 fn bound_of_weights<'m>(
     problem: &Problem<'m>,
