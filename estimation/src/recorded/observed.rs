@@ -251,7 +251,7 @@ fn of_bins(
     deviations: &[f64],
     innovations: &Innovations,
 ) -> Result<Agreement, FitError> {
-    let expected = innovations.expected(values, deviations)?;
+    let expected = innovations.given(values, deviations)?.expected;
     let mut agreement = Agreement {
         whitened: innovations.whitened(deviations)?,
         chi_square: 0.0,

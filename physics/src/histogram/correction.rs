@@ -220,19 +220,32 @@ impl DeadTime {
 
     /// What of each bin the dead times of detections cover.
     pub(super) fn blind(&self, detections: &[f64]) -> Vec<f64> {
-        let before = Before::new(detections);
+        let count = detections.len();
         let Shares { first, whole, last, after } = self.shares();
-        let whole = whole as i64;
-        let bin = |a: i64| detections[a.rem_euclid(detections.len() as i64) as usize];
-        (0..detections.len() as i64)
-            .map(|a| {
-                let end = match whole {
-                    0 => 0.0,
-                    _ => before.sum(a - whole + 1, a) + last * bin(a - whole),
-                };
-                first * bin(a) + end + after * bin(a - whole - 1)
-            })
-            .collect()
+        let mut sums = Vec::with_capacity(count + 1);
+        let mut sum = 0.0;
+        sums.push(sum);
+        for bin in detections {
+            sum += bin;
+            sums.push(sum);
+        }
+        // A dead time may last any number of code periods.
+        let earlier = |bin: usize, by: usize| if by <= bin { bin - by } else { count + bin - by };
+        let covered = whole.saturating_sub(1);
+        let (periods, rest) = ((covered / count) as f64, covered % count);
+        let (last_back, after_back) = (whole % count, (whole + 1) % count);
+        let of_bin = |bin: usize| {
+            let end = match whole {
+                0 => 0.0,
+                _ => {
+                    let turned = if rest <= bin { periods } else { periods + 1.0 };
+                    let before = sums[bin] - sums[earlier(bin, rest)] + turned * sum;
+                    before + last * detections[earlier(bin, last_back)]
+                }
+            };
+            first * detections[bin] + end + after * detections[earlier(bin, after_back)]
+        };
+        (0..count).map(of_bin).collect()
     }
 
     /// w\[m\] = F(D - m) - F(-m), F the distribution of the time from one place anywhere in
@@ -306,9 +319,12 @@ impl Releases {
         let whole = self.dead_time_bins.floor() as usize;
         // Pending ones while ready, on average over each bin.
         let mut pending = vec![0.0; count];
-        let mut now = 0.0;
+        let (mut now, mut largest) = (0.0, 0.0_f64);
+        // What is pending follows from that of the last dead time and a bin: where it has been
+        // the same in the code period before for so long, it stays so.
+        let memory = (whole + 2).min(count);
+        let mut same = 0;
         for _ in 0..MOST_TURNS {
-            let (mut change, mut largest): (f64, f64) = (0.0, 0.0);
             // The bins from which avalanches come back in this one: in its first part, and
             // in its second.
             let mut early = (count - (whole + 1) % count) % count;
@@ -316,16 +332,17 @@ impl Releases {
                 let late = if early + 1 == count { 0 } else { early + 1 };
                 let back = |b: usize| self.back(b, detections[b], pending[b]);
                 let sum = self.through(a, [back(early), back(late)], &mut now);
-                change = change.max((sum - pending[a]).abs());
                 largest = largest.max(sum.abs());
+                let is_same = (sum - pending[a]).abs() <= SETTLED * largest;
+                same = if is_same { same + 1 } else { 0 };
                 pending[a] = sum;
                 early = late;
+                if same >= memory {
+                    return Ok(pending.iter().map(|p| p * self.rate()).collect());
+                }
             }
             if !largest.is_finite() {
                 break;
-            }
-            if change <= SETTLED * largest {
-                return Ok(pending.iter().map(|p| p * self.rate()).collect());
             }
         }
         Err(CorrectionError::NotSettled {
@@ -381,6 +398,17 @@ pub(super) fn quotients(per_period: &[f64], ready: &[f64]) -> Vec<f64> {
     per_period.iter().zip(ready).map(|(h, q)| h / q).collect()
 }
 
+/// 1 / (k + 2)!, of as many k as there are digits at x = 1/2.
+const SERIES: [f64; 13] = {
+    let mut series = [0.5; 13];
+    let mut k = 1;
+    while k < series.len() {
+        series[k] = series[k - 1] / (k + 2) as f64;
+        k += 1;
+    }
+    series
+};
+
 /// n' = -rate n + inflow over part of a bin.
 #[derive(Debug, Clone, Copy)]
 struct Decay {
@@ -393,16 +421,15 @@ struct Decay {
 
 impl Decay {
     fn new(rate: f64, width: f64) -> Decay {
-        let once = match rate * width > 1e-8 {
-            true => -(-rate * width).exp_m1() / rate,
-            false => width,
+        // With x = rate width: (1 - exp(-x)) / x, and (x - 1 + exp(-x)) / x^2, whose difference
+        // cancels where x is small.
+        let x = rate * width;
+        let second = match x < 0.5 {
+            true => SERIES.iter().rev().fold(0.0, |sum, term| term - x * sum),
+            false => (x + (-x).exp_m1()) / (x * x),
         };
-        let twice = match rate * width > 1e-4 {
-            true => (width - once) / rate,
-            // The difference cancels; the next term is another rate x width / 4.
-            false => 0.5 * width * width * (1.0 - rate * width / 3.0),
-        };
-        Decay { width, stays: (-rate * width).exp(), once, twice }
+        let once = width * (1.0 - x * second);
+        Decay { width, stays: 1.0 - rate * once, once, twice: width * width * second }
     }
 
     /// The value at the end, from that at the start; adds the integral over the width.
@@ -412,32 +439,6 @@ impl Decay {
         }
         *integral += self.once * start + self.twice * inflow;
         self.stays * start + self.once * inflow
-    }
-}
-
-/// Sums over ranges of a periodic series.
-struct Before {
-    /// Sums before each element, and over all.
-    sums: Vec<f64>,
-}
-
-impl Before {
-    fn new(values: &[f64]) -> Before {
-        let mut sums = vec![0.0];
-        for value in values {
-            sums.push(sums[sums.len() - 1] + value);
-        }
-        Before { sums }
-    }
-
-    /// Sum of the elements from..to, which may go round any number of times.
-    fn sum(&self, from: i64, to: i64) -> f64 {
-        let count = self.sums.len() as i64 - 1;
-        let before = |at: i64| {
-            let turns = at.div_euclid(count) as f64;
-            turns * self.sums[count as usize] + self.sums[at.rem_euclid(count) as usize]
-        };
-        before(to) - before(from)
     }
 }
 

@@ -28,8 +28,11 @@ const HARDLY_ANY: f64 = 1e-3;
 #[derive(Debug, Clone)]
 pub struct Innovations {
     dead_time: DeadTime,
-    /// Rate per bin at which a ready detector fires.
+    /// Share of the code periods in which the detector is ready at each bin, and the rate per bin at
+    /// which it then fires.
+    ready: Vec<f64>,
     hazard: Vec<f64>,
+    periods: f64,
     /// None without afterpulses.
     releases: Option<Releases>,
     /// Mean count of each bin.
@@ -57,7 +60,9 @@ impl Innovations {
         Ok(Innovations {
             releases: afterpulses.map(|a| Releases::new(dead_time.bins, a, &hazard)),
             dead_time,
+            ready,
             hazard,
+            periods,
             means: means.iter().map(|mean| mean.max(least)).collect(),
         })
     }
@@ -68,16 +73,21 @@ impl Innovations {
     /// # Errors
     /// When afterpulses pile up.
     pub fn whitened(&self, deviations: &[f64]) -> Result<Vec<f64>, CorrectionError> {
-        let blind = self.dead_time.blind(deviations);
-        let released = match &self.releases {
-            None => vec![0.0; deviations.len()],
-            Some(releases) => releases.of(deviations)?,
-        };
-        let bins = (0..deviations.len()).map(|a| {
-            let innovation = deviations[a] + self.hazard[a] * blind[a] - released[a];
-            innovation / self.means[a].sqrt()
-        });
-        Ok(bins.collect())
+        let own = self.own(deviations, &self.dead_time.blind(deviations))?;
+        Ok(own.into_iter().zip(&self.means).map(|(own, mean)| own / mean.sqrt()).collect())
+    }
+
+    /// What of deviations from the means is each bin's own, where so much of it is `blind`.
+    fn own(&self, deviations: &[f64], blind: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+        let mut own: Vec<f64> = deviations.to_vec();
+        for ((own, hazard), blind) in own.iter_mut().zip(&self.hazard).zip(blind) {
+            *own += hazard * blind;
+        }
+        if let Some(releases) = &self.releases {
+            let released = releases.of(deviations)?;
+            own.iter_mut().zip(released).for_each(|(own, released)| *own -= released);
+        }
+        Ok(own)
     }
 
     /// What every bin is expected to count, given the counts of those before it and that all
@@ -85,16 +95,56 @@ impl Innovations {
     ///
     /// # Errors
     /// When afterpulses pile up.
-    pub fn expected(
+    pub fn given(&self, counts: &[f64], deviations: &[f64]) -> Result<Given, CorrectionError> {
+        let blind = self.dead_time.blind(deviations);
+        let own = self.own(deviations, &blind)?;
+        let bins = counts.iter().zip(own).zip(&self.means);
+        let expected = bins.map(|((count, own), mean)| (count - own).max(LEAST_EXPECTED * mean));
+        let ready = self.ready.iter().zip(blind);
+        let ready = ready.map(|(ready, blind)| (1.0 - blind / (self.periods * ready)).max(0.0));
+        Ok(Given { expected: expected.collect(), ready: ready.collect() })
+    }
+
+    /// By how much each bin is [expected](Given) to count more where the means grow by `grown`: a bin's
+    /// own light grows, and counts as often as the detector was ready for it.
+    ///
+    /// # Errors
+    /// When afterpulses pile up.
+    pub fn growth(&self, given: &Given, grown: &[f64]) -> Result<Vec<f64>, CorrectionError> {
+        let own = self.own(grown, &self.dead_time.blind(grown))?;
+        Ok(own.into_iter().zip(&given.ready).map(|(own, ready)| own * ready).collect())
+    }
+
+    /// The same by the logarithm of the light that is not constant, and by the constant light, of which there is
+    /// `constant` in `all` on average. Of light so dim that what a bin counts is linear in it.
+    ///
+    /// # Errors
+    /// When afterpulses pile up.
+    pub fn growth_by_light(
         &self,
-        counts: &[f64],
-        deviations: &[f64],
-    ) -> Result<Vec<f64>, CorrectionError> {
-        let whitened = self.whitened(deviations)?;
-        let bins = counts.iter().zip(whitened).zip(&self.means);
-        let expected =
-            bins.map(|((count, z), mean)| (count - z * mean.sqrt()).max(LEAST_EXPECTED * mean));
-        Ok(expected.collect())
+        given: &Given,
+        constant: f64,
+        all: f64,
+    ) -> Result<[Vec<f64>; 2], CorrectionError> {
+        let mut light: Vec<f64> = self.hazard.clone();
+        if let Some(releases) = &self.releases {
+            let released = releases.of(&self.means)?.into_iter().zip(&self.ready);
+            for (light, (released, ready)) in light.iter_mut().zip(released) {
+                *light -= released / (self.periods * ready);
+            }
+        }
+        let of_one = light.iter().sum::<f64>() / (light.len() as f64 * all);
+        let of_bins = |growth: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let bins = light.iter().zip(&self.ready).zip(&given.ready);
+            bins.map(|((light, ready), given)| self.periods * growth(*light) * ready * given)
+                .collect()
+        };
+        Ok([of_bins(&|light| light - constant * of_one), of_bins(&|_| of_one)])
+    }
+
+    /// The largest rate per bin at which a ready detector fires.
+    pub fn most_hazard(&self) -> f64 {
+        self.hazard.iter().copied().fold(0.0, f64::max)
     }
 
     /// A histogram of these means: bin by bin, what those before let one expect and what is
@@ -133,6 +183,15 @@ impl Innovations {
     pub fn means(&self) -> &[f64] {
         &self.means
     }
+}
+
+/// What bins are expected to count, given those before.
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// Counts, above zero.
+    pub expected: Vec<f64>,
+    /// How often the detector was ready for each bin, by its average.
+    ready: Vec<f64>,
 }
 
 /// Twice what the logarithm of the likelihood of counts lacks of the largest there is, where they
