@@ -38,6 +38,7 @@ mod parts_left_out_change_nothing;
 mod passive_recharge;
 mod recorded_counts_are_diagnosed;
 mod recorded_histograms_are_diagnosed;
+mod recorded_light_is_told_from_none;
 mod recordings_are_replayed;
 mod reproduce_makes_figures_and_claims;
 mod search_invents_nothing;

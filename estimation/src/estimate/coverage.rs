@@ -259,18 +259,14 @@ fn least(ready: &[f64]) -> f64 {
     ready.iter().copied().fold(1.0, f64::min)
 }
 
-/// Whether what bins tell of the delay is nearly the same in each scan, where `slopes` are the
-/// derivatives of the bins' means in standard deviations of each. Each photon tells (slope / mean)^2
-/// of its bin: what a scan tells is a sum of so many Poisson numbers. Where that scatters by half,
-/// estimates scatter within 5 % of what is expected; where it scatters by two thirds, 20 % less, and
-/// some are of another peak.
-pub(super) fn enough_photons(slopes: &[f64], means: &[f64]) -> Approximation {
-    let told: f64 = slopes.iter().map(|slope| slope * slope).sum();
-    let variance: f64 = slopes.iter().zip(means).map(|(slope, mean)| slope.powi(4) / mean).sum();
+/// Whether what bins tell of the delay is nearly the same in each scan, where so many photons
+/// [tell](super::fit::likeliest::photons_that_tell) of it. Where that scatters by half, estimates scatter within 5 % of what is
+/// expected; where it scatters by two thirds, 20 % less, and some are of another peak.
+pub(super) fn enough_photons(photons: f64) -> Approximation {
     Approximation {
         name: "that enough photons determine the delay",
         measure: "relative scatter of a scan's information about it:",
-        size: variance.sqrt() / told,
+        size: photons.sqrt().recip(),
         bound: 0.5,
         concerns_misses: true,
     }

@@ -23,6 +23,7 @@
 mod approximation;
 pub mod bound;
 pub mod chance;
+mod corners;
 mod count_law;
 pub mod coverage;
 mod dead_time;

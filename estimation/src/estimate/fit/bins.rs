@@ -6,7 +6,7 @@
 //! and holds even if hardly any bin counts at all.
 
 use super::error::FitError;
-use super::likeliest::{Likeliest, Scatter, likeliest};
+use super::likeliest::{Likeliest, Scatter, likeliest, photons_that_tell};
 use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
@@ -334,7 +334,8 @@ impl<'s> BinFitter<'s> {
         if let Ok(light) = self.dead_time.correct_means(&per_period, self.periods) {
             coverage::ready_for_fit(&light.ready, self.periods).check()?;
         }
-        coverage::enough_photons(&slopes.columns[0], &here.given.expected).check()?;
+        let photons = photons_that_tell(&slopes.columns[0], &here.given.expected);
+        coverage::enough_photons(photons).check()?;
         let scatter = Scatter::Poisson(&here.given.expected);
         let apart = |chips| counts.told_apart(&here, chips);
         let scatter = likeliest(&scatter, slopes.columns, apart)?;

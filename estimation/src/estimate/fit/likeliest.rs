@@ -187,7 +187,7 @@ enum Fall {
 impl Errors {
     fn new(scatter: &Scatter, places: &[DVector<f64>]) -> Option<Errors> {
         if let Scatter::Poisson(means) = *scatter
-            && are_few(means, &places[0])
+            && photons_that_tell(places[0].as_slice(), means) < FEW_PHOTONS
             && let Some(fall) = Fall::of(means)
         {
             let roots = DVector::from_iterator(means.len(), means.iter().map(|mean| mean.sqrt()));
@@ -262,11 +262,12 @@ impl Fall {
     }
 }
 
-/// Whether so few photons tell of the delay that sums over them are not normal: each tells (slope / mean)^2 of its bin.
-fn are_few(means: &[f64], slope: &DVector<f64>) -> bool {
-    let lit = slope.iter().zip(means).filter(|(_, mean)| **mean > 0.0);
-    let fourth: f64 = lit.map(|(slope, mean)| slope.powi(4) / mean).sum();
-    slope.norm_squared().powi(2) < FEW_PHOTONS * fourth
+/// How many photons tell of the delay, where `slopes` are the derivatives of the bins' `means` in standard deviations of each. A
+/// photon tells (slope / mean)^2 of its bin, and what all tell is as even as a Poisson number of this mean.
+pub fn photons_that_tell(slopes: &[f64], means: &[f64]) -> f64 {
+    let lit = || slopes.iter().zip(means).filter(|(_, mean)| **mean > 0.0);
+    let told: f64 = lit().map(|(slope, _)| slope * slope).sum();
+    told * told / lit().map(|(slope, mean)| slope.powi(4) / mean).sum::<f64>()
 }
 
 /// Where a likelihood is largest, between delays by the parabola through three of them.

@@ -200,7 +200,6 @@ impl Tables {
         let dead_time_ticks = round_ticks(model.dead_time_chips) as u32;
         let dead_time_chips = dead_time_ticks.div_ceil(CHIP_TICKS);
         let constants: Vec<f64> = members.iter().map(|member| member.constant_per_chip).collect();
-        let jitter_chips = model.jitter_chips.unwrap_or(0.0);
         let members = match members.len() == 1 && !(model.is_paralyzable && dead_time_ticks > 0) {
             true => None,
             false => Some(member_tables(model, &members)?),
@@ -216,10 +215,15 @@ impl Tables {
                 false => shares(&constants),
             },
             members,
-            jitter_ticks: ticks(jitter_chips),
-            reach_ticks: ticks(f64::from(NORMAL_BOUND) * jitter_chips).ceil() as u32,
+            jitter_ticks: ticks(model.jitter_chips.unwrap_or(0.0)),
+            reach_ticks: ticks(jitter_reach_chips(model)).ceil() as u32,
         })
     }
+}
+
+/// As far as jitter carries a detection.
+pub fn jitter_reach_chips(model: &DetectorModel) -> f64 {
+    f64::from(NORMAL_BOUND) * model.jitter_chips.unwrap_or(0.0)
 }
 
 /// On whom light of these rates falls.

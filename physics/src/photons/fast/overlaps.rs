@@ -7,7 +7,7 @@
 //! in the list overlaps nothing that is not.
 
 use super::arithmetic::{LANES, Words, jitter};
-use super::domain::Tables;
+use super::domain::{Tables, jitter_reach_chips};
 use super::places::{CHIP_TICKS, round_ticks, ticks_of_chips};
 use super::record::{CELL_BITS, RegisteredTicks, insert, level};
 use super::sign::Sign;
@@ -59,8 +59,7 @@ struct List {
 
 /// How far apart avalanches are whose pulses do not overlap.
 fn reach_chips(model: &DetectorModel, pixel: &Pixel) -> f64 {
-    let jitter_chips = model.jitter_chips.unwrap_or(0.0);
-    pixel.pulse_width_chips + 2.0 * f64::from(super::arithmetic::NORMAL_BOUND) * jitter_chips
+    pixel.pulse_width_chips + 2.0 * jitter_reach_chips(model)
 }
 
 /// Whether a level's edges are counted so: few pulses overlap, none reaches farther than ages are known, and no recording
