@@ -324,7 +324,7 @@ impl Releases {
         // the same in the code period before for so long, it stays so.
         let memory = (whole + 2).min(count);
         let mut same = 0;
-        for _ in 0..MOST_TURNS {
+        for turn in 0..MOST_TURNS {
             // The bins from which avalanches come back in this one: in its first part, and
             // in its second.
             let mut early = (count - (whole + 1) % count) % count;
@@ -333,7 +333,7 @@ impl Releases {
                 let back = |b: usize| self.back(b, detections[b], pending[b]);
                 let sum = self.through(a, [back(early), back(late)], &mut now);
                 largest = largest.max(sum.abs());
-                let is_same = (sum - pending[a]).abs() <= SETTLED * largest;
+                let is_same = turn > 0 && (sum - pending[a]).abs() <= SETTLED * largest;
                 same = if is_same { same + 1 } else { 0 };
                 pending[a] = sum;
                 early = late;
