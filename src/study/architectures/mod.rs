@@ -7,7 +7,6 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use crate::document::Body;
 use crate::estimate::{NoEstimate, PredictionError, check_modulated};
 use crate::files::{FileError, OutputFolder};
 use crate::plan::resources::{Resources, resources};
@@ -35,10 +34,6 @@ pub struct Comparison {
     pub detected_rate_cps: f64,
     /// Sensors that could be built.
     pub ways: Vec<Way>,
-}
-
-impl Body for Comparison {
-    const NAME: &'static str = "compare-architectures";
 }
 
 /// A sensor that could be built.
