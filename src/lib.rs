@@ -44,6 +44,7 @@
 #[cfg(feature = "cli")]
 pub mod cli;
 mod differences;
+mod documents;
 mod door;
 pub mod image;
 pub mod plan;

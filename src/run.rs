@@ -13,7 +13,6 @@ use crate::cosim::source::Verilog;
 use crate::cosim::window::Window;
 use crate::cosim::{self, CosimOptions, Cosimulation, Verdict, cosimulate};
 use crate::deliver::{self, Emission, HdlError};
-use crate::document::Body;
 use crate::estimate::report::EstimateReport;
 use crate::files::{FileError, OutputFolder};
 use crate::grade::{self, Grade, GradeOptions};
@@ -146,10 +145,6 @@ pub struct Run {
     /// Fault coverage of the adversarial stimulus on this Verilog, if asked for and if the Verilog
     /// matches.
     pub grade: Option<Grade>,
-}
-
-impl Body for Run {
-    const NAME: &'static str = "run";
 }
 
 /// Why a run has no result.

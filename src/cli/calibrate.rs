@@ -33,10 +33,6 @@ pub(super) struct Calibration {
     samplers: Vec<CodeDensity>,
 }
 
-impl Body for Calibration {
-    const NAME: &'static str = "calibrate";
-}
-
 impl Command for CalibrateArguments {
     fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
         let sensor = Sensor::new(&self.scene.read()?.scene()?);

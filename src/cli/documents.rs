@@ -7,45 +7,54 @@ use schemars::{Schema, SchemaGenerator};
 use serde_json::{Value, json};
 
 use crate::document::{Body, Document};
+use crate::documents::documents;
 
-/// Lists the schemas of some documents.
+/// Names the documents that the program alone has, and lists the schemas of all.
 macro_rules! schemas_of {
-    ($($document:ty,)*) => { vec![$(schema::<$document>()),*] };
+    (own { $($own:ty = $name:literal;)* } others { $($document:ty;)* }) => {
+        documents! { $($own = $name;)* }
+
+        /// Name and text of the schema of each document.
+        pub fn schemas() -> Vec<(&'static str, String)> {
+            vec![$(schema::<$own>(),)* $(schema::<$document>()),*]
+        }
+    };
 }
 
-/// Name and text of the schema of each document.
-pub fn schemas() -> Vec<(&'static str, String)> {
-    schemas_of![
-        crate::board::BoardReport,
-        super::calibrate::Calibration,
-        crate::code::CodesReport,
-        crate::study::architectures::Comparison,
-        crate::cosim::Report,
-        crate::deliver::Emission,
-        super::estimate::Estimates,
-        crate::study::limits::Limits,
-        super::failure::Failure,
-        crate::study::fidelity::FidelityReport,
-        crate::grade::Grade,
-        crate::image::ImageReport,
-        super::manual::Completions,
-        super::manual::Pages,
-        super::new::Made,
-        crate::plan::overview::Overview,
-        crate::simulate::pulses::PulsesReport,
-        crate::replay::ReplayReport,
-        crate::study::reproduce::Reproduction,
-        crate::run::Run,
-        crate::simulate::repeat::Simulation,
-        crate::simulate::track::TrackReport,
-        crate::study::stress::StressReport,
-        super::stress::CaseList,
-        super::sweep::SweepReport,
-        crate::study::sweep::SweepOptions,
-        crate::shard::Shard,
-        super::shards::ShardDone,
-        super::shards::MissingShards,
-    ]
+schemas_of! {
+    own {
+        super::calibrate::Calibration = "calibrate";
+        super::estimate::Estimates<'_> = "estimate";
+        super::failure::Failure = "error";
+        super::manual::Completions = "completions";
+        super::manual::Pages = "man";
+        super::new::Made = "new";
+        super::shards::MissingShards = "merge-missing";
+        super::shards::ShardDone = "shard-done";
+        super::stress::CaseList = "stress-list";
+        super::sweep::SweepReport<'_> = "sweep";
+    }
+    others {
+        crate::board::BoardReport;
+        crate::code::CodesReport;
+        crate::cosim::Report;
+        crate::deliver::Emission;
+        crate::grade::Grade;
+        crate::image::ImageReport;
+        crate::plan::overview::Overview;
+        crate::replay::ReplayReport;
+        crate::run::Run;
+        crate::shard::Shard;
+        crate::simulate::pulses::PulsesReport;
+        crate::simulate::repeat::Simulation;
+        crate::simulate::track::TrackReport;
+        crate::study::architectures::Comparison;
+        crate::study::fidelity::FidelityReport;
+        crate::study::limits::Limits;
+        crate::study::reproduce::Reproduction;
+        crate::study::stress::StressReport;
+        crate::study::sweep::SweepOptions;
+    }
 }
 
 fn schema<B: Body + JsonSchema>() -> (&'static str, String) {

@@ -40,10 +40,6 @@ pub(super) struct Estimates<'a> {
     assessments: &'a [Assessment],
 }
 
-impl Body for Estimates<'_> {
-    const NAME: &'static str = "estimate";
-}
-
 impl Command for EstimateArguments {
     fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
         let scene = self.scene.read()?.scene()?.with_estimator(self.options.estimator)?.summed();

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use crate::cosim::error::CosimError;
-use crate::document::Body;
 use crate::files::FileError;
 use crate::printable::printable_path;
 use crate::scene::{SceneError, SceneErrors};
@@ -13,10 +12,6 @@ use crate::scene::{SceneError, SceneErrors};
 pub(super) struct Failure {
     /// The error.
     pub error: Told,
-}
-
-impl Body for Failure {
-    const NAME: &'static str = "error";
 }
 
 /// What went wrong.

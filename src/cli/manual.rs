@@ -14,19 +14,11 @@ pub(super) struct Completions {
     script: String,
 }
 
-impl Body for Completions {
-    const NAME: &'static str = "completions";
-}
-
 /// The JSON of `goldtof man`.
 #[derive(Serialize, schemars::JsonSchema)]
 pub(super) struct Pages {
     /// Names of the pages' files, in the folder that was asked for.
     files: Vec<String>,
-}
-
-impl Body for Pages {
-    const NAME: &'static str = "man";
 }
 
 impl Command for CompletionsArguments {

@@ -58,10 +58,6 @@ pub(super) struct Made {
     file: String,
 }
 
-impl Body for Made {
-    const NAME: &'static str = "new";
-}
-
 impl Command for NewArguments {
     fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
         let path = path_of(self)?;

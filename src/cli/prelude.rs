@@ -12,7 +12,6 @@ pub(super) use super::forecast::Forecast;
 pub(super) use super::output::{Ending, Output, terminal_width};
 pub(super) use super::provenance::typed_command;
 pub(super) use super::shards::InShards;
-pub(super) use crate::document::Body;
 pub(super) use crate::files::OutputFolder;
 pub(super) use crate::printable::{printable, printable_lines, printable_path};
 pub(super) use crate::scene::SceneReference;

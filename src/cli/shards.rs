@@ -8,7 +8,6 @@ use serde::Serialize;
 use super::common::{Command, Order};
 use super::output::{Ending, Output};
 use super::provenance::typed_command;
-use crate::document::Body;
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::scene::SceneText;
@@ -26,10 +25,6 @@ pub(super) struct ShardDone {
     file: String,
     /// Whether it was there when this run began.
     done_before: bool,
-}
-
-impl Body for ShardDone {
-    const NAME: &'static str = "shard-done";
 }
 
 /// A job that its command can do in parts.
@@ -87,10 +82,6 @@ pub(super) struct MissingShards {
     shards: u64,
     /// Numbers of the missing shards.
     missing: Vec<u64>,
-}
-
-impl Body for MissingShards {
-    const NAME: &'static str = "merge-missing";
 }
 
 #[derive(Debug, Args)]

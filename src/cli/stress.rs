@@ -25,10 +25,6 @@ pub(super) struct CaseList {
     cases: Vec<ListedCase>,
 }
 
-impl Body for CaseList {
-    const NAME: &'static str = "stress-list";
-}
-
 /// A case that is named.
 #[derive(Serialize, schemars::JsonSchema)]
 struct ListedCase {

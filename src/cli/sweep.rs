@@ -55,10 +55,6 @@ pub(super) struct SweepReport<'a> {
     rows: Rows<'a>,
 }
 
-impl Body for SweepReport<'_> {
-    const NAME: &'static str = "sweep";
-}
-
 impl Command for SweepArguments {
     fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
         let sweep = Sweep {

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::{Check, Expected, Image, Interpolation, Map, PixelReport, ScanMaps};
-use crate::document::Body;
 use crate::scene::EstimatorKind;
 use crate::simulate::Tier;
 
@@ -37,10 +36,6 @@ pub struct ImageReport {
     pub maps: Vec<MapSummary>,
     /// What there is to say.
     pub remarks: Vec<String>,
-}
-
-impl Body for ImageReport {
-    const NAME: &'static str = "image";
 }
 
 /// A map in numbers.

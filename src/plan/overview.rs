@@ -7,7 +7,6 @@ use super::figures::Figures;
 use super::link::{LinkBudget, link_budget};
 use super::resources::{Resources, resources, saved_by};
 use super::{Plan, measure};
-use crate::document::Body;
 use crate::estimate::bound::BoundKind;
 use crate::estimate::report::{EstimateReport, Reporter};
 use crate::scene::{DetectorIndex, EstimatorKind};
@@ -30,10 +29,6 @@ pub struct Overview {
     pub link: Vec<LinkBudget>,
     /// What theory expects of each detector's estimates, by either estimator.
     pub expected: Vec<ExpectedError>,
-}
-
-impl Body for Overview {
-    const NAME: &'static str = "plan";
 }
 
 /// What theory expects of an estimator.

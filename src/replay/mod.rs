@@ -17,7 +17,6 @@ use serde::Serialize;
 pub use self::epochs::Epochs;
 use self::epochs::{Clock, EPOCHS_OF_A_LINE, Line, MOST_OFFSET};
 use self::folding::{Folding, Samples};
-use crate::document::Body;
 use crate::histogram::{Histogram, HistogramError};
 use crate::photons::{Pulse, StepCount};
 use crate::recorded::{Assessment, RecordedHistogram, RecordedScan, assess, assess_histogram};
@@ -354,10 +353,6 @@ pub struct ReplayReport {
     /// What the counts say that the scene's hardware would have made of the first scan; none of a scene with
     /// a histogram, or of a recording that is shorter.
     pub scan: Vec<Assessment>,
-}
-
-impl Body for ReplayReport {
-    const NAME: &'static str = "replay";
 }
 
 /// What a recording says, and the counts of its first scan.

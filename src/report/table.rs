@@ -134,6 +134,14 @@ impl<S: Spread> Spread for Option<S> {
     }
 }
 
+/// Declares columns that are called as the fields are which they show.
+macro_rules! fields {
+    ($columns:expr, $row:pat => $of:expr; $($field:ident),+) => {
+        $columns$(.column(stringify!($field), |$row| $of.$field))+
+    };
+}
+pub(crate) use fields;
+
 /// A table in the making: its rows are of these.
 pub struct Columns<'a, T> {
     of: &'a [T],

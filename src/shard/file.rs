@@ -32,10 +32,6 @@ pub struct Shard {
     pub sha256: String,
 }
 
-impl Body for Shard {
-    const NAME: &'static str = "shard";
-}
-
 impl Shard {
     /// The document of a part that is done by `command`.
     pub fn sealed(part: Part, job: Job, results: Results, command: String) -> Document<Shard> {

@@ -5,7 +5,6 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use crate::document::Body;
 use crate::photons::{DetectorModel, Pulse};
 use crate::reference::photons::Photons;
 use crate::reference::stimulus::{
@@ -26,10 +25,6 @@ pub struct PulsesReport {
     pub samples: u64,
     /// Pulses of each input, in the order of detectors in the scene and of their cells.
     pub pulses: Vec<u64>,
-}
-
-impl Body for PulsesReport {
-    const NAME: &'static str = "pulses";
 }
 
 /// Writes the pulses of so many scans, which `cosim` and `run` with this seed take, too: for each

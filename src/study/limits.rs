@@ -17,7 +17,6 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::document::Body;
 use crate::door::{EstimateError, detector_named};
 use crate::estimate::CountingTier;
 use crate::estimate::bound::BoundKind;
@@ -58,10 +57,6 @@ pub struct Limits {
     pub expected: Performance,
     /// The same with one key changed, the largest gain first.
     pub changes: Vec<Change>,
-}
-
-impl Body for Limits {
-    const NAME: &'static str = "explain";
 }
 
 /// Where a detector's detections come from, and how long it is blind.

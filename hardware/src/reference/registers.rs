@@ -110,8 +110,18 @@ impl Registers {
         words.resize(1 << plan.word_bits(), 0);
         let fields = layout.outputs.fields.iter();
         let is_own = |field: &&Field| field.port.role >= Role::WriteAddress;
-        Some(Registers {
-            fields: fields.filter(is_own).cloned().collect(),
+        Some(Registers::fresh(plan, fields.filter(is_own).cloned().collect(), words))
+    }
+
+    /// All but the memory.
+    pub(super) fn reset(&mut self) {
+        let (fields, words) = (std::mem::take(&mut self.fields), std::mem::take(&mut self.words));
+        *self = Registers::fresh(Arc::clone(&self.plan), fields, words);
+    }
+
+    fn fresh(plan: Arc<RegisterPlan>, fields: Vec<Field>, words: Vec<u32>) -> Registers {
+        Registers {
+            fields,
             words,
             write: false,
             target: None,
@@ -133,36 +143,7 @@ impl Registers {
             told: BTreeMap::new(),
             seen: Seen::default(),
             plan,
-        })
-    }
-
-    /// All but the memory.
-    pub(super) fn reset(&mut self) {
-        let words = std::mem::take(&mut self.words);
-        *self = Registers {
-            words,
-            plan: Arc::clone(&self.plan),
-            fields: std::mem::take(&mut self.fields),
-            write: false,
-            target: None,
-            read: false,
-            fetched: None,
-            shown: HostOutputs::default(),
-            runs: true,
-            single: false,
-            changed: false,
-            overrun: false,
-            saturated: false,
-            refused: false,
-            lost: 0,
-            scans: 0,
-            peaks: vec![(0, 0); self.plan.peaks as usize],
-            position: 0,
-            locked: false,
-            target_lost: false,
-            told: BTreeMap::new(),
-            seen: Seen::default(),
-        };
+        }
     }
 
     /// What they are like.

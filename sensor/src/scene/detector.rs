@@ -316,10 +316,10 @@ pub(super) fn read(
     let jitter_tail = read_tail(&section, clock);
     let counter = read_counter(&section, clock);
     let sampler = sampler::read(&section, clock);
-    let crosstalk = read_crosstalk(&section);
+    let crosstalk = read_crosstalk(&section, "crosstalk");
     let cell_dark_count_rates_cps =
         section.quantities("cell_dark_count_rates", "[\"10 kcps\", \"1 Mcps\"]");
-    let cell_crosstalk = read_cell_crosstalk(&section);
+    let cell_crosstalk = read_crosstalk(&section, "cell_crosstalk");
     if let Some(keys) = &keys {
         check_cells(&section, keys, &cell_dark_count_rates_cps, cell_crosstalk);
     }
@@ -411,18 +411,11 @@ fn read_afterpulsing(detector: &Section, has_dead_time: bool) -> (f64, f64) {
     (probability.unwrap_or_default(), time_constant.unwrap_or_default())
 }
 
-fn read_crosstalk(detector: &Section) -> Option<Crosstalk> {
-    let section = detector.section("crosstalk")?;
+fn read_crosstalk(detector: &Section, key: &'static str) -> Option<Crosstalk> {
+    let section = detector.section(key)?;
     let crosstalk = Crosstalk::keys(&section);
     section.finish();
     crosstalk
-}
-
-fn read_cell_crosstalk(detector: &Section) -> Option<Crosstalk> {
-    let section = detector.section("cell_crosstalk")?;
-    let (probability, delay_ps) = (section.number("probability"), section.quantity("delay"));
-    section.finish();
-    Some(Crosstalk { probability: probability?, delay_ps: delay_ps? })
 }
 
 /// Reports what is said of cells and does not hold together.

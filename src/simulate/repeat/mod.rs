@@ -16,7 +16,6 @@ use super::scans::{Prepared, ScansError};
 use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
 use crate::cosim::exercised::{Exercised, missing};
-use crate::document::Body;
 use crate::estimate::estimator::Counted;
 use crate::estimate::evidence::Comparisons;
 use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
@@ -63,10 +62,6 @@ impl Simulation {
     pub fn is_as_expected(&self) -> bool {
         self.estimates.iter().all(|path| path.expectation_holds != Some(false))
     }
-}
-
-impl Body for Simulation {
-    const NAME: &'static str = "simulate";
 }
 
 /// What the scans of a stretch say, detector by detector.

@@ -6,7 +6,6 @@ use statrs::distribution::{Binomial, DiscreteCDF as _};
 use super::bound::Information;
 use super::run::{Course, Outcome};
 use super::{DETECTOR, Fastest, Tier, TrackError, Tracking};
-use crate::document::Body;
 use crate::response::MeanResponseError;
 
 /// Standard errors within which a measured value bears an expectation out.
@@ -99,10 +98,6 @@ pub struct TrackReport {
     pub expectation_holds: bool,
     /// Wall time.
     pub run_time_s: f64,
-}
-
-impl Body for TrackReport {
-    const NAME: &'static str = "track";
 }
 
 impl Tracking<'_> {

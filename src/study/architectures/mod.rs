@@ -7,13 +7,12 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use crate::document::Body;
 use crate::estimate::{NoEstimate, PredictionError, check_modulated};
 use crate::files::{FileError, OutputFolder};
 use crate::plan::resources::{Resources, resources};
 use crate::report::chart::{Axis, Chart, Mark, Panel, Role};
 use crate::report::columns::Lines;
-use crate::report::table::{Quoted, Table};
+use crate::report::table::{Quoted, Table, fields};
 use crate::scan::Step;
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex, Scene};
 use crate::sensor::Sensor;
@@ -35,10 +34,6 @@ pub struct Comparison {
     pub detected_rate_cps: f64,
     /// Sensors that could be built.
     pub ways: Vec<Way>,
-}
-
-impl Body for Comparison {
-    const NAME: &'static str = "compare-architectures";
 }
 
 /// A sensor that could be built.
@@ -270,18 +265,15 @@ impl Comparison {
             self.ways.iter().flat_map(|way| way.points.iter().map(move |point| (way, point)));
         let rows: Vec<(&Way, &Point)> = rows.collect();
         let cells = |way: &Way| way.resources.as_ref().map(|resources| resources.cells);
-        Table::of(&rows)
+        let columns = Table::of(&rows)
             .column("sensor", |(way, _)| Quoted(way.name))
-            .column("estimator", |(_, p)| p.estimator.to_string())
-            .column("measuring_time_s", |(_, p)| p.measuring_time_s)
-            .column("frame_rate_hz", |(_, p)| p.frame_rate_hz)
-            .column("bias_m", |(_, p)| p.bias_m)
-            .column("std_m", |(_, p)| p.std_m)
-            .column("rms_error_m", |(_, p)| p.rms_error_m)
-            .column("coarse_failure_bound_fraction", |(_, p)| p.coarse_failure_bound_fraction)
-            .column("pareto", |(_, p)| p.pareto)
-            .column("phase_steps", |(way, _)| way.phase_steps)
-            .column("parallel", |(way, _)| way.parallel)
+            .column("estimator", |(_, point)| point.estimator.to_string());
+        let columns = fields!(
+            columns, (_, point) => point;
+            measuring_time_s, frame_rate_hz, bias_m, std_m, rms_error_m,
+            coarse_failure_bound_fraction, pareto
+        );
+        fields!(columns, (way, _) => way; phase_steps, parallel)
             .column("luts", |(way, _)| cells(way).map(|cells| cells.luts))
             .column("flip_flops", |(way, _)| cells(way).map(|cells| cells.flip_flops))
             .column("memory_bits", |(way, _)| way.memory_bits)

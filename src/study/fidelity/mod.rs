@@ -15,7 +15,6 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::cosim::engine::Engine;
-use crate::document::Body;
 use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
 use crate::scene::{DetectorIndex, Scene};
@@ -50,10 +49,6 @@ pub struct FidelityReport {
     pub sensor: Vec<SensorPoint>,
     /// Parts of the simulation that the scene does without, and what that saves.
     pub left_out: Vec<Part>,
-}
-
-impl Body for FidelityReport {
-    const NAME: &'static str = "fidelity";
 }
 
 /// The reference.

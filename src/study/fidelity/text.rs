@@ -7,7 +7,7 @@ use super::{FidelityReport, Reference, SensorPoint, TierPoint};
 use crate::files::{FileError, OutputFolder};
 use crate::report::chart::{Axis, Chart, Mark, Panel, Role};
 use crate::report::columns::Lines;
-use crate::report::table::Table;
+use crate::report::table::{Table, fields};
 use crate::simulate::Tier;
 
 impl FidelityReport {
@@ -234,13 +234,10 @@ fn tiers_table(tiers: &[TierPoint]) -> Table {
 }
 
 fn sensor_table(points: &[SensorPoint]) -> Table {
-    Table::of(points)
-        .column("relative_power", |p| p.relative_power)
-        .column("detected_rate_cps", |p| p.detected_rate_cps)
-        .column("integration_s", |p| p.integration_s)
-        .column("std_m", |p| p.std_m)
-        .column("bias_m", |p| p.bias_m)
-        .column("coarse_failure_bound_fraction", |p| p.coarse_failure_bound_fraction)
-        .column("missed_fraction", |p| p.missed_fraction)
-        .table()
+    fields!(
+        Table::of(points), point => point;
+        relative_power, detected_rate_cps, integration_s, std_m, bias_m,
+        coarse_failure_bound_fraction, missed_fraction
+    )
+    .table()
 }

@@ -35,7 +35,6 @@ use self::figure::Figure;
 pub use self::figure::MadeFigure;
 use self::run::Run;
 pub use self::run::RunError;
-use crate::document::Body;
 use crate::files::{FileError, OutputFolder};
 
 /// Declares the figures: what each shows, its name, what the command line calls it, the
@@ -177,10 +176,6 @@ pub struct Reproduction {
     pub figures: Vec<FigureFiles>,
     /// Wall time.
     pub run_time_s: f64,
-}
-
-impl Body for Reproduction {
-    const NAME: &'static str = "reproduce";
 }
 
 /// A figure's files.

@@ -6,7 +6,6 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use super::case::{Bound, Case, CaseError, Group, Measured};
-use crate::document::Body;
 use crate::exact;
 
 /// The JSON of `goldtof stress`.
@@ -16,10 +15,6 @@ pub struct StressReport {
     pub seed: u64,
     /// The cases that were run, in their order.
     pub cases: Vec<CaseReport>,
-}
-
-impl Body for StressReport {
-    const NAME: &'static str = "stress";
 }
 
 /// One case's verdict.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::axis::{Axis, Value};
-use crate::document::{Body, Document};
+use crate::document::Document;
 use crate::scene::{EstimatorKind, SceneErrors, SceneText, Setting, TotalsMissing};
 use crate::sensor::Sensor;
 use crate::simulate::{SimulateOptions, Tier};
@@ -52,10 +52,6 @@ impl Default for SweepOptions {
         let SimulateOptions { repetitions, fidelity, estimator, seed, .. } = Default::default();
         SweepOptions { over: Vec::new(), repetitions, fidelity, estimator, seed }
     }
-}
-
-impl Body for SweepOptions {
-    const NAME: &'static str = "sweep-definition";
 }
 
 /// One of them.

@@ -6,7 +6,7 @@ use std::hash::{BuildHasher as _, BuildHasherDefault, DefaultHasher};
 use super::axis::Axis;
 use super::points::{Point, Sweep};
 use crate::report::chart::{Axis as ChartAxis, Chart, Mark, Panel};
-use crate::report::table::{Cell, Column, Kind, Row, Table, Value};
+use crate::report::table::{Cell, Column, Kind, Row, Table, Value, fields};
 use crate::simulate::path_statistics::PathStatistics;
 use crate::simulate::repeat::Simulation;
 
@@ -29,29 +29,18 @@ fn of_axis(axis: &Axis) -> Column {
 
 /// What was found of some paths, in the columns behind those of the axes.
 fn found(paths: &[(u64, &PathStatistics)]) -> Table {
-    Table::of(paths)
+    let columns = Table::of(paths)
         .column("detector", |(_, path)| path.detector.as_str())
         .column("source", |(_, path)| path.source.as_str())
         .column("path", |(_, path)| path.path.0 as u64)
-        .column("repetitions", |(repetitions, _)| *repetitions)
-        .column("estimates", |(_, path)| path.estimates)
-        .column("missed_scans", |(_, path)| path.missed_scans)
-        .column("missed_fraction", |(_, path)| path.missed_fraction)
-        .column("expected_missed_fraction", |(_, path)| path.expected_missed_fraction)
-        .column("refused_fraction", |(_, path)| path.refused_fraction)
-        .column("true_distance_m", |(_, path)| path.true_distance_m)
-        .column("mean_distance_m", |(_, path)| path.mean_distance_m)
-        .column("bias_m", |(_, path)| path.bias_m)
-        .column("bias_std_error_m", |(_, path)| path.bias_std_error_m)
-        .column("std_m", |(_, path)| path.std_m)
-        .column("std_std_error_m", |(_, path)| path.std_std_error_m)
-        .column("expected_bias_m", |(_, path)| path.expected_bias_m)
-        .column("expected_std_m", |(_, path)| path.expected_std_m)
-        .column("expectation_holds", |(_, path)| path.expectation_holds)
-        .column("bound_m", |(_, path)| path.bound_m)
-        .column("detected_rate_cps", |(_, path)| path.detected_rate_cps)
-        .column("remark", |(_, path)| remarks(path))
-        .table()
+        .column("repetitions", |(repetitions, _)| *repetitions);
+    let columns = fields!(
+        columns, (_, path) => path;
+        estimates, missed_scans, missed_fraction, expected_missed_fraction, refused_fraction,
+        true_distance_m, mean_distance_m, bias_m, bias_std_error_m, std_m, std_std_error_m,
+        expected_bias_m, expected_std_m, expectation_holds, bound_m, detected_rate_cps
+    );
+    columns.column("remark", |(_, path)| remarks(path)).table()
 }
 
 /// The table of a point that was simulated.

@@ -34,59 +34,33 @@ pub struct RegisterPorts {
     #[under("Registers, AXI4-Lite")]
     #[width(ADDRESS_BITS)]
     pub s_axil_awaddr: Input<Word>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_awvalid: Input<bool>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_awready: Output<bool>,
     /// word that is written
-    #[under("Registers, AXI4-Lite")]
     #[width(32)]
     pub s_axil_wdata: Input<Word>,
     /// its bytes: all of them, or the write is an error
-    #[under("Registers, AXI4-Lite")]
     #[width(4)]
     pub s_axil_wstrb: Input<Word>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_wvalid: Input<bool>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_wready: Output<bool>,
     /// 0, or 2 where nothing was written
-    #[under("Registers, AXI4-Lite")]
     #[width(2)]
     pub s_axil_bresp: Output<Word>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_bvalid: Output<bool>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_bready: Input<bool>,
     /// address that is read, of a byte
-    #[under("Registers, AXI4-Lite")]
     #[width(ADDRESS_BITS)]
     pub s_axil_araddr: Input<Word>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_arvalid: Input<bool>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_arready: Output<bool>,
     /// word that was read
-    #[under("Registers, AXI4-Lite")]
     #[width(32)]
     pub s_axil_rdata: Output<Word>,
     /// 0, or 2 where there is no register
-    #[under("Registers, AXI4-Lite")]
     #[width(2)]
     pub s_axil_rresp: Output<Word>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_rvalid: Output<bool>,
-    #[under("Registers, AXI4-Lite")]
-    #[about("")]
     pub s_axil_rready: Input<bool>,
 }
 

@@ -66,58 +66,44 @@ pub struct ScanSequencer {
     #[under("Registers")]
     pub i_go: Input<bool>,
     /// settings were written since they were last taken over
-    #[under("Registers")]
     pub i_changed: Input<bool>,
     /// the setting that was read a clock ago
-    #[under("Registers")]
     #[width(plan.scan_setting_bits())]
     pub i_word: Input<Word>,
     /// settings are read
-    #[under("Registers")]
     pub o_takes: Output<bool>,
     /// the first of them is
-    #[under("Registers")]
     pub o_taken_first: Output<bool>,
     /// which word is
-    #[under("Registers")]
     #[width(plan.word_bits())]
     pub o_address: Output<Word>,
     /// they do not fit
-    #[under("Registers")]
     pub o_refused: Output<bool>,
     /// a scan is under way, or prepared
-    #[under("Registers")]
     pub o_busy: Output<bool>,
     /// the transmit generator of the references' code is at its first chip
     #[under("Codes")]
     pub i_epoch: Input<bool>,
     /// the lasers show it in the next clock
-    #[under("Codes")]
     pub i_laser_epoch: Input<bool>,
     /// the transmit generators run
-    #[under("Codes")]
     pub o_on: Output<bool>,
     /// the references wait at their first chips
-    #[under("Codes")]
     pub o_load: Output<bool>,
     /// first chips of the codes' second registers{if plan.sets_taps() { " and their taps" } else { "" }}, side by side
     #[when(seeds > 0)]
-    #[under("Codes")]
     #[width(plan.seed_bits())]
     pub o_seed: Optional<Output<Word>>,
     /// lanes that take the previous chip in a scan's first step
     #[when(lanes > 0)]
-    #[under("Codes")]
     #[width(lanes)]
     pub o_delayed: Optional<Output<Word>>,
     /// the present chip belongs to a scan
     #[under("Scan")]
     pub o_run: Output<bool>,
     /// it is the last but one of a phase step
-    #[under("Scan")]
     pub o_pre_last_chip: Output<bool>,
     /// it is the last of a phase step
-    #[under("Scan")]
     pub o_last_chip: Output<bool>,
     /// at a step's second chip, behind whose number it is by so many chips as the step's end is known ahead
     #[width(count_bits)]

@@ -76,55 +76,43 @@ pub struct TargetTracker {
     #[under("Registers")]
     pub i_go: Input<bool>,
     /// the next one may begin
-    #[under("Registers")]
     pub o_go: Output<bool>,
     /// the first setting is read
-    #[under("Registers")]
     pub i_taken_first: Input<bool>,
     /// the setting that was read a clock ago
-    #[under("Registers")]
     #[width(word_bits)]
     pub i_word: Input<Word>,
     /// the same, or a window's own
-    #[under("Registers")]
     #[width(scan_word_bits)]
     pub o_word: Output<Word>,
     /// settings do not fit
-    #[under("Registers")]
     pub i_refused: Input<bool>,
     /// a scan's chips are counted
     #[under("Counts")]
     pub i_run: Input<bool>,
     /// count of a phase step, signed
-    #[under("Counts")]
     #[width(plan.count_bits)]
     pub i_count: Input<Word>,
     /// it is new
-    #[under("Counts")]
     pub i_counted: Input<bool>,
     /// it is a scan's last
-    #[under("Counts")]
     pub i_last: Input<bool>,
     /// phase step of a scan's peak, from the scan's first on
     #[under("Peak")]
     #[width(peak_step_bits)]
     pub i_peak_step: Input<Word>,
     /// its count, signed
-    #[under("Peak")]
     #[width(plan.count_bits)]
     pub i_peak_count: Input<Word>,
     /// they have just changed
-    #[under("Peak")]
     pub i_peak_valid: Input<bool>,
     /// phase step of the target's peak, and 8 bits of its fraction
     #[under("Target")]
     #[width(plan.position_bits())]
     pub o_position: Output<Word>,
     /// the last window had its light
-    #[under("Target")]
     pub o_locked: Output<bool>,
     /// it has just been lost
-    #[under("Target")]
     pub o_lost: Output<bool>,
     /// phase steps of a window
     #[width(scan_word_bits)]
