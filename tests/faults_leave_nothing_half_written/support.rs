@@ -120,14 +120,15 @@ pub fn endless_scene(folder: &Path) -> PathBuf {
     path
 }
 
-/// A cache with Verilator's compiled run-time library but no model.
+/// A cache with Verilator's compiled run-time library and headers but no model.
 pub fn cache_without_models() -> tempfile::TempDir {
     ends_with(0, &mut goldtof(&["cosim", QUICK, "--quiet"]));
     let cache = tempfile::tempdir().unwrap();
     for entry in fs::read_dir(goldtof::cosim::build::cache_dir().unwrap()).unwrap() {
         let entry = entry.unwrap();
         let name = entry.file_name().into_string().unwrap();
-        if !name.starts_with("runtime-") || !entry.path().is_dir() || name.contains("building") {
+        let is_of_verilator = name.starts_with("runtime-") || name.starts_with("header-");
+        if !is_of_verilator || !entry.path().is_dir() || name.contains("building") {
             continue;
         }
         let copy = cache.path().join(name);

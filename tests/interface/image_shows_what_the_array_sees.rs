@@ -2,8 +2,9 @@
 //! light than one laser's.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::LazyLock;
 
 use optics_support::repeated;
 use serde_json::Value;
@@ -14,11 +15,30 @@ const IMAGE: &str = "scenes/image.toml";
 /// An array that takes little time, and sees the same room.
 const SMALL: [&str; 6] =
     ["--set", "array.rows=24", "--set", "array.columns=32", "--set", "array.focal_length=0.375 mm"];
+/// The same window of the scene of one path in fewer phase steps, which theory takes in half of the time.
+const COARSE: [&str; 6] = [
+    "--set",
+    "clock.samples_per_chip=4",
+    "--set",
+    "scan.steps={ first = 0, count = 36 }",
+    "--set",
+    "source.code.degree=5",
+];
 
 fn image(scene: &str, out: &Path, more: &[&str]) -> Value {
     let out = ["--out", out.to_str().expect("text"), "--json", "--quiet"];
     json(&[&["image", scene], &SMALL[..], &out, more].concat())
 }
+
+fn coarse_image(scene: &str, out: &Path, more: &[&str]) -> Value {
+    image(scene, out, &[&COARSE, more].concat())
+}
+
+/// The scene's image from theory, which several tests read: its document and its folder.
+static THEORY: LazyLock<(Value, PathBuf)> = LazyLock::new(|| {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("image");
+    (coarse_image(IMAGE, &folder, &[]), folder)
+});
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
@@ -51,16 +71,14 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 /// The interpolated expectation of pixels is what `plan` says of each of them alone.
 #[test]
 fn theory_is_that_of_each_pixel_alone() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let told = image(IMAGE, folder.path(), &[]);
+    let (told, folder) = &*THEORY;
     assert_eq!((&told["rows"], &told["columns"]), (&24.into(), &32.into()));
     assert!(number(&told["interpolation"]["worst_error_in_std"]) < 0.1, "{told}");
-    let [bias, std, depth] =
-        ["bias_m", "std_m", "true_depth_m"].map(|name| map(folder.path(), name));
+    let [bias, std, depth] = ["bias_m", "std_m", "true_depth_m"].map(|name| map(folder, name));
     for (row, column) in [(2, 3), (12, 16), (20, 17), (23, 31), (10, 27), (15, 2)] {
         let place = [format!("array.row={row}"), format!("array.column={column}")];
         let more = ["--set", &place[0], "--set", &place[1], "--json"];
-        let plan = json(&[&["plan", IMAGE], &SMALL[..], &more].concat());
+        let plan = json(&[&["plan", IMAGE], &SMALL[..], &COARSE, &more].concat());
         let expected = &plan["expected"][0];
         let pixel = row * 32 + column;
         let exact_m = number(&expected["expected_std_m"]);
@@ -87,7 +105,7 @@ fn photons_bear_theory_out() {
     let folder = tempfile::tempdir().expect("a folder");
     let pixels = repeated(150, 400);
     let more = ["--check", &pixels.to_string(), "--pixel", "12,16"];
-    let told = image(IMAGE, folder.path(), &more);
+    let told = coarse_image(IMAGE, folder.path(), &more);
     let check = &told["check"];
     assert_eq!(check["fidelity"], "sampled");
     assert_eq!(number(&check["pixels"]), pixels as f64);
@@ -101,7 +119,7 @@ fn photons_bear_theory_out() {
     assert!(number(&pixel["deviation_in_std"]).abs() < 5.0, "{pixel}");
     assert!((number(&pixel["true_depth_m"]) - 4.5).abs() < 1e-9, "{pixel}");
     // All pixels of a simulated image, in continuous time.
-    let told = image(IMAGE, folder.path(), &["--fidelity", "events"]);
+    let told = coarse_image(IMAGE, folder.path(), &["--fidelity", "events"]);
     let check = &told["check"];
     assert_eq!(check["fidelity"], "events");
     let rms = number(&check["rms_deviation_in_std"]);
@@ -119,11 +137,10 @@ fn a_wrong_theory_shows() {
     let tail = "jitter_tail = { share = 0.5, time_constant = \"3 ns\" }\njitter = [\"100 ps\"]";
     fs::write(&file, scene.replace("jitter = [\"100 ps\"]", tail)).expect("it can be written");
     let more = ["--fidelity", "events"];
-    let tailed = image(file.to_str().expect("text"), folder.path(), &more);
+    let tailed = coarse_image(file.to_str().expect("text"), folder.path(), &more);
     let with_tail = map(folder.path(), "error_m");
     assert!((number(&tailed["check"]["rms_deviation_in_std"]) - 1.0).abs() < 0.12, "{tailed}");
-    image(IMAGE, folder.path(), &[]);
-    let [bias, std] = ["bias_m", "std_m"].map(|name| map(folder.path(), name));
+    let [bias, std] = ["bias_m", "std_m"].map(|name| map(&THEORY.1, name));
     let z = with_tail.iter().zip(bias.iter().zip(&std)).map(|(e, (bias, std))| (e - bias) / std);
     let square = mean(z.filter(|z| z.abs() < 20.0).map(|z| z * z));
     assert!(square > 1.3, "{square}");
@@ -131,10 +148,9 @@ fn a_wrong_theory_shows() {
 
 #[test]
 fn the_files_are_those_of_other_programs() {
-    let folder = tempfile::tempdir().expect("a folder");
-    image(IMAGE, folder.path(), &[]);
-    let depth = map(folder.path(), "depth_m");
-    let bytes = fs::read(folder.path().join("points.ply")).expect("it is there");
+    let folder = &THEORY.1;
+    let depth = map(folder, "depth_m");
+    let bytes = fs::read(folder.join("points.ply")).expect("it is there");
     let end = bytes.windows(11).position(|text| text == b"end_header\n").expect("a header") + 11;
     let header = std::str::from_utf8(&bytes[..end]).expect("text");
     let known = depth.iter().filter(|depth| depth.is_finite()).count();
@@ -166,12 +182,12 @@ fn the_files_are_those_of_other_programs() {
     for name in
         ["depth_m", "true_depth_m", "error_m", "bias_m", "std_m", "confidence", "intensity_cps"]
     {
-        let file = folder.path().join(format!("{name}.png"));
+        let file = folder.join(format!("{name}.png"));
         let told = python(script, &[file.to_str().expect("text")]);
         let colours: usize = told.split(' ').next().and_then(|n| n.parse().ok()).expect("a number");
         assert!(colours > 30, "{name}: {told}");
     }
-    let page = fs::read_to_string(folder.path().join("index.html")).expect("it is there");
+    let page = fs::read_to_string(folder.join("index.html")).expect("it is there");
     roxmltree::Document::parse(page.trim_start_matches("<!DOCTYPE html>")).ok();
     for name in ["depth_m.png", "error_m.png", "points.ply"] {
         assert!(page.contains(name), "{name}");
@@ -301,9 +317,9 @@ fn shards_of_rows_join_bit_for_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
     let more = ["--fidelity", "events", "--repeat", "2", "--seed", "5", "--set", "array.rows=8"];
-    let mut told = image(IMAGE, &whole, &more);
+    let mut told = coarse_image(IMAGE, &whole, &more);
     for shard in ["2/3", "1/3", "3/3"] {
-        image(IMAGE, &parts, &[&more[..], &["--shard", shard]].concat());
+        coarse_image(IMAGE, &parts, &[&more[..], &["--shard", shard]].concat());
     }
     let mut merged = json(&["merge", parts.to_str().expect("text"), "--json", "--quiet"]);
     for document in [&mut told, &mut merged] {

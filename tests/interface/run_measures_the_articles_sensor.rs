@@ -18,6 +18,7 @@ fn the_whole_scan_matches_and_the_estimates_are_as_far_off_as_theory_says() {
     let folder = tempfile::tempdir().unwrap();
     // As `scripts/run` does it.
     let output = command(&["run"])
+        .env_remove("VERILATOR")
         .arg(fs::canonicalize("scenes/paper-single.toml").unwrap())
         .args(["--estimator", "model", "--out", "out/paper-single"])
         .current_dir(folder.path())

@@ -451,7 +451,7 @@ fn a_killed_worker_loses_no_point_and_none_is_there_twice() {
     let folder = tempfile::tempdir().unwrap();
     let [whole, cut] = ["whole", "cut"].map(|name| folder.path().join(name));
     let mut arguments = SWEEP.to_vec();
-    arguments[3] = "2000";
+    arguments[3] = "700";
     done(&[&arguments[..], &["--out", text(&whole)]].concat());
     for number in ["1", "2"] {
         let shard = format!("{number}/2");

@@ -80,7 +80,7 @@ fn a_sweep_that_was_killed_goes_on_and_ends_with_the_same_bytes() {
     let arguments = |out| {
         let mut all = sweep(out, &[]);
         let repeat = all.iter().position(|word| *word == "20").unwrap();
-        all[repeat] = "4000";
+        all[repeat] = "1000";
         all
     };
     json(&arguments(&whole));

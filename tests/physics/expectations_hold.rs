@@ -421,7 +421,8 @@ fn nothing_is_expected_of_fits_that_find_other_corners() {
     }
 }
 
-/// With another sensor's light beside it, too: slopes alone say 70.1 mm, where fits scatter by 75.7 +- 1.1.
+/// With another sensor's light beside it, too: slopes alone say 70.1 mm, where 3,000 fits scatter by 75.7 +- 1.1 mm
+/// (the test's own scans of a release). Every change asks theory for that, and fewer fits to keep within a fifth of it.
 #[test]
 fn scatter_beside_another_sensors_light_is_that_of_the_likeliest_delay() {
     let settings = ["estimate.estimator=model", "source.mean_power=2 pW", "path.distance=3 m"];
@@ -433,10 +434,13 @@ fn scatter_beside_another_sensors_light_is_that_of_the_likeliest_delay() {
     other.mean_power_w *= 4.0;
     scene.sources.push(other);
     scene.paths[1].source = SourceIndex(1);
-    let found = of_first_path(&scene, Tier::Counts, 3_000);
+    let scans = repeated(300, 3_000);
+    let found = of_first_path(&scene, Tier::Counts, scans);
     let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
-    // Standard error: 1.4 %.
-    assert!((std_m / expected_m - 1.0).abs() < 0.06, "{found:?}");
+    assert!((expected_m / 75.7e-3 - 1.0).abs() < 0.06, "{found:?}");
+    // Standard error of 3,000: 1.4 %.
+    let most = 0.06 * (3e3 / scans as f64).sqrt();
+    assert!((std_m / expected_m - 1.0).abs() < most, "{found:?}");
     assert_eq!(found.bound_kind, Some(BoundKind::MaximumLikelihood));
 }
 

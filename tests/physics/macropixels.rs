@@ -450,12 +450,9 @@ fn added_cells_are_expected_to_count_as_so_many_detectors() {
             assert!((all - one).abs() < 1e-9 * expected.total_mean, "{told}: {all} {one}");
         }
         let counter = StepCounter::new(&model);
-        let counts = (0..repeated(3_000, 30_000)).map(|repetition| {
-            let mut counts = [StepCount::ZERO];
-            counter.count(11, repetition..repetition + 1, 0..1, &mut counts);
-            counts[0]
-        });
-        let counts: Vec<StepCount> = counts.collect();
+        let repetitions = repeated(3_000, 30_000);
+        let mut counts = vec![StepCount::ZERO; repetitions as usize];
+        counter.count(11, 0..repetitions, 0..1, &mut counts);
         let signed = Moments::of(counts.iter().map(|count| count.signed as f64));
         let total = Moments::of(counts.iter().map(|count| count.total as f64));
         let all = total.mean;

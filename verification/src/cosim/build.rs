@@ -29,6 +29,8 @@ const PROGRAM: &str = "sensor";
 const RUNTIME_OBJECT: &str = "runtime.o";
 /// The one unit that the compiler gets.
 const UNIT: &str = "all.cc";
+/// What the compiler makes of it.
+const MODEL_OBJECT: &str = "model.o";
 /// The elaborated design, as Verilator writes it.
 const ELABORATED: &str = "elaborated.xml";
 /// What Verilator is told of the scan's counters.
@@ -262,17 +264,15 @@ pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, Cosim
 fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
     once(cache, &runtime_name(tools), RUNTIME_OBJECT, |folder| {
         let all: String = RUNTIME.iter().map(|name| format!("#include \"{name}\"\n")).collect();
-        let unit = folder.join("runtime.cpp");
-        write(&unit, &all)?;
+        write(&folder.join("runtime.cpp"), &all)?;
         let include = include_flags(tools)?;
         tools.compiler.run(|command| {
-            command
-                .args(&tools.compiler_flags)
-                .args(include)
-                .arg("-c")
-                .arg(&unit)
-                .arg("-o")
-                .arg(folder.join(RUNTIME_OBJECT))
+            command.current_dir(folder).args(&tools.compiler_flags).args(include).args([
+                "-c",
+                "runtime.cpp",
+                "-o",
+                RUNTIME_OBJECT,
+            ])
         })?;
         Ok(())
     })
@@ -402,7 +402,8 @@ pub(super) fn elaborated(
 }
 
 /// Compiles the model and the testbench as one unit, so that the compiler sees
-/// through the calls between them.
+/// through the calls between them, and links it. Neither names the folder, and they are two
+/// commands: a compiler that keeps what it has compiled knows it in another folder.
 fn link(
     tools: &Tools,
     folder: &Path,
@@ -417,7 +418,7 @@ fn link(
     units.sort();
     let all: String = units.iter().map(|name| format!("#include \"{name}\"\n")).collect();
     write(&folder.join(UNIT), &all)?;
-    let mut objects = vec![UNIT];
+    let mut objects = vec![MODEL_OBJECT];
     let mut include = Vec::new();
     if let Some(runtime) = runtime {
         // The bytes that were checked, and not what the cache has by now.
@@ -433,6 +434,12 @@ fn link(
             .args(["-I", "."])
             .args(include)
             .args(flags)
+            .args(["-pthread", "-c", UNIT, "-o", MODEL_OBJECT])
+    })?;
+    tools.compiler.run(|command| {
+        command
+            .current_dir(folder)
+            .args(&tools.compiler_flags)
             .args(objects)
             .args(["-o", PROGRAM, "-pthread"])
     })?;

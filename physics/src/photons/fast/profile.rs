@@ -116,11 +116,16 @@ mod tests {
             let down = 1.0 - (0.5 + time_ps / 3000.0).clamp(0.0, 1.0);
             for (pattern, expected) in [(0, 0.0), (1, up), (2, down), (3, 1.0)] {
                 let place = Words::all(cell << (CHIP_BITS - CELL_BITS));
-                let share = (0..1000_u32).map(|random| {
-                    let random = Words::all(random * 4_294_967 + 2_000_000);
-                    profile.arrive(&Words::all(pattern), &place, &random)[0]
+                // In each lane another draw.
+                let shares = (0..16).map(|part| {
+                    let mut random = Words::all(0);
+                    for lane in 0..LANES {
+                        random[lane] = ((part * LANES + lane) << 22 | 1 << 21) as u32;
+                    }
+                    let arrive = profile.arrive(&Words::all(pattern), &place, &random);
+                    (0..LANES).map(|lane| arrive[lane]).sum::<u32>()
                 });
-                let share = f64::from(share.sum::<u32>()) / 1000.0;
+                let share = f64::from(shares.sum::<u32>()) / (16 * LANES) as f64;
                 assert!((share - expected).abs() < 0.07, "{cell} {pattern}: {share} {expected}");
             }
         }
