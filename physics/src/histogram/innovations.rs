@@ -98,11 +98,18 @@ impl Innovations {
     pub fn given(&self, counts: &[f64], deviations: &[f64]) -> Result<Given, CorrectionError> {
         let blind = self.dead_time.blind(deviations);
         let own = self.own(deviations, &blind)?;
-        let bins = counts.iter().zip(own).zip(&self.means);
-        let expected = bins.map(|((count, own), mean)| (count - own).max(LEAST_EXPECTED * mean));
-        let ready = self.ready.iter().zip(blind);
-        let ready = ready.map(|(ready, blind)| (1.0 - blind / (self.periods * ready)).max(0.0));
-        Ok(Given { expected: expected.collect(), ready: ready.collect() })
+        let mut given = Given { expected: own, ready: blind };
+        let numbers = given.expected.iter_mut().zip(&mut given.ready);
+        for (bin, (expected, ready)) in numbers.enumerate() {
+            let least = LEAST_EXPECTED * self.means[bin];
+            *expected = counts[bin] - *expected;
+            *ready = (1.0 - *ready / (self.periods * self.ready[bin])).max(0.0);
+            // What is less than nothing does not grow.
+            if *expected < least {
+                (*expected, *ready) = (least, 0.0);
+            }
+        }
+        Ok(given)
     }
 
     /// By how much each bin is [expected](Given) to count more where the means grow by `grown`: a bin's
