@@ -134,7 +134,7 @@ impl<S: Spread> Spread for Option<S> {
     }
 }
 
-/// Declares columns that are called as the fields are which they show.
+/// Declares columns named after the fields they show.
 macro_rules! fields {
     ($columns:expr, $row:pat => $of:expr; $($field:ident),+) => {
         $columns$(.column(stringify!($field), |$row| $of.$field))+

@@ -403,7 +403,7 @@ pub(super) fn elaborated(
 
 /// Compiles the model and the testbench as one unit, so that the compiler sees
 /// through the calls between them, and links it. Neither names the folder, and they are two
-/// commands: a compiler that keeps what it has compiled knows it in another folder.
+/// commands, so that a compiler cache recognises the unit from another folder.
 fn link(
     tools: &Tools,
     folder: &Path,
@@ -443,7 +443,8 @@ fn link(
             .args(objects)
             .args(["-o", PROGRAM, "-pthread"])
     })?;
-    Ok(())
+    let object = folder.join(MODEL_OBJECT);
+    fs::remove_file(&object).map_err(CosimError::cache(&object))
 }
 
 fn include_flags(tools: &Tools) -> Result<[OsString; 2], CosimError> {

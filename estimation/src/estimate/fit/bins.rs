@@ -372,8 +372,8 @@ mod tests {
     use super::*;
     use crate::scene::load_with;
 
-    /// Of bins that scatter, from dim light to some that is just not too bright for that, by differences of what they are
-    /// expected to count in other light. Where it is too bright, derivatives by light are such differences.
+    /// Held against differences of what scattered bins are expected to count in other light: dim, nearly as bright as
+    /// `MOST_HAZARD`, and brighter, where derivatives by light are such differences.
     #[test]
     fn slopes_are_those_of_what_bins_are_expected_to_count() {
         for (power, most_off) in [("2 pW", 0.02), ("60 pW", 0.1), ("300 pW", 0.03)] {
@@ -413,16 +413,26 @@ mod tests {
         }
     }
 
-    /// Of few code periods of bright light some bins are expected to count less than nothing, given those before. They tell
-    /// nothing of the delay: all fits are about as precise as the bound.
+    /// Of few code periods of bright light, and without background between a code's ones, some bins are expected to count
+    /// less than nothing, given those before. They tell nothing of the delay: fits are about as precise as the bound.
     #[test]
     fn bins_that_cannot_count_tell_nothing() {
-        let settings = [
-            "hardware.architecture=histogram",
-            "source.mean_power=200 pW",
-            "scan.integration=1146.32 us",
+        let bright = ["source.mean_power=200 pW", "scan.integration=1146.32 us"];
+        let dark = [
+            "source.code.degree=5",
+            "source.mean_power=40 pW",
+            "source.extinction_ratio=1e9",
+            "detector.dark_count_rate=0 cps",
+            "scan.integration=74.4 us",
         ];
-        let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("sound")).collect();
+        for settings in [&dark[..], &bright[..]] {
+            fits_are_as_precise_as_the_bound(settings);
+        }
+    }
+
+    fn fits_are_as_precise_as_the_bound(settings: &[&str]) {
+        let settings = settings.iter().chain(&["hardware.architecture=histogram"]);
+        let settings: Vec<_> = settings.map(|s| s.parse().expect("sound")).collect();
         let scene = Path::new("../scenes/paper-single.toml");
         let sensor = Sensor::new(&load_with(scene, &settings).expect("sound"));
         let fitter = BinFitter::new(&sensor, DetectorIndex(0)).expect("one path");
@@ -433,7 +443,7 @@ mod tests {
         for scan in 0..6 {
             let counts: Vec<f64> = bins.draw(&mut rng).into_iter().map(|n| n as f64).collect();
             let std_m = fitter.fit_means(&counts).expect("it settles").std_m;
-            assert!((std_m / bound_m - 1.0).abs() < 0.1, "{scan}: {std_m} {bound_m}");
+            assert!((std_m / bound_m - 1.0).abs() < 0.25, "{scan}: {std_m} {bound_m}");
         }
     }
 }

@@ -211,9 +211,13 @@ impl Errors {
                 factor.iter().map(of_row).collect()
             }
             Errors::Photons { fall, each, mean } => {
-                let mut sum = -mean;
-                fall.draw(rng, |bin, photons| sum.axpy(photons, &each.column(bin), 1.0));
-                sum.as_slice().to_vec()
+                let mut sums: Vec<f64> = mean.iter().map(|mean| -mean).collect();
+                fall.draw(rng, |bin, photons| {
+                    for (sum, one) in sums.iter_mut().zip(&each.column(bin)) {
+                        *sum += photons * one;
+                    }
+                });
+                sums
             }
         }
     }
