@@ -443,8 +443,7 @@ fn link(
             .args(objects)
             .args(["-o", PROGRAM, "-pthread"])
     })?;
-    let object = folder.join(MODEL_OBJECT);
-    fs::remove_file(&object).map_err(CosimError::cache(&object))
+    Ok(())
 }
 
 fn include_flags(tools: &Tools) -> Result<[OsString; 2], CosimError> {
