@@ -31,8 +31,7 @@ const RETRIED_SIGMAS: f64 = 2.0;
 const OTHER_STARTS_CHIPS: [f64; 6] = [-0.25, 0.25, -0.5, 0.5, -1.0, 1.0];
 
 /// Up to so many detections of a ready detector in a bin what a bin counts is linear in its light, and
-/// derivatives by that need no other solution: of 0.12 fits are within 0.03 standard deviations of those with
-/// differences of solutions, of 0.4 their chi-square may be far off.
+/// derivatives by that need no other solution: a test holds those of somewhat less within a tenth.
 const MOST_HAZARD: f64 = 0.2;
 
 /// Bins by which a fit is moved to see whether that is likelier.
