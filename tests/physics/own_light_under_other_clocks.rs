@@ -2,8 +2,12 @@
 //! code adds to the scatter is in what the fit says of itself.
 
 use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight};
-use goldtof::estimate::{CountingTier, delay_error_ps};
-use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex};
+use std::sync::Arc;
+
+use goldtof::Jobs as _;
+use goldtof::code::{CodeSpec, Family};
+use goldtof::estimate::{CountingTier, delay_error_ps, distance_m};
+use goldtof::scene::{DetectorIndex, Path, Scene, SourceIndex, load_with};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use goldtof::simulate::scans::scans;
@@ -116,4 +120,38 @@ fn own_light_that_another_clocks_code_hides_is_refused_and_not_guessed() {
 
     let none = Said::of(&scene(30.0, 2.6), scans);
     assert!(none.not_seen >= scans - 2, "{}", none.fitted);
+}
+
+/// Two sensors whose clocks are off by nearly as much as the reference steps on, to either side: beside the steps one code
+/// hardly moves, and looks like a path, here in one scan of eight. Those errors, of metres, must not come back, and
+/// fits scatter as is expected.
+#[test]
+fn two_sensors_that_slip_nearly_as_the_reference_steps_do_not_mislead() {
+    let settings = ["scan.integration=104.8 us", "estimate.estimator=model"]
+        .map(|setting| setting.parse().expect("a setting"));
+    let mut scene = load_with("scenes/quick.toml".as_ref(), &settings).expect("it is sound");
+    for (index, metres, offset) in [(2, 5.0, 18e-6), (4, 7.0, -17.43e-6)] {
+        let spec = CodeSpec { degree: Some(5), index: Some(index), ..CodeSpec::new(Family::Gold) };
+        let mut other = scene.sources[0].clone();
+        other.name = format!("code {index}");
+        other.code = Arc::new(spec.build().expect("a code of the set"));
+        other.clock.offset = offset;
+        let source = SourceIndex(scene.sources.len());
+        scene.sources.push(other);
+        scene.paths.push(Path {
+            source,
+            delay_ps: metres / distance_m(1.0),
+            ..scene.paths[0].clone()
+        });
+    }
+    let scans = repeated(60, 600);
+    let simulated = Sensor::new(&scene)
+        .simulate(Tier::Events.scans(scans).seeded(77))
+        .expect("the scene can be simulated");
+    let own = &simulated.estimates[0];
+    assert_eq!(own.missed_scans, 0, "of {scans}");
+    let (found, expected) = (own.std_m.expect("a number"), own.expected_std_m.expect("a number"));
+    // Fits of the first 600 scans of another seed scatter by 0.93 +- 0.03 of what is expected.
+    let error = 1.0 / f64::sqrt(2.0 * scans as f64);
+    assert!((found / expected - 1.0).abs() < 0.1 + 3.0 * error, "{found} {expected}");
 }

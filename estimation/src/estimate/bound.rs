@@ -11,10 +11,10 @@ use super::evidence::ExpectedErrors;
 use super::expected_counts::{ExpectedCounts, with_counts};
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
-use super::fit::likeliest::{Likeliest, Scatter, is_off_information, likeliest};
+use super::fit::likeliest::{Likeliest, PathSlopes, Scatter, is_off_information, likeliest};
 use super::fit::moments::Moments;
 use super::fit::moving;
-use super::fit::parameters::{Column, Parameters, slope};
+use super::fit::parameters::{Column, Parameters};
 use super::fit::problem::{Beside, Problem, Reading, Sides, window};
 use super::fit::template::Axis;
 use super::fit::weights::Weights;
@@ -309,7 +309,7 @@ fn bound_of_weights<'m>(
     let bound = |(index, path): (usize, PathIndex)| {
         let (delay, std_chips) = (2 * index, deviations[2 * index]);
         let apart = |chips| {
-            let apart = apart(problem, parameters, response, means, (index, chips))?;
+            let apart = problem.apart(parameters, response, means, (index, chips))?;
             Ok::<_, FitError>(weights.whitened(&apart))
         };
         let may_be_uneven = may_be_uneven(problem, parameters, response);
@@ -322,9 +322,8 @@ fn bound_of_weights<'m>(
                 return Err(FitError::Uneven { std_mm: metres(std_chips) * 1e3, read });
             }
             if has_corners && (read - 1.0).abs() > MOST_APART {
-                let mut slopes = columns.clone();
-                slopes.swap(0, delay);
-                scatter = likeliest(&Scatter::Normal, slopes, apart)?;
+                let slopes = PathSlopes::of_path(columns.clone(), index);
+                scatter = likeliest(&Scatter::Normal, slopes, problem.found_within_chips(), apart)?;
             }
         }
         let of_likeliest = scatter.filter(Likeliest::is_uneven).map(|scatter| scatter.law.std);
@@ -374,23 +373,6 @@ pub fn errors_of_fit(
     let about = bound_of_weights(&problem, &parameters, of, &jacobian, (&weights, corners))?;
     let of_path = about.paths.iter().find(|entry| entry.path == path);
     Ok(of_path.map_or(fitted, |entry| entry.errors(fitted)))
-}
-
-/// How far the expected counts are from those of a path that is some chips later.
-fn apart<'m>(
-    problem: &Problem<'m>,
-    parameters: &Parameters,
-    response: &MeanResponse<'m>,
-    here: &[MeanCount],
-    (index, later_chips): (usize, f64),
-) -> Result<Column, FitError> {
-    let mut moved = parameters.clone();
-    moved.paths[index].delay_chips += later_chips;
-    let response = match parameters.paths.len() {
-        1 => response.delayed(problem.clock().ps(later_chips))?,
-        _ => problem.response(&moved)?,
-    };
-    Ok(slope(here, &problem.means_of(&moved, &response)?, 1.0))
 }
 
 /// Whether something is expected of a fit to the scene's expected counts.

@@ -3,10 +3,11 @@
 //! one, too.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::count_law::CountLaw;
 use super::effort::{TheoryEffort, Work};
+use super::fit::start::PeakShape;
 use super::phase::{first_maximum, fundamental, is_one_window};
 use crate::photons::{DeadTime, DetectorModel, StepCount};
 use crate::response::{CountingTier, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
@@ -32,6 +33,8 @@ pub struct Darkness<'s> {
     detector: DetectorIndex,
     /// Laws of the phase steps' counts; a single one if all have the same.
     laws: Arc<[CountLaw]>,
+    /// What a fit looks for.
+    shape: Arc<OnceLock<PeakShape>>,
     /// Hits of a step by the scene: none if it has no other light.
     hits_of_scene: f64,
     /// What a step counts by what was measured.
@@ -47,7 +50,15 @@ impl<'s> Darkness<'s> {
         let of_scene = laws_without_own_light(sensor, detector).unwrap_or_default();
         let hits_of_scene = mean(of_scene.iter().map(|law| law.total));
         let laws = of_scene.into();
-        let mut dark = Darkness { sensor, detector, laws, hits_of_scene, hits: 0.0, more: 0.0 };
+        let mut dark = Darkness {
+            sensor,
+            detector,
+            laws,
+            shape: Arc::default(),
+            hits_of_scene,
+            hits: 0.0,
+            more: 0.0,
+        };
         if hits_of_scene <= 0.0 {
             // Without other light in the scene, or without theory, hits come as they come.
             let clusters = spad.afterpulses_per_avalanche();
@@ -171,7 +182,7 @@ impl<'s> Darkness<'s> {
     /// counts saturate, and without hits.
     ///
     /// The phase rests on the largest count, or, where the scan is one window, on its fundamental alone; a fit on
-    /// the counts of a chip, whose sum is the least likely. Of counts that go together it is more than the share.
+    /// all counts. Of counts that go together, and of heights one step apart, it is more than the share.
     pub fn chance(&self, counts: &[StepCount]) -> Option<f64> {
         if self.sensor.interface().saturates() || self.hits <= 0.0 || counts.is_empty() {
             return None;
@@ -182,11 +193,11 @@ impl<'s> Darkness<'s> {
             EstimatorKind::Fft if is_one_window(self.sensor.timing()) => {
                 return Some(self.chance_of_fundamental(&laws, &signed));
             }
-            EstimatorKind::Fft => {
+            EstimatorKind::Model if self.has_shape(counts.len()) => self.height(&laws, &signed),
+            _ => {
                 let coarse = first_maximum(&signed);
                 (laws[coarse], signed[coarse])
             }
-            EstimatorKind::Model => self.least_likely(&laws, &signed),
         };
         // Of hardly any hits the saddlepoint of clusters is too far out, and most are alone.
         let alone = CountLaw { afterpulses: 0.0, ..law };
@@ -214,26 +225,29 @@ impl<'s> Darkness<'s> {
         (-sum.norm_sqr() / mean_square).exp()
     }
 
-    /// Of all sums of the counts of a chip that of the largest deviation, and its law; round the code period, where
-    /// the scan goes round it.
-    fn least_likely(&self, laws: &[CountLaw], counts: &[f64]) -> (CountLaw, f64) {
-        let neighbours = self.steps_that_add_up().min(counts.len());
-        let round = if self.sensor.timing().scan.is_full() { neighbours - 1 } else { 0 };
-        let laws = [laws, &laws[..round]].concat();
-        let counts = [counts, &counts[..round]].concat();
-        let sums =
-            laws.windows(neighbours).zip(counts.windows(neighbours)).map(|(laws, counts)| {
-                let sum = |of: fn(&CountLaw) -> f64| laws.iter().map(of).sum();
-                let law = CountLaw {
-                    mean: sum(|law| law.mean),
-                    variance: sum(|law| law.variance),
-                    total: sum(|law| law.total),
-                    ..laws[0]
-                };
-                (law, counts.iter().sum::<f64>())
-            });
-        let deviation = |(law, count): &(CountLaw, f64)| (count - law.mean) / law.std();
-        sums.max_by(|a, b| deviation(a).total_cmp(&deviation(b))).expect("there are counts")
+    /// Whether a fit begins at the best match of so many counts: that of a histogram begins at the largest.
+    fn has_shape(&self, counts: usize) -> bool {
+        let is_up_down = self.sensor.scene().hardware.architecture == Architecture::UpDown;
+        is_up_down && counts as u64 == self.sensor.timing().scan.steps
+    }
+
+    /// The height of what looks most like the code's light, as a sum of counts that is as far off and as even, and its law.
+    fn height(&self, laws: &[CountLaw], signed: &[f64]) -> (CountLaw, f64) {
+        let shape = self
+            .shape
+            .get_or_init(|| PeakShape::of(self.sensor, self.sensor.reference(self.detector), None));
+        let excess: Vec<f64> =
+            signed.iter().zip(laws).map(|(count, law)| count - law.mean).collect();
+        let (step, height) = shape.best_match(&excess);
+        let std = mean(laws.iter().map(|law| law.variance)).sqrt();
+        let sum = |of_count: f64| shape.terms * of_count;
+        let law = CountLaw {
+            mean: sum(laws[step].mean),
+            variance: sum(laws[step].variance),
+            total: sum(laws[step].total),
+            ..laws[step]
+        };
+        (law, law.mean + height / std * law.std())
     }
 
     /// Neighbouring steps that count the same hits.
@@ -241,14 +255,6 @@ impl<'s> Darkness<'s> {
         match self.sensor.scene().hardware.architecture {
             Architecture::Histogram => steps,
             Architecture::UpDown => self.sensor.timing().parallel as usize,
-        }
-    }
-
-    /// Neighbouring steps of a chip, if each counts light of its own.
-    fn steps_that_add_up(&self) -> usize {
-        match self.steps_of_the_same_light(usize::MAX) {
-            1 => self.sensor.clock().samples_per_chip as usize,
-            _ => 1,
         }
     }
 }
@@ -350,26 +356,6 @@ mod tests {
         }
     }
 
-    /// A fit rests on the counts of a chip: eight steps that count seven each are as likely as one that counts
-    /// 56 of eight times the hits.
-    #[test]
-    fn counts_of_a_chip_add_up_for_a_fit() {
-        let sensor = ideal(&["hardware.total_counts=true"]).estimated_by(EstimatorKind::Model);
-        let mut counts = scan(248, 0, 30);
-        counts[40..48].iter_mut().for_each(|count| count.signed = 7);
-        let share = skellam(240.0 * 12.0 / 31.0, 240.0 * 19.0 / 31.0, 56);
-        let exact = -(248.0 * (-share).ln_1p()).exp_m1();
-        let found =
-            Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts).chance(&counts);
-        let found = found.expect("there are hits");
-        assert!((found / exact - 1.0).abs() < 0.05, "{found} {exact}");
-        // The largest of them alone is nothing.
-        let alone = sensor.estimated_by(EstimatorKind::Fft);
-        let found =
-            Darkness::of_scene(&alone, DetectorIndex(0)).as_bright_as(&counts).chance(&counts);
-        assert!(found.expect("there are hits") > 0.5, "{found:?}");
-    }
-
     /// Counts of about so many hits in each group of steps, anywhere in the code; with totals if they are told.
     fn counts_of_noise(
         sensor: &Sensor,
@@ -378,20 +364,42 @@ mod tests {
         has_totals: bool,
         random: &mut Xoshiro256PlusPlus,
     ) -> Vec<StepCount> {
+        counts_of_light(sensor, [hits, 0.0], parallel, has_totals, random)
+    }
+
+    /// The same with so many hits beside by light of the code that comes 100 steps late.
+    fn counts_of_light(
+        sensor: &Sensor,
+        hits: [f64; 2],
+        parallel: usize,
+        has_totals: bool,
+        random: &mut Xoshiro256PlusPlus,
+    ) -> Vec<StepCount> {
         let chips = &sensor.reference(DetectorIndex(0)).chips;
         let samples_per_chip = sensor.clock().samples_per_chip as usize;
         let samples = samples_per_chip * chips.len();
         let sign = |sample: usize| 2 * i64::from(chips[sample % samples / samples_per_chip]) - 1;
-        let number = Poisson::new(hits).expect("a mean");
+        let lit: Vec<usize> = (0..samples).filter(|&sample| sign(sample) > 0).collect();
+        let mut number = |mean: f64| match mean > 0.0 {
+            true => Poisson::new(mean).expect("a mean").sample(random) as u64,
+            false => 0,
+        };
+        let numbers: Vec<[u64; 2]> =
+            (0..samples.div_ceil(parallel)).map(|_| hits.map(&mut number)).collect();
         let mut counts = Vec::new();
-        while counts.len() < samples {
-            let number = number.sample(random) as u64;
-            let hits: Vec<usize> = (0..number).map(|_| random.random_range(0..samples)).collect();
-            let signed = |step: usize| hits.iter().map(|hit| sign(hit + step)).sum();
-            let total = if has_totals { number } else { 0 };
-            counts.extend((0..parallel).map(|step| StepCount { signed: signed(step), total }));
+        for [anywhere, of_code] in numbers {
+            let first = counts.len();
+            let mut hits: Vec<usize> =
+                (0..anywhere).map(|_| random.random_range(0..samples)).collect();
+            let at = |_| lit[random.random_range(0..lit.len())] + 100;
+            hits.extend((0..of_code).map(at));
+            // The reference is as late as the step's number.
+            let late = |step: usize| 2 * samples - first - step;
+            let signed = |step: usize| hits.iter().map(|hit| sign(hit + late(step))).sum();
+            let total = if has_totals { anywhere + of_code } else { 0 };
+            let steps = parallel.min(samples - first);
+            counts.extend((0..steps).map(|step| StepCount { signed: signed(step), total }));
         }
-        counts.truncate(samples);
         counts
     }
 
@@ -419,6 +427,46 @@ mod tests {
             let independent = f64::from(scans) * sensor.timing().groups() as f64;
             let error = (3.0 / independent).sqrt();
             assert!((mean - 1.0).abs() < 4.0 * error + 0.03, "{parallel}, {code}: {mean}");
+        }
+    }
+
+    /// A fit rests on all counts. Of hits at random places no more scans than their share say that they are no chance, and
+    /// heights one step apart, which are nearly the same, make them fewer by no more than the samples of a chip. The
+    /// light of a path that only all counts together show is none.
+    #[test]
+    fn heights_of_noise_have_their_shares_and_those_of_weak_light_do_not() {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(9);
+        for (parallel, hits, lit) in
+            [(1, 6.0, 5.0), (1, 200.0, 28.0), (4, 200.0, 40.0), (16, 200.0, 55.0)]
+        {
+            let settings = ["hardware.total_counts=true", &format!("hardware.parallel={parallel}")];
+            let sensors = [EstimatorKind::Model, EstimatorKind::Fft]
+                .map(|estimator| ideal(&settings).estimated_by(estimator));
+            let dark = sensors.each_ref().map(|of| Darkness::of_scene(of, DetectorIndex(0)));
+            let (scans, limits) = (1000, [0.5, 0.2, 0.05]);
+            let (mut of_noise, mut of_light) = ([0; 3], [0; 2]);
+            for _ in 0..scans {
+                let mut scan =
+                    |lit| counts_of_light(&sensors[0], [hits, lit], parallel, true, &mut random);
+                let (noise, light) = (scan(0.0), scan(lit));
+                let chance = |dark: &Darkness, counts: &[StepCount]| {
+                    dark.as_bright_as(counts).chance(counts).expect("there are hits")
+                };
+                let of_height = chance(&dark[0], &noise);
+                let below = limits.map(|limit| u32::from(of_height < limit));
+                of_noise.iter_mut().zip(below).for_each(|(n, below)| *n += below);
+                for (n, dark) in of_light.iter_mut().zip(&dark) {
+                    *n += u32::from(chance(dark, &light) < NO_PEAK);
+                }
+            }
+            let of = format!("{parallel} at once, {hits} hits: {of_noise:?}, {of_light:?}");
+            for (found, limit) in of_noise.into_iter().zip(limits) {
+                let most = limit * f64::from(scans);
+                let found = f64::from(found);
+                assert!(found < most + 4.0 * most.sqrt() && found > most / 8.0, "{of}");
+            }
+            let [of_all, of_largest] = of_light;
+            assert!(of_all > scans * 19 / 20 && of_largest < scans * 4 / 5, "{of}");
         }
     }
 

@@ -6,6 +6,7 @@ use super::fit::error::FitError;
 use super::fit::normal::Normal;
 use super::fit::parameters::{Column, Parameters, PathParameters};
 use super::fit::problem::{Problem, Reading, Sides};
+use super::fit::slipping::SlippingLight;
 use super::{TheoryEffort, Work};
 use crate::response::MeanResponse;
 use crate::scene::DetectorIndex;
@@ -43,7 +44,8 @@ const SHORT_S: f64 = 0.2;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Corners {
     /// Not: where that takes longer than a bound may, and of [many](MANY_SAMPLES) samples a chip more than next to no time. A
-    /// path that moves comes by every one, and what steps that count the same light tell is [averaged](super::bound).
+    /// path that moves comes by every one, what steps that count the same light tell is [averaged](super::bound), and under
+    /// light of other clocks a fit's scatter is drawn with what that adds.
     Unseen,
     /// Those of each path, which is [by itself](Parameters::are_apart).
     Apart,
@@ -58,7 +60,8 @@ impl Corners {
         problem: &Problem,
         parameters: &Parameters,
     ) -> Result<Corners, FitError> {
-        if parameters.walk.is_some() || problem.shares_light() {
+        let is_under_slipping_light = SlippingLight::of(problem.model).next().is_some();
+        if parameters.walk.is_some() || problem.shares_light() || is_under_slipping_light {
             return Ok(Corners::Unseen);
         }
         let effort = TheoryEffort::of(sensor, detector)?;

@@ -322,7 +322,7 @@ impl<'s> Reporter<'s> {
         };
         let delay_std_ps = sensor.scene().detectors[detector].delay_std_ps;
         let std_m = std_m.hypot(distance_m(delay_std_ps));
-        let missed = missed.map(|share| (share, share_error(sensor, detector, share)));
+        let missed = missed.map(|share| (share, share_error(sensor, share)));
         Ok((ExpectedErrors { bias_m, std_m }, missed))
     }
 

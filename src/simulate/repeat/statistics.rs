@@ -41,7 +41,7 @@ pub fn statistics(
         let of_scans = |count: u64| (tally.scans > 0).then(|| count as f64 / tally.scans as f64);
         let (bound_m, bound_kind, bound_remark) =
             bound_and_remark(ranging.sensor, path, ranging.counting, &theory.bound);
-        let with_error = |share| (share, share_error(ranging.sensor, ranging.detector, share));
+        let with_error = |share| (share, share_error(ranging.sensor, share));
         let expectation = Expectation {
             errors: expected[place].as_ref().ok().copied(),
             missed: missed[place].map(with_error),

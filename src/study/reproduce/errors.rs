@@ -221,7 +221,7 @@ pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
     let mut rows = Vec::new();
     for (estimator, name) in [
         (EstimatorKind::Fft, "largest count (phase)"),
-        (EstimatorKind::Model, "shape of the peak (model)"),
+        (EstimatorKind::Model, "all counts (model)"),
     ] {
         for nu in 0..=1 {
             let code = balanced_gold(0, nu)?;

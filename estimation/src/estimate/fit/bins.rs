@@ -6,7 +6,7 @@
 //! and holds even if hardly any bin counts at all.
 
 use super::error::FitError;
-use super::likeliest::{Likeliest, Scatter, likeliest, photons_that_tell};
+use super::likeliest::{Likeliest, PathSlopes, Scatter, likeliest, photons_that_tell};
 use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
 use super::parameters::{DELAY_STEP_CHIPS, Parameters};
@@ -14,8 +14,8 @@ use super::problem::Problem;
 use super::scoring::{Counts, Settling, Slopes, likeliest_of, settle};
 use super::start;
 use crate::estimate::dead_time::{dead_time, periods};
-use crate::estimate::phase::estimate_at;
-use crate::estimate::{CountingTier, calibration_offset_ps, coverage, distance_m};
+use crate::estimate::phase::first_maximum;
+use crate::estimate::{CountingTier, coverage};
 use crate::histogram::Histogram;
 use crate::histogram::correction::{DeadTime, PrimaryLight};
 use crate::histogram::correlation::Correlator;
@@ -221,21 +221,18 @@ impl<'s> BinFitter<'s> {
     }
 
     /// Where the fit starts: as that to counts of phase steps does, but for the delay, which
-    /// is that of the light without dead time and afterpulses, if it can be had.
+    /// is that of the light without dead time and afterpulses, if it can be had. Phase steps
+    /// count the same light here, so that the largest of them is the best match.
     fn start(&self, counts: &[f64], light: Option<PrimaryLight>) -> Result<Parameters, FitError> {
         let total = counts.iter().sum();
-        let signed = self.correlator.correlate(counts).into_iter();
-        let steps: Vec<MeanCount> = signed.map(|signed| MeanCount { signed, total }).collect();
+        let signed = self.correlator.correlate(counts);
+        let steps: Vec<MeanCount> =
+            signed.iter().map(|&signed| MeanCount { signed, total }).collect();
+        let corrected = light.map(|light| self.correlator.correlate(&light.per_period));
+        let values = corrected.unwrap_or(signed);
+        let peak = first_maximum(&values);
         let tier = CountingTier::Sampled;
-        let mut start = start::start(self.sensor, self.detector, tier, &steps)?;
-        if let Some(light) = light {
-            let values = self.correlator.correlate(&light.per_period);
-            let offset_ps = calibration_offset_ps(self.sensor, self.detector, tier);
-            let timing = self.sensor.timing();
-            let phase = estimate_at(&values, start.peak.index(), timing, offset_ps);
-            start.parameters.paths[0].delay_chips = self.sensor.clock().chips(phase.delay_ps);
-        }
-        Ok(start.parameters)
+        Ok(start::start(self.sensor, self.detector, tier, &steps, (&values, peak))?)
     }
 
     /// The fit from the phase's delay. Few counts put that half a chip off, and between each two
@@ -309,14 +306,8 @@ impl<'s> BinFitter<'s> {
     /// # Errors
     /// As [`BinFitter::fit`].
     pub fn expected(&self) -> Result<ModelEstimate, FitError> {
-        let mut fitted = self.fit_means(&MeanResponse::new(&self.model)?.mean_bins())?;
-        let scatter = self.scatter_chips()?;
-        let [bias_ps, std_ps] =
-            [scatter.law.mean, scatter.law.std].map(|c| self.sensor.clock().ps(c));
-        fitted.std_m = distance_m(std_ps);
-        fitted.paths[0].delay_ps += bias_ps;
-        fitted.paths[0].delay_std_ps = std_ps;
-        Ok(fitted)
+        let fitted = self.fit_means(&MeanResponse::new(&self.model)?.mean_bins())?;
+        Ok(fitted.scattered_by(self.sensor.clock(), self.scatter_chips()?.law))
     }
 
     /// How the likeliest delays scatter round the true one ([`likeliest`]), where its approximations
@@ -337,7 +328,9 @@ impl<'s> BinFitter<'s> {
         coverage::enough_photons(photons).check()?;
         let scatter = Scatter::Poisson(&here.given.expected);
         let apart = |chips| counts.told_apart(&here, chips);
-        let scatter = likeliest(&scatter, slopes.columns, apart)?;
+        let found_within = counts.problem.found_within_chips();
+        let scatter =
+            likeliest(&scatter, PathSlopes::of_path(slopes.columns, 0), found_within, apart)?;
         let scatter = scatter.ok_or_else(|| counts.undetermined(&here))?;
         coverage::of_one_peak(scatter.law.std).check()?;
         Ok(scatter)

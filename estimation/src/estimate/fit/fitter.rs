@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use super::air::{self, Air, own_threshold};
 use super::error::FitError;
+use super::folds_over;
 use super::joint;
 use super::known_moments::KnownMoments;
 use super::model_estimate::ModelEstimate;
@@ -12,16 +13,18 @@ use super::one_path::OnePathFit;
 use super::parameters::Parameters;
 use super::problem::{Problem, window};
 use super::scoring::likeliest_of;
+use super::slipping::SlippingLight;
+use super::start::{self, PeakShape};
 use super::template::Axis;
-use super::{folds_over, start};
 use crate::estimate::bound::{averaged, check_scene_even};
-use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, distance_m};
+use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, coverage, distance_m};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanCount, MeanResponse};
+use crate::scan::Step;
 use crate::scene::{DetectorIndex, OtherLight};
 use crate::sensor::Sensor;
 
-/// Phase steps from a fit to the places from which one of steps that share their light is tried
+/// Phase steps from a fit to the places from which one of steps whose scatter goes together is tried
 /// again.
 const NEIGHBOURS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 
@@ -40,6 +43,8 @@ pub struct Fitter<'s> {
     /// Seconds that a fit takes, and the limit, if it takes longer.
     too_long: OnceLock<Option<(f64, f64)>>,
     moments: KnownMoments,
+    /// What the only path looks like in the counts, where light of other clocks does not make that depend on how many they are.
+    shape: OnceLock<PeakShape>,
     air: OnceLock<Result<Air, FitError>>,
 }
 
@@ -64,6 +69,7 @@ impl<'s> Fitter<'s> {
             moment_ps,
             too_long: OnceLock::new(),
             moments: KnownMoments::default(),
+            shape: OnceLock::new(),
             air: OnceLock::new(),
         }
     }
@@ -79,8 +85,8 @@ impl<'s> Fitter<'s> {
 
     /// Fits the counts of one scan.
     ///
-    /// One path starts from the phase at the place that looks most like the code's
-    /// peak, and the rate of detections. More light starts from background alone:
+    /// One path starts from the phase at the place where all counts look most like its code's
+    /// light, and the rate of detections. More light starts from background alone:
     /// see [`joint`](super::joint).
     ///
     /// # Errors
@@ -109,6 +115,15 @@ impl<'s> Fitter<'s> {
         if let Some(moment_ps) = moment_ps {
             moving::take_movement(sensor, &response, tier, moment_ps, &mut means)?;
         }
+        if self.fits_one_path() && self.weighed_slipping()?.is_some() {
+            let (problem, settled) = self.one_path(&means)?;
+            // A fit's own covariance is of one slope of the counts, which scatter that goes together makes tell less of the
+            // delay on one side than on the other.
+            let scatter = settled.scatter(&problem)?;
+            coverage::of_one_peak(scatter.law.std).check()?;
+            let fitted = self.estimate(&problem, &settled)?;
+            return Ok(fitted.scattered_by(sensor.clock(), scatter.law));
+        }
         let mut fitted = self.fit_means(&means)?;
         // A fit's own covariance is of light up to a phase step's fraction away, which says too little
         // where steps share their light.
@@ -135,8 +150,9 @@ impl<'s> Fitter<'s> {
         // A path that moves in a way that the fit does not model.
         self.moment_ps()?;
         self.check_time()?;
-        if air::is_one_path(sensor, &self.model, self.other) {
-            return self.fit_one_path(counts);
+        if self.fits_one_path() {
+            let (problem, settled) = self.one_path(counts)?;
+            return self.estimate(&problem, &settled);
         }
         check_not_flat(counts)?;
         let problem = Problem::of_scan(&self.model, self.tier);
@@ -149,33 +165,73 @@ impl<'s> Fitter<'s> {
 }
 
 impl Fitter<'_> {
+    /// Whether one path is all that may be there.
+    fn fits_one_path(&self) -> bool {
+        air::is_one_path(self.sensor, &self.model, self.other)
+    }
+
+    /// Light of other clocks beside a path at rest.
+    fn slipping(&self) -> Result<Option<&SlippingLight>, FitError> {
+        if self.moment_ps()?.is_some() {
+            return Ok(None);
+        }
+        Ok(self.moments.slipping(&Problem::of_scan(&self.model, self.tier))?)
+    }
+
+    /// The same where weights have its scatter, which those of steps that share their light do not.
+    fn weighed_slipping(&self) -> Result<Option<&SlippingLight>, FitError> {
+        Ok(self.slipping()?.filter(|_| self.sensor.timing().parallel == 1))
+    }
+
+    /// The step at which all counts look most like the path's.
+    fn best_match(&self, signed: &[f64], counts: &[MeanCount]) -> Result<usize, FitError> {
+        let timing = self.sensor.timing();
+        let code = self.sensor.reference(self.detector);
+        let Some(slipping) = self.weighed_slipping()? else {
+            let shape = self.shape.get_or_init(|| PeakShape::of(self.sensor, code, None));
+            return Ok(shape.best_match(signed).0);
+        };
+        // Of constant light a count's variance is the number of detections.
+        let detections = counts.iter().map(|count| count.total).sum::<f64>() / counts.len() as f64;
+        let beside = |apart: usize| {
+            slipping.covariance(timing, Step(0), Step::at(apart)) / detections.max(1.0)
+        };
+        Ok(PeakShape::of(self.sensor, code, Some(&beside)).best_match(signed).0)
+    }
+
     /// The fit of the only path, at rest or moving.
-    fn fit_one_path(&self, counts: &[MeanCount]) -> Result<ModelEstimate, FitError> {
+    fn one_path(&self, counts: &[MeanCount]) -> Result<(Problem<'_>, OnePathFit<'_>), FitError> {
         let (sensor, detector, tier) = (self.sensor, self.detector, self.tier);
         let scan = &sensor.timing().scan;
-        let start = start::start(sensor, detector, tier, counts)?;
-        let round_peak = window(scan, sensor.clock().samples_per_chip, start.peak);
+        let signed: Vec<f64> = counts.iter().map(|count| count.signed).collect();
+        let peak = self.best_match(&signed, counts)?;
+        let start = start::start(sensor, detector, tier, counts, (&signed, peak))?;
+        let peak = Step::at(peak);
+        let round_peak = window(scan, sensor.clock().samples_per_chip, peak);
         let mut problem = Problem::of_scan(&self.model, tier);
         let moment_ps = self.moment_ps()?;
-        let is_under_slipping_light =
-            moment_ps.is_none() && self.moments.slipping(&problem)?.is_some();
         if let Some(moment_ps) = moment_ps {
-            problem.steps = moving::in_one_go(&round_peak, start.peak);
+            problem.steps = moving::in_one_go(&round_peak, peak);
             problem.moment_ps = moment_ps;
-        } else if is_under_slipping_light {
+        } else if self.slipping()?.is_some() {
             problem.steps = round_peak;
         }
         let axis = Axis::new(sensor, detector, tier, &problem.steps);
-        let start = Parameters { walk: moment_ps.map(|_| 0.0), ..start.parameters };
-        let fitted = self.likeliest(&problem, &axis, start, counts)?;
+        let start = Parameters { walk: moment_ps.map(|_| 0.0), ..start };
+        let settled = self.likeliest(&problem, &axis, start, counts)?;
+        Ok((problem, settled))
+    }
+
+    /// What a fit of the only path says.
+    fn estimate(&self, problem: &Problem, settled: &OnePathFit) -> Result<ModelEstimate, FitError> {
         let limit = problem.most_walk();
-        if fitted.end.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
+        if settled.end.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
             return Err(FitError::TooFast { limit_m_per_s: distance_m(1e12 * limit) });
         }
-        folds_over(&self.model, fitted.end.parameters.brightest()).check()?;
-        let estimate = fitted.estimate(&problem);
-        if is_under_slipping_light {
-            self.check_stands_out(&problem, &estimate)?;
+        folds_over(&self.model, settled.end.parameters.brightest()).check()?;
+        let estimate = settled.estimate(problem);
+        if self.slipping()?.is_some() {
+            self.check_stands_out(problem, &estimate)?;
         }
         Ok(estimate)
     }
@@ -205,7 +261,8 @@ impl Fitter<'_> {
         }
     }
 
-    /// The fit from a start. The information of steps of shared light depends on where between two
+    /// The fit from a start. The information of steps of shared light, and of those whose scatter other clocks' light makes go
+    /// together, depends on where between two
     /// steps the path is, so that a fit may settle in the wrong place: there the likeliest of the fits
     /// from the first one's end and from its neighbours is taken.
     fn likeliest<'m>(
@@ -219,7 +276,8 @@ impl Fitter<'_> {
             |start: Parameters| OnePathFit::new(problem, axis, &self.moments, start, counts);
         let first = settle(start)?;
         let settled = &first.end.parameters;
-        if !problem.shares_light() || settled.walk.is_some() {
+        let goes_together = problem.shares_light() || self.weighed_slipping()?.is_some();
+        if !goes_together || settled.walk.is_some() {
             return Ok(first);
         }
         let step_chips = self.sensor.clock().sample_period_chips();

@@ -10,7 +10,9 @@
 //! l_i(h) = ln(m_i(h) / m_i). As a sum over many counts this is a normal process over h, with the mean
 //! sum of m_i l_i(h) - (m_i(h) - m_i) and the covariances sum of m_i l_i(g) l_i(h). Normal counts of unit
 //! variance have m_i(h) - m_i in place of l_i(h), and the mean -|m(h) - m|^2 / 2. The process' maximum is drawn.
-//! Unknowns beside the delay take their directions out of m(h) - m.
+//! At each delay the strength is the likeliest there, with the likelihood's second order in it: a peak of noise as far as a chip from the
+//! path is as high as the noise, however bright the path is. Unknowns beside, and the strength of few photons, of which bins
+//! without light tell all, take their directions out of m(h) - m.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -31,6 +33,8 @@ const WIDER: f64 = 1.3;
 /// So often, at most.
 const ROUNDS: usize = 4;
 const DRAWS: u64 = 4_000;
+/// Fewer of them that find the path have no statistics.
+const LEAST_FOUND: usize = 400;
 /// Sums over fewer photons that tell of the delay are not taken as normal. Of 1.7 million detections a second in 126 bins the
 /// likeliest delay scatters by 41 mm in 151 us, where normal sums have 52, and by 20 in 605 us, where they have 22 (a test).
 const FEW_PHOTONS: f64 = 1_000.0;
@@ -64,6 +68,26 @@ pub fn is_off_information(std: f64, of_information: f64) -> bool {
     (std / of_information - 1.0).abs() > MOST_OFF_INFORMATION
 }
 
+/// Derivatives of the means, in standard deviations of each count.
+pub struct PathSlopes {
+    pub by_delay: Vec<f64>,
+    /// By the logarithm of the strength; `None` of a known one.
+    pub by_strength: Option<Vec<f64>>,
+    pub by_others: Vec<Vec<f64>>,
+}
+
+impl PathSlopes {
+    /// Of a path, where each has a delay and a strength, one after the other.
+    pub fn of_path(mut columns: Vec<Vec<f64>>, path: usize) -> PathSlopes {
+        let by_others = columns.split_off(2 * path + 2);
+        let mut of_path = columns.split_off(2 * path);
+        let by_strength = of_path.pop();
+        let by_delay = of_path.pop().unwrap_or_default();
+        columns.extend(by_others);
+        PathSlopes { by_delay, by_strength, by_others: columns }
+    }
+}
+
 /// How counts scatter.
 pub enum Scatter<'a> {
     /// As Poisson numbers of these means.
@@ -73,6 +97,14 @@ pub enum Scatter<'a> {
 }
 
 impl Scatter<'_> {
+    /// Whether sums over the photons that tell of the delay, of these slopes, are not normal.
+    fn is_of_few(&self, slopes: &[f64]) -> bool {
+        match self {
+            Scatter::Poisson(means) => photons_that_tell(slopes, means) < FEW_PHOTONS,
+            Scatter::Normal => false,
+        }
+    }
+
     /// What the likelihood of means so far `apart`, in standard deviations of each count, depends on: the errors'
     /// factors, and its mean.
     fn likelihood(&self, mut apart: DVector<f64>) -> (DVector<f64>, f64) {
@@ -88,30 +120,50 @@ impl Scatter<'_> {
         }
         (apart, gain)
     }
+
+    /// What errors tell of more light, where the means are so far `apart` from the true ones: they count as parts of
+    /// the means there.
+    fn tells(&self, mut light: DVector<f64>, apart: &DVector<f64>) -> DVector<f64> {
+        if let Scatter::Poisson(means) = *self {
+            for ((light, apart), mean) in light.iter_mut().zip(apart).zip(means) {
+                *light /= (1.0 + apart / mean.sqrt()).max(LEAST_SHARE);
+            }
+        }
+        light
+    }
 }
 
 /// The likeliest delay less the true one.
 ///
-/// In standard deviations of each count, `slopes` are the derivatives of the means by the delay and
-/// by what else is unknown, and `apart` is how far the means of a later delay are from the true ones.
-/// `None` where these are no finite numbers, or do not tell the delay.
+/// In standard deviations of each count, `apart` is how far the means of a later delay are from the true ones. Scans
+/// whose likeliest delay is `found_within` or farther off have [missed](crate::estimate::missed) the path, and do not count.
+/// `None` where these are no finite numbers, or do not tell the delay, or hardly any scan finds it.
 ///
 /// # Errors
 /// As `apart`.
 pub fn likeliest(
     scatter: &Scatter,
-    slopes: Vec<Vec<f64>>,
+    slopes: PathSlopes,
+    found_within: f64,
     apart: impl Fn(f64) -> Result<Vec<f64>, FitError>,
 ) -> Result<Option<Likeliest>, FitError> {
-    let mut columns = slopes.into_iter().map(DVector::from_vec);
-    let Some(slope) = columns.next() else { return Ok(None) };
-    let others: Vec<_> = columns.collect();
+    let (by_delay, mut by_strength) = (slopes.by_delay, slopes.by_strength);
+    let mut others: Vec<_> = slopes.by_others.into_iter().map(DVector::from_vec).collect();
+    if scatter.is_of_few(&by_delay) {
+        others.extend(by_strength.take().map(DVector::from_vec));
+    }
     let others = (!others.is_empty()).then(|| DMatrix::from_columns(&others).qr().q());
-    let own = |of: DVector<f64>| match &others {
-        Some(others) => &of - others * others.tr_mul(&of),
-        None => of,
+    let own = |of: Vec<f64>| {
+        let of = DVector::from_vec(of);
+        match &others {
+            Some(others) => &of - others * others.tr_mul(&of),
+            None => of,
+        }
     };
-    let slope = own(slope);
+    let (mut slope, strength) = (own(by_delay), by_strength.map(own));
+    if let Some(strength) = &strength {
+        slope -= strength * (slope.dot(strength) / strength.norm_squared());
+    }
     let std_of_information = slope.norm().recip();
     let mut law = NormalLaw { mean: 0.0, std: std_of_information };
     if !law.std.is_finite() {
@@ -125,11 +177,18 @@ pub fn likeliest(
         let mut places = vec![slope.clone()];
         let mut likelier = Vec::new();
         for &delay in &delays {
-            let (place, gain) = scatter.likelihood(own(DVector::from_vec(apart(delay)?)));
-            places.push(place);
-            likelier.push(gain);
+            let apart = own(apart(delay)?);
+            let light = strength.as_ref().map_or_else(|| 0.0 * &apart, |here| here + &apart);
+            let light = scatter.tells(light, &apart);
+            let height = light.norm();
+            let light = light / height.max(f64::MIN_POSITIVE);
+            let along = apart.dot(&light);
+            let (place, gain) = scatter.likelihood(apart);
+            places.extend([place, light]);
+            likelier.push(Likelier { gain, along, height });
         }
-        let Some(next) = drawn(scatter, &delays, &places, &likelier) else { return Ok(None) };
+        let next = drawn(scatter, &delays, found_within, &places, &likelier);
+        let Some(next) = next else { return Ok(None) };
         law = next;
         if law.std < WIDER * scale {
             break;
@@ -138,30 +197,54 @@ pub fn likeliest(
     Ok(Some(Likeliest { law, std_of_information }))
 }
 
-/// From the slope, and how the likelihood of each delay depends on the counts' errors; `likelier` is
-/// its mean. What is linear in the errors is known, and drawn only to take its part of the draws' own
+/// How much likelier a delay is than the true one.
+struct Likelier {
+    /// On average, with the true strength.
+    gain: f64,
+    /// How far the means are from the true ones along the direction of the strength, and how far light is from none.
+    along: f64,
+    height: f64,
+}
+
+impl Likelier {
+    /// With what errors add to the likelihood, and in the direction of the strength: of the likeliest strength.
+    fn with(&self, added: f64, in_strength: f64) -> f64 {
+        if self.height == 0.0 {
+            return self.gain + added;
+        }
+        let higher = (in_strength - self.along).max(-self.height);
+        self.gain + added + (in_strength - self.along - 0.5 * higher) * higher
+    }
+}
+
+/// From the slope, and how the likelihood of each delay depends on the counts' errors, and the direction of its strength. What is linear in the errors is known, and drawn only to take its part of the draws' own
 /// errors out.
 fn drawn(
     scatter: &Scatter,
     delays: &[f64],
+    found_within: f64,
     places: &[DVector<f64>],
-    likelier: &[f64],
+    likelier: &[Likelier],
 ) -> Option<NormalLaw> {
     let information = places[0].norm_squared();
     let errors = Errors::new(scatter, places)?;
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED);
     let [mut linear, mut likeliest] = [Vec::new(), Vec::new()];
     for _ in 0..DRAWS {
-        let mut of_delays = errors.draw(&mut rng);
+        let of_delays = errors.draw(&mut rng);
         linear.push(of_delays[0] / information);
-        let likelihood = &mut of_delays[1..];
-        likelihood.iter_mut().zip(likelier).for_each(|(of, mean)| *of += mean);
-        likeliest.push(maximum(delays, likelihood));
+        let added = of_delays[1..].chunks_exact(2).zip(likelier);
+        let likelihood: Vec<f64> = added.map(|(of, delay)| delay.with(of[0], of[1])).collect();
+        likeliest.push(maximum(delays, &likelihood));
+    }
+    likeliest.retain(|delay| delay.abs() < found_within);
+    if likeliest.len() < LEAST_FOUND {
+        return None;
     }
     let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
     let variance = |of: &[f64]| {
         let mean = mean(of);
-        of.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
+        of.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / of.len() as f64
     };
     let std = information.powf(-0.5) * (variance(&likeliest) / variance(&linear)).sqrt();
     let mean = mean(&likeliest) - mean(&linear);
@@ -187,7 +270,7 @@ enum Fall {
 impl Errors {
     fn new(scatter: &Scatter, places: &[DVector<f64>]) -> Option<Errors> {
         if let Scatter::Poisson(means) = *scatter
-            && photons_that_tell(places[0].as_slice(), means) < FEW_PHOTONS
+            && scatter.is_of_few(places[0].as_slice())
             && let Some(fall) = Fall::of(means)
         {
             let roots = DVector::from_iterator(means.len(), means.iter().map(|mean| mean.sqrt()));
@@ -296,8 +379,16 @@ mod tests {
     fn law(slopes: &[&[f64]], apart: impl Fn(f64) -> Vec<f64>) -> NormalLaw {
         let means = vec![1e12; slopes[0].len()];
         let of = |scatter: Scatter| {
-            let slopes = slopes.iter().map(|slope| slope.to_vec()).collect();
-            likeliest(&scatter, slopes, |h| Ok(apart(h))).unwrap().expect("they are finite").law
+            let [delay, others @ ..] = slopes else { panic!("a slope") };
+            let slopes = PathSlopes {
+                by_delay: delay.to_vec(),
+                by_strength: None,
+                by_others: others.iter().map(|slope| slope.to_vec()).collect(),
+            };
+            likeliest(&scatter, slopes, f64::INFINITY, |h| Ok(apart(h)))
+                .unwrap()
+                .expect("they are finite")
+                .law
         };
         let (normal, poisson) = (of(Scatter::Normal), of(Scatter::Poisson(&means)));
         assert!((normal.std / poisson.std - 1.0).abs() < 1e-3, "{normal:?} {poisson:?}");
@@ -323,8 +414,9 @@ mod tests {
         let means = [number * share, number * (1.0 - share)];
         let [slope, other] = means.map(|mean| number / mean.sqrt());
         let scatter = Scatter::Poisson(&means);
-        let found =
-            likeliest(&scatter, vec![vec![slope, -other]], |h| Ok(vec![slope * h, -other * h]));
+        let slopes =
+            PathSlopes { by_delay: vec![slope, -other], by_strength: None, by_others: Vec::new() };
+        let found = likeliest(&scatter, slopes, f64::INFINITY, |h| Ok(vec![slope * h, -other * h]));
         let found = found.unwrap().expect("they are finite").law;
         let std = f64::sqrt(share * (1.0 - share) / number);
         assert!((found.std / std - 1.0).abs() < 0.03, "{found:?} {std}");

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::parameters::Parameters;
 use crate::code::Code;
 use crate::estimate::distance_m;
+use crate::math::NormalLaw;
 use crate::scan::Clock;
 
 /// Chi-square this many standard deviations above its expectation is an alarm;
@@ -162,6 +163,15 @@ impl ModelEstimate {
             iterations,
             paths,
         }
+    }
+
+    /// The same of fits of the only path whose delays, in chips, scatter round this one by a law.
+    pub(super) fn scattered_by(self, clock: Clock, law: NormalLaw) -> ModelEstimate {
+        let [bias_ps, std_ps] = [law.mean, law.std].map(|chips| clock.ps(chips));
+        let mut scattered = ModelEstimate { std_m: distance_m(std_ps), ..self };
+        scattered.paths[0].delay_ps += bias_ps;
+        scattered.paths[0].delay_std_ps = std_ps;
+        scattered
     }
 
     /// How many standard deviations chi-square is above its expectation: the

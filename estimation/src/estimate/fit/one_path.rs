@@ -9,10 +9,11 @@ use std::sync::Arc;
 use super::descent::{Derivatives, Descent, Hypothesis};
 use super::error::FitError;
 use super::known_moments::{KnownMoments, Linear};
+use super::likeliest::{Likeliest, PathSlopes, Scatter, likeliest};
 use super::model_estimate::{Goodness, ModelEstimate, Velocity};
 use super::normal::Normal;
 use super::parameters::Parameters;
-use super::problem::{Problem, Reading};
+use super::problem::{Problem, Reading, Sides};
 use super::template::Axis;
 use super::weights::Weights;
 use crate::response::MeanCount;
@@ -80,6 +81,21 @@ impl<'m> OnePathFit<'m> {
     /// are expected to scatter more.
     pub fn unlikelihood(&self) -> f64 {
         self.end.chi_square + self.weights.ln_determinant()
+    }
+
+    /// How the likeliest delays scatter round the fit's, were that the true one.
+    pub fn scatter(&self, problem: &Problem<'m>) -> Result<Likeliest, FitError> {
+        let Hypothesis { parameters, expected, .. } = &self.end;
+        let response = problem.response(parameters)?;
+        let jacobian = problem.jacobian(parameters, &response, Reading::Exact, Sides::Both)?;
+        let apart = |chips| {
+            let apart = problem.apart(parameters, &response, expected, (0, chips))?;
+            Ok(self.weights.whitened(&apart))
+        };
+        let (steps, unknowns) = (problem.steps.len(), parameters.len());
+        let slopes = PathSlopes::of_path(self.weights.whitened_columns(&jacobian), 0);
+        likeliest(&Scatter::Normal, slopes, problem.found_within_chips(), apart)?
+            .ok_or(FitError::Undetermined { steps, unknowns })
     }
 
     pub fn estimate(&self, problem: &Problem) -> ModelEstimate {

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use super::error::FitError;
 use super::parameters::{Column, DELAY_STEP_CHIPS, Parameters, PathParameters, slope};
 use super::template::Axis;
+use crate::estimate::missed::tolerance_ps;
 use crate::photons::DetectorModel;
 use crate::response::{CountingTier, Light, LightPath, MeanCount, MeanResponse, MeanResponseError};
 use crate::scan::{Clock, Step};
@@ -95,6 +97,15 @@ impl<'m> Problem<'m> {
     /// Samples per chip, S.
     pub fn samples_per_chip(&self) -> f64 {
         f64::from(self.model.timing.clock.samples_per_chip)
+    }
+
+    /// How far off an estimate may be that has [found](crate::estimate::missed) the detector's own path. Of a code so short that
+    /// errors wrap all count for it.
+    pub fn found_within_chips(&self) -> f64 {
+        let clock = self.clock();
+        let period_ps = clock.ps(self.model.reference.len() as f64);
+        let found_ps = tolerance_ps(clock.chip_period_ps, period_ps);
+        if found_ps < clock.chip_period_ps { f64::INFINITY } else { clock.chips(found_ps) }
     }
 
     /// The light that the unknowns stand for.
@@ -226,6 +237,24 @@ impl<'m> Problem<'m> {
             None => of(&beside.slope),
             Some(_) => Ok(slope(&of(&beside.below)?, &of(&beside.above)?, beside.apart)),
         }
+    }
+
+    /// How far the counts expected of light with one path some chips later are from those expected of it; `response` is that at
+    /// `parameters`, and `means` are its counts.
+    pub fn apart(
+        &self,
+        parameters: &Parameters,
+        response: &MeanResponse<'m>,
+        means: &[MeanCount],
+        (path, later_chips): (usize, f64),
+    ) -> Result<Column, FitError> {
+        let mut moved = parameters.clone();
+        moved.paths[path].delay_chips += later_chips;
+        let response = match parameters.paths.len() {
+            1 => response.delayed(self.clock().ps(later_chips))?,
+            _ => self.response(&moved)?,
+        };
+        Ok(slope(means, &self.means_of(&moved, &response)?, 1.0))
     }
 
     /// The place of a step of the scan on the axis.

@@ -32,8 +32,7 @@ struct Slipping {
 }
 
 impl SlippingLight {
-    /// That of the scene. Left out are codes of another length than the reference's, whose correlation
-    /// with it averages over many periods, and that a drifting clock is off by more in later
+    /// [That](SlippingLight::of) of the scene. Left out is that a drifting clock is off by more in later
     /// scans.
     ///
     /// # Errors
@@ -42,10 +41,14 @@ impl SlippingLight {
         model: &DetectorModel,
         tier: CountingTier,
     ) -> Result<SlippingLight, MeanResponseError> {
-        let has_length = |light: &&ExcessLight| light.code.len() == model.reference.len();
-        let sources = model.slipping().filter(has_length);
-        let sources = sources.map(|light| Slipping::new(model, light, tier));
+        let sources = SlippingLight::of(model).map(|light| Slipping::new(model, light, tier));
         Ok(SlippingLight { sources: sources.collect::<Result<_, _>>()? })
+    }
+
+    /// Light of a detector that slips past its reference, of codes as long as that. The correlation of other ones averages over
+    /// many periods.
+    pub fn of(model: &DetectorModel) -> impl Iterator<Item = &ExcessLight> {
+        model.slipping().filter(|light| light.code.len() == model.reference.len())
     }
 
     /// Whether there is none.

@@ -19,7 +19,7 @@ use crate::estimate::phase::{estimate_at, first_maximum};
 use crate::estimate::truth::Asked;
 use crate::math::correlating;
 use crate::scan::{self, Scan, Step, Timing};
-use crate::scene::{DetectorIndex, EstimatorKind};
+use crate::scene::EstimatorKind;
 use crate::sensor::Sensor;
 
 /// Counts drawn for a share of misses, about, and the scans that they may make.
@@ -111,9 +111,9 @@ impl Bent {
 pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
     let groups = groups_of_scan(counts, target)?;
     let Asked { sensor, detector, .. } = target.asked;
-    let scans = scans(sensor, detector);
+    let scans = scans(sensor);
     let is_model = sensor.scene().estimator == EstimatorKind::Model;
-    let shape = is_model.then(|| PeakShape::of(sensor, sensor.reference(detector)));
+    let shape = is_model.then(|| PeakShape::of(sensor, sensor.reference(detector), None));
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let (mut values, mut normal) = (Vec::with_capacity(counts.means.len()), Vec::new());
@@ -124,20 +124,14 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
 }
 
 /// Scans that are drawn.
-pub(super) fn scans(sensor: &Sensor, detector: DetectorIndex) -> u64 {
-    let counts = sensor.timing().scan.steps * work_per_count(sensor, detector);
+pub(super) fn scans(sensor: &Sensor) -> u64 {
+    let counts = sensor.timing().scan.steps * work_per_count(sensor);
     (COUNTS / counts).clamp(*SCANS.start(), *SCANS.end())
 }
 
-/// What a count costs beside drawing it: the model estimator's coarse stage holds a
-/// template against every step, some chips wide.
-fn work_per_count(sensor: &Sensor, detector: DetectorIndex) -> u64 {
-    if sensor.scene().estimator != EstimatorKind::Model {
-        return 1;
-    }
-    let source = sensor.scene().detectors[detector].reference;
-    let chips = (1_u64 << sensor.scene().sources[source].code.interleave) + 1;
-    1 + chips * u64::from(sensor.clock().samples_per_chip) / 8
+/// What a count costs beside drawing it: the model estimator's coarse stage transforms it there and back.
+fn work_per_count(sensor: &Sensor) -> u64 {
+    if sensor.scene().estimator == EstimatorKind::Model { 3 } else { 1 }
 }
 
 impl Target<'_> {
@@ -149,7 +143,7 @@ impl Target<'_> {
             return false;
         }
         if let Some(shape) = shape {
-            let step_ps = self.step_error_ps(shape.best_match(values));
+            let step_ps = self.step_error_ps(shape.best_match(values).0);
             return self.accepts(self.measured_ps + step_ps, 1.0);
         }
         let timing = self.asked.sensor.timing();

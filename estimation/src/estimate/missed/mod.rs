@@ -17,7 +17,7 @@ use super::expected_counts::ExpectedCounts;
 use super::phase::is_one_window;
 use super::truth::Asked;
 use crate::scan::Step;
-use crate::scene::{DetectorIndex, EstimatorKind};
+use crate::scene::EstimatorKind;
 use crate::sensor::Sensor;
 
 /// Shares of misses below this are not worked out any further than the sum of the
@@ -97,10 +97,10 @@ fn is_drawn(sensor: &Sensor) -> bool {
 
 /// Error of an expected share of misses, where it is counted in drawn scans: four of its
 /// standard errors, and what none of them shows.
-pub fn share_error(sensor: &Sensor, detector: DetectorIndex, share: f64) -> f64 {
+pub fn share_error(sensor: &Sensor, share: f64) -> f64 {
     if !is_drawn(sensor) {
         return 0.0;
     }
-    let scans = drawn::scans(sensor, detector) as f64;
+    let scans = drawn::scans(sensor) as f64;
     4.0 * (share * (1.0 - share) / scans).sqrt() + 10.0 / scans
 }
