@@ -125,7 +125,7 @@ fn steps_that_share_their_light_and_the_model_estimator() {
     let of_model = |scene| with(scene, |s| s.estimator = EstimatorKind::Model);
     let weak = scene(gold_5(), 0.2, 100.4, 3_250);
     check("model", &of_model(weak.clone()), Tier::Events, 400);
-    check("model, window", &of_model(window(weak, 180, 57)), Tier::Events, 800);
+    check("model, window", &of_model(window(weak, 76, 57)), Tier::Events, 800);
 }
 
 /// Fits begin where all counts of the scan look most like the path, with the covariance of steps that share their light. The phase
