@@ -4,8 +4,8 @@
 use super::fit::LEAST_SHARE;
 use super::fit::error::FitError;
 use super::fit::normal::Normal;
-use super::fit::parameters::{Column, Parameters, PathParameters};
-use super::fit::problem::{Problem, Reading, Sides};
+use super::fit::parameters::{DerivativeColumn, FitParameters, PathParameters};
+use super::fit::problem::{Problem, ResponseReading, Sides};
 use super::{TheoryEffort, Work};
 use crate::response::MeanResponse;
 use crate::scene::DetectorIndex;
@@ -45,7 +45,7 @@ pub enum Corners {
     /// Not: where that takes longer than a bound may, and of [many](MANY_SAMPLES) samples a chip more than next to no time. A
     /// path that moves comes by every one, and what steps that count the same light tell is [averaged](super::bound).
     Unseen,
-    /// Those of each path, which is [by itself](Parameters::are_apart).
+    /// Those of each path, which is [by itself](FitParameters::are_apart).
     Apart,
     /// Those of peaks that meet, all together.
     Meet,
@@ -56,7 +56,7 @@ impl Corners {
         sensor: &Sensor,
         detector: DetectorIndex,
         problem: &Problem,
-        parameters: &Parameters,
+        parameters: &FitParameters,
     ) -> Result<Corners, FitError> {
         if parameters.walk.is_some() || problem.shares_light() {
             return Ok(Corners::Unseen);
@@ -75,7 +75,7 @@ impl Corners {
 }
 
 /// Refuses [close](CLOSE_CHIPS) paths of few samples a chip, of which a fit takes both.
-pub fn check_close(problem: &Problem, parameters: &Parameters) -> Result<(), FitError> {
+pub fn check_close(problem: &Problem, parameters: &FitParameters) -> Result<(), FitError> {
     let samples_per_chip = problem.samples_per_chip();
     let are_both_lit = |[one, other]: [&PathParameters; 2]| {
         let [one, other] = [one.rate(), other.rate()];
@@ -89,7 +89,11 @@ pub fn check_close(problem: &Problem, parameters: &Parameters) -> Result<(), Fit
 }
 
 /// Whether nothing may be expected of the scene, so that its slopes are compared.
-pub fn may_be_uneven(problem: &Problem, parameters: &Parameters, response: &MeanResponse) -> bool {
+pub fn may_be_uneven(
+    problem: &Problem,
+    parameters: &FitParameters,
+    response: &MeanResponse,
+) -> bool {
     let has_few_samples = problem.samples_per_chip() < EVEN_SAMPLES && !problem.shares_light();
     parameters.walk.is_none() && (response.misses_pulses() || has_few_samples)
 }
@@ -129,9 +133,9 @@ pub fn most_uneven(
 /// information changes too much within it.
 pub fn averaged_over_delays(
     problem: &Problem,
-    parameters: &Parameters,
+    parameters: &FitParameters,
     information: &Normal,
-    information_of: impl Fn(&[Column]) -> Result<Normal, FitError>,
+    information_of: impl Fn(&[DerivativeColumn]) -> Result<Normal, FitError>,
 ) -> Result<Option<Vec<f64>>, FitError> {
     let paths = parameters.paths.len();
     let delays: Vec<usize> = (0..paths).map(|path| 2 * path).collect();
@@ -146,7 +150,8 @@ pub fn averaged_over_delays(
                 path.delay_chips += side * by;
             }
             let response = problem.response(&there)?;
-            let jacobian = problem.jacobian(&there, &response, Reading::Exact, Sides::Both)?;
+            let jacobian =
+                problem.jacobian(&there, &response, ResponseReading::Exact, Sides::Both)?;
             let Ok(there) = information_of(&jacobian) else { return Ok(None) };
             let stds = of_delays(&there).zip(of_delays(information)).zip(&mut variances);
             for ((std, here), variance) in stds {

@@ -19,8 +19,8 @@ use serde::Serialize;
 
 use super::Cause;
 use super::codes::{self, Candidate};
-use super::hypothesis::{Change, SceneFit, Start, Unknown, constant_cps, fit};
-use super::observed::{Expected, Observed, differences};
+use super::hypothesis::{ExpectedChange, SceneChange, SceneFit, Unknown, constant_cps, fit};
+use super::observed::{ExpectedNumbers, Observed, differences};
 use crate::estimate::chance::{Darkness, chance_of_zeros};
 use crate::estimate::coverage::steps_outside;
 use crate::estimate::evidence::Comparisons;
@@ -128,7 +128,7 @@ pub(super) fn fit_of_scene(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
-    as_it_is: Option<&Expected>,
+    as_it_is: Option<&ExpectedNumbers>,
 ) -> Result<SceneFit, FitError> {
     let start = best_delay(sensor, observed, delays_ps, as_it_is)?;
     let fitted = fit(sensor, observed, &[Unknown::Delay], start.clone());
@@ -187,17 +187,17 @@ fn best_delay(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
-    as_it_is: Option<&Expected>,
-) -> Result<Start, FitError> {
+    as_it_is: Option<&ExpectedNumbers>,
+) -> Result<ExpectedChange, FitError> {
     if let Some(delay_ps) = delay_outside(sensor, observed)? {
-        return Change::later(delay_ps).start(sensor, observed);
+        return SceneChange::later(delay_ps).start(sensor, observed);
     }
     let values = observed.values();
-    let mut best: Option<(f64, Start)> = None;
+    let mut best: Option<(f64, ExpectedChange)> = None;
     for &delay_ps in delays_ps {
-        let change = Change::later(delay_ps);
+        let change = SceneChange::later(delay_ps);
         let start = match as_it_is {
-            Some(known) if delay_ps == 0.0 => Start { change, expected: known.clone() },
+            Some(known) if delay_ps == 0.0 => ExpectedChange { change, expected: known.clone() },
             _ => change.start(sensor, observed)?,
         };
         let deviance = start.expected.judge(&values)?.deviance;
@@ -205,7 +205,7 @@ fn best_delay(
             best = Some((deviance, start));
         }
     }
-    best.map_or_else(|| Change::default().start(sensor, observed), |(_, start)| Ok(start))
+    best.map_or_else(|| SceneChange::default().start(sensor, observed), |(_, start)| Ok(start))
 }
 
 #[derive(Clone)]
@@ -342,7 +342,7 @@ impl Examination<'_> {
         let counts = self.observed.step_counts(self.sensor);
         let (dark, brighter_cps) =
             Darkness::of_scene(self.sensor, detector).as_bright_as(&counts).sensor();
-        let start = Change::default().by(Unknown::Constant, brighter_cps);
+        let start = SceneChange::default().by(Unknown::Constant, brighter_cps);
         let start = start.start(&dark, self.observed).ok()?;
         // Signed counts alone do not tell the background but by their scatter.
         let unknowns: &[Unknown] =
@@ -385,7 +385,7 @@ impl Examination<'_> {
         if self.observed.values().iter().any(|&value| value != 0.0) {
             return Ok(None);
         }
-        let start = Change::default().start(sensor, self.observed)?;
+        let start = SceneChange::default().start(sensor, self.observed)?;
         let nothing = fit(sensor, self.observed, &[], start)?;
         let groups = match self.observed {
             Observed::Steps(_) => counts.len() as f64,
@@ -532,7 +532,7 @@ impl Examination<'_> {
             let whitening = self.fitted.expected.whitening(&means).ok()?;
             let residuals = differences(&self.observed.values(), &means);
             let squares = whitening.whitened(&residuals).ok()?.into_iter().map(|z| z * z);
-            Some((squares.sum::<f64>(), Change::later(delay_ps)))
+            Some((squares.sum::<f64>(), SceneChange::later(delay_ps)))
         };
         let places = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
         let agreements = places.into_iter().filter_map(agreement);

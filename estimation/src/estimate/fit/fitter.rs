@@ -9,10 +9,10 @@ use super::known_moments::KnownMoments;
 use super::model_estimate::ModelEstimate;
 use super::moving;
 use super::one_path::OnePathFit;
-use super::parameters::Parameters;
+use super::parameters::FitParameters;
 use super::problem::{Problem, window};
 use super::scoring::likeliest_of;
-use super::template::Axis;
+use super::template::DelayAxis;
 use super::{folds_over, start};
 use crate::estimate::bound::{averaged, check_scene_even};
 use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, distance_m};
@@ -165,8 +165,8 @@ impl Fitter<'_> {
         } else if is_under_slipping_light {
             problem.steps = round_peak;
         }
-        let axis = Axis::new(sensor, detector, tier, &problem.steps);
-        let start = Parameters { walk: moment_ps.map(|_| 0.0), ..start.parameters };
+        let axis = DelayAxis::new(sensor, detector, tier, &problem.steps);
+        let start = FitParameters { walk: moment_ps.map(|_| 0.0), ..start.parameters };
         let fitted = self.likeliest(&problem, &axis, start, counts)?;
         let limit = problem.most_walk();
         if fitted.end.parameters.walk.is_some_and(|walk| walk.abs() >= 0.999 * limit) {
@@ -211,12 +211,12 @@ impl Fitter<'_> {
     fn likeliest<'m>(
         &self,
         problem: &Problem<'m>,
-        axis: &Axis,
-        start: Parameters,
+        axis: &DelayAxis,
+        start: FitParameters,
         counts: &[MeanCount],
     ) -> Result<OnePathFit<'m>, FitError> {
         let settle =
-            |start: Parameters| OnePathFit::new(problem, axis, &self.moments, start, counts);
+            |start: FitParameters| OnePathFit::new(problem, axis, &self.moments, start, counts);
         let first = settle(start)?;
         let settled = &first.end.parameters;
         if !problem.shares_light() || settled.walk.is_some() {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::parameters::{Parameters, PathParameters, share_of_ones};
+use super::parameters::{FitParameters, PathParameters, share_of_ones};
 use super::template::Template;
 use crate::code::Code;
 use crate::estimate::phase::estimate_at;
@@ -15,7 +15,7 @@ use crate::sensor::Sensor;
 
 /// A start, and the number of the step where the peak is.
 pub struct Start {
-    pub parameters: Parameters,
+    pub parameters: FitParameters,
     pub peak: Step,
 }
 
@@ -65,7 +65,7 @@ pub fn start(
     let contrast = (largest.signed / largest.total + zeros - ones) / (2.0 * ones * zeros);
     let rate = mean * contrast.clamp(LEAST_SHARE, MOST_SHARE / ones);
     Ok(Start {
-        parameters: Parameters {
+        parameters: FitParameters {
             paths: vec![PathParameters {
                 code: Arc::clone(code),
                 delay_chips: sensor.clock().chips(phase.delay_ps),
